@@ -1,0 +1,26 @@
+// Output files appear whole or not at all: written beside their place, flushed, then renamed.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace pilesim {
+
+// Throws Error(io) and leaves the old file as it was when anything fails (a full disk, say). The
+// temporary file is removed. Survives kill -9 as "old or new"; not synced against power loss.
+void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+
+// The whole file; throws Error(io).
+std::string read_file(const std::filesystem::path& path);
+
+// Makes `directory` ready to be written into. An existing, non-empty one is refused (Error usage,
+// naming --force) unless `force`, which removes it first. Refuses to remove what does not look like
+// an output of pilesim: a directory without any of `known_entries`.
+void prepare_output_directory(const std::filesystem::path& directory, bool force,
+                              std::span<const std::string_view> known_entries);
+
+}  // namespace pilesim

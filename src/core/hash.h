@@ -1,0 +1,33 @@
+// Content hashes that name caches and pin results (XXH3, 128 bits). Not cryptographic.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+namespace pilesim {
+
+// 32 lower-case hexadecimal digits.
+std::string content_hash(std::span<const std::byte> bytes);
+std::string content_hash(const std::string& text);
+
+// Feeds several pieces into one hash.
+class Hasher {
+ public:
+  Hasher();
+  ~Hasher();
+  Hasher(const Hasher&) = delete;
+  Hasher& operator=(const Hasher&) = delete;
+
+  void add(std::span<const std::byte> bytes);
+  template <typename T>
+  void add_values(std::span<const T> values) {
+    add(std::as_bytes(values));
+  }
+  std::string digest() const;
+
+ private:
+  void* state_;
+};
+
+}  // namespace pilesim

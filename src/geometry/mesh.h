@@ -1,0 +1,33 @@
+// Indexed triangle meshes, in metres, in the frame of the file they came from.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/types.h"
+
+namespace pilesim {
+
+using Triangle = std::array<uint32_t, 3>;  // vertex indices, counter-clockwise from outside
+
+// A named run of triangles (an OBJ group or object). Convex parts are recognised by such groups.
+struct MeshGroup {
+  std::string name;
+  uint32_t first_triangle = 0;
+  uint32_t triangle_count = 0;
+};
+
+struct TriangleMesh {
+  std::vector<Vec3> vertices;       // (V) m
+  std::vector<Triangle> triangles;  // (T) indices below V
+  std::vector<MeshGroup> groups;    // disjoint, ordered, covering all triangles; empty: one unnamed
+
+  Bounds bounds() const;
+};
+
+// XXH3 of vertices and triangles (not of group names): names the decomposition cache.
+std::string mesh_hash(const TriangleMesh& mesh);
+
+}  // namespace pilesim

@@ -1,0 +1,36 @@
+// Images to files: PNG, MP4 through ffmpeg, contact sheets.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "render/scene_renderer.h"
+
+namespace pilesim {
+
+// Written beside its place and renamed. Throws Error(io).
+void write_png(const Image& image, const std::filesystem::path& file);
+
+// Feeds frames to an ffmpeg process through a pipe (H.264, yuv420p, faststart). Odd sizes lose
+// their last row or column of pixels in the video only. The file appears when finish() returns.
+class VideoWriter {
+ public:
+  // Throws Error(io) if ffmpeg is not installed, naming the package.
+  VideoWriter(const std::filesystem::path& file, int width, int height, double frame_rate);
+  ~VideoWriter();  // without finish(): stops ffmpeg and removes the unfinished file
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  void append(const Image& image);  // Error(io) with ffmpeg's last words
+  void finish();                    // Error(io)
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Pictures side by side, row by row, with a thin gap; all of one size. At most columns * rows.
+Image contact_sheet(const std::vector<Image>& pictures, int columns);
+
+}  // namespace pilesim

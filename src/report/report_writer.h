@@ -1,0 +1,68 @@
+// report.json, timing.csv and report.html of a simulation. Knows frames and times, not simulators.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/stage_timer.h"
+
+namespace pilesim {
+
+// One row of timing.csv.
+struct FrameRow {
+  uint64_t frame = 0;
+  double time_s = 0;  // simulated
+  int steps = 0;
+  StageTimes times;  // wall
+  uint32_t bodies_present = 0;
+  uint32_t bodies_awake = 0;
+  uint32_t contacts = 0;
+  double deepest_penetration_m = 0;
+  double kinetic_energy_j = 0;
+  double potential_energy_j = 0;
+};
+
+struct SimulationReport {
+  std::string command;  // "simulate"
+  std::string scene_name;
+  std::string scene_file;
+  std::string scene_hash;  // of the resolved scene
+  std::string mode;
+  std::string changed_options;  // JSON object of scene values that differ from defaults
+  uint64_t seed = 0;
+  int threads = 1;
+  double step_s = 0;
+  double body_diameter_m = 0;  // mean over dynamic bodies: the unit of penetration
+  uint64_t dynamic_bodies = 0;
+  bool interrupted = false;
+  std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
+  std::vector<FrameRow> rows;
+  double setup_s = 0;  // loading, decomposition, building, wall
+  double total_s = 0;  // whole command, wall
+  uint64_t peak_memory_bytes = 0;
+};
+
+// timing.csv, flushed row by row so that a killed run keeps its rows.
+class TimingCsv {
+ public:
+  explicit TimingCsv(const std::filesystem::path& file);  // Error(io)
+  ~TimingCsv();
+  TimingCsv(const TimingCsv&) = delete;
+  TimingCsv& operator=(const TimingCsv&) = delete;
+  void append(const FrameRow& row);  // Error(io)
+
+ private:
+  int descriptor_;
+  std::string path_;
+};
+
+// report.json and report.html (self-contained, SVG charts by gnuplot; without gnuplot: Error(io)
+// that names the package). Throws Error(io).
+void write_report(const SimulationReport& report, const std::filesystem::path& directory);
+
+// Of this process so far, from the kernel.
+uint64_t peak_memory_bytes();
+
+}  // namespace pilesim

@@ -1,0 +1,199 @@
+// A scene as its author wrote it: typed, checked, immutable. No geometry is loaded here;
+// build_model() (scene/model.h) turns it into what simulators step. Lengths in metres, times in
+// seconds, angles in radians (scene files say degrees where a key ends in _deg), y up.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/types.h"
+
+namespace pilesim {
+
+struct Material {
+  double restitution = 0.3;     // 0 .. 1; of a pair: the product's square root
+  double friction = 0.5;        // Coulomb, >= 0; of a pair: the product's square root
+  double density_kg_m3 = 1000;  // > 0
+};
+
+// How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only.
+enum class CollisionKind { hull, decomposition, spheres, sphere, mesh };
+
+struct MeshShape {
+  std::filesystem::path file;  // absolute
+  double scale = 1;            // metres per unit of the file, > 0
+  CollisionKind collision = CollisionKind::hull;
+  int hull_max_vertices = 64;                    // 4 .. 255: of the hull, or of each piece
+  int decomposition_max_pieces = 32;             // 1 .. 256
+  double decomposition_max_volume_error = 0.05;  // > 0
+  int sphere_count = 7;                          // 1 .. 64, for `spheres`
+  // An improper solid (open, inside-out, ...) takes mass and collision of its hull instead of being
+  // an error.
+  bool use_hull_if_not_solid = false;
+};
+struct BoxShape {
+  Vec3 size;
+};  // full edge lengths, > 0
+struct SphereShape {
+  double radius;
+};  // > 0
+struct CylinderShape {
+  double radius, height;
+};                     // > 0, axis y
+struct PlaneShape {};  // the half-space y <= 0 of the body; static only
+struct CompoundPart {
+  std::string shape;  // not a plane, not a compound
+  Pose pose;          // of the part's own frame in the compound's
+};
+struct CompoundShape {
+  std::vector<CompoundPart> parts;
+};  // parts do not overlap
+using Shape =
+    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, PlaneShape, CompoundShape>;
+
+enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
+
+struct Hinge {
+  Vec3 axis;    // unit, world frame at the start
+  Vec3 anchor;  // m, world frame; defaults to the body's position
+};
+
+// A kinematic body moves from key to key, position linearly and orientation by slerp; it stands at
+// the first key before and at the last one after.
+struct MotionKey {
+  double time_s;
+  Pose pose;
+};
+
+// Linear RGB is made of it by the renderer.
+using Colour = std::array<uint8_t, 3>;  // sRGB
+
+// `pose` places the shape's own frame (the mesh file's frame, or the centre of a primitive), not
+// its centre of mass.
+struct Body {
+  std::string name;
+  std::string shape;
+  std::string material;
+  Pose pose;
+  Vec3 linear_velocity = Vec3::Zero();   // m/s, of the centre of mass
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world frame
+  Role role = Role::dynamic;
+  bool held = false;  // dynamic, but fixed until a release event names it
+  std::optional<Hinge> hinge;
+  std::vector<MotionKey> motion;  // kinematic only, times ascending
+  std::optional<Colour> colour;   // none: from the palette, by index
+};
+
+// Where the bodies of an emitter start. Positions are of centres of mass.
+struct GridSource {
+  Vec3 centre;
+  std::array<int, 3> count;
+  Vec3 spacing;
+};  // all >= 1
+struct DiskSource {
+  Vec3 centre;
+  double radius;
+  double height;
+};  // uniform in a cylinder, axis y
+struct LineSource {
+  Vec3 from, to;
+  double period_s;
+};  // the drop point goes to and fro in a period
+struct PointSource {
+  Vec3 position;
+};  // a stream
+struct VolumeSource {
+  std::filesystem::path file;
+  double scale;
+  Pose pose;
+  double spacing;
+};
+using EmitterSource = std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource>;
+
+struct Emitter {
+  std::string name;
+  std::vector<std::string> shapes;  // >= 1, taken in turn
+  std::string material;
+  EmitterSource source;
+  // How many bodies. A grid has its own count; a volume is filled and `count` limits it (0: no
+  // limit).
+  int count = 0;
+  double rate_hz = 0;  // bodies a second, one by one from start_s on; 0: all at start_s
+  double start_s = 0;  // >= 0
+  Vec3 linear_velocity = Vec3::Zero();   // m/s
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  double position_jitter_m = 0;          // uniform in a cube of this half width
+  double linear_velocity_jitter = 0;     // m/s, uniform in a ball
+  double angular_velocity_jitter = 0;    // rad/s, uniform in a ball
+  std::optional<Quat> orientation;       // none: uniform over rotations
+  std::optional<Colour> colour;
+};
+
+struct ReleaseEvent {
+  std::vector<std::string> bodies;
+};
+struct RemoveEvent {
+  std::vector<std::string> bodies;
+};
+struct ImpulseEvent {
+  std::vector<std::string> bodies;
+  Vec3 impulse;               // N s, world frame
+  std::optional<Vec3> point;  // m, world frame; none: at the centre of mass
+};
+struct Event {
+  double time_s;
+  std::variant<ReleaseEvent, RemoveEvent, ImpulseEvent> action;
+};
+
+enum class SimulatorMode { impulse };
+
+struct SimulatorSettings {
+  SimulatorMode mode = SimulatorMode::impulse;
+  bool sleeping = true;        // bodies at rest leave the solver until they are touched
+  int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step
+};
+
+struct CameraKey {
+  double time_s = 0;
+  Vec3 position;
+  Vec3 target;
+  double field_of_view = radians(35);  // vertical, (0, pi)
+};
+// One key: a fixed camera. Several: cubic in between. None: the renderer frames the action.
+struct Camera {
+  std::vector<CameraKey> keys;
+};
+
+struct RenderSettings {
+  std::array<int, 2> size = {960, 540};  // pixels
+  int samples = 4;                       // anti-aliasing: 1, 2, 4 or 8
+};
+
+struct Scene {
+  std::string name;
+  uint64_t seed = 1;
+  double duration_s = 5;         // > 0
+  double frame_rate = 60;        // frames a second, > 0
+  double step_s = 1.0 / 240.0;   // longest step; a frame takes the fewest equal steps that fit
+  Vec3 gravity = {0, -9.81, 0};  // m/s^2
+  std::map<std::string, Material> materials;
+  std::map<std::string, Shape> shapes;
+  std::vector<Body> bodies;
+  std::vector<Emitter> emitters;
+  std::vector<Event> events;  // ordered by time
+  SimulatorSettings simulator;
+  Camera camera;
+  RenderSettings render;
+
+  int frame_count() const;  // frames 0 (the start) .. frame_count() - 1
+  int steps_per_frame() const;
+  double actual_step_s() const { return 1.0 / (frame_rate * steps_per_frame()); }
+};
+
+}  // namespace pilesim

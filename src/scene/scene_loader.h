@@ -1,0 +1,34 @@
+// Scene files: JSON with comments allowed, checked against the schema, all problems reported at
+// once.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "scene/scene.h"
+
+namespace pilesim {
+
+struct LoadedScene {
+  Scene scene;
+  std::string resolved;         // the scene with every default written out, as JSON text
+  std::string changed_options;  // JSON object: pointer -> value, of what differs from the defaults
+};
+
+// `overrides` are "/json/pointer=value" (value as JSON, or taken as a string if it is none),
+// applied before checking. Throws Error(io), or Error(input) with one Problem for each thing wrong:
+// file, pointer, line:column, what was found, what is expected, and "did you mean" for unknown keys
+// and names. Paths in a scene are relative to its file.
+LoadedScene load_scene(const std::filesystem::path& file,
+                       std::span<const std::string> overrides = {});
+
+// The same from text; `file` names it in messages and gives the directory of relative paths.
+LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
+                        std::span<const std::string> overrides = {});
+
+// The JSON Schema (draft 2020-12) of scene files, as text.
+std::string scene_schema();
+
+}  // namespace pilesim

@@ -1,0 +1,40 @@
+// A simulator steps a model. Model and settings are const; all that moves is in states().
+#pragma once
+
+#include <memory>
+
+#include "core/stage_timer.h"
+#include "scene/model.h"
+#include "scene/scene.h"
+#include "simulate/body_state.h"
+
+namespace pilesim {
+
+// Of the state at the end of a frame; times are of the whole frame.
+struct FrameStatistics {
+  StageTimes times;
+  int steps = 0;  // steps taken in this frame (more than asked where a fast body
+                  // made the step shorter)
+  uint32_t bodies_present = 0;
+  uint32_t bodies_awake = 0;         // dynamic and not asleep
+  uint32_t contacts = 0;             // points that touch (distance <= 0) or carry an impulse
+  double deepest_penetration_m = 0;  // >= 0, over the contact points, as the solver sees it
+  double kinetic_energy_j = 0;       // of dynamic bodies
+  double potential_energy_j = 0;     // -m g . x, zero at the world's origin
+};
+
+class Simulator {
+ public:
+  virtual ~Simulator() = default;
+  // Advances one frame: events, emissions and steps of it. Throws Error(input) naming the body and
+  // the frame if a state stops being finite.
+  virtual FrameStatistics step_frame() = 0;
+  virtual const BodyStates& states() const = 0;
+  // Of the state as it is, with zero times: for frame 0.
+  virtual FrameStatistics statistics() const = 0;
+};
+
+// The simulator that scene.simulator.mode names. Both arguments must outlive it.
+std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model);
+
+}  // namespace pilesim

@@ -1,0 +1,1 @@
+#include "trajectory/trajectory.h"
