@@ -31,13 +31,20 @@ std::string parent_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(0, pointer.rfind('/'));
 }
 
+Error override_error(const std::string& pointer, std::string found, std::string expected,
+                     std::string remedy = "") {
+  return {ErrorKind::input, Problem{.file = kOverride,
+                                    .pointer = pointer,
+                                    .found = std::move(found),
+                                    .expected = std::move(expected),
+                                    .remedy = std::move(remedy)}};
+}
+
 Override parse_override(const std::string& argument) {
   const size_t equals = argument.find('=');
   if (equals == argument.npos || !argument.starts_with('/')) {
-    throw Error(ErrorKind::input, Problem{.file = kOverride,
-                                          .found = "is \"" + argument + '"',
-                                          .expected = "/json/pointer=value",
-                                          .remedy = "Write for example /simulator/sleeping=false"});
+    throw override_error("", "is \"" + argument + '"', "/json/pointer=value",
+                         "Write for example /simulator/sleeping=false");
   }
   const std::string text = argument.substr(equals + 1);
   Json value = Json::parse(text, nullptr, false);
@@ -45,42 +52,42 @@ Override parse_override(const std::string& argument) {
   return {argument.substr(0, equals), std::move(value)};
 }
 
-Error override_error(const std::string& pointer, std::string found, std::string expected) {
-  return {ErrorKind::input, Problem{.file = kOverride,
-                                    .pointer = pointer,
-                                    .found = std::move(found),
-                                    .expected = std::move(expected)}};
+// The keys and indices of a JSON pointer, from the root on.
+std::vector<std::string> pointer_tokens(const std::string& pointer) {
+  std::vector<std::string> tokens;
+  try {
+    for (Json::json_pointer rest(pointer); !rest.empty(); rest.pop_back()) {
+      tokens.insert(tokens.begin(), rest.back());
+    }
+  } catch (const Json::exception&) {
+    throw override_error("", "is \"" + pointer + '"', "a JSON pointer with ~0 for ~ and ~1 for /");
+  }
+  return tokens;
 }
 
 // Sets the value. Objects on the way are made where missing; array entries must be there.
 void apply(Json& document, Override& change) {
   Json* place = &document;
   std::string reached;
-  std::string rest = change.pointer;
-  while (!rest.empty()) {
-    const size_t slash = rest.find('/', 1);
-    const std::string token = rest.substr(1, slash == rest.npos ? slash : slash - 1);
-    rest = slash == rest.npos ? "" : rest.substr(slash);
+  for (const std::string& token : pointer_tokens(change.pointer)) {
+    if (place->is_null()) *place = Json::object();
     if (place->is_object()) {
-      std::string key = token;
-      nlohmann::detail::unescape(key);
-      place = &(*place)[key];
-      if (place->is_null() && !rest.empty()) *place = Json::object();
+      place = &(*place)[token];
     } else if (place->is_array()) {
       const bool is_index = !token.empty() && token.size() < 10 &&
                             token.find_first_not_of("0123456789") == token.npos;
       const size_t index = is_index ? std::stoul(token) : place->size();
       if (index >= place->size()) {
-        throw override_error(change.pointer,
-                             reached + " has " + std::to_string(place->size()) + " entries",
-                             "an index below " + std::to_string(place->size()));
+        const std::string size = std::to_string(place->size());
+        throw override_error(change.pointer, reached + " has " + size + " entries",
+                             "an index below " + size);
       }
       place = &(*place)[index];
     } else {
       throw override_error(change.pointer, reached + ' ' + describe_value(*place),
                            "an object or an array there");
     }
-    reached += '/' + token;
+    reached += '/' + escape_pointer_token(token);
   }
   *place = std::move(change.value);
 }
