@@ -258,6 +258,9 @@ class Checker {
     }
     if (whole != emitters_.end()) return;
     const Emitter& emitter = scene_.emitters[part->second];
+    const Path emitters = root_ / "emitters";
+    const Path emitter_place = emitters / part->second;
+    if (!log_.is_sound(emitter_place / "count")) return;
     const double count = known_count(emitter);
     const bool depends_on_mesh = std::holds_alternative<VolumeSource>(emitter.source) && count == 0;
     if (!depends_on_mesh && static_cast<double>(emitted->index) >= count) {
