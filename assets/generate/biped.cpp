@@ -3,8 +3,8 @@
 namespace pilesim {
 namespace {
 
-// Modelled in centimetres.
-constexpr double kCentimetre = 0.01;
+// Modelled in units of which the ears' tips stand 36 above the ground.
+constexpr double kUnit = 0.4 / 36;
 const Vec3 kAcross = Vec3::UnitX();
 
 // A plate edge once in every unit of `phase`: rises slowly and drops at the end, 0 to 1, as
@@ -23,12 +23,12 @@ double torso(const Vec3& p) {
   return smooth_union(belly, chest, 3.0);
 }
 
-double belly_grooves(double solid, const Vec3& p) {
-  for (const double y : {11.6, 14.2, 16.8, 19.4, 22.0}) {
-    const double ripple = round_cone(p, {-4.4, y, 5.0}, {0, y - 0.5, 6.9}, 0.3, 0.3);
-    solid = smooth_cut(solid, ripple, 0.5);
-  }
-  return solid;
+// Soft scales across the belly, that overlap upwards.
+double belly_scales(double solid, const Vec3& p) {
+  const double front = std::clamp((p.z() - 2.2) / 2.0, 0.0, 1.0);
+  const double middle = std::clamp((4.6 - p.x()) / 0.8, 0.0, 1.0);
+  const double sag = 0.06 * p.x() * p.x();
+  return solid - front * middle * 0.45 * plate((p.y() - sag) / 2.5);
 }
 
 // The shell of the back: plates that overlap downwards, seen as arcs from side to side.
@@ -42,6 +42,10 @@ double carapace(const Vec3& p, Detail detail) {
   }
   const double front = Vec3(0, 0.12, 1).normalized().dot(p - Vec3(0, 17.4, 0.9));
   shell = smooth_intersection(shell, front, 0.7);
+  // A rim round its front edge hides the plates' ends.
+  const double skin = ellipsoid(p, centre, {7.4, 10.2, 6.9}, rotation(8, kAcross));
+  const double rim = std::sqrt(skin * skin + front * front) - 0.75;
+  shell = smooth_union(shell, rim, 0.3);
   const double foot = 9.0 - p.y();
   return smooth_intersection(shell, foot, 1.0);
 }
@@ -150,10 +154,10 @@ double head(const Vec3& p, Detail detail) {
   return smooth_union(solid, ear, 0.5);
 }
 
-double field_cm(const Vec3& point, Detail detail) {
+double field_of(const Vec3& point, Detail detail) {
   const Vec3 p(std::abs(point.x()), point.y(), point.z());
   double solid = torso(p);
-  if (detail == Detail::full) solid = belly_grooves(solid, p);
+  if (detail == Detail::full) solid = belly_scales(solid, p);
   solid = smooth_union(solid, leg(p, detail), 0.8);
   solid = smooth_union(solid, tail(p, detail), 1.2);
   solid = smooth_union(solid, carapace(p, detail), 0.3);
@@ -167,9 +171,8 @@ double field_cm(const Vec3& point, Detail detail) {
 }  // namespace
 
 Sculpture armoured_biped(Detail detail) {
-  return {
-      [detail](const Vec3& point) { return kCentimetre * field_cm(point / kCentimetre, detail); },
-      Bounds(Vec3(-19, -1, -19.5) * kCentimetre, Vec3(19, 41, 13) * kCentimetre)};
+  return {[detail](const Vec3& point) { return kUnit * field_of(point / kUnit, detail); },
+          Bounds(Vec3(-19, -1, -19.5) * kUnit, Vec3(19, 41, 13) * kUnit)};
 }
 
 }  // namespace pilesim

@@ -108,10 +108,10 @@ TriangleMesh spiral_tower() {
 
 TriangleMesh heart() {
   const Field field = [](const Vec3& point) {
-    const Vec3 p(point.x(), point.y(), point.z() * 1.3);
-    const double left = round_cone(p, {0, 0.22, 0}, {-0.5, 1.44, 0}, 0.2, 0.56);
-    const double right = round_cone(p, {0, 0.22, 0}, {0.5, 1.44, 0}, 0.2, 0.56);
-    return smooth_intersection(smooth_union(left, right, 0.45), -p.y(), 0.05);
+    const Vec3 p(std::abs(point.x()), point.y(), point.z() * 1.3);
+    const double lobe = round_cone(p, {0, 0.2, 0}, {0.53, 1.43, 0}, 0.16, 0.57);
+    const double middle = ellipsoid(p, {0, 0.96, 0}, {0.82, 0.72, 0.52});
+    return smooth_intersection(smooth_union(lobe, middle, 0.3), -p.y(), 0.05);
   };
   const Bounds region(Vec3(-1.3, -0.1, -0.8), Vec3(1.3, 2.2, 0.8));
   return simplify(polygonise(field, region, 0.035), 3000);

@@ -12,8 +12,8 @@
 namespace pilesim {
 namespace {
 
-constexpr double kFineCell = 0.003;    // m, of the 5,000-triangle figures
-constexpr double kCoarseCell = 0.005;  // m, of those that have no details
+constexpr double kFineCell = 0.004;    // m, of the 5,000-triangle figures
+constexpr double kCoarseCell = 0.006;  // m, of those that have no details
 
 // To the micrometre: far below what matters, and files stay short.
 void write(TriangleMesh mesh, const std::filesystem::path& file) {

@@ -14,6 +14,8 @@ double body(const Vec3& p) {
   double solid = smooth_union(rump, chest, 5.0);
   const double neck = round_cone(p, {3.8, 11.0, 0}, {7.0, 15.5, 0}, 4.6, 3.6);
   solid = smooth_union(solid, neck, 3.0);
+  const double ruff = ellipsoid(p, {7.6, 11.6, 0}, {2.7, 3.6, 3.7}, rotation(24, kSide));
+  solid = smooth_union(solid, ruff, 1.2);
   const double tail = ellipsoid(p, {-14.0, 6.6, 0}, {2.4, 2.5, 2.4});
   return smooth_union(solid, tail, 0.7);
 }
@@ -42,16 +44,20 @@ double head(const Vec3& p) {
 }
 
 double face_details(double solid, const Vec3& p) {
-  const double whisker_pad = ellipsoid(p, {14.0, 15.5, 0.85}, {1.2, 1.0, 1.05});
-  solid = smooth_union(solid, whisker_pad, 0.5);
-  const double chin = ellipsoid(p, {13.0, 14.5, 0}, {1.2, 0.8, 0.9});
-  solid = smooth_union(solid, chin, 0.5);
-  const double nose = ellipsoid(p, {15.05, 16.7, 0}, {0.65, 0.5, 0.8});
-  solid = smooth_union(solid, nose, 0.2);
-  const double socket = sphere(p, {11.0, 18.5, 4.35}, 1.35);
+  const double whisker_pad = ellipsoid(p, {14.0, 15.6, 0.95}, {1.3, 1.05, 1.1});
+  solid = smooth_union(solid, whisker_pad, 0.4);
+  const double chin = ellipsoid(p, {13.3, 14.4, 0}, {1.2, 0.75, 0.9});
+  solid = smooth_union(solid, chin, 0.4);
+  const double mouth = round_cone(p, {15.0, 14.9, 0}, {12.6, 15.0, 2.6}, 0.22, 0.16);
+  solid = smooth_cut(solid, mouth, 0.45);
+  const double nose = ellipsoid(p, {14.75, 16.75, 0}, {0.85, 0.6, 0.95});
+  solid = smooth_union(solid, nose, 0.25);
+  // An almond: the ball looks out between two lids.
+  const Quat tilt = rotation(-20, kSide);
+  const double socket = ellipsoid(p, {10.9, 18.3, 4.3}, {1.75, 1.25, 1.2}, tilt);
   solid = smooth_cut(solid, socket, 0.5);
-  const double eyeball = sphere(p, {10.8, 18.45, 2.95}, 1.12);
-  return smooth_union(solid, eyeball, 0.08);
+  const double eyeball = sphere(p, {10.8, 18.25, 2.75}, 1.22);
+  return smooth_union(solid, eyeball, 0.1);
 }
 
 double ear(const Vec3& p, Detail detail) {
@@ -71,12 +77,12 @@ double ear(const Vec3& p, Detail detail) {
   return leaf;
 }
 
-double toe_grooves(double solid, const Vec3& p) {
-  for (const double z : {2.1, 2.95}) {
-    solid = smooth_cut(solid, round_cone(p, {9.7, 1.9, z}, {11.2, 0.6, z}, 0.25, 0.3), 0.35);
-  }
-  for (const double z : {5.25, 6.15}) {
-    solid = smooth_cut(solid, round_cone(p, {4.0, 2.2, z}, {6.2, 0.7, z}, 0.28, 0.32), 0.35);
+double toes(double solid, const Vec3& p) {
+  for (const double side : {-1.0, 0.0, 1.0}) {
+    const double reach = -0.25 * std::abs(side);
+    const double front = ellipsoid(p, {9.6 + reach, 1.05, 2.5 + 0.85 * side}, {1.35, 1.0, 0.62});
+    const double hind = ellipsoid(p, {4.6 + reach, 1.1, 5.75 + 0.95 * side}, {1.7, 1.0, 0.68});
+    solid = smooth_union(solid, std::min(front, hind), 0.2);
   }
   return solid;
 }
@@ -84,9 +90,9 @@ double toe_grooves(double solid, const Vec3& p) {
 double field_cm(const Vec3& point, Detail detail) {
   const Vec3 p(point.x(), point.y(), std::abs(point.z()));
   double solid = smooth_union(body(p), head(p), 1.8);
-  solid = smooth_union(solid, hind_leg(p), 0.7);
+  solid = smooth_union(solid, hind_leg(p), 0.5);
   solid = smooth_union(solid, front_leg(p), 0.9);
-  if (detail == Detail::full) solid = toe_grooves(face_details(solid, p), p);
+  if (detail == Detail::full) solid = toes(face_details(solid, p), p);
   solid = smooth_union(solid, ear(p, detail), 0.8);
   return smooth_intersection(solid, -p.y(), 0.3);
 }
