@@ -189,7 +189,8 @@ Json parse_json(const std::string& text, const std::string& file) {
   } catch (const Json::exception& error) {
     const auto read = stream.rdbuf()->pubseekoff(0, std::ios::cur, std::ios::in);
     const size_t consumed = read < 0 ? text.size() : static_cast<size_t>(read);
-    const bool at_end = std::string_view(error.what()).find("end of input") != std::string::npos;
+    const bool at_end =
+        std::string_view(error.what()).find("unexpected end of input") != std::string::npos;
     throw translate(error, text, file, at_end || consumed == 0 ? text.size() : consumed - 1);
   }
 }

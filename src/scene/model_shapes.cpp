@@ -83,11 +83,18 @@ TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
   return part;
 }
 
-// Closed pieces that touch or overlap are no proper solid as one mesh, but each of them is.
-bool groups_are_solids(const TriangleMesh& mesh) {
+bool is_convex_solid(const TriangleMesh& mesh) {
+  constexpr double kRounding = 1e-6;
+  if (!find_mesh_defects(mesh).empty()) return false;
+  const double hull_volume = mass_properties(convex_hull(mesh.vertices)).volume_m3;
+  return mass_properties(mesh).volume_m3 >= (1 - kRounding) * hull_volume;
+}
+
+// Closed convex pieces that touch are no proper solid as one mesh, but their union is one.
+bool is_made_of_convex_groups(const TriangleMesh& mesh) {
   return mesh.groups.size() > 1 &&
          std::all_of(mesh.groups.begin(), mesh.groups.end(), [&](const MeshGroup& group) {
-           return find_mesh_defects(group_mesh(mesh, group)).empty();
+           return is_convex_solid(group_mesh(mesh, group));
          });
 }
 
@@ -120,8 +127,7 @@ class MeshShapeBuilder {
   bool is_solid() {
     const std::vector<MeshDefect> defects = find_mesh_defects(shape_.mesh);
     if (defects.empty()) return true;
-    const bool takes_groups = source_.collision == CollisionKind::decomposition;
-    if (takes_groups && groups_are_solids(shape_.mesh)) return true;
+    if (is_made_of_convex_groups(shape_.mesh)) return true;
     const bool has_hull = defects.front().kind != MeshDefectKind::empty;
     if (source_.use_hull_if_not_solid && has_hull) return false;
     std::vector<Problem> problems;

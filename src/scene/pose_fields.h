@@ -11,9 +11,9 @@ inline const std::string kRotationText =
     "angles in degrees [x, y, z], turned about the object's own x axis, then its new y axis, then "
     "its new z axis (intrinsic XYZ)";
 
-// `access` takes a T& to its Pose&; `what` stands there.
+// `access` takes a T& to its Pose&; `what` stands there. `prefix` begins each key.
 template <class T, class Access>
-Fields<T> pose_fields(Access access, const std::string& what) {
+Fields<T> pose_fields(Access access, const std::string& what, const std::string& prefix = "") {
   const auto position = [access](auto& object) -> auto& {
     return std::invoke(access, object).position;
   };
@@ -21,13 +21,13 @@ Fields<T> pose_fields(Access access, const std::string& what) {
     return std::invoke(access, object).orientation;
   };
   return {
-      field<T>("position", position, vector3(), "Where " + what + " stands, m."),
-      in_group("orientation",
-               field<T>("orientation", orientation, quaternion(),
+      field<T>(prefix + "position", position, vector3(), "Where " + what + " stands, m."),
+      in_group(prefix + "orientation",
+               field<T>(prefix + "orientation", orientation, quaternion(),
                         "How " + what + " is turned: a unit quaternion [w, x, y, z].")),
-      in_group("orientation",
-               input_only(derived_field<T>("rotation_deg", orientation, rotation_deg(),
-                                           "Instead of orientation: " + kRotationText + "."))),
+      in_group(prefix + "orientation",
+               input_only(derived_field<T>(prefix + "rotation_deg", orientation, rotation_deg(),
+                                           "Instead of the quaternion: " + kRotationText + "."))),
   };
 }
 

@@ -16,23 +16,24 @@ std::string lower_case(std::string_view word) {
   return lower;
 }
 
-// Insertions, deletions, replacements and swaps of neighbours (optimal string alignment).
-size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<size_t> before_last(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) last[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
+// How far `word` is from `name` in insertions, deletions, replacements and swaps of neighbours
+// (optimal string alignment). What `name` goes on with ("_kg_m3") counts as one slip at most.
+size_t misspelling(std::string_view word, std::string_view name) {
+  std::vector<size_t> before_last(name.size() + 1), last(name.size() + 1), row(name.size() + 1);
+  for (size_t j = 0; j <= name.size(); ++j) last[j] = j;
+  for (size_t i = 1; i <= word.size(); ++i) {
     row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+    for (size_t j = 1; j <= name.size(); ++j) {
+      const size_t replaced = last[j - 1] + (word[i - 1] == name[j - 1] ? 0 : 1);
       row[j] = std::min({last[j] + 1, row[j - 1] + 1, replaced});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+      if (i > 1 && j > 1 && word[i - 1] == name[j - 2] && word[i - 2] == name[j - 1]) {
         row[j] = std::min(row[j], before_last[j - 2] + 1);
       }
     }
     std::swap(before_last, last);
     std::swap(last, row);
   }
-  return last[b.size()];
+  return std::min(last.back(), *std::min_element(last.begin(), last.end()) + 1);
 }
 
 }  // namespace
@@ -79,10 +80,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
   const std::string* nearest = nullptr;
   size_t nearest_distance = std::max<size_t>(1, wanted.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const std::string offered = lower_case(candidate);
-    // "density" for "density_kg_m3" is a slip, not another word.
-    const bool is_beginning = wanted.size() >= 3 && offered.starts_with(wanted);
-    const size_t distance = is_beginning ? 1 : edit_distance(wanted, offered);
+    const size_t distance = misspelling(wanted, lower_case(candidate));
     if (distance < nearest_distance) {
       nearest = &candidate;
       nearest_distance = distance;

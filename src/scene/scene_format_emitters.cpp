@@ -136,7 +136,7 @@ Alternative<Emitter> volume() {
                                               "Mesh file, relative to the scene file."),
                       field<Emitter>("scale", of(&VolumeSource::scale), number(above(0)),
                                      "Metres per unit of the file.")} +
-          pose_fields<Emitter>(pose, "the mesh's own frame") +
+          pose_fields<Emitter>(pose, "the mesh's own frame", "mesh_") +
           Fields<Emitter>{
               required_field<Emitter>("spacing", of(&VolumeSource::spacing), number(above(0)),
                                       "Distance of neighbours in the lattice, m."),
