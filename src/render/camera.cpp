@@ -1,0 +1,6 @@
+#include <algorithm>
+
+#include "render/scene_renderer.h"
+
+namespace pilesim {
+}  // namespace pilesim
