@@ -47,9 +47,8 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     ++list.batches.back().instance_count;
     list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
     const Quatf& q = frame.orientation[entry.body];
-    list.instances.push_back({frame.position[entry.body],
-                              {q.x(), q.y(), q.z(), q.w()},
-                              scene.colour[entry.body]});
+    list.instances.push_back(
+        {frame.position[entry.body], {q.x(), q.y(), q.z(), q.w()}, scene.colour[entry.body]});
   }
 }
 
@@ -61,8 +60,8 @@ struct Range {
 // as much on either side: what rolled away must not blur the rest.
 Range robust_range(std::vector<float>& values) {
   const auto nth = [&](double share) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                         share * static_cast<double>(values.size() - 1));
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };
@@ -108,8 +107,8 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
     const Vec3f& position = frame.position[body];
     if (!view.sees_sphere(position, radius)) continue;
     const float depth = std::max(view.depth_of(position) - radius, view.near_m);
-    const uint32_t level = choose_level(scene.meshes[scene.shape[body]],
-                                        pixel_error * metres_per_pixel_at_1m * depth);
+    const uint32_t level =
+        choose_level(scene.meshes[scene.shape[body]], pixel_error * metres_per_pixel_at_1m * depth);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, depth, body});
   }
   fill_list(scene, frame, entries, list);
@@ -172,8 +171,7 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
     const Vec3f radii = scene.radius(body) * light.extent.cwiseInverse();
-    const Vec3f at =
-        (light.shadow_from_world * frame.position[body].homogeneous()).head<3>();
+    const Vec3f at = (light.shadow_from_world * frame.position[body].homogeneous()).head<3>();
     if ((at.array() < -radii.array()).any() || (at.array() > 1 + radii.array()).any()) continue;
     const uint32_t level = choose_level(scene.meshes[scene.shape[body]], texel);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, at.z(), body});

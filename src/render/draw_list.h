@@ -40,12 +40,12 @@ struct DrawList {
 
 // The scene as the renderer keeps it, one entry a body or a shape of the trajectory.
 struct RenderScene {
-  std::vector<RenderMesh> meshes;   // (shape) without levels' triangles for planes
-  std::vector<uint8_t> is_plane;    // (shape)
-  std::vector<uint32_t> shape;      // (body)
-  std::vector<Vec3f> colour;        // (body) linear
-  std::vector<uint8_t> moves;       // (body)
-  float typical_radius_m = 1;       // median of the moving bodies' bounding radii
+  std::vector<RenderMesh> meshes;  // (shape) without levels' triangles for planes
+  std::vector<uint8_t> is_plane;   // (shape)
+  std::vector<uint32_t> shape;     // (body)
+  std::vector<Vec3f> colour;       // (body) linear
+  std::vector<uint8_t> moves;      // (body)
+  float typical_radius_m = 1;      // median of the moving bodies' bounding radii
 
   explicit RenderScene(const TrajectoryHeader& header);
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }

@@ -23,9 +23,8 @@ WeldedMesh weld(std::span<const Vec3f> vertices,
     corners.insert(corners.end(), triangle.begin(), triangle.end());
   }
   std::vector<uint32_t> remap(vertices.size());
-  const size_t count =
-      meshopt_generateVertexRemap(remap.data(), corners.data(), corners.size(), vertices.data(),
-                                  vertices.size(), sizeof(Vec3f));
+  const size_t count = meshopt_generateVertexRemap(remap.data(), corners.data(), corners.size(),
+                                                   vertices.data(), vertices.size(), sizeof(Vec3f));
   WeldedMesh welded;
   welded.positions.resize(count);
   meshopt_remapVertexBuffer(welded.positions.data(), vertices.data(), vertices.size(),
@@ -141,9 +140,8 @@ void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
     corners[i] = {{p.x(), p.y(), p.z()}, {normals[i].x(), normals[i].y(), normals[i].z()}};
   }
   std::vector<uint32_t> remap(corners.size());
-  const size_t count = meshopt_generateVertexRemap(remap.data(), nullptr, corners.size(),
-                                                   corners.data(), corners.size(),
-                                                   sizeof(RenderVertex));
+  const size_t count = meshopt_generateVertexRemap(
+      remap.data(), nullptr, corners.size(), corners.data(), corners.size(), sizeof(RenderVertex));
   vertices.resize(count);
   meshopt_remapVertexBuffer(vertices.data(), corners.data(), corners.size(), sizeof(RenderVertex),
                             remap.data());
@@ -183,9 +181,9 @@ void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>&
                          vertices.size(), sizeof(RenderVertex), target * 3, 1.0f, 0, &error);
     // Creases and borders may stop the careful simplifier; from afar its rough sister will do.
     if (count > target * 3 + target) {
-      count = meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
-                                     vertices.size(), sizeof(RenderVertex), target * 3, 1.0f,
-                                     &error);
+      count =
+          meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
+                                 vertices.size(), sizeof(RenderVertex), target * 3, 1.0f, &error);
     }
     if (count == 0 || count >= previous - previous / 8) continue;
     previous = count;

@@ -39,9 +39,9 @@ struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
   GlProgram body{"body", shaders::body_vert,
                  concatenate({shaders::lighting_glsl, shaders::body_frag})};
-  GlProgram ground{"ground", shaders::ground_vert,
-                   concatenate({shaders::background_glsl, shaders::lighting_glsl,
-                                shaders::ground_frag})};
+  GlProgram ground{
+      "ground", shaders::ground_vert,
+      concatenate({shaders::background_glsl, shaders::lighting_glsl, shaders::ground_frag})};
   GlProgram sky{"sky", shaders::screen_vert,
                 concatenate({shaders::background_glsl, shaders::sky_frag})};
   GlProgram occlusion_depth;
@@ -53,9 +53,10 @@ struct Programs {
       : occlusion_depth("occlusion_depth", shaders::screen_vert,
                         concatenate({define(multisample), shaders::view_depth_glsl,
                                      shaders::occlusion_depth_frag})),
-        composite("composite", shaders::screen_vert,
-                  concatenate({define(multisample), shaders::view_depth_glsl,
-                               shaders::composite_frag})) {}
+        composite(
+            "composite", shaders::screen_vert,
+            concatenate({define(multisample), shaders::view_depth_glsl, shaders::composite_frag})) {
+  }
 
   static std::string_view define(bool multisample) {
     return multisample ? "#define MULTISAMPLE\n" : "";

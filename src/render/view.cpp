@@ -13,7 +13,8 @@ bool View::sees_sphere(const Vec3f& centre, float radius) const {
 
 Eigen::Vector2f View::project(const Vec3f& point, float width, float height) const {
   const Eigen::Vector4f clip = clip_from_world * point.homogeneous();
-  return {(0.5f + 0.5f * clip.x() / clip.w()) * width, (0.5f - 0.5f * clip.y() / clip.w()) * height};
+  return {(0.5f + 0.5f * clip.x() / clip.w()) * width,
+          (0.5f - 0.5f * clip.y() / clip.w()) * height};
 }
 
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m) {
