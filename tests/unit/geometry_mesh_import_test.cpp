@@ -1,0 +1,227 @@
+#include "geometry/mesh_import.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "../geometry_shapes.h"
+#include "core/error.h"
+#include "geometry/mass_properties.h"
+#include "geometry/obj_writer.h"
+#include "geometry/primitives.h"
+
+namespace pilesim {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class MeshImport : public testing::Test {
+ protected:
+  MeshImport() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = std::filesystem::temp_directory_path() /
+                 ("pilesim_mesh_import_" + std::string(test->name()) + std::to_string(getpid()));
+    std::filesystem::create_directories(directory_);
+  }
+  ~MeshImport() override { std::filesystem::remove_all(directory_); }
+
+  std::filesystem::path file(const std::string& name, const std::string& content) const {
+    std::ofstream(directory_ / name, std::ios::binary) << content;
+    return directory_ / name;
+  }
+
+  void expect_error(const std::filesystem::path& path, ErrorKind kind, const std::string& text) {
+    try {
+      import_mesh(path);
+      ADD_FAILURE() << "expected an error: " << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), kind);
+      EXPECT_THAT(error.what(), AllOf(HasSubstr(path.string()), HasSubstr(text)));
+    }
+  }
+
+  std::filesystem::path directory_;
+};
+
+const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+
+TEST_F(MeshImport, ReadsAnObjAndScalesIt) {
+  const TriangleMesh mesh =
+      import_mesh(file("a.obj", kCorners + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"), 2.0);
+  EXPECT_EQ(mesh.vertices.size(), 4u);
+  EXPECT_EQ(mesh.triangles.size(), 4u);
+  EXPECT_TRUE(mesh.groups.empty());
+  EXPECT_NEAR(mass_properties(mesh).volume_m3, 8.0 / 6, 1e-12);
+}
+
+TEST_F(MeshImport, TriangulatesPolygonsAndDropsPointsAndLines) {
+  const TriangleMesh mesh = import_mesh(
+      file("a.obj", "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 3 1 0\nv 9 9 9\nf 1 2 3 4\nl 1 5\np 5\n"));
+  EXPECT_EQ(mesh.vertices.size(), 4u) << "the line's far vertex is not part of the mesh";
+  double area = 0;  // of a concave quadrilateral: 4, all of it facing z
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3& origin = mesh.vertices[a];
+    area += (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).z() / 2;
+  }
+  EXPECT_NEAR(area, 4, 1e-12);
+}
+
+TEST_F(MeshImport, GroupsAndObjectsBecomeMeshGroups) {
+  const TriangleMesh mesh = import_mesh(
+      file("a.obj", kCorners + "f 1 3 2\no body\nf 1 2 4\nf 2 3 4\ng ear left\nf 1 4 3\n"));
+  ASSERT_EQ(mesh.groups.size(), 3u);
+  EXPECT_EQ(mesh.groups[1].name, "body");
+  EXPECT_EQ(mesh.groups[1].first_triangle, 1u);
+  EXPECT_EQ(mesh.groups[1].triangle_count, 2u);
+  EXPECT_EQ(mesh.groups[2].name, "ear left");
+  EXPECT_EQ(mesh.groups[2].first_triangle, 3u);
+  EXPECT_EQ(mesh.groups[2].triangle_count, 1u);
+}
+
+TEST_F(MeshImport, MaterialsDoNotCutGroups) {
+  const TriangleMesh mesh = import_mesh(file(
+      "a.obj", kCorners + "g all\nusemtl red\nf 1 3 2\nusemtl blue\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"));
+  ASSERT_EQ(mesh.groups.size(), 1u);
+  EXPECT_EQ(mesh.groups[0].name, "all");
+  EXPECT_EQ(mesh.groups[0].triangle_count, 4u);
+  EXPECT_EQ(mesh.vertices.size(), 4u);
+}
+
+TEST_F(MeshImport, WeldsCloseVerticesAndDropsWhatCollapses) {
+  // The box's diagonal is 1.7 m, so the tolerance is 1.7e-6 m. Vertices 5 to 7 repeat 1 to 3, a
+  // little off; the last triangle collapses; vertex 8 is too far off to be welded.
+  const TriangleMesh mesh =
+      import_mesh(file("a.obj", kCorners + "v 0 0 1e-6\nv 1 1e-6 0\nv -1e-6 1 0\nv 1 1e-5 0\n" +
+                                    "f 1 3 2\nf 5 6 4\nf 6 7 4\nf 5 4 7\nf 1 5 3\nf 8 3 4\n"));
+  EXPECT_EQ(mesh.vertices.size(), 5u);
+  ASSERT_EQ(mesh.triangles.size(), 5u);
+  EXPECT_THAT(mesh.triangles[1], testing::ElementsAre(0, 2, 3));
+}
+
+TEST_F(MeshImport, WeldsAcrossCellBorders) {
+  // A fine sheet whose triangles share no vertex in the file, jittered below the tolerance.
+  const int cells = 60;
+  Philox random(21, Stream::test, 0);
+  std::ostringstream text, faces;
+  text.precision(9);
+  const auto vertex = [&](int i, int j) {
+    const Vec3 point = Vec3(i, j, 0) / cells + 2e-7 * random.direction();
+    text << "v " << point.x() << ' ' << point.y() << ' ' << point.z() << '\n';
+  };
+  int count = 0;
+  for (int i = 0; i < cells; ++i) {
+    for (int j = 0; j < cells; ++j) {
+      vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1);
+      vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1);
+      for (int k = 0; k < 2; ++k, count += 3) {
+        faces << "f " << count + 1 << ' ' << count + 2 << ' ' << count + 3 << '\n';
+      }
+    }
+  }
+  const TriangleMesh mesh = import_mesh(file("a.obj", text.str() + faces.str()));
+  EXPECT_EQ(mesh.vertices.size(), size_t{(cells + 1) * (cells + 1)});
+  EXPECT_EQ(mesh.triangles.size(), size_t{2 * cells * cells});
+}
+
+TEST_F(MeshImport, ReadsStlAndPly) {
+  const std::string facet = "facet normal 0 0 0\nouter loop\n";
+  const std::string end = "endloop\nendfacet\n";
+  const TriangleMesh stl = import_mesh(
+      file("a.stl", "solid tetra\n" + facet + "vertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\n" + end +
+                        facet + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\n" + end + facet +
+                        "vertex 1 0 0\nvertex 0 1 0\nvertex 0 0 1\n" + end + facet +
+                        "vertex 0 0 0\nvertex 0 0 1\nvertex 0 1 0\n" + end + "endsolid tetra\n"));
+  EXPECT_EQ(stl.vertices.size(), 4u);
+  EXPECT_NEAR(mass_properties(stl).volume_m3, 1.0 / 6, 1e-12);
+  ASSERT_EQ(stl.groups.size(), 1u);
+  EXPECT_EQ(stl.groups[0].name, "tetra");
+
+  const TriangleMesh ply = import_mesh(file(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+      "z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 "
+      "0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"));
+  EXPECT_EQ(ply.vertices.size(), 4u);
+  EXPECT_NEAR(mass_properties(ply).volume_m3, 1.0 / 6, 1e-12);
+}
+
+// A binary glTF of one tetrahedron, used by two nodes: one moved, one mirrored.
+std::string two_tetrahedra_glb() {
+  const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const uint16_t indices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  std::string binary(sizeof positions + sizeof indices, '\0');
+  std::memcpy(binary.data(), positions, sizeof positions);
+  std::memcpy(binary.data() + sizeof positions, indices, sizeof indices);
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"name":"moved","mesh":0,"translation":[5,0,0]},{"name":"mirrored","mesh":0,"scale":[-2,2,2]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+"buffers":[{"byteLength":72}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
+{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+  while (json.size() % 4 != 0) json += ' ';
+  std::string glb;
+  const auto append = [&](uint32_t word) { glb.append(reinterpret_cast<const char*>(&word), 4); };
+  append(0x46546C67), append(2),
+      append(static_cast<uint32_t>(12 + 8 + json.size() + 8 + binary.size()));
+  append(static_cast<uint32_t>(json.size())), append(0x4E4F534A);
+  glb += json;
+  append(static_cast<uint32_t>(binary.size())), append(0x004E4942);
+  return glb + binary;
+}
+
+TEST_F(MeshImport, AppliesNodeTransformsAndKeepsMirroredNodesOutward) {
+  const TriangleMesh mesh = import_mesh(file("a.glb", two_tetrahedra_glb()));
+  ASSERT_EQ(mesh.groups.size(), 2u);
+  EXPECT_EQ(mesh.groups[0].name, "moved");
+  EXPECT_EQ(mesh.groups[1].name, "mirrored");
+  EXPECT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_NEAR(mass_properties(mesh).volume_m3, 1.0 / 6 + 8.0 / 6, 1e-6);
+  EXPECT_TRUE(mesh.bounds().min().isApprox(Vec3(-2, 0, 0), 1e-6));
+  EXPECT_TRUE(mesh.bounds().max().isApprox(Vec3(6, 2, 2), 1e-6));
+}
+
+TEST_F(MeshImport, SaysWhatIsWrongWithAFile) {
+  expect_error(directory_ / "none.obj", ErrorKind::io, "No such file");
+  expect_error(directory_, ErrorKind::io, "Is a directory");
+  expect_error(file("empty.obj", ""), ErrorKind::input, "cannot be read as a mesh");
+  expect_error(file("text.obj", "hello, hello, hello, hello\n"), ErrorKind::input, "");
+  expect_error(file("note.txt", "hello, hello, hello, hello\n"), ErrorKind::input,
+               "cannot be read as a mesh");
+  expect_error(file("index.obj", kCorners + "f 1 2 9\n"), ErrorKind::input, "out of range");
+  expect_error(file("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), ErrorKind::input,
+               "not a finite number");
+  expect_error(file("inf.obj", "v 1e60 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), ErrorKind::input,
+               "not a finite number");
+  expect_error(file("points.obj", kCorners + "p 1 2 3\n"), ErrorKind::input,
+               "contains no triangles");
+  expect_error(file("spot.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"), ErrorKind::input,
+               "contains no triangle of any extent");
+}
+
+TEST_F(MeshImport, ReadsBackWhatTheWriterWrote) {
+  TriangleMesh mesh = test::joined(box_mesh({1, 2, 3}), sphere_mesh(0.3, 2));
+  mesh.groups = {{"box", 0, 12}, {"ball", 12, 320}};
+  write_obj(mesh, directory_ / "a.obj");
+  const TriangleMesh read = import_mesh(directory_ / "a.obj");
+  ASSERT_EQ(read.triangles.size(), mesh.triangles.size());
+  ASSERT_EQ(read.vertices.size(), mesh.vertices.size());
+  ASSERT_EQ(read.groups.size(), 2u);
+  EXPECT_EQ(read.groups[1].name, "ball");
+  EXPECT_EQ(read.groups[1].first_triangle, 12u);
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (size_t corner = 0; corner < 3; ++corner) {
+      const Vec3& expected = mesh.vertices[mesh.triangles[i][corner]];
+      const Vec3& actual = read.vertices[read.triangles[i][corner]];
+      EXPECT_LE((actual - expected).norm(), 1e-6) << "triangle " << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
