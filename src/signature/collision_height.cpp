@@ -1,0 +1,101 @@
+#include "signature/collision_height.h"
+
+#include <cmath>
+
+#include "core/parallel_for.h"
+
+namespace pilesim {
+namespace {
+
+// Names the random sequences apart from those of the response table's cells.
+constexpr uint64_t kHeightObjects = uint64_t{1} << 40;
+
+CollisionHeightTable empty_table(TableLayout layout, double gyration_m) {
+  CollisionHeightTable table{.layout = layout};
+  if (layout == TableLayout::dissertation) {
+    table.spin = {.name = "spin_over_speed", .unit = "1/m"};
+    for (int i = 0; i < 16; ++i) {
+      table.spin.nodes.push_back(static_cast<float>(16 / gyration_m * i * i / (15.0 * 15.0)));
+    }
+    table.tilt = {.name = "tilt", .unit = "rad", .nodes = {0}};
+  } else {
+    table.spin = {.name = "alpha_n", .unit = "rad"};
+    for (int i = 0; i < 14; ++i) {
+      table.spin.nodes.push_back(static_cast<float>(radians(88) * i / 13));
+    }
+    table.tilt = {.name = "tilt", .unit = "rad"};
+    for (int i = 0; i < 9; ++i) table.tilt.nodes.push_back(static_cast<float>(kPi * i / 8));
+  }
+  const size_t cells = table.cell_count();
+  table.trials.resize(cells);
+  table.mean_m.resize(cells);
+  table.deviation_m.resize(cells);
+  table.error_m.resize(cells);
+  return table;
+}
+
+TrialRequest request_of(const CollisionHeightTable& table, size_t cell, double gyration_m) {
+  const double spin = table.spin.nodes[cell / table.tilt.size()];
+  const double tilt = table.tilt.nodes[cell % table.tilt.size()];
+  const bool ratio = table.layout == TableLayout::dissertation;
+  const Vec3 direction(std::sin(tilt), std::cos(tilt), 0);
+  TrialRequest request;
+  request.velocity = Vec3(0, ratio ? -1 : -std::cos(spin), 0);
+  request.spin = (ratio ? spin : std::sin(spin) / gyration_m) * direction;
+  request.spread = ratio ? SpinSpread::everywhere : SpinSpread::fixed;
+  request.object = kHeightObjects + cell;
+  return request;
+}
+
+}  // namespace
+
+CollisionHeight collision_height(const CollisionHeightTable& table, float gyration_m,
+                                 const Vec3f& normal, const Vec3f& velocity, const Vec3f& spin) {
+  const float w = spin.norm();
+  const bool ratio = table.layout == TableLayout::dissertation;
+  const float key = ratio ? w / velocity.norm() : std::atan2(gyration_m * w, -velocity.dot(normal));
+  const float cosine = w > 0 ? std::clamp(spin.dot(normal) / w, -1.0F, 1.0F) : 1.0F;
+  const AxisPlace a = locate(table.spin, key), b = locate(table.tilt, std::acos(cosine));
+  CollisionHeight height{0, 0};
+  for (const auto& [i, wi] : {std::pair(a.low, 1 - a.high_weight), std::pair(a.high, a.high_weight)}) {
+    for (const auto& [j, wj] :
+         {std::pair(b.low, 1 - b.high_weight), std::pair(b.high, b.high_weight)}) {
+      const size_t cell = i * table.tilt.size() + j;
+      height.mean_m += wi * wj * table.mean_m[cell];
+      height.deviation_m += wi * wj * table.deviation_m[cell];
+    }
+  }
+  return height;
+}
+
+CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayout layout,
+                                              uint32_t trials) {
+  TrialSetup heights_only = setup;
+  heights_only.kind = TrialKind::height;
+  const double gyration = setup.body->gyration_m;
+  CollisionHeightTable table = empty_table(layout, gyration);
+  parallel_for(table.cell_count(), 1, [&](size_t begin, size_t end) {
+    std::vector<TrialResult> results;
+    for (size_t cell = begin; cell < end; ++cell) {
+      TrialRequest request = request_of(table, cell, gyration);
+      request.count = candidates_for(*setup.body, request, trials);
+      run_trials(heights_only, std::span(&request, 1), results);
+      uint32_t count = 0;
+      double mean = 0, squares = 0;
+      for (const TrialResult& result : results) {
+        if (!result.kept) continue;
+        const double apart = result.height_m - mean;
+        mean += apart / ++count;
+        squares += apart * (result.height_m - mean);
+      }
+      const double deviation = count > 1 ? std::sqrt(squares / (count - 1)) : 0;
+      table.trials[cell] = count;
+      table.mean_m[cell] = static_cast<float>(mean);
+      table.deviation_m[cell] = static_cast<float>(deviation);
+      table.error_m[cell] = static_cast<float>(deviation / std::sqrt(std::max(1U, count)));
+    }
+  });
+  return table;
+}
+
+}  // namespace pilesim

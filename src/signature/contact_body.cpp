@@ -1,0 +1,141 @@
+#include "signature/contact_body.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh_check.h"
+
+namespace pilesim {
+namespace {
+
+// Over one step of the search a flight turns by at most this angle, rad: the Taylor series of the
+// rotation and the bounds on its derivatives hold over that.
+constexpr double kLongestTurn = 0.5;
+
+// Bounds of the derivatives of a direction seen from the freely turning body, over one step.
+void bound_turning(ContactBody& body) {
+  const Vec3& c = body.euler;
+  const double largest = c.cwiseAbs().maxCoeff();
+  // |spin|^2 changes at the rate 2 (c1 + c2 + c3) w1 w2 w3, |w1 w2 w3| <= |w|^3 / sqrt(27).
+  const double drift = std::abs(c.sum()) / std::sqrt(27.0);
+  const double growth = 1 / (1 - drift * kLongestTurn);  // of |spin| over the step
+  // |dw/dt| <= largest |w|^2 / sqrt(3), |d2w/dt2| <= 2 largest |dw/dt| |w|.
+  const double first = largest / std::sqrt(3.0);
+  const double second = 2 * largest * first;
+  body.turn_rate_bound = growth * growth * (1 + first);
+  body.turn_jerk_bound = growth * growth * growth * (1 + 3 * first + second);
+}
+
+void lay_out_lanes(ContactBody& body) {
+  const size_t count = body.vertices.size();
+  const size_t block = ContactBody::kVertexBlock;
+  const size_t padded = (count + block - 1) / block * block;
+  for (size_t i = 0; i < padded; ++i) {
+    const Vec3& v = body.vertices[i < count ? i : 0];
+    body.lane_x.push_back(static_cast<float>(v.x()));
+    body.lane_y.push_back(static_cast<float>(v.y()));
+    body.lane_z.push_back(static_cast<float>(v.z()));
+    body.lane_radius.push_back(static_cast<float>(v.norm()));
+  }
+}
+
+// `hull` in the body frame, inertia set.
+void finish(ContactBody& body, const TriangleMesh& hull) {
+  body.vertices = hull.vertices;
+  const Vec3& i = body.inertia_m2;
+  body.inverse_inertia = i.cwiseInverse();
+  body.euler = Vec3(i.y() - i.z(), i.z() - i.x(), i.x() - i.y()).cwiseQuotient(i);
+  body.gyration_m = std::sqrt(i.sum() / 3);
+  for (const Vec3& v : body.vertices) {
+    body.outer_radius_m = std::max(body.outer_radius_m, v.norm());
+  }
+  // Over the normals for which a vertex is the lowest one, its sideways distance is largest at a
+  // corner of that region, which is the normal of a face.
+  for (const Triangle& t : hull.triangles) {
+    const Vec3& a = hull.vertices[t[0]];
+    const Vec3 normal = (hull.vertices[t[1]] - a).cross(hull.vertices[t[2]] - a).stableNormalized();
+    for (const uint32_t corner : t) {
+      const Vec3& v = hull.vertices[corner];
+      body.reach_m = std::max(body.reach_m, (v - v.dot(normal) * normal).norm());
+    }
+  }
+  body.reach_m = std::min(body.outer_radius_m, body.reach_m * (1 + 1e-9));
+  bound_turning(body);
+  lay_out_lanes(body);
+}
+
+void use_principal_frame(ContactBody& body, const Mat3& inertia, TriangleMesh& hull) {
+  const PrincipalInertia principal = principal_inertia(inertia);
+  body.inertia_m2 = principal.moments;
+  body.principal_axes = principal.axes;
+  const Quat to_body = principal.axes.conjugate();
+  for (Vec3& v : hull.vertices) v = to_body * v;
+}
+
+}  // namespace
+
+void check_material(const ContactMaterial& material) {
+  const auto demand = [](bool good, const std::string& found, const std::string& expected) {
+    if (!good) throw Error(ErrorKind::usage, {.found = found, .expected = expected});
+  };
+  // Negated comparisons, so that NaN is refused.
+  demand(material.restitution >= 0 && material.restitution <= 1,
+         "restitution is " + std::to_string(material.restitution), "a number from 0 to 1");
+  demand(material.friction >= 0 && std::isfinite(material.friction),
+         "friction is " + std::to_string(material.friction), "a number of at least 0");
+  demand(material.restitution_threshold_m_s >= 0 && std::isfinite(material.restitution_threshold_m_s),
+         "the restitution threshold is " + std::to_string(material.restitution_threshold_m_s) +
+             " m/s",
+         "a speed of at least 0");
+}
+
+ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_name) {
+  std::vector<Problem> problems;
+  for (const MeshDefect& defect : find_mesh_defects(mesh)) {
+    // Where triangles cross, the hull and, nearly, the mass are still defined.
+    if (defect.kind == MeshDefectKind::self_touching) continue;
+    problems.push_back({.file = mesh_name,
+                        .found = defect.text,
+                        .expected = "a closed surface with outward triangles",
+                        .remedy = "Close and re-orient the mesh in a modelling tool."});
+  }
+  if (!problems.empty()) throw Error(ErrorKind::input, problems);
+
+  TriangleMesh hull;
+  try {
+    hull = convex_hull(mesh.vertices);
+  } catch (const Error& error) {
+    problems = error.problems();
+    for (Problem& problem : problems) problem.file = mesh_name;
+    throw Error(error.kind(), problems);
+  }
+  if (hull.vertices.size() > kMaxHullVertices) {
+    throw Error(ErrorKind::input,
+                {.file = mesh_name,
+                 .found = "the convex hull has " + std::to_string(hull.vertices.size()) + " vertices",
+                 .expected = "at most " + std::to_string(kMaxHullVertices),
+                 .remedy = "Simplify the mesh: contacts need no finer one."});
+  }
+  const MassProperties mass = mass_properties(mesh);
+  ContactBody body;
+  body.mesh_hash = mesh_hash(mesh);
+  body.centre_of_mass = mass.centre_of_mass;
+  for (Vec3& v : hull.vertices) v -= mass.centre_of_mass;
+  use_principal_frame(body, mass.inertia_m5 / mass.volume_m3, hull);
+  finish(body, hull);
+  return body;
+}
+
+ContactBody make_contact_body(const TriangleMesh& hull, const Mat3& inertia_m2) {
+  ContactBody body;
+  body.mesh_hash = mesh_hash(hull);
+  TriangleMesh turned = hull;
+  use_principal_frame(body, inertia_m2, turned);
+  finish(body, turned);
+  return body;
+}
+
+}  // namespace pilesim
