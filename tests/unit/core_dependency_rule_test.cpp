@@ -20,6 +20,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"core", {}},
     {"geometry", {"core"}},
     {"scene", {"core", "geometry"}},
+    {"signature", {"core", "geometry"}},
     {"simulate", {"core", "geometry", "scene"}},
     {"trajectory", {"core"}},
     {"report", {"core"}},
