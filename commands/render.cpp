@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -34,31 +35,50 @@ std::array<int, 2> parse_pair(const std::string& text, const std::string& option
   return pair;
 }
 
-// "7", "1-100" or "1-100x2" as the frames that it names, out of 0 .. count - 1; empty: all.
-std::vector<uint64_t> parse_frames(const std::string& text, uint64_t count) {
-  unsigned first = 0;
-  auto last = static_cast<unsigned>(count - 1);
-  unsigned step = 1;
-  if (!text.empty()) {
-    int length = 0;
-    int lengths[3] = {};
-    std::sscanf(text.c_str(), "%9u%n-%9u%nx%9u%n", &first, &lengths[0], &last, &lengths[1], &step,
-                &lengths[2]);
-    for (const int end : lengths) length = std::max(length, end);
-    if (lengths[1] == 0) last = first;
-    if (static_cast<size_t>(length) != text.size() || step == 0 || last < first) {
-      throw CLI::ValidationError("--frames",
-                                 "'" + text + "' is not FRAME, FIRST-LAST or FIRST-LASTxSTEP");
-    }
-    if (last >= count) {
-      throw CLI::ValidationError("--frames", "'" + text + "' is not within 0-" +
-                                                 std::to_string(count - 1) +
-                                                 ", the frames of the trajectory");
-    }
+struct FrameRange {
+  unsigned first = 0, last = 0, step = 1;
+};
+
+// "7", "1-100" or "1-100x2".
+FrameRange parse_range(const std::string& text) {
+  FrameRange range;
+  int ends[3] = {};
+  std::sscanf(text.c_str(), "%9u%n-%9u%nx%9u%n", &range.first, &ends[0], &range.last, &ends[1],
+              &range.step, &ends[2]);
+  if (ends[1] == 0) range.last = range.first;
+  const int end = std::max({ends[0], ends[1], ends[2]});
+  if (end == 0 || static_cast<size_t>(end) != text.size() || range.step == 0 ||
+      range.last < range.first) {
+    throw CLI::ValidationError("--frames",
+                               "'" + text + "' is not FRAME, FIRST-LAST or FIRST-LASTxSTEP");
+  }
+  return range;
+}
+
+// The frames that `text` names, out of 0 .. count - 1; empty: all.
+std::vector<uint64_t> selected_frames(const std::string& text, uint64_t count) {
+  const FrameRange range =
+      text.empty() ? FrameRange{0, static_cast<unsigned>(count - 1), 1} : parse_range(text);
+  if (range.last >= count) {
+    throw CLI::ValidationError("--frames", "'" + text + "' is not within 0-" +
+                                               std::to_string(count - 1) +
+                                               ", the frames of the trajectory");
   }
   std::vector<uint64_t> frames;
-  for (uint64_t frame = first; frame <= last; frame += step) frames.push_back(frame);
+  for (uint64_t frame = range.first; frame <= range.last; frame += range.step) {
+    frames.push_back(frame);
+  }
   return frames;
+}
+
+// Checks while parsing, before anything is opened.
+std::string check_pair(const std::string& text) {
+  parse_pair(text, "a size");
+  return {};
+}
+std::string check_range(const std::string& text) {
+  parse_range(text);
+  return {};
 }
 
 void render(const Options& options) {
@@ -68,7 +88,7 @@ void render(const Options& options) {
                   std::filesystem::path(options.input) / "trajectory.zarr", options.overrides)
           .scene;
   RenderJob job{.output = options.output.empty() ? options.input : options.output,
-                .frames = parse_frames(options.frames, trajectory.frame_count()),
+                .frames = selected_frames(options.frames, trajectory.frame_count()),
                 .settings = scene.render,
                 .camera = scene.camera,
                 .force = options.run.force};
@@ -92,15 +112,18 @@ void add_render_command(CLI::App& app) {
   command->add_option("-o,--output", options->output,
                       "Directory for frames/, video.mp4 and sheet.png (default: the input)");
   command->add_option("--frames", options->frames, "Frames to draw (default: all)")
+      ->check(check_range, "")
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option("--size", options->size, "Size of the picture in pixels (default: the scene's)")
+      ->check(check_pair, "")
       ->type_name("WIDTHxHEIGHT");
   command->add_option("--samples", options->samples, "Anti-aliasing samples (default: the scene's)")
       ->check(CLI::IsMember({1, 2, 4, 8}));
   command
       ->add_option("--sheet", options->sheet,
                    "Draw one picture of evenly spaced frames, sheet.png, and nothing else")
+      ->check(check_pair, "")
       ->type_name("COLUMNSxROWS");
   command
       ->add_option("--set", options->overrides,

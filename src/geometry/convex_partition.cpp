@@ -8,8 +8,8 @@
 #include "geometry/cut_search.h"
 #include "geometry/hull_volume.h"
 
-#include <cstdlib>
 #include <cstdio>
+#include <cstdlib>
 namespace pilesim {
 namespace {
 
@@ -124,7 +124,8 @@ Partition::Merge Partition::cheapest_merge() const {
 }
 
 void Partition::merge(const Merge& pair) {
-  ConvexPart joint = make_part(united(parts_[pair.first].part.solid, parts_[pair.second].part.solid));
+  ConvexPart joint =
+      make_part(united(parts_[pair.first].part.solid, parts_[pair.second].part.solid));
   parts_.erase(parts_.begin() + static_cast<std::ptrdiff_t>(pair.second));
   replace(pair.first, std::move(joint));
 }
@@ -144,7 +145,8 @@ bool Partition::recut_neighbours() {
   for (size_t i = 0; i < parts_.size(); ++i) {
     for (size_t j = i + 1; j < parts_.size(); ++j) {
       const auto ids = std::minmax(parts_[i].id, parts_[j].id);
-      if (std::ranges::find(settled_, std::pair<uint64_t, uint64_t>(ids)) != settled_.end()) continue;
+      if (std::ranges::find(settled_, std::pair<uint64_t, uint64_t>(ids)) != settled_.end())
+        continue;
       const ConvexPart& a = parts_[i].part;
       const ConvexPart& b = parts_[j].part;
       if (a.excess() + b.excess() <= min_gain_) continue;
@@ -194,17 +196,12 @@ std::vector<ConvexPart> Partition::take() {
 std::vector<ConvexPart> partition_into_convex(const FacetedSolid& solid,
                                               const PartitionOptions& options) {
   Partition partition(solid, options);
-  const double v = solid.volume();
   partition.bisect(2 * options.max_parts, 0.5 * options.max_excess_m3);
-  fprintf(stderr, "bisect %zu %.4f\n", partition.size(), partition.excess() / v);
   partition.merge();
-  fprintf(stderr, "merge %zu %.4f\n", partition.size(), partition.excess() / v);
   for (int round = 0; round < 8; ++round) {
     bool improved = partition.recut_neighbours();
-    fprintf(stderr, "recut %zu %.4f\n", partition.size(), partition.excess() / v);
     while (partition.exchange()) improved = true;
     partition.merge();
-    fprintf(stderr, "exchange %zu %.4f\n", partition.size(), partition.excess() / v);
     if (!improved) break;
   }
   return partition.take();

@@ -2,6 +2,22 @@
 
 namespace pilesim {
 
+namespace {
+
+// A contact rests where it is not deeper than this share of the body's radius and closes slower
+// than four times the body's rest speed.
+constexpr double kRestingDepth = 0.003;
+constexpr double kRestingSpeeds = 4;
+
+bool rests(const btRigidBody* body, double distance, double velocity) {
+  if (body == nullptr || body->getUserPointer() == nullptr) return true;
+  const auto& dynamic = *static_cast<const DynamicBody*>(body->getUserPointer());
+  return distance > -kRestingDepth * dynamic.bounding_radius &&
+         velocity > -kRestingSpeeds * dynamic.rest_speed;
+}
+
+}  // namespace
+
 // Of the two bodies along the contact's normal, before this step's forces; negative: closing.
 double BulletContactSolver::approach_velocity(const btSolverConstraint& contact) {
   const btSolverBody& a = m_tmpSolverBodyPool[contact.m_solverBodyIdA];
@@ -20,9 +36,16 @@ void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int 
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
     btSolverConstraint& contact = m_tmpSolverContactConstraintPool[i];
     const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
+    const double velocity = approach_velocity(contact);
+    const auto rests_on = [&](int id) {
+      return rests(m_tmpSolverBodyPool[id].m_originalBody, point.getDistance(), velocity);
+    };
+    if (rests_on(contact.m_solverBodyIdA) && rests_on(contact.m_solverBodyIdB)) {
+      contact.m_rhs += contact.m_rhsPenetration;
+      contact.m_rhsPenetration = 0;
+    }
     const double restitution = point.m_combinedRestitution;
     if (restitution <= 0) continue;
-    const double velocity = approach_velocity(contact);
     const bool outlives_gravity = -restitution * velocity > step_gravity;
     const bool closes = point.getDistance() <= -velocity * info.m_timeStep;
     if (outlives_gravity && closes) {

@@ -28,6 +28,11 @@ struct DynamicBody {
 // the place where the body is: with the world's parabolic steps this keeps the energy to rounding.
 // A contact bounces if it would close in the step and its rebound outlives the step's gravity;
 // others come to rest as in stock Bullet.
+//
+// Bullet takes penetrations back by pushes beside the velocities (split impulses), which add no
+// energy but let a tower of ten boxes lean over by its width in ten seconds; as velocities they
+// keep it upright but throw up what was hit hard. So resting contacts, which are shallow, get a
+// velocity and deep ones a push.
 class BulletContactSolver : public btSequentialImpulseConstraintSolver {
  public:
   explicit BulletContactSolver(double gravity) : gravity_(gravity) {}

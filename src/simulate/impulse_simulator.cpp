@@ -24,7 +24,7 @@ constexpr double kRestTime = 3.0;
 // Share of the smallest extent that a body may travel in a step without being swept.
 constexpr double kFastMotion = 0.25;
 
-// Share of a penetration that a step takes back, as a displacement that adds no velocity.
+// Share of a penetration that a step takes back.
 constexpr double kPositionCorrection = 0.2;
 
 // Times within this share of a step are the same time.
@@ -107,13 +107,15 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
       records_(model.bodies.size()) {
+  // A body on a plane gets several contact points at once, not one a step: it must not rock.
+  configuration_.setPlaneConvexMultipointIterations();
   world_.setGravity(to_bullet(scene.gravity));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;
   // Friction along the sliding and across it: one direction alone lets bodies creep sideways.
   info.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
-  // Penetrations are taken back by displacement alone, whatever their size: as a velocity the
-  // correction would throw bodies up.
+  // Kept apart from the velocities here; BulletContactSolver joins them where the body only
+  // touches.
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0;
   info.m_erp2 = kPositionCorrection;

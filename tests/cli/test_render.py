@@ -88,7 +88,7 @@ class Render(CommandTest):
 
     def test_no_trajectory(self):
         (self.dir / "empty").mkdir()
-        result = self.expect_exit(4, "render", "empty")
+        result = self.expect_exit(3, "render", "empty")
         self.assertIn("empty", result.stderr)
 
     def test_damaged_trajectory(self):

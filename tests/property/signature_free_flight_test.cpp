@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../signature_bodies.h"
+#include "support/signature_bodies.h"
 
 namespace pilesim {
 namespace {
