@@ -29,8 +29,8 @@ struct AxisPlace {
 inline AxisPlace locate(const Axis& axis, float value) {
   const auto& nodes = axis.nodes;
   const auto last = static_cast<uint32_t>(nodes.size() - 1);
-  const auto above = static_cast<uint32_t>(std::upper_bound(nodes.begin(), nodes.end(), value) -
-                                           nodes.begin());
+  const auto above =
+      static_cast<uint32_t>(std::upper_bound(nodes.begin(), nodes.end(), value) - nodes.begin());
   if (axis.period > 0) {
     // The gap from the last node round to the first.
     if (above == 0 || above == last + 1) {

@@ -57,7 +57,8 @@ CollisionHeight collision_height(const CollisionHeightTable& table, float gyrati
   const float cosine = w > 0 ? std::clamp(spin.dot(normal) / w, -1.0F, 1.0F) : 1.0F;
   const AxisPlace a = locate(table.spin, key), b = locate(table.tilt, std::acos(cosine));
   CollisionHeight height{0, 0};
-  for (const auto& [i, wi] : {std::pair(a.low, 1 - a.high_weight), std::pair(a.high, a.high_weight)}) {
+  for (const auto& [i, wi] :
+       {std::pair(a.low, 1 - a.high_weight), std::pair(a.high, a.high_weight)}) {
     for (const auto& [j, wj] :
          {std::pair(b.low, 1 - b.high_weight), std::pair(b.high, b.high_weight)}) {
       const size_t cell = i * table.tilt.size() + j;

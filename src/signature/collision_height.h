@@ -1,5 +1,5 @@
-// How high the centre of mass stands over the plane when a body touches it: the radius of the sphere
-// that stands for the body (dissertation 3.2.3.1).
+// How high the centre of mass stands over the plane when a body touches it: the radius of the
+// sphere that stands for the body (dissertation 3.2.3.1).
 #pragma once
 
 #include <cstdint>

@@ -86,10 +86,10 @@ void check_material(const ContactMaterial& material) {
          "restitution is " + std::to_string(material.restitution), "a number from 0 to 1");
   demand(material.friction >= 0 && std::isfinite(material.friction),
          "friction is " + std::to_string(material.friction), "a number of at least 0");
-  demand(material.restitution_threshold_m_s >= 0 && std::isfinite(material.restitution_threshold_m_s),
-         "the restitution threshold is " + std::to_string(material.restitution_threshold_m_s) +
-             " m/s",
-         "a speed of at least 0");
+  demand(
+      material.restitution_threshold_m_s >= 0 && std::isfinite(material.restitution_threshold_m_s),
+      "the restitution threshold is " + std::to_string(material.restitution_threshold_m_s) + " m/s",
+      "a speed of at least 0");
 }
 
 ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_name) {
@@ -113,11 +113,11 @@ ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_
     throw Error(error.kind(), problems);
   }
   if (hull.vertices.size() > kMaxHullVertices) {
-    throw Error(ErrorKind::input,
-                {.file = mesh_name,
-                 .found = "the convex hull has " + std::to_string(hull.vertices.size()) + " vertices",
-                 .expected = "at most " + std::to_string(kMaxHullVertices),
-                 .remedy = "Simplify the mesh: contacts need no finer one."});
+    throw Error(ErrorKind::input, {.file = mesh_name,
+                                   .found = "the convex hull has " +
+                                            std::to_string(hull.vertices.size()) + " vertices",
+                                   .expected = "at most " + std::to_string(kMaxHullVertices),
+                                   .remedy = "Simplify the mesh: contacts need no finer one."});
   }
   const MassProperties mass = mass_properties(mesh);
   ContactBody body;

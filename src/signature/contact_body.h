@@ -35,21 +35,21 @@ struct ContactBody {
 
   Vec3 inertia_m2 = Vec3::Ones();  // principal moments per unit of mass, ascending
   Vec3 inverse_inertia = Vec3::Ones();
-  Vec3 euler = Vec3::Zero();            // ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3)
-  Vec3 centre_of_mass = Vec3::Zero();   // m, the frame of the mesh
-  Quat principal_axes;                  // body frame to the axes of the mesh
-  double gyration_m = 0;                // k: 3 k^2 = the sum of the moments
-  double outer_radius_m = 0;            // the farthest vertex
-  double reach_m = 0;                   // farthest sideways from under the centre a contact can be
-  double turn_rate_bound = 0;           // bound of |acceleration of a direction| / |spin|^2
-  double turn_jerk_bound = 0;           // and of its derivative / |spin|^3
+  Vec3 euler = Vec3::Zero();           // ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3)
+  Vec3 centre_of_mass = Vec3::Zero();  // m, the frame of the mesh
+  Quat principal_axes;                 // body frame to the axes of the mesh
+  double gyration_m = 0;               // k: 3 k^2 = the sum of the moments
+  double outer_radius_m = 0;           // the farthest vertex
+  double reach_m = 0;                  // farthest sideways from under the centre a contact can be
+  double turn_rate_bound = 0;          // bound of |acceleration of a direction| / |spin|^2
+  double turn_jerk_bound = 0;          // and of its derivative / |spin|^3
   std::string mesh_hash;
 
   size_t vertex_count() const { return vertices.size(); }
 };
 
-// `mesh` is a proper solid. Throws Error(input), naming `mesh_name`, for an open or inside-out mesh,
-// one without extent or thickness, or one whose hull has more than kMaxHullVertices vertices.
+// `mesh` is a proper solid. Throws Error(input), naming `mesh_name`, for an open or inside-out
+// mesh, one without extent or thickness, or one whose hull has more than kMaxHullVertices vertices.
 inline constexpr size_t kMaxHullVertices = 20000;
 ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_name);
 

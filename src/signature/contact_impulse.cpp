@@ -80,8 +80,8 @@ double apply_contact_impulse(const ContactBody& body, const ContactMaterial& mat
 }
 
 double kinetic_energy(const ContactBody& body, const Flight& flight) {
-  return 0.5 *
-         (flight.velocity.squaredNorm() + body.inertia_m2.dot(flight.spin.cwiseProduct(flight.spin)));
+  return 0.5 * (flight.velocity.squaredNorm() +
+                body.inertia_m2.dot(flight.spin.cwiseProduct(flight.spin)));
 }
 
 }  // namespace pilesim

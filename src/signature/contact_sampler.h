@@ -3,8 +3,8 @@
 // A trial is asked for by velocity and spin AT CONTACT, because that is what a simulator knows; a
 // freely turning body precesses, so the spin it was launched with is another one. What is random is
 // the orientation. Its distribution is the one in a uniform stream of bodies of every orientation
-// and spin (uniform in phase space, which free motion preserves): an orientation occurs at contact in
-// proportion to the speed at which the lowest vertex approaches the plane, if the body could get
+// and spin (uniform in phase space, which free motion preserves): an orientation occurs at contact
+// in proportion to the speed at which the lowest vertex approaches the plane, if the body could get
 // there without touching before. So a candidate orientation is drawn uniformly, kept in proportion
 // to its approach speed, and flown backwards in time: if it touches on the way, it is dropped.
 // Of the candidates exactly the fraction contact_acceptance() is kept in the mean.

@@ -88,8 +88,8 @@ void turn(const Vec3& euler, Lanes& lanes, size_t at) {
 struct Motion {
   Vec3 normal, rate, half_acceleration;  // a, b, c
   double height = 0, rise = 0;           // of the centre of mass, m and m/s
-  double curvature = 0;  // bound of |second derivative of a direction|, 1/s^2
-  double jerk = 0;       // bound of |third derivative| / 6, 1/s^3
+  double curvature = 0;                  // bound of |second derivative of a direction|, 1/s^2
+  double jerk = 0;                       // bound of |third derivative| / 6, 1/s^3
 };
 
 struct Step {
@@ -109,8 +109,8 @@ double safe_time(double c0, double c1, double c2, double b, double limit) {
     if (g <= 0) break;
     // The first zero of the parabola below the cubic from here on.
     const double root = std::sqrt(slope * slope + 2 * curvature * g);
-    const double ahead = slope < 0 ? 2 * g / (root - slope)
-                                   : (curvature > 0 ? (slope + root) / curvature : kNever);
+    const double ahead =
+        slope < 0 ? 2 * g / (root - slope) : (curvature > 0 ? (slope + root) / curvature : kNever);
     t += ahead;
     if (t >= limit) return limit;
     if (ahead < 1e-4 * t) break;
@@ -250,7 +250,8 @@ Step ContactSearch::find_step(const Motion& motion, double longest_s, uint32_t& 
   }
   const double fastest = std::abs(motion.rise) + motion.rate.norm() * body_.outer_radius_m;
   for (const uint32_t vertex : near_) {
-    limit_by_near_vertex(motion, body_.vertices[vertex], vertex, body_.outer_radius_m, fastest, step);
+    limit_by_near_vertex(motion, body_.vertices[vertex], vertex, body_.outer_radius_m, fastest,
+                         step);
   }
   hint = step.vertex;
   return step;

@@ -56,8 +56,8 @@ enum class FlightEnd {
 };
 
 // Flies `count` bodies to their ends, kFlightLanes at a time. The caller owns the flights; after an
-// end it is asked whether that flight goes on, or which one takes its lane, so that no lane waits for
-// the slowest. What happens to a flight depends on no other flight.
+// end it is asked whether that flight goes on, or which one takes its lane, so that no lane waits
+// for the slowest. What happens to a flight depends on no other flight.
 class FlightCrew {
  public:
   virtual ~FlightCrew() = default;

@@ -12,9 +12,9 @@ namespace pilesim {
 
 // How much of the table is used.
 enum class DrawModel {
-  particle,   // no table: a particle's bounce, the spin kept
-  diagonal,   // normal distributions, component by component (all that the dissertation's table has)
-  full,       // a normal distribution with the full covariance
+  particle,  // no table: a particle's bounce, the spin kept
+  diagonal,  // normal distributions, component by component (all that the dissertation's table has)
+  full,      // a normal distribution with the full covariance
   exemplars,  // a response that was met in one of the cells around, moved to the mean here
 };
 inline DrawModel best_model(const ResponseTable& table) {
@@ -111,8 +111,8 @@ struct ResponseDraw {
   DrawLimits limits;
 };
 
-// `velocity` approaches the plane of unit normal `normal`; world frame. Restitution and friction are
-// of the table's material.
+// `velocity` approaches the plane of unit normal `normal`; world frame. Restitution and friction
+// are of the table's material.
 inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, float gyration_m,
                                   double restitution, double friction, const Vec3f& normal,
                                   const Vec3f& velocity, const Vec3f& spin, Philox& random) {
@@ -120,8 +120,7 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
   const Vec3f v = frame.to_frame(velocity), w = frame.to_frame(spin);
   const float measure = std::sqrt(v.squaredNorm() + gyration_m * gyration_m * w.squaredNorm());
   const bool raw = table.layout == TableLayout::dissertation;
-  const Vec3f particle =
-      particle_response(v.cast<double>(), restitution, friction).cast<float>();
+  const Vec3f particle = particle_response(v.cast<double>(), restitution, friction).cast<float>();
   if (model == DrawModel::particle) {
     return {frame.to_world(particle), spin, {}};
   }

@@ -24,7 +24,7 @@ Axis squared_axis(std::string name, std::string unit, double first_part, double 
   return axis;
 }
 
-constexpr double kSteepest = radians(84);    // theta: at 90 degrees nothing collides any more
+constexpr double kSteepest = radians(84);     // theta: at 90 degrees nothing collides any more
 constexpr double kFastestSpin = radians(87);  // alpha, likewise
 constexpr double kTopSpeed_m_s = 10;          // of the dissertation's layout; 10 m/s is a 5 m fall
 

@@ -2,8 +2,8 @@
 // velocities after, over the keys of a collision.
 //
 // Working frame of a collision with a plane of normal n: y = n, x along the part of the velocity
-// that is parallel to the plane, z = x cross y. In it the velocity is |v| (sin theta, -cos theta, 0),
-// and the spin has the angle phi to the velocity; psi is its azimuth about the velocity, from
+// that is parallel to the plane, z = x cross y. In it the velocity is |v| (sin theta, -cos theta,
+// 0), and the spin has the angle phi to the velocity; psi is its azimuth about the velocity, from
 // z cross v towards z.
 #pragma once
 

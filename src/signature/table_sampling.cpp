@@ -153,18 +153,17 @@ bool TableSampler::run(const std::function<bool(uint64_t, uint64_t)>& pause) {
   for (std::vector<Work> work = next_round(); !work.empty(); work = next_round()) {
     uint64_t expected = done;
     for (const Work& w : work) {
-      expected += static_cast<uint64_t>(
-          w.candidates * contact_acceptance(*setup_.body, request_of(w.cell)));
+      expected += static_cast<uint64_t>(w.candidates *
+                                        contact_acceptance(*setup_.body, request_of(w.cell)));
     }
     for (size_t begin = 0; begin < work.size(); begin += kCellsPerSlice) {
       const auto slice =
           std::span(work).subspan(begin, std::min(kCellsPerSlice, work.size() - begin));
-      parallel_for(slice.size(), kCellsPerTask, [&](size_t from, size_t to) {
-        run_cells(slice.subspan(from, to - from));
-      });
+      parallel_for(slice.size(), kCellsPerTask,
+                   [&](size_t from, size_t to) { run_cells(slice.subspan(from, to - from)); });
       for (const Work& w : slice) {
-        done += static_cast<uint64_t>(
-            w.candidates * contact_acceptance(*setup_.body, request_of(w.cell)));
+        done += static_cast<uint64_t>(w.candidates *
+                                      contact_acceptance(*setup_.body, request_of(w.cell)));
       }
       if (!pause(std::min(done, expected), expected)) return false;
     }

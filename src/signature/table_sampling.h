@@ -24,8 +24,9 @@ struct CellMoments {
   uint32_t candidates = 0;  // used, kept or not
   uint32_t trials = 0;
   std::array<double, 6> mean{};
-  std::array<double, kFactorSize> products{};  // sums of products of deviations from the mean, lower
-  std::vector<int16_t> exemplars;              // (up to the number wanted, 6)
+  std::array<double, kFactorSize>
+      products{};                  // sums of products of deviations from the mean, lower
+  std::vector<int16_t> exemplars;  // (up to the number wanted, 6)
 };
 
 class TableSampler {

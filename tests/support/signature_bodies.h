@@ -13,9 +13,7 @@
 
 namespace pilesim::test {
 
-inline ContactBody box_body(const Vec3& size) {
-  return make_contact_body(box_mesh(size), "box");
-}
+inline ContactBody box_body(const Vec3& size) { return make_contact_body(box_mesh(size), "box"); }
 
 // The hull of `points` random points in a box of random proportions.
 inline ContactBody random_body(Philox& random, int points) {
@@ -36,7 +34,9 @@ inline Flight random_flight(const ContactBody& body, Philox& random, double most
 class SlowFlight {
  public:
   SlowFlight(const ContactBody& body, const Flight& start)
-      : body_(body), height_(start.height), rise_(start.velocity.y()),
+      : body_(body),
+        height_(start.height),
+        rise_(start.velocity.y()),
         rotation_(start.orientation().toRotationMatrix()) {
     momentum_ = rotation_ * body.inertia_m2.cwiseProduct(start.spin);
   }
