@@ -8,8 +8,8 @@
 namespace pilesim {
 
 struct PartitionOptions {
-  int max_parts = 32;              // >= 1
-  double max_excess_m3 = 0;        // stop when the hulls' volumes exceed the parts' by less
+  int max_parts = 32;        // >= 1
+  double max_excess_m3 = 0;  // stop when the hulls' volumes exceed the parts' by less
 };
 
 struct ConvexPart {
