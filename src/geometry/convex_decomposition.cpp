@@ -5,11 +5,13 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "geometry/convex_hull.h"
+#include "core/parallel_for.h"
 #include "geometry/convex_partition.h"
+#include "geometry/decomposition_cache.h"
 #include "geometry/hull_volume.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/piece_fit.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
 
@@ -18,6 +20,9 @@ namespace {
 
 // A group may be short of its hull by this part of its volume and still be taken as convex.
 constexpr double kConvexTolerance = 1e-3;
+constexpr double kThinnest = 1e-9;     // of the mesh's volume: smaller parts are left out
+constexpr double kMaxTrim = 0.02;      // of the bounding diagonal
+constexpr double kMinTrimGain = 1e-5;  // of the mesh's volume
 
 void require_solid(const TriangleMesh& mesh) {
   std::vector<Problem> problems;
@@ -85,35 +90,63 @@ struct Normalisation {
   }
 };
 
+// Pieces whose hulls are to exceed the mesh by less than `max_excess` of its volume before they
+// are fitted.
 std::vector<TriangleMesh> approximate_pieces(const TriangleMesh& mesh,
-                                             const DecompositionOptions& options) {
+                                             const DecompositionOptions& options,
+                                             double max_excess) {
   const Normalisation normalisation(mesh);
-  const FacetedSolid solid = faceted_solid(normalisation.apply(mesh));
+  const TriangleMesh normalised = normalisation.apply(mesh);
+  const FacetedSolid solid = faceted_solid(normalised);
   const double volume = solid.volume();
-  const std::vector<ConvexPart> parts = partition_into_convex(
-      solid, {.max_parts = options.max_pieces,
-              .max_excess_m3 = options.max_volume_error * volume});
-  std::vector<TriangleMesh> pieces;
-  for (const ConvexPart& part : parts) {
-    if (part.hull_volume_m3 < 1e-9 * volume) continue;  // too thin to be a body
-    pieces.push_back(
-        normalisation.undo(simplified_hull(part.hull_points, options.max_piece_vertices)));
-  }
+  std::vector<ConvexPart> parts = partition_into_convex(
+      solid, {.max_parts = options.max_pieces, .max_excess_m3 = max_excess * volume});
+  std::erase_if(parts, [&](const ConvexPart& part) {
+    return part.hull_volume_m3 < kThinnest * volume;  // no body to speak of
+  });
+  std::vector<TriangleMesh> pieces(parts.size());
+  const PieceFitOptions fit{.max_vertices = options.max_piece_vertices,
+                            .max_trim_m = kMaxTrim * normalised.bounds().diagonal().norm(),
+                            .min_gain_m3 = kMinTrimGain * volume};
+  parallel_for(parts.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) {
+      pieces[k] = normalisation.undo(fit_piece(parts[k], fit));
+    }
+  });
   return pieces;
 }
 
-void measure(const TriangleMesh& mesh, Decomposition& result) {
+void measure_volumes(const TriangleMesh& mesh, Decomposition& result) {
   const SolidDifference difference = solid_difference(mesh, result.pieces);
   result.mesh_volume_m3 = mass_properties(mesh).volume_m3;
   result.union_volume_m3 = difference.union_volume_m3;
   result.excess_volume_m3 = difference.excess_m3();
-  // Parts of a mesh that overlap count twice in its volume.
-  result.missing_volume_m3 =
-      difference.missing_m3() +
-      (result.from_groups ? result.mesh_volume_m3 - difference.mesh_volume_m3 : 0.0);
+  result.missing_volume_m3 = difference.missing_m3();
+  if (result.from_groups) {
+    // Groups that overlap count twice in the volume of the mesh.
+    result.missing_volume_m3 += result.mesh_volume_m3 - difference.mesh_volume_m3;
+  }
+}
+
+void measure_surface(const TriangleMesh& mesh, Decomposition& result) {
   const SurfaceDistance distance = surface_distance(outer_surface(result.pieces), mesh);
   result.surface_error_m = distance.hausdorff_m;
   result.mean_surface_error_m = distance.mean_m;
+}
+
+// Fitting adds to the error what only measuring shows, so the search is told to do better until the
+// pieces are good enough or as many as may be.
+Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& options) {
+  Decomposition best;
+  for (const double share : {0.8, 0.6, 0.4, 0.2}) {
+    Decomposition result;
+    result.pieces = approximate_pieces(mesh, options, share * options.max_volume_error);
+    measure_volumes(mesh, result);
+    if (best.pieces.empty() || result.volume_error() < best.volume_error()) best = result;
+    const bool full = static_cast<int>(result.pieces.size()) >= options.max_pieces;
+    if (full || best.volume_error() <= options.max_volume_error) break;
+  }
+  return best;
 }
 
 }  // namespace
@@ -124,14 +157,22 @@ Decomposition decompose(const TriangleMesh& mesh, const DecompositionOptions& op
   assert(options.max_volume_error > 0);
   assert(options.max_piece_vertices >= 8 && options.max_piece_vertices <= 255);
 
+  std::optional<DecompositionCache> cache;
+  if (cache_directory) {
+    cache.emplace(*cache_directory, mesh, options);
+    if (std::optional<Decomposition> stored = cache->load()) return *stored;
+  }
   Decomposition result;
   result.pieces = convex_groups(mesh);
   result.from_groups = !result.pieces.empty();
-  if (!result.from_groups) {
+  if (result.from_groups) {
+    measure_volumes(mesh, result);
+  } else {
     require_solid(mesh);
-    result.pieces = approximate_pieces(mesh, options);
+    result = approximate(mesh, options);
+    measure_surface(mesh, result);
   }
-  measure(mesh, result);
+  if (cache) cache->store(result);
   return result;
 }
 
