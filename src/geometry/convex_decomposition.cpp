@@ -18,8 +18,8 @@
 namespace pilesim {
 namespace {
 
-// A group may be short of its hull by this part of its volume and still be taken as convex.
-constexpr double kConvexTolerance = 1e-3;
+// A group may be short of its hull by this part of its volume, for rounding, and still be convex.
+constexpr double kConvexTolerance = 1e-5;
 constexpr double kThinnest = 1e-9;     // of the mesh's volume: smaller parts are left out
 constexpr double kMaxTrim = 0.02;      // of the bounding diagonal
 constexpr double kMinTrimGain = 1e-5;  // of the mesh's volume
@@ -53,7 +53,8 @@ TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
   return part;
 }
 
-bool is_convex(const TriangleMesh& mesh) {
+bool is_convex_solid(const TriangleMesh& mesh) {
+  if (!find_mesh_defects(mesh).empty()) return false;
   const double volume = mass_properties(mesh).volume_m3;
   return HullVolume().compute(mesh.vertices) - volume <= kConvexTolerance * volume;
 }
@@ -64,7 +65,7 @@ std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh) {
   std::vector<TriangleMesh> pieces;
   for (const MeshGroup& group : mesh.groups) {
     pieces.push_back(group_mesh(mesh, group));
-    if (!find_mesh_defects(pieces.back()).empty() || !is_convex(pieces.back())) return {};
+    if (!is_convex_solid(pieces.back())) return {};
   }
   return pieces;
 }

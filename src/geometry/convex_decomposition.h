@@ -37,7 +37,7 @@ struct Decomposition {
 };
 
 // `mesh` is a proper solid (find_mesh_defects is empty), or one with two groups or more that are
-// each closed and convex (within 0.1 % of their volume): those are taken as they are, whatever the
+// each closed and convex: those are taken as they are, whatever the
 // options. Otherwise the mesh is cut by planes where that saves most of the volume that convex
 // hulls of the parts have too much, and each piece is fitted between its part and the hull.
 // Where max_pieces do not suffice for max_volume_error the best found is returned: look at

@@ -38,36 +38,36 @@ struct MeshShape {
   bool use_hull_if_not_solid = false;
 };
 struct BoxShape {
-  Vec3 size;
-};  // full edge lengths, > 0
+  Vec3 size = Vec3::Zero();  // full edge lengths, > 0
+};
 struct SphereShape {
-  double radius;
-};  // > 0
+  double radius = 0;  // > 0
+};
 struct CylinderShape {
-  double radius, height;
-};                     // > 0, axis y
+  double radius = 0, height = 0;  // > 0, axis y
+};
 struct PlaneShape {};  // the half-space y <= 0 of the body; static only
 struct CompoundPart {
   std::string shape;  // not a plane, not a compound
   Pose pose;          // of the part's own frame in the compound's
 };
 struct CompoundShape {
-  std::vector<CompoundPart> parts;
-};  // parts do not overlap
+  std::vector<CompoundPart> parts;  // they do not overlap
+};
 using Shape =
     std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, PlaneShape, CompoundShape>;
 
 enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
 
 struct Hinge {
-  Vec3 axis;    // unit, world frame at the start
-  Vec3 anchor;  // m, world frame; defaults to the body's position
+  Vec3 axis = Vec3::UnitY();   // unit, world frame at the start
+  Vec3 anchor = Vec3::Zero();  // m, world frame; defaults to the body's position
 };
 
 // A kinematic body moves from key to key, position linearly and orientation by slerp; it stands at
 // the first key before and at the last one after.
 struct MotionKey {
-  double time_s;
+  double time_s = 0;
   Pose pose;
 };
 
@@ -92,27 +92,31 @@ struct Body {
 
 // Where the bodies of an emitter start. Positions are of centres of mass.
 struct GridSource {
-  Vec3 centre;
-  std::array<int, 3> count;
-  Vec3 spacing;
-};  // all >= 1
+  Vec3 centre = Vec3::Zero();            // m
+  std::array<int, 3> count = {1, 1, 1};  // along x, y, z, each >= 1
+  Vec3 spacing = Vec3::Ones();           // m, > 0
+};
+// Uniform in a cylinder, axis y.
 struct DiskSource {
-  Vec3 centre;
-  double radius;
-  double height;
-};  // uniform in a cylinder, axis y
+  Vec3 centre = Vec3::Zero();  // m
+  double radius = 1;           // m, > 0
+  double height = 0;           // m, full, >= 0
+};
+// The drop point goes to and fro in a period.
 struct LineSource {
-  Vec3 from, to;
-  double period_s;
-};  // the drop point goes to and fro in a period
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // m
+  double period_s = 1;                          // > 0
+};
+// A stream.
 struct PointSource {
-  Vec3 position;
-};  // a stream
+  Vec3 position = Vec3::Zero();  // m
+};
+// A lattice inside a closed mesh, filled from the bottom up.
 struct VolumeSource {
-  std::filesystem::path file;
-  double scale;
-  Pose pose;
-  double spacing;
+  std::filesystem::path file;  // absolute
+  double scale = 1;            // metres per unit of the file, > 0
+  Pose pose;                   // of the mesh file's frame in the world
+  double spacing = 1;          // m, > 0
 };
 using EmitterSource = std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource>;
 
@@ -143,11 +147,11 @@ struct RemoveEvent {
 };
 struct ImpulseEvent {
   std::vector<std::string> bodies;
-  Vec3 impulse;               // N s, world frame
-  std::optional<Vec3> point;  // m, world frame; none: at the centre of mass
+  Vec3 impulse = Vec3::Zero();  // N s, world frame
+  std::optional<Vec3> point;    // m, world frame; none: at the centre of mass
 };
 struct Event {
-  double time_s;
+  double time_s = 0;
   std::variant<ReleaseEvent, RemoveEvent, ImpulseEvent> action;
 };
 
@@ -161,8 +165,8 @@ struct SimulatorSettings {
 
 struct CameraKey {
   double time_s = 0;
-  Vec3 position;
-  Vec3 target;
+  Vec3 position = Vec3::Zero();        // m
+  Vec3 target = Vec3::Zero();          // m
   double field_of_view = radians(35);  // vertical, (0, pi)
 };
 // One key: a fixed camera. Several: cubic in between. None: the renderer frames the action.

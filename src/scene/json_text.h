@@ -1,0 +1,50 @@
+// JSON text and the places of its values: parsing with comments allowed, line and column of every
+// key and value.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pilesim {
+
+using Json = nlohmann::ordered_json;
+
+struct TextPosition {
+  int line = 0;    // from 1
+  int column = 0;  // from 1, in characters (UTF-8 code points)
+};
+
+// Finds positions in one text, which must outlive it.
+class LineIndex {
+ public:
+  explicit LineIndex(std::string_view text);
+  TextPosition position(size_t offset) const;
+
+ private:
+  std::string_view text_;
+  std::vector<size_t> line_starts_;
+};
+
+// Throws Error(input) naming `file`, line and column if `text` is no JSON, is nested deeper than
+// kMaxJsonDepth or has a number outside of what a double holds. Of a repeated key the last value
+// counts: find repetitions with walk_json().
+inline constexpr int kMaxJsonDepth = 64;
+Json parse_json(const std::string& text, const std::string& file);
+
+struct JsonPlace {
+  const std::string& pointer;  // RFC 6901; valid during the visit
+  size_t key_offset;           // of the key's opening quote; the value's offset if there is no key
+  size_t value_offset;
+  bool repeats_key;  // the object has had this key before
+};
+
+// Visits every value of `text`, which parse_json() has accepted, in the order of the text.
+void walk_json(std::string_view text, const std::function<void(const JsonPlace&)>& visit);
+
+// A token of a JSON pointer with ~ and / escaped.
+std::string escape_pointer_token(std::string_view token);
+
+}  // namespace pilesim

@@ -1,0 +1,221 @@
+#include "scene/model.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "scene/emitters.h"
+#include "scene/model_shapes.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+// Muted, well apart in hue and near in lightness, so that neighbours in a pile tell apart.
+constexpr std::array<Colour, 8> kPalette = {{{214, 107, 78},
+                                             {232, 176, 84},
+                                             {128, 164, 103},
+                                             {84, 151, 158},
+                                             {93, 122, 173},
+                                             {151, 114, 163},
+                                             {205, 134, 146},
+                                             {224, 206, 170}}};
+constexpr Colour kFixedColour = {176, 172, 165};
+
+// The problems of several shapes and emitters, thrown together at the end.
+class ProblemCollector {
+ public:
+  template <class Work>
+  void attempt(const Work& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::input && error.kind() != ErrorKind::io) throw;
+      if (problems_.empty()) kind_ = error.kind();
+      for (const Problem& problem : error.problems()) {
+        // A faulty part is met again in every compound that has it.
+        const bool is_known = std::any_of(
+            problems_.begin(), problems_.end(),
+            [&](const Problem& known) { return to_string(known) == to_string(problem); });
+        if (!is_known) problems_.push_back(problem);
+      }
+    }
+  }
+  void throw_if_any() {
+    if (!problems_.empty()) throw Error(kind_, std::move(problems_));
+  }
+
+ private:
+  ErrorKind kind_ = ErrorKind::input;
+  std::vector<Problem> problems_;
+};
+
+class ModelBuilder {
+ public:
+  explicit ModelBuilder(const Scene& scene) : scene_(scene) {}
+
+  Model build() {
+    for (const auto& [name, material] : scene_.materials) {
+      material_index_[name] = static_cast<uint32_t>(model_.materials.size());
+      model_.materials.push_back(material);
+    }
+    build_shapes();
+    for (const Body& body : scene_.bodies) add_body(body);
+    for (size_t i = 0; i < scene_.emitters.size(); ++i) {
+      problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
+    }
+    problems_.throw_if_any();
+    for (size_t i = 0; i < scene_.events.size(); ++i) {
+      problems_.attempt([&] { add_event(scene_.events[i], i); });
+    }
+    problems_.throw_if_any();
+    return std::move(model_);
+  }
+
+ private:
+  void build_shapes() {
+    for (const auto& [name, shape] : scene_.shapes) {
+      shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
+      problems_.attempt([&] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
+    }
+    problems_.throw_if_any();
+  }
+
+  // Palette, mass and index of a body whose shape, material and role are set.
+  void append(ModelBody body, const std::optional<Colour>& colour) {
+    const ModelShape& shape = model_.shapes[body.shape];
+    const bool is_dynamic = body.role == Role::dynamic;
+    const Colour& default_colour =
+        is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()] : kFixedColour;
+    body.colour = colour.value_or(default_colour);
+    if (is_dynamic) {
+      body.mass_kg = shape.mass.volume_m3 * model_.materials[body.material].density_kg_m3;
+    }
+    model_.bodies.push_back(std::move(body));
+  }
+
+  // The pose of the body frame where the shape's own frame is at `pose`.
+  static Pose body_frame(const ModelShape& shape, const Pose& pose) {
+    return {pose.apply(shape.origin_offset), pose.orientation};
+  }
+
+  void add_body(const Body& source) {
+    ModelBody body;
+    body.name = source.name;
+    body.shape = shape_index_.at(source.shape);
+    body.material = material_index_.at(source.material);
+    const ModelShape& shape = model_.shapes[body.shape];
+    for (const MotionKey& key : source.motion) {
+      body.motion.push_back({key.time_s, body_frame(shape, key.pose)});
+    }
+    body.pose = body.motion.empty() ? body_frame(shape, source.pose) : body.motion.front().pose;
+    body.linear_velocity = source.linear_velocity;
+    body.angular_velocity = source.angular_velocity;
+    body.role = source.role;
+    body.held = source.held;
+    body.hinge = source.hinge;
+    append(std::move(body), source.colour);
+  }
+
+  void add_emitter(const Emitter& emitter, size_t index) {
+    const std::string pointer = "/emitters/" + std::to_string(index);
+    double radius = 0;
+    for (const std::string& name : emitter.shapes) {
+      radius = std::max(radius, model_.shapes[shape_index_.at(name)].bounding_radius);
+    }
+    std::vector<EmittedBody> emitted;
+    try {
+      const auto* volume = std::get_if<VolumeSource>(&emitter.source);
+      const TriangleMesh* mesh =
+          volume == nullptr ? nullptr : &meshes_.load(volume->file, volume->scale);
+      emitted = unroll(emitter, index, scene_.seed, radius, mesh);
+    } catch (const Error& error) {
+      std::vector<Problem> problems = error.problems();
+      for (Problem& problem : problems) problem.pointer = pointer;
+      throw Error(error.kind(), std::move(problems));
+    }
+    check_emitted(emitter, pointer, emitted.size());
+    first_body_[emitter.name] = {static_cast<uint32_t>(model_.bodies.size()),
+                                 static_cast<uint32_t>(emitted.size())};
+    const uint32_t material = material_index_.at(emitter.material);
+    for (size_t i = 0; i < emitted.size(); ++i) {
+      const EmittedBody& start = emitted[i];
+      ModelBody body;
+      body.name = emitter.name + '/' + std::to_string(i);
+      body.shape = shape_index_.at(emitter.shapes[start.shape]);
+      body.material = material;
+      body.pose = start.pose;
+      body.linear_velocity = start.linear_velocity;
+      body.angular_velocity = start.angular_velocity;
+      body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
+      append(std::move(body), emitter.colour);
+    }
+  }
+
+  // What only the mesh of a volume tells.
+  void check_emitted(const Emitter& emitter, const std::string& pointer, size_t count) const {
+    if (count == 0) {
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer,
+                          .found = "emits no body: no lattice point is inside the mesh",
+                          .expected = "a spacing that suits the size of the mesh"});
+    }
+    if (model_.bodies.size() + count > static_cast<size_t>(kMostBodies)) {
+      throw Error(
+          ErrorKind::input,
+          Problem{.pointer = pointer,
+                  .found = "\"" + emitter.name + "\" emits " + std::to_string(count) + " bodies",
+                  .expected = "at most " + std::to_string(kMostBodies) + " in the scene"});
+    }
+  }
+
+  void add_event(const Event& source, size_t index) {
+    ModelEvent event{.time_s = source.time_s, .kind = ModelEvent::Kind::release};
+    if (std::holds_alternative<RemoveEvent>(source.action)) event.kind = ModelEvent::Kind::remove;
+    if (const auto* hit = std::get_if<ImpulseEvent>(&source.action)) {
+      event.kind = ModelEvent::Kind::impulse;
+      event.impulse = hit->impulse;
+      event.point = hit->point;
+    }
+    const auto& names = std::visit(
+        [](const auto& action) -> const auto& { return action.bodies; }, source.action);
+    for (const std::string& name : names) add_targets(name, index, event.bodies);
+    model_.events.push_back(std::move(event));
+  }
+
+  // Appends the bodies that `name` means: a body, an emitter's, or one of an emitter's.
+  void add_targets(const std::string& name, size_t event, std::vector<uint32_t>& targets) {
+    if (const auto emitter = first_body_.find(name); emitter != first_body_.end()) {
+      const auto [first, count] = emitter->second;
+      for (uint32_t i = 0; i < count; ++i) targets.push_back(first + i);
+      return;
+    }
+    if (body_index_.empty()) {
+      for (uint32_t i = 0; i < model_.bodies.size(); ++i) body_index_[model_.bodies[i].name] = i;
+    }
+    const auto body = body_index_.find(name);
+    if (body == body_index_.end()) {
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = "/events/" + std::to_string(event) + "/bodies",
+                          .found = "names \"" + name + "\", which its emitter does not reach",
+                          .expected = "a body that exists"});
+    }
+    targets.push_back(body->second);
+  }
+
+  const Scene& scene_;
+  Model model_;
+  MeshLibrary meshes_;
+  ProblemCollector problems_;
+  std::map<std::string, uint32_t> shape_index_, material_index_, body_index_;
+  std::map<std::string, std::pair<uint32_t, uint32_t>> first_body_;  // of an emitter, and how many
+};
+
+}  // namespace
+
+Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }
+
+}  // namespace pilesim

@@ -1,0 +1,60 @@
+// Collects what is wrong with a JSON document while it is read, by place.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pilesim {
+
+// A place in a document, as a chain on the stack: reading a sound file builds no strings. A path
+// must not outlive its parent, so only named ones have children.
+class Path {
+ public:
+  Path() = default;
+  Path operator/(std::string_view key) const& { return {this, key, 0}; }
+  Path operator/(size_t index) const& { return {this, {}, index}; }
+  Path operator/(std::string_view key) const&& = delete;
+  Path operator/(size_t index) const&& = delete;
+  // RFC 6901.
+  std::string pointer() const;
+
+ private:
+  Path(const Path* parent, std::string_view key, size_t index)
+      : parent_(parent), key_(key), index_(index) {}
+
+  const Path* parent_ = nullptr;
+  std::string_view key_;  // no data: an index
+  size_t index_ = 0;
+};
+
+struct Finding {
+  std::string pointer;
+  bool at_key = false;  // the place is the key, not the value
+  std::string found, expected, remedy;
+};
+
+class ProblemLog {
+ public:
+  void report(const Path& path, std::string found, std::string expected, std::string remedy = "");
+  void report_key(const Path& path, std::string found, std::string expected,
+                  std::string remedy = "");
+  // Nothing was found at `path` or below: checks that build on it make sense.
+  bool is_sound(const Path& path) const;
+  // Nothing was found at `path` itself.
+  bool is_sound_itself(const Path& path) const;
+
+  const std::vector<Finding>& findings() const { return findings_; }
+
+ private:
+  std::vector<Finding> findings_;
+};
+
+// `Did you mean "colour"?` with the nearest of `candidates` if one is close to `word` in spelling
+// or begins with it, else empty.
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace pilesim

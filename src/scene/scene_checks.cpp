@@ -1,0 +1,332 @@
+#include "scene/scene_checks.h"
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "scene/codec.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+std::string quoted(const std::string& name) { return '"' + name + '"'; }
+
+template <class T>
+std::vector<std::string> names_of(const std::map<std::string, T>& entries) {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries) names.push_back(name);
+  return names;
+}
+
+// Bodies in all, none where a mesh decides.
+double known_count(const Emitter& emitter) {
+  if (const auto* grid = std::get_if<GridSource>(&emitter.source)) {
+    return static_cast<double>(grid->count[0]) * grid->count[1] * grid->count[2];
+  }
+  return emitter.count;
+}
+
+// `name` is "<emitter>/<index>": the emitter's part and the index.
+struct EmittedName {
+  std::string emitter;
+  uint64_t index = 0;
+};
+std::optional<EmittedName> split_emitted_name(const std::string& name) {
+  const size_t slash = name.rfind('/');
+  if (slash == name.npos || slash + 1 == name.size()) return std::nullopt;
+  EmittedName split{.emitter = name.substr(0, slash)};
+  const char* const end = name.data() + name.size();
+  const auto parsed = std::from_chars(name.data() + slash + 1, end, split.index);
+  if (parsed.ec != std::errc() || parsed.ptr != end) return std::nullopt;
+  return split;
+}
+
+class Checker {
+ public:
+  Checker(const Scene& scene, const Json& document, ProblemLog& log)
+      : scene_(scene),
+        document_(document),
+        log_(log),
+        shape_names_(names_of(scene.shapes)),
+        material_names_(names_of(scene.materials)) {
+    for (size_t i = 0; i < scene.bodies.size(); ++i) bodies_.emplace(scene.bodies[i].name, i);
+    for (size_t i = 0; i < scene.emitters.size(); ++i) emitters_.emplace(scene.emitters[i].name, i);
+    for (const auto& [name, index] : bodies_) body_names_.push_back(name);
+    for (const auto& [name, index] : emitters_) body_names_.push_back(name);
+  }
+
+  void check() {
+    for (const auto& [name, shape] : scene_.shapes) {
+      const Path place = shapes_ / name;
+      if (const auto* compound = std::get_if<CompoundShape>(&shape)) {
+        check_compound(*compound, place / "parts");
+      }
+    }
+    const Path bodies = root_ / "bodies";
+    for (size_t i = 0; i < scene_.bodies.size(); ++i) check_body(scene_.bodies[i], i, bodies / i);
+    const Path emitters = root_ / "emitters";
+    for (size_t i = 0; i < scene_.emitters.size(); ++i) {
+      check_emitter(scene_.emitters[i], i, emitters / i);
+    }
+    const Path events = root_ / "events";
+    for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
+    check_counts();
+    check_camera(root_ / "camera");
+  }
+
+ private:
+  // The shape called `name`, or null and a report.
+  const Shape* shape(const std::string& name, const Path& path) {
+    if (!log_.is_sound(path) || !log_.is_sound_itself(shapes_)) return nullptr;
+    const auto found = scene_.shapes.find(name);
+    if (found != scene_.shapes.end()) {
+      // A shape of unknown type is reported there and not judged here.
+      return log_.is_sound(shapes_ / name) ? &found->second : nullptr;
+    }
+    log_.report(path, "is " + quoted(name) + ", which is no shape of the scene",
+                listed(shape_names_, "shapes"), did_you_mean(name, shape_names_));
+    return nullptr;
+  }
+
+  static std::string listed(const std::vector<std::string>& names, const std::string& kind) {
+    constexpr size_t kMostListed = 12;
+    if (names.empty()) return "a name from /" + kind + ", which is empty";
+    if (names.size() > kMostListed) return "a name from /" + kind;
+    return "one of " + quoted_list(names);
+  }
+
+  void check_material(const std::string& name, const Path& path) {
+    if (!log_.is_sound(path) || !log_.is_sound_itself(materials_)) return;
+    if (scene_.materials.contains(name)) return;
+    log_.report(path, "is " + quoted(name) + ", which is no material of the scene",
+                listed(material_names_, "materials"), did_you_mean(name, material_names_));
+  }
+
+  static bool collides_as_mesh(const Shape& shape) {
+    const auto* mesh = std::get_if<MeshShape>(&shape);
+    return mesh != nullptr && mesh->collision == CollisionKind::mesh;
+  }
+
+  void check_compound(const CompoundShape& compound, const Path& path) {
+    for (size_t i = 0; i < compound.parts.size(); ++i) {
+      const std::string& name = compound.parts[i].shape;
+      const Path part = path / i;
+      const Path place = part / "shape";
+      const Shape* const found = shape(name, place);
+      if (found == nullptr) continue;
+      const std::string expected = "a shape that is neither a plane nor a compound";
+      if (std::holds_alternative<PlaneShape>(*found)) {
+        log_.report(place, "is " + quoted(name) + ", a plane", expected);
+      } else if (std::holds_alternative<CompoundShape>(*found)) {
+        log_.report(place, "is " + quoted(name) + ", a compound", expected,
+                    "List its parts here instead");
+      } else if (collides_as_mesh(*found)) {
+        log_.report(place, "is " + quoted(name) + ", which collides as a mesh",
+                    "a shape that collides as convex pieces",
+                    R"(Give it "collision": "hull" or "decomposition")");
+      }
+    }
+  }
+
+  void check_body(const Body& body, size_t index, const Path& path) {
+    const Path shape_place = path / "shape";
+    const Shape* const found = shape(body.shape, shape_place);
+    check_material(body.material, path / "material");
+    if (log_.is_sound(path / "name")) check_body_name(body, index, path / "name");
+    if (!log_.is_sound(path / "role")) return;
+    if (found != nullptr) check_role_of_shape(body, *found, path / "role");
+    if (body.role != Role::kinematic && !body.motion.empty()) {
+      log_.report_key(path / "motion", "belongs to a body that is " + role_name(body.role),
+                      "no motion keys", R"(Give it "role": "kinematic")");
+    }
+    check_ascending(body.motion, path / "motion");
+    if (body.role == Role::dynamic) return;
+    const auto only_dynamic = [&](bool stands, const char* key) {
+      if (stands && log_.is_sound(path / key)) {
+        log_.report_key(path / key, "belongs to a body that is " + role_name(body.role),
+                        "this key on dynamic bodies only");
+      }
+    };
+    only_dynamic(body.hinge.has_value(), "hinge");
+    only_dynamic(body.held, "held");
+    only_dynamic(!body.linear_velocity.isZero(0), "linear_velocity");
+    only_dynamic(!body.angular_velocity.isZero(0), "angular_velocity");
+  }
+
+  static std::string role_name(Role role) {
+    return role == Role::dynamic ? "dynamic" : role == Role::fixed ? "static" : "kinematic";
+  }
+
+  void check_role_of_shape(const Body& body, const Shape& found, const Path& path) {
+    if (std::holds_alternative<PlaneShape>(found) && body.role != Role::fixed) {
+      log_.report(
+          path,
+          "is \"" + role_name(body.role) + "\" but the shape " + quoted(body.shape) + " is a plane",
+          "\"static\"", R"(Give the body "role": "static")");
+    } else if (collides_as_mesh(found) && body.role == Role::dynamic) {
+      log_.report(path,
+                  "is \"dynamic\" but the shape " + quoted(body.shape) + " collides as a mesh",
+                  R"("static" or "kinematic")",
+                  R"(Give the shape "collision": "decomposition" to let it move freely)");
+    }
+  }
+
+  void check_body_name(const Body& body, size_t index, const Path& path) {
+    const std::string expected = "a name that no other body or emitter has";
+    if (const size_t first = bodies_.at(body.name); first != index) {
+      log_.report(path, "is " + quoted(body.name) + " like /bodies/" + std::to_string(first),
+                  expected);
+    }
+    if (const auto emitter = emitters_.find(body.name); emitter != emitters_.end()) {
+      log_.report(path,
+                  "is " + quoted(body.name) + " like /emitters/" + std::to_string(emitter->second),
+                  expected);
+    }
+    const std::optional<EmittedName> emitted = split_emitted_name(body.name);
+    if (!emitted) return;
+    if (const auto emitter = emitters_.find(emitted->emitter); emitter != emitters_.end()) {
+      log_.report(path,
+                  "is " + quoted(body.name) + " like a body of /emitters/" +
+                      std::to_string(emitter->second),
+                  expected);
+    }
+  }
+
+  void check_emitter(const Emitter& emitter, size_t index, const Path& path) {
+    const bool is_single = document_["emitters"][index].contains("shape");
+    const Path shapes = path / (is_single ? "shape" : "shapes");
+    for (size_t i = 0; i < emitter.shapes.size(); ++i) {
+      const Path listed_place = shapes / i;
+      const Path& place = is_single ? shapes : listed_place;
+      const Shape* const found = shape(emitter.shapes[i], place);
+      if (found == nullptr) continue;
+      if (std::holds_alternative<PlaneShape>(*found)) {
+        log_.report(place, "is " + quoted(emitter.shapes[i]) + ", a plane",
+                    "a shape that can move");
+      } else if (collides_as_mesh(*found)) {
+        log_.report(place, "is " + quoted(emitter.shapes[i]) + ", which collides as a mesh",
+                    "a shape that can move", R"(Give it "collision": "hull" or "decomposition")");
+      }
+    }
+    check_material(emitter.material, path / "material");
+    if (const size_t first = emitters_.at(emitter.name); first != index) {
+      log_.report(path / "name",
+                  "is " + quoted(emitter.name) + " like /emitters/" + std::to_string(first),
+                  "a name that no other emitter has");
+    }
+  }
+
+  void check_event(const Event& event, const Path& path) {
+    const Path names = path / "bodies";
+    std::visit(
+        [&](const auto& action) {
+          for (size_t i = 0; i < action.bodies.size(); ++i) {
+            const Path place = names / i;
+            if (log_.is_sound(place)) check_target(event, action.bodies[i], place);
+          }
+        },
+        event.action);
+  }
+
+  // That the bodies of `name` exist and that the event can do something to them.
+  void check_target(const Event& event, const std::string& name, const Path& path) {
+    const bool releases = std::holds_alternative<ReleaseEvent>(event.action);
+    if (const auto found = bodies_.find(name); found != bodies_.end()) {
+      const Body& body = scene_.bodies[found->second];
+      if (releases && !body.held) {
+        log_.report(path, "is " + quoted(name) + ", which is not held",
+                    "a body with \"held\": true");
+      } else if (std::holds_alternative<ImpulseEvent>(event.action) && body.role != Role::dynamic) {
+        log_.report(path, "is " + quoted(name) + ", which is " + role_name(body.role),
+                    "a dynamic body");
+      }
+      return;
+    }
+    const std::optional<EmittedName> emitted = split_emitted_name(name);
+    const auto whole = emitters_.find(name);
+    const auto part = emitted ? emitters_.find(emitted->emitter) : emitters_.end();
+    if (whole == emitters_.end() && part == emitters_.end()) {
+      log_.report(path, "is " + quoted(name) + ", which is no body or emitter of the scene",
+                  "the name of a body or an emitter", did_you_mean(name, body_names_));
+      return;
+    }
+    if (releases) {
+      log_.report(path, "is " + quoted(name) + ", but bodies of emitters are never held",
+                  "a body with \"held\": true");
+    }
+    if (whole != emitters_.end()) return;
+    const Emitter& emitter = scene_.emitters[part->second];
+    const Path emitters = root_ / "emitters";
+    const Path emitter_place = emitters / part->second;
+    if (!log_.is_sound(emitter_place / "count")) return;
+    const double count = known_count(emitter);
+    const bool depends_on_mesh = std::holds_alternative<VolumeSource>(emitter.source) && count == 0;
+    if (!depends_on_mesh && static_cast<double>(emitted->index) >= count) {
+      log_.report(path,
+                  "is " + quoted(name) + ", but " + quoted(emitter.name) + " has " +
+                      number_text(count) + " bodies",
+                  "an index below " + number_text(count) + " (they count from 0)");
+    }
+  }
+
+  void check_counts() {
+    double bodies = static_cast<double>(scene_.bodies.size());
+    for (const Emitter& emitter : scene_.emitters) bodies += known_count(emitter);
+    if (bodies > kMostBodies) {
+      log_.report(root_, "has " + number_text(bodies) + " bodies",
+                  "at most " + std::to_string(kMostBodies));
+    }
+    constexpr double kMostFrames = 10'000'000;
+    const double frames = scene_.duration_s * scene_.frame_rate;
+    if (frames > kMostFrames) {
+      log_.report(root_ / "duration_s",
+                  "gives " + number_text(std::floor(frames)) + " frames at frame_rate " +
+                      number_text(scene_.frame_rate),
+                  "at most " + number_text(kMostFrames) + " frames");
+    }
+  }
+
+  void check_camera(const Path& path) {
+    const bool is_keyed = scene_.camera.keys.size() > 1;
+    const Path keys = path / "keys";
+    for (size_t i = 0; i < scene_.camera.keys.size(); ++i) {
+      const CameraKey& key = scene_.camera.keys[i];
+      const Path keyed = keys / i;
+      const Path& place = is_keyed ? keyed : path;
+      if (log_.is_sound(path) && key.position == key.target) {
+        log_.report(place, "has its position at its target", "two different points");
+      }
+    }
+    check_ascending(scene_.camera.keys, keys);
+  }
+
+  template <class Key>
+  void check_ascending(const std::vector<Key>& keys, const Path& path) {
+    if (!log_.is_sound(path)) return;
+    for (size_t i = 1; i < keys.size(); ++i) {
+      if (keys[i].time_s > keys[i - 1].time_s) continue;
+      const Path key = path / i;
+      log_.report(key / "time_s", "is " + number_text(keys[i].time_s),
+                  "a time after " + number_text(keys[i - 1].time_s) + ", that of the key before");
+    }
+  }
+
+  const Scene& scene_;
+  const Json& document_;
+  ProblemLog& log_;
+  const Path root_;
+  const Path shapes_ = root_ / "shapes";
+  const Path materials_ = root_ / "materials";
+  std::vector<std::string> shape_names_, material_names_, body_names_;
+  std::map<std::string, size_t> bodies_, emitters_;  // name -> first index
+};
+
+}  // namespace
+
+void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
+  Checker(scene, document, log).check();
+}
+
+}  // namespace pilesim

@@ -1,0 +1,14 @@
+// What must hold between the parts of a scene, beyond each key's own range.
+#pragma once
+
+#include "scene/json_text.h"
+#include "scene/problem_log.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// `scene` was read from `document`, and `log` has what was wrong with single keys: what builds on
+// those is not checked.
+void check_scene(const Scene& scene, const Json& document, ProblemLog& log);
+
+}  // namespace pilesim

@@ -1,0 +1,152 @@
+#include "scene/scene_format.h"
+
+#include "scene/object_codec.h"
+
+namespace pilesim {
+
+namespace {
+
+// A key that says the same in every scene.
+Field<Scene> version_field() {
+  const std::string expected = std::to_string(kSceneVersion);
+  Field<Scene> field;
+  field.key = "version";
+  field.expected = expected;
+  field.is_required = true;
+  field.read = [expected](const Json& json, const Path& path, Scene&, ReadContext& context) {
+    if (json.is_number() && json.get<double>() == kSceneVersion) return;
+    context.log.report(path, describe_value(json), expected);
+  };
+  field.write = [](const Scene&) { return std::optional<Json>(kSceneVersion); };
+  field.schema = [](const Scene&) {
+    return Json{{"const", kSceneVersion}, {"description", "The version of the scene format."}};
+  };
+  return field;
+}
+
+Field<Scene> ignored_schema_field() {
+  Field<Scene> field;
+  field.key = "$schema";
+  field.read = [](const Json&, const Path&, Scene&, ReadContext&) {};
+  field.write = [](const Scene&) { return std::optional<Json>(); };
+  field.schema = [](const Scene&) {
+    return Json{{"type", "string"}, {"description", "For editors; pilesim ignores it."}};
+  };
+  return field;
+}
+
+Codec<std::string> any_text() {
+  Codec<std::string> codec = text();
+  codec.expected = "a string";
+  codec.schema = {{"type", "string"}};
+  codec.read = [](const Json& json, const Path& path, std::string& value, ReadContext& context) {
+    if (!json.is_string()) {
+      context.log.report(path, describe_value(json), "a string");
+      return;
+    }
+    value = json.get<std::string>();
+  };
+  return codec;
+}
+
+Codec<Material> material_codec() {
+  return object<Material>(
+      {.noun = "a material",
+       .fields = {
+           field<Material>("restitution", &Material::restitution, number(between(0, 1)),
+                           "Bounce: 0 none, 1 elastic. A pair has the product's square root."),
+           field<Material>("friction", &Material::friction, number(at_least(0)),
+                           "Coulomb friction. A pair has the product's square root."),
+           field<Material>("density_kg_m3", &Material::density_kg_m3, number(above(0)),
+                           "Density, kg/m^3."),
+       }});
+}
+
+Codec<SimulatorSettings> simulator_codec() {
+  using S = SimulatorSettings;
+  return object<S>({.noun = "the simulator",
+                    .fields = {
+                        field<S>("mode", &S::mode,
+                                 enumeration<SimulatorMode>({{"impulse", SimulatorMode::impulse}}),
+                                 "How bodies are moved: impulse solves contacts exactly."),
+                        field<S>("sleeping", &S::sleeping, boolean(),
+                                 "Bodies at rest leave the solver until they are touched."),
+                        field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
+                                 "Sweeps of the velocity solver in a step."),
+                    }});
+}
+
+Codec<RenderSettings> render_codec() {
+  using R = RenderSettings;
+  return object<R>({.noun = "the render settings",
+                    .fields = {
+                        field<R>("size", &R::size, integers<2>(16, 16384, "[width, height]"),
+                                 "Width and height of a frame, pixels."),
+                        field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
+                                 "Samples a pixel, against jagged edges."),
+                    }});
+}
+
+Fields<Scene> setting_fields() {
+  return {
+      field<Scene>("name", &Scene::name, any_text(), "What the scene is called in reports."),
+      field<Scene>("seed", &Scene::seed, unsigned_integer(),
+                   "Seed of all random numbers. The same seed gives the same bytes."),
+      field<Scene>("duration_s", &Scene::duration_s,
+                   number({.minimum = 0, .maximum = 1e6, .excludes_minimum = true}),
+                   "Simulated time, s."),
+      field<Scene>("frame_rate", &Scene::frame_rate, number(between(0.001, 100000)),
+                   "Frames stored and drawn in a second."),
+      field<Scene>(
+          "step_s", &Scene::step_s, number(between(1e-6, 1)),
+          "Longest time step, s. A frame takes the fewest equal steps that are no longer."),
+      field<Scene>("gravity", &Scene::gravity, vector3(), "Acceleration of gravity, m/s^2."),
+  };
+}
+
+Fields<Scene> content_fields() {
+  return {
+      field<Scene>("materials", &Scene::materials, named(material_codec()), "Materials by name."),
+      field<Scene>("shapes", &Scene::shapes, named(shape_codec()), "Shapes by name."),
+      field<Scene>("bodies", &Scene::bodies, list(body_codec()), "Single bodies."),
+      field<Scene>("emitters", &Scene::emitters, list(emitter_codec()), "Sources of many bodies."),
+      field<Scene>("events", &Scene::events, list(event_codec()),
+                   "What happens to bodies at given times."),
+      field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+      field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
+  };
+}
+
+// Left out of the resolved scene where there is none: the renderer frames the action then.
+Field<Scene> camera_field() {
+  Field<Scene> field = derived_field<Scene>(
+      "camera", &Scene::camera, camera_codec(),
+      "A fixed camera, or {\"keys\": [...]} for a moving one. Without: the action is framed.");
+  field.write = [write = field.write](const Scene& scene) {
+    return scene.camera.keys.empty() ? std::nullopt : write(scene);
+  };
+  return field;
+}
+
+}  // namespace
+
+const Codec<Scene>& scene_codec() {
+  static const Codec<Scene> codec =
+      object<Scene>({.noun = "a scene",
+                     .fields = Fields<Scene>{ignored_schema_field(), version_field()} +
+                               setting_fields() + content_fields() + Fields<Scene>{camera_field()},
+                     .finish = [](const Json&, const Path&, Scene& scene, ReadContext&) {
+                       // Only here the index of a body is known.
+                       for (size_t i = 0; i < scene.bodies.size(); ++i) {
+                         std::string& name = scene.bodies[i].name;
+                         if (name.empty()) name = "body/" + std::to_string(i);
+                       }
+                       for (size_t i = 0; i < scene.emitters.size(); ++i) {
+                         std::string& name = scene.emitters[i].name;
+                         if (name.empty()) name = "emitter/" + std::to_string(i);
+                       }
+                     }});
+  return codec;
+}
+
+}  // namespace pilesim

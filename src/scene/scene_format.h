@@ -1,0 +1,22 @@
+// The scene format: every key with its range, default and description, once.
+#pragma once
+
+#include "scene/codec.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+inline constexpr int kSceneVersion = 1;
+inline constexpr int kMostBodies = 2'000'000;
+
+// Built at the first call.
+const Codec<Scene>& scene_codec();
+
+// Its parts.
+Codec<Shape> shape_codec();
+Codec<Body> body_codec();
+Codec<Emitter> emitter_codec();
+Codec<Event> event_codec();
+Codec<Camera> camera_codec();
+
+}  // namespace pilesim

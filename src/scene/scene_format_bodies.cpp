@@ -1,0 +1,152 @@
+#include "scene/object_codec.h"
+#include "scene/pose_fields.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+Codec<Hinge> hinge_codec() {
+  return object<Hinge>(
+      {.noun = "a hinge",
+       .fields = {
+           required_field<Hinge>("axis", &Hinge::axis, direction(),
+                                 "The axis that stays free, world frame at the start."),
+           derived_field<Hinge>("anchor", &Hinge::anchor, vector3(),
+                                "A point of the axis, m, world frame. Default: the body's "
+                                "position."),
+       }});
+}
+
+Codec<MotionKey> motion_key_codec() {
+  return object<MotionKey>(
+      {.noun = "a motion key",
+       .fields = Fields<MotionKey>{required_field<MotionKey>("time_s", &MotionKey::time_s,
+                                                             number(at_least(0)), "Time, s.")} +
+                 pose_fields<MotionKey>(&MotionKey::pose, "the body at that time")});
+}
+
+Fields<Body> identity_fields() {
+  return {
+      derived_field<Body>("name", &Body::name, text(),
+                          "Unique name for events and messages. Default: \"body/3\" for the "
+                          "fourth."),
+      required_field<Body>("shape", &Body::shape, text(), "Name of a shape."),
+      required_field<Body>("material", &Body::material, text(), "Name of a material."),
+  };
+}
+
+Fields<Body> state_fields() {
+  return {
+      field<Body>("linear_velocity", &Body::linear_velocity, vector3(),
+                  "Of the centre of mass at the start, m/s."),
+      field<Body>("angular_velocity", &Body::angular_velocity, vector3(),
+                  "At the start, rad/s, world frame."),
+      field<Body>("role", &Body::role,
+                  enumeration<Role>({{"dynamic", Role::dynamic},
+                                     {"static", Role::fixed},
+                                     {"kinematic", Role::kinematic}}),
+                  "Moved by forces, never, or by its motion keys."),
+      field<Body>("held", &Body::held, boolean(),
+                  "A dynamic body that stands still until a release event names it."),
+      optional_field<Body>("hinge", &Body::hinge, hinge_codec(),
+                           "Leaves a dynamic body one axis to turn about."),
+      field<Body>("motion", &Body::motion, list(motion_key_codec()),
+                  "Poses of a kinematic body by ascending times: positions linear, orientations "
+                  "by slerp in between."),
+      optional_field<Body>("colour", &Body::colour, colour(),
+                           "\"#rrggbb\" in sRGB. Default: from the palette."),
+  };
+}
+
+}  // namespace
+
+Codec<Body> body_codec() {
+  return object<Body>(
+      {.noun = "a body",
+       .fields = identity_fields() +
+                 pose_fields<Body>(&Body::pose, "the shape's own frame (not its centre of mass)") +
+                 state_fields(),
+       .finish = [](const Json& json, const Path&, Body& body, ReadContext&) {
+         const auto hinge = json.find("hinge");
+         if (body.hinge && hinge->is_object() && !hinge->contains("anchor")) {
+           body.hinge->anchor = body.pose.position;
+         }
+       }});
+}
+
+Codec<Event> event_codec() {
+  const auto bodies = [](auto& event) -> auto& {
+    return std::visit(
+        [](auto& action) -> auto& { return action.bodies; }, event.action);
+  };
+  const auto impulse = [](auto& event) -> auto& {
+    return std::get<ImpulseEvent>(event.action).impulse;
+  };
+  const auto point = [](auto& event) -> auto& {
+    return std::get<ImpulseEvent>(event.action).point;
+  };
+  const auto alternative = []<class V>(V, std::string name, std::string description,
+                                       Fields<Event> fields) {
+    return Alternative<Event>{
+        .name = std::move(name),
+        .description = std::move(description),
+        .select = [](Event& event) { event.action.emplace<V>(); },
+        .is_selected = [](const Event& event) { return std::holds_alternative<V>(event.action); },
+        .fields = std::move(fields)};
+  };
+  return object<Event>(
+      {.noun = "an event",
+       .fields = {required_field<Event>("time_s", &Event::time_s, number(at_least(0)), "Time, s."),
+                  required_field<Event>("bodies", bodies, list(text(), 1),
+                                        "Names of bodies; an emitter's name means all its bodies, "
+                                        "\"emitter/17\" its eighteenth.")},
+       .choice_key = "type",
+       .alternatives = {
+           alternative(ReleaseEvent{}, "release", "Lets held bodies go.", {}),
+           alternative(RemoveEvent{}, "remove", "Takes bodies out of the scene.", {}),
+           alternative(ImpulseEvent{}, "impulse", "Hits dynamic bodies.",
+                       {required_field<Event>("impulse", impulse, vector3(),
+                                              "Impulse on each body, N s, world frame."),
+                        optional_field<Event>("point", point, vector3(),
+                                              "Where it acts, m, world frame. Default: the "
+                                              "centre of mass.")}),
+       }});
+}
+
+Codec<Camera> camera_codec() {
+  using K = CameraKey;
+  const Codec<K> key = object<K>(
+      {.noun = "a camera key",
+       .fields = {
+           field<K>("time_s", &K::time_s, number(at_least(0)), "Time of a moving camera, s."),
+           required_field<K>("position", &K::position, vector3(), "Where the eye is, m."),
+           required_field<K>("target", &K::target, vector3(), "What it looks at, m."),
+           field<K>("field_of_view_deg", &K::field_of_view,
+                    angle_deg({.minimum = 0,
+                               .maximum = 180,
+                               .excludes_minimum = true,
+                               .excludes_maximum = true}),
+                    "Vertical field of view, degrees."),
+       }});
+  const Codec<Camera> keyed = object<Camera>(
+      {.noun = "a moving camera",
+       .fields = {required_field<Camera>("keys", &Camera::keys, list(key, 1),
+                                         "Where the camera is at ascending times; it moves "
+                                         "smoothly in between.")}});
+  Codec<Camera> codec;
+  codec.expected = key.expected;
+  codec.schema = {{"oneOf", Json::array({key.schema, keyed.schema})}};
+  codec.read = [key, keyed](const Json& json, const Path& path, Camera& camera,
+                            ReadContext& context) {
+    if (json.is_object() && json.contains("keys")) {
+      keyed.read(json, path, camera, context);
+    } else {
+      key.read(json, path, camera.keys.emplace_back(), context);
+    }
+  };
+  codec.write = keyed.write;
+  return codec;
+}
+
+}  // namespace pilesim

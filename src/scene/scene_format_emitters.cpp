@@ -1,0 +1,157 @@
+#include "scene/object_codec.h"
+#include "scene/pose_fields.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+// Reaches a member of the alternative V of an emitter's source.
+template <class V, class M>
+auto of(M V::*member) {
+  return [member](auto& emitter) -> auto& { return std::get<V>(emitter.source).*member; };
+}
+
+template <class V>
+Alternative<Emitter> alternative(std::string name, std::string description,
+                                 Fields<Emitter> fields) {
+  return {.name = std::move(name),
+          .description = std::move(description),
+          .select = [](Emitter& emitter) { emitter.source.emplace<V>(); },
+          .is_selected =
+              [](const Emitter& emitter) { return std::holds_alternative<V>(emitter.source); },
+          .fields = std::move(fields)};
+}
+
+Field<Emitter> count_field() {
+  return required_field<Emitter>("count", &Emitter::count, integer(1, kMostBodies),
+                                 "How many bodies.");
+}
+
+Field<Emitter> rate_field() {
+  return field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),
+                        "Bodies a second, one by one from start_s on; 0: all at start_s.");
+}
+
+// Where all bodies start in one place, they must not start at one time.
+Field<Emitter> required_rate_field() {
+  return required_field<Emitter>("rate_hz", &Emitter::rate_hz, number(above(0)),
+                                 "Bodies a second, one by one from start_s on.");
+}
+
+// "shape": "rabbit" for "shapes": ["rabbit"].
+Codec<std::vector<std::string>> single_shape() {
+  Codec<std::vector<std::string>> codec;
+  const Codec<std::string> name = text();
+  codec.expected = name.expected;
+  codec.schema = name.schema;
+  codec.read = [name](const Json& json, const Path& path, std::vector<std::string>& shapes,
+                      ReadContext& context) {
+    shapes.resize(1);
+    name.read(json, path, shapes.front(), context);
+  };
+  codec.write = [](const std::vector<std::string>&) { return Json(); };
+  return codec;
+}
+
+Fields<Emitter> common_fields() {
+  using E = Emitter;
+  return {
+      derived_field<E>("name", &E::name, text(),
+                       "Unique name; its bodies are \"name/0\", \"name/1\", ... Default: "
+                       "\"emitter/3\" for the fourth."),
+      in_group("shapes", required_field<E>("shapes", &E::shapes, list(text(), 1),
+                                           "Names of the shapes, taken in turn.")),
+      in_group("shapes", input_only(required_field<E>("shape", &E::shapes, single_shape(),
+                                                      "Instead of shapes: the only one."))),
+      required_field<E>("material", &E::material, text(), "Name of a material."),
+      field<E>("start_s", &E::start_s, number(at_least(0)), "When the first body appears, s."),
+      field<E>("linear_velocity", &E::linear_velocity, vector3(), "Of every body, m/s."),
+      field<E>("angular_velocity", &E::angular_velocity, vector3(), "Of every body, rad/s."),
+      field<E>("position_jitter_m", &E::position_jitter_m, number(at_least(0)),
+               "Each position is moved at random in a cube of this half width, m."),
+      field<E>("linear_velocity_jitter", &E::linear_velocity_jitter, number(at_least(0)),
+               "Each velocity is changed at random in a ball of this radius, m/s."),
+      field<E>("angular_velocity_jitter", &E::angular_velocity_jitter, number(at_least(0)),
+               "Each angular velocity is changed at random in a ball of this radius, rad/s."),
+      in_group("orientation",
+               optional_field<E>("orientation", &E::orientation, quaternion(),
+                                 "How every body is turned: a unit quaternion [w, x, y, z]. "
+                                 "Default: uniformly random.")),
+      in_group("orientation",
+               input_only(optional_field<E>("rotation_deg", &E::orientation, rotation_deg(),
+                                            "Instead of orientation: " + kRotationText + "."))),
+      optional_field<E>("colour", &E::colour, colour(),
+                        "\"#rrggbb\" in sRGB for every body. Default: from the palette."),
+  };
+}
+
+Alternative<Emitter> grid() {
+  return alternative<GridSource>(
+      "grid", "A three-dimensional grid, bottom layer first.",
+      {field<Emitter>("centre", of(&GridSource::centre), vector3(), "Centre of the grid, m."),
+       required_field<Emitter>("count", of(&GridSource::count),
+                               integers<3>(1, kMostBodies, "[x, y, z]"),
+                               "Bodies along x, y and z."),
+       required_field<Emitter>("spacing", of(&GridSource::spacing), vector3(above(0)),
+                               "Distances of neighbours along x, y and z, m."),
+       rate_field()});
+}
+
+Alternative<Emitter> disk() {
+  return alternative<DiskSource>(
+      "disk",
+      "Uniformly random in an upright cylinder. Bodies that start together keep clear of one "
+      "another while there is room.",
+      {field<Emitter>("centre", of(&DiskSource::centre), vector3(), "Centre of the cylinder, m."),
+       required_field<Emitter>("radius", of(&DiskSource::radius), number(above(0)), "Radius, m."),
+       field<Emitter>("height", of(&DiskSource::height), number(at_least(0)), "Full height, m."),
+       count_field(), rate_field()});
+}
+
+Alternative<Emitter> line() {
+  return alternative<LineSource>(
+      "line", "A drop point that moves to and fro.",
+      {required_field<Emitter>("from", of(&LineSource::from), vector3(), "Where it starts, m."),
+       required_field<Emitter>("to", of(&LineSource::to), vector3(), "Where it turns back, m."),
+       required_field<Emitter>("period_s", of(&LineSource::period_s), number(above(0)),
+                               "Time of one way there and back, s."),
+       count_field(), required_rate_field()});
+}
+
+Alternative<Emitter> stream() {
+  return alternative<PointSource>(
+      "stream", "One by one from a point; linear_velocity gives the direction.",
+      {field<Emitter>("position", of(&PointSource::position), vector3(), "The point, m."),
+       count_field(), required_rate_field()});
+}
+
+Alternative<Emitter> volume() {
+  const auto pose = [](auto& emitter) -> auto& {
+    return std::get<VolumeSource>(emitter.source).pose;
+  };
+  return alternative<VolumeSource>(
+      "volume", "A lattice inside a closed mesh, filled from the bottom up.",
+      Fields<Emitter>{required_field<Emitter>("file", of(&VolumeSource::file), file_path(),
+                                              "Mesh file, relative to the scene file."),
+                      field<Emitter>("scale", of(&VolumeSource::scale), number(above(0)),
+                                     "Metres per unit of the file.")} +
+          pose_fields<Emitter>(pose, "the mesh's own frame", "mesh_") +
+          Fields<Emitter>{
+              required_field<Emitter>("spacing", of(&VolumeSource::spacing), number(above(0)),
+                                      "Distance of neighbours in the lattice, m."),
+              field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
+                             "Most bodies; 0: as many as fit."),
+              rate_field()});
+}
+
+}  // namespace
+
+Codec<Emitter> emitter_codec() {
+  return object<Emitter>({.noun = "an emitter",
+                          .fields = common_fields(),
+                          .choice_key = "type",
+                          .alternatives = {grid(), disk(), line(), stream(), volume()}});
+}
+
+}  // namespace pilesim

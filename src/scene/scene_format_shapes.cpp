@@ -1,0 +1,95 @@
+#include "scene/object_codec.h"
+#include "scene/pose_fields.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+// Reaches a member of the alternative V of a shape.
+template <class V, class M>
+auto of(M V::*member) {
+  return [member](auto& shape) -> auto& { return std::get<V>(shape).*member; };
+}
+
+template <class V>
+Alternative<Shape> alternative(std::string name, std::string description, Fields<Shape> fields) {
+  return {.name = std::move(name),
+          .description = std::move(description),
+          .select = [](Shape& shape) { shape.emplace<V>(); },
+          .is_selected = [](const Shape& shape) { return std::holds_alternative<V>(shape); },
+          .fields = std::move(fields)};
+}
+
+Codec<CollisionKind> collision_codec() {
+  return enumeration<CollisionKind>({{"hull", CollisionKind::hull},
+                                     {"decomposition", CollisionKind::decomposition},
+                                     {"spheres", CollisionKind::spheres},
+                                     {"sphere", CollisionKind::sphere},
+                                     {"mesh", CollisionKind::mesh}});
+}
+
+Fields<Shape> mesh_fields() {
+  using M = MeshShape;
+  return {
+      required_field<Shape>("file", of(&M::file), file_path(),
+                            "Mesh file (obj, stl, ply, glb, ...), relative to the scene file."),
+      field<Shape>("scale", of(&M::scale), number(above(0)), "Metres per unit of the file."),
+      field<Shape>("collision", of(&M::collision), collision_codec(),
+                   "How it collides: as its convex hull, as a decomposition into convex pieces, as "
+                   "fitted spheres, as one sphere of equal volume, or as the mesh itself (static "
+                   "and kinematic bodies only)."),
+      field<Shape>("hull_max_vertices", of(&M::hull_max_vertices), integer(4, 255),
+                   "Most vertices of the hull, or of each piece of a decomposition."),
+      field<Shape>("decomposition_max_pieces", of(&M::decomposition_max_pieces), integer(1, 256),
+                   "Most pieces of a decomposition."),
+      field<Shape>("decomposition_max_volume_error", of(&M::decomposition_max_volume_error),
+                   number({.minimum = 0, .maximum = 1, .excludes_minimum = true}),
+                   "A decomposition stops once its error is below this share of the volume."),
+      field<Shape>("sphere_count", of(&M::sphere_count), integer(1, 64),
+                   "Spheres of a collision by spheres."),
+      field<Shape>("use_hull_if_not_solid", of(&M::use_hull_if_not_solid), boolean(),
+                   "Let an open or inside-out mesh take mass and collision of its hull instead of "
+                   "being an error."),
+  };
+}
+
+Codec<CompoundPart> part_codec() {
+  return object<CompoundPart>(
+      {.noun = "a part of a compound",
+       .fields = Fields<CompoundPart>{required_field<CompoundPart>(
+                     "shape", &CompoundPart::shape, text(),
+                     "Name of a shape other than a plane or a compound.")} +
+                 pose_fields<CompoundPart>(&CompoundPart::pose, "the part in the compound")});
+}
+
+}  // namespace
+
+Codec<Shape> shape_codec() {
+  return object<Shape>(
+      {.noun = "a shape",
+       .choice_key = "type",
+       .alternatives = {
+           alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields()),
+           alternative<BoxShape>(
+               "box", "A box about its centre.",
+               {required_field<Shape>("size", of(&BoxShape::size), vector3(above(0)),
+                                      "Full edge lengths [x, y, z], m.")}),
+           alternative<SphereShape>("sphere", "A sphere about its centre.",
+                                    {required_field<Shape>("radius", of(&SphereShape::radius),
+                                                           number(above(0)), "Radius, m.")}),
+           alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
+                                      {required_field<Shape>("radius", of(&CylinderShape::radius),
+                                                             number(above(0)), "Radius, m."),
+                                       required_field<Shape>("height", of(&CylinderShape::height),
+                                                             number(above(0)), "Full height, m.")}),
+           alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.",
+                                   {}),
+           alternative<CompoundShape>(
+               "compound", "Shapes joined rigidly; they should not overlap.",
+               {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
+                                      "The shapes and where they stand.")}),
+       }});
+}
+
+}  // namespace pilesim

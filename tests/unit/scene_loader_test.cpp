@@ -1,0 +1,166 @@
+#include "scene/scene_loader.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "scene_test_support.h"
+
+namespace pilesim {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A scene with the given entries after "version".
+std::string scene(const std::string& entries) { return "{\"version\": 1, " + entries + "}"; }
+
+TEST(SceneLoader, ReadsEverything) {
+  const Scene scene = parse(kFullScene).scene;
+  EXPECT_EQ(scene.name, "everything");
+  EXPECT_EQ(scene.seed, UINT64_MAX);
+  EXPECT_EQ(scene.duration_s, 2.5);
+  EXPECT_EQ(scene.gravity, Vec3(0, -1.62, 0));
+  EXPECT_EQ(scene.materials.at("wood").density_kg_m3, 600);
+  EXPECT_EQ(scene.materials.at("steel").friction, Material().friction);
+  const auto& rabbit = std::get<MeshShape>(scene.shapes.at("rabbit"));
+  EXPECT_EQ(rabbit.file, "/scenes/meshes/rabbit.obj");
+  EXPECT_EQ(rabbit.collision, CollisionKind::decomposition);
+  EXPECT_EQ(std::get<MeshShape>(scene.shapes.at("crate")).file, "/meshes/crate.obj");
+  EXPECT_EQ(std::get<BoxShape>(scene.shapes.at("brick")).size, Vec3(0.2, 0.1, 0.4));
+  EXPECT_EQ(std::get<CompoundShape>(scene.shapes.at("hammer")).parts[1].shape, "can");
+  ASSERT_EQ(scene.bodies.size(), 4u);
+  EXPECT_EQ(scene.bodies[0].name, "body/0");
+  EXPECT_EQ(scene.bodies[0].role, Role::fixed);
+  EXPECT_EQ(scene.bodies[1].motion[1].time_s, 1.1);
+  EXPECT_EQ(*scene.bodies[2].colour, (Colour{0xA0, 0xB1, 0xC2}));
+  EXPECT_TRUE(scene.bodies[3].held);
+  ASSERT_EQ(scene.emitters.size(), 5u);
+  EXPECT_EQ(scene.emitters[1].name, "emitter/1");
+  EXPECT_THAT(scene.emitters[1].shapes, ElementsAre("brick"));
+  EXPECT_FALSE(scene.emitters[0].orientation.has_value());
+  EXPECT_EQ(std::get<GridSource>(scene.emitters[1].source).count, (std::array<int, 3>{2, 3, 4}));
+  EXPECT_EQ(scene.simulator.solver_iterations, 30);
+  EXPECT_FALSE(scene.simulator.sleeping);
+  ASSERT_EQ(scene.camera.keys.size(), 1u);
+  EXPECT_EQ(scene.camera.keys[0].field_of_view, radians(41.7));
+  EXPECT_EQ(scene.render.size, (std::array<int, 2>{640, 360}));
+}
+
+TEST(SceneLoader, OrdersEventsByTime) {
+  const Scene scene = parse(kFullScene).scene;
+  ASSERT_EQ(scene.events.size(), 3u);
+  EXPECT_EQ(scene.events[0].time_s, 0.5);
+  EXPECT_EQ(scene.events[1].time_s, 1);
+  EXPECT_EQ(scene.events[2].time_s, 2);
+}
+
+TEST(SceneLoader, HingesTurnAboutTheBodyUnlessToldOtherwise) {
+  const Scene scene = parse(kFullScene).scene;
+  EXPECT_EQ(scene.bodies[2].hinge->anchor, Vec3(0.1, 3, -2));
+  EXPECT_NEAR(scene.bodies[2].hinge->axis.norm(), 1, 1e-15);
+  const std::string with_anchor =
+      replaced(kFullScene, R"("axis": [1, 1, 0])", R"("axis": [1, 1, 0], "anchor": [7, 8, 9])");
+  EXPECT_EQ(parse(with_anchor).scene.bodies[2].hinge->anchor, Vec3(7, 8, 9));
+}
+
+// Turned about its own x by 90 degrees, then its new y.
+TEST(SceneLoader, RotationIsIntrinsicXyz) {
+  const std::string text = replaced(kFullScene, "[12.3, -45.6, 78.9]", "[90, 90, 0]");
+  const Quat q = parse(text).scene.bodies[2].pose.orientation;
+  // After x: own y is world z. Turning about it by 90 degrees takes own x from world x to world y.
+  EXPECT_NEAR((q * Vec3::UnitY() - Vec3::UnitZ()).norm(), 0, 1e-12);
+  EXPECT_NEAR((q * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-12);
+}
+
+TEST(SceneLoader, NormalisesQuaternionsThatAreNearlyUnit) {
+  const std::string entries = R"("materials": {"m": {}}, "shapes": {"b": {"type": "sphere",
+      "radius": 1}}, "bodies": [{"shape": "b", "material": "m", "orientation": [0.7071, 0.7071, 0, 0]}])";
+  EXPECT_NEAR(parse(scene(entries)).scene.bodies[0].pose.orientation.norm(), 1, 1e-15);
+  EXPECT_THAT(problems_of(scene(replaced(entries, "0.7071, 0.7071", "1, 1"))),
+              ElementsAre("s.json:2:80: /bodies/0/orientation: has length 1.4142135623730951; "
+                          "expected a unit quaternion [w, x, y, z] of length 1 within 0.001. "
+                          "Divide it by its length, or write \"rotation_deg\": [x, y, z]"));
+}
+
+TEST(SceneLoader, OverridesAreAppliedBeforeChecking) {
+  const Scene scene =
+      parse(kFullScene, {"/simulator/solver_iterations=50", "/bodies/3/position/1=2.5", "/name=foo",
+                         "/step_s=0.01", "/materials/wood/friction=0"})
+          .scene;
+  EXPECT_EQ(scene.simulator.solver_iterations, 50);
+  EXPECT_EQ(scene.bodies[3].pose.position, Vec3(0, 2.5, 0));
+  EXPECT_EQ(scene.name, "foo");
+  EXPECT_EQ(scene.step_s, 0.01);
+  EXPECT_EQ(scene.materials.at("wood").friction, 0);
+}
+
+TEST(SceneLoader, OverridesMakeObjectsThatAreMissing) {
+  EXPECT_EQ(parse("{\"version\": 1}", {"/simulator/solver_iterations=7"})
+                .scene.simulator.solver_iterations,
+            7);
+}
+
+TEST(SceneLoader, ErrorsOfOverridesNameThem) {
+  EXPECT_THAT(
+      problems_of(scene("\"bodies\": []"), {"/simulator/solver_iteratons=5", "/bodies/0/held=true",
+                                            "/seed=-1", "foo=3", "/name/x=1", "/frame_rate/~5=1"}),
+      ElementsAre(
+          "--set: /bodies/0/held: /bodies has 0 entries; expected an index below 0",
+          "--set: is \"foo=3\"; expected /json/pointer=value. Write for example "
+          "/simulator/sleeping=false",
+          "--set: is \"/frame_rate/~5\"; expected a JSON pointer with ~0 for ~ and ~1 for /",
+          "--set: /name: is an object; expected a string",
+          "--set: /seed: is -1; expected an integer from 0 to 18446744073709551615",
+          "--set: /simulator/solver_iteratons: is no key of the simulator; expected one of "
+          "\"mode\", \"sleeping\", \"solver_iterations\". Did you mean "
+          "\"solver_iterations\"?"));
+}
+
+TEST(SceneLoader, ChangedOptionsAreTheSettingsThatDifferFromDefaults) {
+  const auto changed = nlohmann::json::parse(parse(kFullScene).changed_options);
+  EXPECT_EQ(changed, nlohmann::json::parse(R"({
+    "/name": "everything", "/seed": 18446744073709551615, "/duration_s": 2.5, "/frame_rate": 30.0,
+    "/gravity": [0.0, -1.62, 0.0], "/simulator/sleeping": false,
+    "/simulator/solver_iterations": 30, "/render/size": [640, 360], "/render/samples": 8})"));
+  EXPECT_EQ(parse("{\"version\": 1}").changed_options, "{}\n");
+}
+
+TEST(SceneLoader, ResolvedSceneLoadsAgainToTheSame) {
+  const LoadedScene first = parse(kFullScene);
+  const LoadedScene second = parse_scene(first.resolved, "/elsewhere/resolved.json");
+  EXPECT_EQ(first.resolved, second.resolved);
+  EXPECT_EQ(first.changed_options, second.changed_options);
+  const Quat& a = first.scene.bodies[2].pose.orientation;
+  const Quat& b = second.scene.bodies[2].pose.orientation;
+  EXPECT_EQ(a.coeffs(), b.coeffs());
+  EXPECT_EQ(first.scene.camera.keys[0].field_of_view, second.scene.camera.keys[0].field_of_view);
+  EXPECT_THAT(first.resolved, HasSubstr("\"/scenes/meshes/rabbit.obj\""));
+  EXPECT_THAT(first.resolved, HasSubstr("\"step_s\""));
+}
+
+TEST(SceneLoader, AMissingFileIsAnInputOutputError) {
+  try {
+    load_scene("/nowhere/scene.json");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::io);
+    EXPECT_THAT(error.what(), HasSubstr("/nowhere/scene.json"));
+  }
+}
+
+TEST(SceneFrames, StepsDivideAFrameEvenly) {
+  Scene scene;
+  scene.frame_rate = 60;
+  scene.duration_s = 7;
+  EXPECT_EQ(scene.frame_count(), 421);
+  EXPECT_EQ(scene.steps_per_frame(), 4);
+  scene.step_s = 0.005;
+  EXPECT_EQ(scene.steps_per_frame(), 4);
+  EXPECT_DOUBLE_EQ(scene.actual_step_s(), 1.0 / 240);
+  scene.step_s = 1;
+  EXPECT_EQ(scene.steps_per_frame(), 1);
+}
+
+}  // namespace
+}  // namespace pilesim

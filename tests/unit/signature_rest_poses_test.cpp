@@ -1,0 +1,149 @@
+#include "signature/rest_poses.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/philox.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
+#include "geometry/primitives.h"
+
+namespace pilesim {
+namespace {
+
+using testing::DoubleNear;
+using testing::Each;
+using testing::Field;
+
+TriangleMesh centred_hull(std::vector<Vec3> points) {
+  TriangleMesh hull = convex_hull(points);
+  const Vec3 centre = mass_properties(hull).centre_of_mass;
+  for (Vec3& v : hull.vertices) v -= centre;
+  return hull;
+}
+
+TriangleMesh random_hull(uint64_t which) {
+  Philox random(7, Stream::test, which);
+  std::vector<Vec3> points;
+  const Vec3 scale(random.uniform(0.3, 1), random.uniform(0.3, 1), random.uniform(0.3, 2));
+  for (int i = 0; i < 20 + 10 * static_cast<int>(which % 20); ++i) {
+    points.emplace_back(random.direction().cwiseProduct(scale) * random.uniform(0.7, 1));
+  }
+  return centred_hull(points);
+}
+
+double total_probability(const std::vector<RestPose>& poses) {
+  double sum = 0;
+  for (const RestPose& pose : poses) sum += pose.probability;
+  return sum;
+}
+
+TEST(RestPoses, AFairDieShowsEachFaceOnceInSix) {
+  const auto poses = stable_rest_poses(box_mesh({0.016, 0.016, 0.016}));
+  ASSERT_EQ(poses.size(), 6);
+  EXPECT_THAT(poses, Each(Field(&RestPose::probability, DoubleNear(1.0 / 6, 1e-12))));
+  EXPECT_THAT(poses, Each(Field(&RestPose::height_m, DoubleNear(0.008, 1e-15))));
+}
+
+// The basin of a box's face is the solid angle that its face subtends from the centre: U falls
+// along great circles away from the corners, so that the borders are the great circles through
+// corners.
+TEST(RestPoses, ABrickFollowsTheRollingOfItsEdges) {
+  const auto poses = stable_rest_poses(box_mesh({1, 2, 4}));
+  ASSERT_EQ(poses.size(), 6);
+  // The border between the faces across x and y runs from the apex (1,2,4) to the saddle (1,2,0)
+  // and on to (1,2,-4): a great circle. The basin of +x is the spherical quadrangle of its corners.
+  const auto corner_angle = [](double a, double b,
+                               double c) {  // face of half edges b, c at distance a
+    return 4 * std::atan2(b * c, a * std::sqrt(a * a + b * b + c * c));
+  };
+  const double expected[] = {corner_angle(0.5, 1, 2), corner_angle(1, 0.5, 2),
+                             corner_angle(2, 0.5, 1)};
+  for (size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR(poses[i].probability, expected[i / 2] / (4 * kPi), 1e-12) << i;
+  }
+  EXPECT_DOUBLE_EQ(poses[0].height_m, 0.5);
+  EXPECT_NEAR(std::abs(poses[0].up.x()), 1, 1e-12);
+}
+
+TEST(RestPoses, AWeightedBallHasOne) {
+  TriangleMesh ball = sphere_mesh(1.0, 3);
+  // The centre of mass off the centre, towards the inside of one triangle: that one alone is
+  // stable.
+  const Triangle& t = ball.triangles[17];
+  const Vec3 heavy = 0.5 * (ball.vertices[t[0]] + ball.vertices[t[1]] + ball.vertices[t[2]]) / 3.0;
+  for (Vec3& v : ball.vertices) v -= heavy;
+  const auto poses = stable_rest_poses(ball);
+  ASSERT_EQ(poses.size(), 1);
+  EXPECT_EQ(poses[0].probability, 1);
+  EXPECT_GT(-poses[0].up.dot(heavy.normalized()), 0.999);
+}
+
+TEST(RestPoses, TheCentreOfMassProjectsIntoTheFaceAndTheHullIsAbove) {
+  for (uint64_t i = 0; i < 20; ++i) {
+    const TriangleMesh hull = random_hull(i);
+    for (const RestPose& pose : stable_rest_poses(hull)) {
+      std::vector<Vec3> touching;
+      for (const Vec3& v : hull.vertices) {
+        EXPECT_GE(v.dot(pose.up), -pose.height_m - 1e-9);
+        if (v.dot(pose.up) < -pose.height_m + 1e-6) touching.push_back(v);
+      }
+      EXPECT_GE(touching.size(), 3);
+    }
+  }
+}
+
+TEST(RestPoses, BasinsCoverTheSphereOnce) {
+  for (uint64_t i = 0; i < 60; ++i) {
+    EXPECT_NEAR(total_probability(stable_rest_poses(random_hull(i))), 1, 1e-9) << i;
+  }
+}
+
+TEST(RestPoses, AreasAgreeWithFollowingTheFlowFromRandomDirections) {
+  constexpr int kSamples = 20000;
+  for (uint64_t i = 0; i < 8; ++i) {
+    const TriangleMesh hull = random_hull(i);
+    const auto poses = stable_rest_poses(hull);
+    Philox random(11, Stream::test, i);
+    std::vector<Vec3> downs;
+    for (int k = 0; k < kSamples; ++k) downs.push_back(random.direction());
+    std::vector<double> count(poses.size(), 0);
+    for (const size_t pose : roll_to_rest(hull, poses, downs)) ++count[pose];
+    for (size_t p = 0; p < poses.size(); ++p) {
+      const double expected = poses[p].probability;
+      const double sigma = std::sqrt(expected * (1 - expected) / kSamples);
+      EXPECT_NEAR(count[p] / kSamples, expected, 4.5 * sigma + 1e-4)
+          << "hull " << i << " pose " << p;
+    }
+  }
+}
+
+TEST(RestPoses, DoNotDependOnScaleOrOrientation) {
+  const TriangleMesh hull = random_hull(3);
+  const auto poses = stable_rest_poses(hull);
+  for (const double scale : {1e-4, 1e3}) {
+    const Quat turn(Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()));
+    TriangleMesh changed = hull;
+    for (Vec3& v : changed.vertices) v = scale * (turn * v);
+    const auto same = stable_rest_poses(changed);
+    ASSERT_EQ(same.size(), poses.size());
+    for (size_t i = 0; i < poses.size(); ++i) {
+      EXPECT_NEAR(same[i].probability, poses[i].probability, 1e-9);
+      EXPECT_NEAR(same[i].height_m, scale * poses[i].height_m, 1e-9 * scale);
+      EXPECT_NEAR((same[i].up - turn * poses[i].up).norm(), 0, 1e-9);
+    }
+  }
+}
+
+TEST(RestPoses, ClustersJoinTheFacesOfASmoothSide) {
+  const auto poses = stable_rest_poses(cylinder_mesh(0.5, 1.0, 48));
+  ASSERT_EQ(poses.size(), 50);
+  const auto ends = cluster_rest_poses(poses, radians(2), 0.05);
+  ASSERT_EQ(ends.size(), 2);  // each side facet alone has about 1 %
+  EXPECT_NEAR(std::abs(ends[0].up.y()), 1, 1e-12);
+  const auto all = cluster_rest_poses(poses, radians(2), 0);
+  EXPECT_NEAR(total_probability(all), 1, 1e-9);
+}
+
+}  // namespace
+}  // namespace pilesim
