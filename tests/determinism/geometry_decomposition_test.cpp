@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../geometry_concave_shapes.h"
+#include "support/geometry_concave_shapes.h"
 #include "core/parallel_for.h"
 #include "geometry/convex_decomposition.h"
 

@@ -2,7 +2,7 @@
 // distances and fitted pieces.
 #include <gmock/gmock.h>
 
-#include "../geometry_concave_shapes.h"
+#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/philox.h"
 #include "geometry/convex_hull.h"

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "../geometry_concave_shapes.h"
+#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/atomic_file.h"
 #include "core/error.h"

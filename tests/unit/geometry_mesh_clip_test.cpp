@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "../geometry_concave_shapes.h"
+#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/philox.h"
 #include "geometry/primitives.h"
