@@ -61,9 +61,15 @@ void finish(ModelShape& shape) {
       piece.pose.position -= centre;
     }
   }
-  double squared = 0;
-  for (const Vec3& vertex : shape.mesh.vertices) squared = std::max(squared, vertex.squaredNorm());
-  shape.bounding_radius = std::sqrt(squared);
+  for (const Vec3& vertex : shape.mesh.vertices) {
+    shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+  }
+  // Spheres that stand for a mesh may reach out of it.
+  for (const CollisionPiece& piece : shape.pieces) {
+    if (piece.kind != CollisionPiece::Kind::sphere) continue;
+    const double reach = piece.pose.position.norm() + piece.size.x();
+    shape.bounding_radius = std::max(shape.bounding_radius, reach);
+  }
   shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
 }
 
