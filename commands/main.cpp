@@ -1,1 +1,61 @@
-int main() { return 0; }
+// pilesim: large piles of rigid objects, from a scene file to a moving picture.
+// The subcommand table, and the only place that turns errors into text and exit codes.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "options.h"
+
+namespace {
+
+constexpr char kExamples[] = R"(
+Examples:
+  pilesim simulate presets/impulse/rabbits_in_a_crate.json -o out/crate
+  pilesim render out/crate
+  pilesim validate my_scene.json
+
+Exit codes: 0 done, 2 usage, 3 invalid scene or input, 4 input or output failed, 6 internal fault,
+130 interrupted.)";
+
+int run(int argc, char** argv) {
+  CLI::App app("Simulates and draws large piles of rigid objects.", "pilesim");
+  app.set_version_flag("--version", "pilesim " PILESIM_VERSION);
+  app.require_subcommand(1);
+  app.footer(kExamples);
+  pilesim::add_validate_command(app);
+  pilesim::add_simulate_command(app);
+  pilesim::add_render_command(app);
+  pilesim::add_schema_command(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
+    app.exit(error);
+    return asked_for ? 0 : static_cast<int>(pilesim::ErrorKind::usage);
+  }
+  // What was printed must have arrived: a full disk behind stdout is an error too.
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    throw pilesim::io_error("standard output", "cannot be written", errno);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  pilesim::install_interrupt_handler();
+  try {
+    return run(argc, argv);
+  } catch (const pilesim::Error& error) {
+    std::fprintf(stderr, "pilesim: %s\n", error.what());
+    return static_cast<int>(error.kind());
+  } catch (const std::bad_alloc&) {
+    std::fputs("pilesim: not enough memory\n", stderr);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pilesim: internal fault: %s\n", error.what());
+  }
+  return static_cast<int>(pilesim::ErrorKind::internal);
+}

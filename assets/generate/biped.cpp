@@ -6,6 +6,11 @@ namespace {
 // Modelled in units of which the ears' tips stand 36 above the ground.
 constexpr double kUnit = 0.4 / 36;
 const Vec3 kAcross = Vec3::UnitX();
+const Quat kShellTilt = rotation(8, kAcross);
+const Quat kFootTurn = rotation(12, Vec3::UnitY());
+const Quat kKneeTilt = rotation(-12, kAcross);
+const Quat kPauldronTilt = rotation(-25, Vec3::UnitZ());
+const Quat kEarTilt = rotation(-38, Vec3::UnitZ());
 
 // A plate edge once in every unit of `phase`: rises slowly and drops at the end, 0 to 1, as
 // overlapping plates do.
@@ -34,7 +39,7 @@ double belly_scales(double solid, const Vec3& p) {
 // The shell of the back: plates that overlap downwards, seen as arcs from side to side.
 double carapace(const Vec3& p, Detail detail) {
   const Vec3 centre(0, 17.4, -1.2);
-  double shell = ellipsoid(p, centre, {7.1, 9.9, 6.6}, rotation(8, kAcross));
+  double shell = ellipsoid(p, centre, {7.1, 9.9, 6.6}, kShellTilt);
   if (detail == Detail::full) {
     const Vec3 hinge(0, 17.0, 4.0);  // the plates fan out around it
     const double angle = std::atan2(p.y() - hinge.y(), hinge.z() - p.z());
@@ -43,7 +48,7 @@ double carapace(const Vec3& p, Detail detail) {
   const double front = Vec3(0, 0.12, 1).normalized().dot(p - Vec3(0, 17.4, 0.9));
   shell = smooth_intersection(shell, front, 0.7);
   // A rim round its front edge hides the plates' ends.
-  const double skin = ellipsoid(p, centre, {7.4, 10.2, 6.9}, rotation(8, kAcross));
+  const double skin = ellipsoid(p, centre, {7.4, 10.2, 6.9}, kShellTilt);
   const double rim = std::sqrt(skin * skin + front * front) - 0.75;
   shell = smooth_union(shell, rim, 0.3);
   const double foot = 9.0 - p.y();
@@ -70,9 +75,9 @@ double leg(const Vec3& p, Detail detail) {
   const double thigh = round_cone(p, {3.0, 10.5, 0.2}, {4.7, 6.2, 1.2}, 3.4, 2.5);
   const double shin = round_cone(p, {4.7, 6.2, 1.2}, {4.9, 2.4, 0.2}, 2.3, 2.0);
   double solid = smooth_union(thigh, shin, 0.8);
-  const double foot = ellipsoid(p, {5.2, 1.4, 1.8}, {2.6, 1.6, 3.9}, rotation(12, Vec3::UnitY()));
+  const double foot = ellipsoid(p, {5.2, 1.4, 1.8}, {2.6, 1.6, 3.9}, kFootTurn);
   solid = smooth_union(solid, foot, 1.0);
-  const double knee = ellipsoid(p, {4.9, 6.5, 2.9}, {1.8, 2.0, 1.3}, rotation(-12, kAcross));
+  const double knee = ellipsoid(p, {4.9, 6.5, 2.9}, {1.8, 2.0, 1.3}, kKneeTilt);
   solid = smooth_union(solid, knee, 0.25);
   if (detail == Detail::full) {
     for (const double x : {-1.5, 0.0, 1.5}) {
@@ -110,7 +115,7 @@ double arm(const Vec3& point, double side, const Vec3& elbow, const Vec3& wrist,
         round_cone(p, thumb, thumb + 0.9 * forearm - 0.6 * across + Vec3(0, 0, 1.0), 0.7, 0.4),
         0.3);
   }
-  double pauldron = ellipsoid(p, {6.5, 24.2, -0.1}, {3.1, 2.9, 3.3}, rotation(-25, Vec3::UnitZ()));
+  double pauldron = ellipsoid(p, {6.5, 24.2, -0.1}, {3.1, 2.9, 3.3}, kPauldronTilt);
   if (detail == Detail::full) {
     const double angle = std::atan2(p.y() - 21.5, p.x() - 4.5);
     pauldron -= 0.4 * plate(angle / radians(32) + 0.2) - 0.2;
@@ -145,16 +150,33 @@ double head(const Vec3& p, Detail detail) {
       smooth_intersection(crest, -Vec3(0, 1, -0.35).normalized().dot(p - Vec3(0, 30.6, 0)), 0.6);
   solid = smooth_union(solid, crest_part, 0.4);
   const double ear_thickness = detail == Detail::full ? 0.75 : 1.0;
-  double ear =
-      ellipsoid(p, {4.9, 33.4, -0.8}, {1.5, 3.1, ear_thickness}, rotation(-38, Vec3::UnitZ()));
+  double ear = ellipsoid(p, {4.9, 33.4, -0.8}, {1.5, 3.1, ear_thickness}, kEarTilt);
   if (detail == Detail::full) {
-    ear = smooth_cut(
-        ear, ellipsoid(p, {4.9, 33.5, 0.1}, {0.9, 2.3, 0.7}, rotation(-38, Vec3::UnitZ())), 0.3);
+    ear = smooth_cut(ear, ellipsoid(p, {4.9, 33.5, 0.1}, {0.9, 2.3, 0.7}, kEarTilt), 0.3);
   }
   return smooth_union(solid, ear, 0.5);
 }
 
+// Bare limbs that tens of triangles can follow.
+double distant_figure(const Vec3& point) {
+  const Vec3 p(std::abs(point.x()), point.y(), point.z());
+  const double leg = round_cone(p, {3.2, 10, 0}, {5.2, 2.2, 1.4}, 3.3, 2.2);
+  double solid = smooth_union(torso(p), leg, 1.0);
+  const double tail_bone = round_cone(p, {0, 10.5, -3.5}, {0, 2.4, -15.8}, 4.4, 1.9);
+  solid = smooth_union(solid, tail_bone, 1.0);
+  const double snout = round_cone(p, {0, 29.2, 0}, {0, 27.8, 7.0}, 4.6, 1.6);
+  solid = smooth_union(solid, snout, 1.0);
+  const double ear = round_cone(p, {2.8, 31, -0.6}, {5.6, 34.4, -0.8}, 1.6, 1.5);
+  solid = smooth_union(solid, ear, 0.5);
+  const double upper = round_cone(point, {5, 22.6, 0}, {11, 23.4, 0.8}, 2.7, 2.2);
+  const double raised = round_cone(point, {11, 23.4, 0.8}, {13, 31.5, 2.6}, 2.2, 1.9);
+  const double lowered = round_cone(point, {-5, 22.6, 0}, {-12.6, 14.0, 5.2}, 2.7, 1.9);
+  solid = smooth_union(solid, smooth_union(upper, raised, 0.5), 0.8);
+  return smooth_union(solid, lowered, 0.8);
+}
+
 double field_of(const Vec3& point, Detail detail) {
+  if (detail == Detail::distant) return distant_figure(point);
   const Vec3 p(std::abs(point.x()), point.y(), point.z());
   double solid = torso(p);
   if (detail == Detail::full) solid = belly_scales(solid, p);
@@ -172,7 +194,9 @@ double field_of(const Vec3& point, Detail detail) {
 
 Sculpture armoured_biped(Detail detail) {
   return {[detail](const Vec3& point) { return kUnit * field_of(point / kUnit, detail); },
-          Bounds(Vec3(-19, -1, -19.5) * kUnit, Vec3(19, 41, 13) * kUnit)};
+          Bounds(Vec3(-19, -1, -19.5) * kUnit, Vec3(19, 41, 13) * kUnit),
+          {Vec3(0, 29, 4) * kUnit, 6 * kUnit, 2.0},
+          0.0035};
 }
 
 }  // namespace pilesim

@@ -86,9 +86,9 @@ TriangleMesh cone() {
 TriangleMesh spiral_tower() {
   constexpr int kSides = 40;  // also the levels of each turn, so that edges run along the ramp
   constexpr int kTurns = 4;
-  constexpr double kPitch = 0.6;  // m a turn
-  constexpr double kTaper = 0.5;  // m of radius lost a metre up
-  constexpr double kWall = 0.8;   // part of the pitch that is upright wall, the rest is ramp
+  constexpr double kPitch = 0.7;   // m a turn
+  constexpr double kTaper = 0.35;  // m of radius lost a metre up
+  constexpr double kWall = 0.8;    // part of the pitch that is upright wall, the rest is ramp
   std::vector<Ring> rings{regular_polygon({0, 0, 0}, 1, 0.5, kSides)};
   for (int level = 0; level <= kTurns * kSides; ++level) {
     const double y = kPitch * level / kSides;
@@ -96,20 +96,20 @@ TriangleMesh spiral_tower() {
     for (int side = 0; side < kSides; ++side) {
       const double phase = static_cast<double>((level - side + kSides) % kSides) / kSides;
       const double overhang = phase <= kWall ? phase : kWall * (1 - phase) / (1 - kWall);
-      const double radius = 1.4 - kTaper * (y - kPitch * overhang);
+      const double radius = 1.25 - kTaper * (y - kPitch * overhang);
       ring[side].x() *= radius;
       ring[side].z() *= radius;
     }
     rings.push_back(std::move(ring));
   }
-  rings.push_back(regular_polygon({0, kPitch * kTurns + 0.1, 0}, 1, 0.15, kSides));
+  rings.push_back(regular_polygon({0, kPitch * kTurns, 0}, 1, 0.15, kSides));
   return simplify(loft(rings), 3000);
 }
 
 TriangleMesh heart() {
   const Field field = [](const Vec3& point) {
     const Vec3 p(std::abs(point.x()), point.y(), point.z() * 1.3);
-    const double lobe = round_cone(p, {0, 0.2, 0}, {0.53, 1.43, 0}, 0.16, 0.57);
+    const double lobe = round_cone(p, {0, 0.12, 0}, {0.53, 1.43, 0}, 0.16, 0.57);
     const double middle = ellipsoid(p, {0, 0.96, 0}, {0.82, 0.72, 0.52});
     return smooth_intersection(smooth_union(lobe, middle, 0.3), -p.y(), 0.05);
   };

@@ -12,9 +12,6 @@
 namespace pilesim {
 namespace {
 
-constexpr double kFineCell = 0.004;    // m, of the 5,000-triangle figures
-constexpr double kCoarseCell = 0.006;  // m, of those that have no details
-
 // To the micrometre: far below what matters, and files stay short.
 void write(TriangleMesh mesh, const std::filesystem::path& file) {
   for (Vec3& vertex : mesh.vertices) {
@@ -27,12 +24,12 @@ void write(TriangleMesh mesh, const std::filesystem::path& file) {
 void write_sculpture(Sculpture (*sculpt)(Detail), const std::filesystem::path& directory,
                      const std::string& name) {
   const Sculpture full = sculpt(Detail::full);
-  write(simplify(polygonise(full.field, full.region, kFineCell), 5000),
-        directory / (name + ".obj"));
-  const Sculpture coarse = sculpt(Detail::coarse);
-  const TriangleMesh surface = polygonise(coarse.field, coarse.region, kCoarseCell);
-  for (const int count : {500, 50}) {
-    write(simplify(surface, count), directory / (name + "_" + std::to_string(count) + ".obj"));
+  const TriangleMesh fine = polygonise(full.field, full.region, full.cell_m);
+  write(simplify(fine, 5000, full.face), directory / (name + ".obj"));
+  for (const auto& [detail, count] : {std::pair{Detail::coarse, 500}, {Detail::distant, 50}}) {
+    const Sculpture plain = sculpt(detail);
+    write(simplify(polygonise(plain.field, plain.region, 2 * plain.cell_m), count),
+          directory / (name + "_" + std::to_string(count) + ".obj"));
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "core/parallel_for.h"
+
 namespace pilesim {
 namespace {
 
@@ -23,7 +25,9 @@ class Marcher {
   }
 
   TriangleMesh march() {
-    for (size_t index = 0; index < values_.size(); ++index) values_[index] = field_(point(index));
+    parallel_for(values_.size(), 4096, [this](size_t begin, size_t end) {
+      for (size_t index = begin; index < end; ++index) values_[index] = field_(point(index));
+    });
     for (int z = 0; z + 1 < size_[2]; ++z) {
       for (int y = 0; y + 1 < size_[1]; ++y) {
         for (int x = 0; x + 1 < size_[0]; ++x) march_cube(index_of(x, y, z));

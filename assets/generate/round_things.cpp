@@ -96,7 +96,7 @@ TriangleMesh banana() {
     const double t = static_cast<double>(i) / kSections;
     // From the blossom end (t = 0) to the stem, which bends a little more.
     const double angle = radians(50 - 94 * t - 12 * smooth_step(0.8, 1, t));
-    const double flesh = smooth_step(-0.04, 0.3, t) * (1 - smooth_step(0.55, 0.88, t));
+    const double flesh = smooth_step(-0.04, 0.3, t) * (1 - smooth_step(0.6, 0.92, t));
     const double nub = 0.002 * (1 - smooth_step(0, 0.03, t));
     const double cut = 0.001 * smooth_step(0.96, 1, t);
     const double radius = 0.0048 + 0.0132 * flesh - nub + cut;
@@ -111,7 +111,10 @@ TriangleMesh banana() {
     }
     rings.push_back(std::move(ring));
   }
-  return loft(rings);
+  TriangleMesh mesh = loft(rings);
+  const Vec3 centre = mesh.bounds().center();
+  for (Vec3& vertex : mesh.vertices) vertex -= centre;
+  return mesh;
 }
 
 }  // namespace pilesim

@@ -2,16 +2,19 @@
 #pragma once
 
 #include "generate/implicit.h"
+#include "generate/polygonise.h"
 
 namespace pilesim {
 
-// The coarse figure leaves out what a few hundred triangles cannot show (eyes, toes, grooves) and
-// thickens what they would lose (ears, claws).
-enum class Detail { full, coarse };
+// What is modelled: `full` for thousands of triangles, `coarse` for hundreds (no eyes, toes or
+// grooves), `distant` for tens (no small parts, and limbs and ears thick enough to last).
+enum class Detail { full, coarse, distant };
 
 struct Sculpture {
   Field field;
   Bounds region;  // contains the surface, m
+  Focus face;
+  double cell_m;  // grid that catches its smallest details
 };
 
 // A sitting rabbit, 0.3 m long, standing on y = 0 and facing +x.

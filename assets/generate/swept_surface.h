@@ -11,8 +11,7 @@ namespace pilesim {
 // One closed polygon of a surface; all rings of a surface have the same number of points.
 using Ring = std::vector<Vec3>;
 
-// Joins rings in order and closes both ends by a fan around the ring's mean, or by a plain fan
-// where the end ring is convex and flat enough that `tips` is not needed. Rings run
+// Joins rings in order and closes the first and the last, which must be convex. Rings run
 // counter-clockwise seen from the last one.
 TriangleMesh loft(const std::vector<Ring>& rings);
 

@@ -22,6 +22,6 @@ TriangleMesh cart();     // 2 m long along x, open above, four wheels; stands on
 // One smooth closed surface each.
 TriangleMesh ring();    // 0.3 m across, axis y, centred; falls around pole()
 TriangleMesh tyre();    // 0.65 m across, axis y, centred
-TriangleMesh banana();  // 0.2 m long, bent in the plane z = 0
+TriangleMesh banana();  // 0.21 m long, bent in the plane z = 0, centred
 
 }  // namespace pilesim

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "geometry/triangle_tree.h"
@@ -10,58 +11,34 @@
 namespace pilesim {
 namespace {
 
-// A cluster is taken as a whole from this many of its radii on. With the second-order term below
-// it keeps the whole sum within 1e-3.
-constexpr double kFarRadii = 2.5;
+using Edge = std::array<uint32_t, 2>;  // vertex indices, directed
 
-// What a cluster of triangles looks like from afar: the first two terms of the Taylor expansion of
-// its winding number about `centre`.
-struct FarField {
-  Vec3 centre = Vec3::Zero();  // mean of the triangles by area, m
-  double radius = 0;           // m, of the ball about `centre` that holds them
-  Vec3 dipole = Vec3::Zero();  // sum of area times normal, m^2
-  Mat3 moment = Mat3::Zero();  // sum of (centroid - centre) times (area times normal)^T, m^3
-};
-
-Vec3 area_vector(const Corners& corners) {
-  const auto& [a, b, c] = corners;
-  return 0.5 * (b - a).cross(c - a);
-}
-
-FarField far_field(std::span<const Corners> cluster) {
-  FarField field;
-  double area_sum = 0;
-  for (const Corners& corners : cluster) {
-    const double area = area_vector(corners).norm();
-    field.centre += area / 3.0 * (corners[0] + corners[1] + corners[2]);
-    area_sum += area;
-  }
-  field.centre = area_sum > 0 ? Vec3(field.centre / area_sum) : cluster[0][0];
-  for (const Corners& corners : cluster) {
-    const Vec3 area = area_vector(corners);
-    const Vec3 centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
-    field.dipole += area;
-    field.moment += (centroid - field.centre) * area.transpose();
-    for (const Vec3& corner : corners) {
-      field.radius = std::max(field.radius, (corner - field.centre).norm());
+// What is left of directed edges when opposite ones cancel: the border of the cluster of triangles
+// they come from. An edge of a tangled cluster may be left several times.
+std::vector<Edge> cancelled(std::vector<Edge> edges) {
+  const auto undirected = [](const Edge& e) { return std::minmax(e[0], e[1]); };
+  std::sort(edges.begin(), edges.end(),
+            [&](const Edge& a, const Edge& b) { return undirected(a) < undirected(b); });
+  std::vector<Edge> border;
+  for (auto begin = edges.begin(); begin != edges.end();) {
+    const auto [low, high] = undirected(*begin);
+    int surplus = 0;
+    auto end = begin;
+    for (; end != edges.end() && std::minmax((*end)[0], (*end)[1]) == std::minmax(low, high); ++end) {
+      surplus += (*end)[0] == low ? 1 : -1;
     }
+    const Edge edge = surplus > 0 ? Edge{low, high} : Edge{high, low};
+    border.insert(border.end(), static_cast<size_t>(std::abs(surplus)), edge);
+    begin = end;
   }
-  return field;
+  return border;
 }
 
-// Solid angle of the cluster as seen from `-offset` relative to its centre, sr.
-double far_solid_angle(const FarField& field, const Vec3& offset, double distance_squared) {
-  const double inverse = 1.0 / std::sqrt(distance_squared);
-  const double cubed = inverse * inverse * inverse;
-  const double dipole = field.dipole.dot(offset);
-  const double moment =
-      field.moment.trace() - 3.0 * offset.dot(field.moment * offset) * inverse * inverse;
-  return (dipole + moment) * cubed;
-}
-
-// Signed solid angle of a triangle (Van Oosterom and Strackee 1983), sr.
-double solid_angle(const Corners& corners, const Vec3& point) {
-  const Vec3 a = corners[0] - point, b = corners[1] - point, c = corners[2] - point;
+// Signed solid angle of a triangle (Van Oosterom and Strackee 1983), sr. Positive if its outside
+// faces away from `point`.
+double solid_angle(const Vec3& corner_a, const Vec3& corner_b, const Vec3& corner_c,
+                   const Vec3& point) {
+  const Vec3 a = corner_a - point, b = corner_b - point, c = corner_c - point;
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double volume = a.dot(b.cross(c));
   const double scale = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
@@ -71,34 +48,68 @@ double solid_angle(const Corners& corners, const Vec3& point) {
 }  // namespace
 
 struct InsideTest::Tree {
-  explicit Tree(const TriangleMesh& mesh) : triangles(mesh, 8) {
-    const std::span<const Corners> corners(triangles.corners());
-    fields.reserve(triangles.nodes().size());
-    for (const TriangleTree::Node& node : triangles.nodes()) {
-      fields.push_back(far_field(corners.subspan(node.first, node.count)));
+  explicit Tree(const TriangleMesh& mesh) : triangles(mesh, 8), vertices(mesh.vertices) {
+    const std::vector<TriangleTree::Node>& nodes = triangles.nodes();
+    caps.resize(nodes.size());
+    std::vector<std::vector<Edge>> borders(nodes.size());
+    for (size_t i = nodes.size(); i-- > 0;) {  // children lie behind their parents
+      const TriangleTree::Node& node = nodes[i];
+      std::vector<Edge> edges;
+      if (node.is_leaf()) {
+        for (uint32_t k = node.first; k < node.first + node.count; ++k) {
+          const auto& [a, b, c] = mesh.triangles[triangles.triangles()[k]];
+          edges.insert(edges.end(), {{a, b}, {b, c}, {c, a}});
+        }
+      } else {
+        edges = std::move(borders[i + 1]);
+        edges.insert(edges.end(), borders[node.right].begin(), borders[node.right].end());
+        borders[node.right] = {};
+      }
+      borders[i] = cancelled(std::move(edges));
+      store_cap(i, borders[i]);
     }
   }
 
+  // A cap of more triangles than the cluster has is of no use.
+  void store_cap(size_t index, const std::vector<Edge>& border) {
+    if (border.size() >= triangles.nodes()[index].count) return;
+    caps[index] = {static_cast<uint32_t>(cap_edges.size()), static_cast<uint32_t>(border.size()),
+                   true};
+    cap_edges.insert(cap_edges.end(), border.begin(), border.end());
+  }
+
   double solid_angle_below(uint32_t index, const Vec3& point) const {
-    const FarField& field = fields[index];
-    const Vec3 offset = field.centre - point;
-    const double distance_squared = offset.squaredNorm();
-    if (distance_squared > kFarRadii * kFarRadii * field.radius * field.radius) {
-      return far_solid_angle(field, offset, distance_squared);
-    }
     const TriangleTree::Node& node = triangles.nodes()[index];
+    const Cap& cap = caps[index];
+    double sum = 0;
+    if (cap.exists && !node.box.contains(point)) {
+      const Vec3 apex = node.box.center();
+      for (const auto& [a, b] : std::span(cap_edges).subspan(cap.first, cap.count)) {
+        sum += solid_angle(apex, vertices[a], vertices[b], point);
+      }
+      return sum;
+    }
     if (!node.is_leaf()) {
       return solid_angle_below(index + 1, point) + solid_angle_below(node.right, point);
     }
-    double sum = 0;
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
-      sum += solid_angle(triangles.corners()[i], point);
+      const auto& [a, b, c] = triangles.corners()[i];
+      sum += solid_angle(a, b, c, point);
     }
     return sum;
   }
 
+  // The fan from the middle of a node's box over the border of its triangles.
+  struct Cap {
+    uint32_t first = 0;  // of cap_edges
+    uint32_t count = 0;
+    bool exists = false;
+  };
+
   TriangleTree triangles;
-  std::vector<FarField> fields;  // per node
+  std::vector<Vec3> vertices;
+  std::vector<Cap> caps;  // per node
+  std::vector<Edge> cap_edges;
 };
 
 InsideTest::InsideTest(const TriangleMesh& mesh) : tree_(std::make_unique<Tree>(mesh)) {}

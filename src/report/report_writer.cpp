@@ -1,1 +1,80 @@
 #include "report/report_writer.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <cerrno>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "report/charts.h"
+#include "report/report_html.h"
+#include "report/report_json.h"
+
+namespace pilesim {
+namespace {
+
+void write_line(int descriptor, const std::string& path, const std::string& line) {
+  size_t done = 0;
+  while (done < line.size()) {
+    const ssize_t written = write(descriptor, line.data() + done, line.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) throw io_error(path, "cannot be written", errno);
+    done += static_cast<size_t>(written);
+  }
+}
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+TimingCsv::TimingCsv(const std::filesystem::path& file)
+    : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)),
+      path_(file.string()) {
+  if (descriptor_ < 0) throw io_error(path_, "cannot be created", errno);
+  std::string header = "frame,time_s,steps,total_ms";
+  for (size_t stage = 0; stage < kStageCount; ++stage) {
+    header += "," + std::string(stage_name(static_cast<Stage>(stage))) + "_ms";
+  }
+  write_line(descriptor_, path_,
+             header +
+                 ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
+                 "kinetic_energy_j,potential_energy_j\n");
+}
+
+TimingCsv::~TimingCsv() { close(descriptor_); }
+
+void TimingCsv::append(const FrameRow& row) {
+  std::string line = std::to_string(row.frame) + "," + number(row.time_s) + "," +
+                     std::to_string(row.steps) + "," + number(1e3 * row.times.total_s);
+  for (const double seconds : row.times.seconds) line += "," + number(1e3 * seconds);
+  line += "," + number(1e3 * row.times.other_s()) + "," + std::to_string(row.bodies_present) + "," +
+          std::to_string(row.bodies_awake) + "," + std::to_string(row.contacts) + "," +
+          number(row.deepest_penetration_m) + "," + number(row.kinetic_energy_j) + "," +
+          number(row.potential_energy_j) + "\n";
+  write_line(descriptor_, path_, line);
+}
+
+void write_report(const SimulationReport& report, const std::filesystem::path& directory) {
+  assert(!report.rows.empty());
+  const nlohmann::ordered_json figures = report_json(report);
+  write_file_atomically(directory / "report.json", figures.dump(2) + "\n");
+  write_file_atomically(directory / "report.html",
+                        report_html(figures, simulation_charts(report.rows)));
+}
+
+uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace pilesim

@@ -1,1 +1,15 @@
 #include "simulate/simulator.h"
+
+#include "simulate/impulse_simulator.h"
+
+namespace pilesim {
+
+std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model) {
+  switch (scene.simulator.mode) {
+    case SimulatorMode::impulse:
+      return make_impulse_simulator(scene, model);
+  }
+  return nullptr;
+}
+
+}  // namespace pilesim

@@ -1,14 +1,18 @@
 // A trajectory on disk: `trajectory.zarr/`, a Zarr v2 directory store that numpy, xarray and JS
-// readers open as it is. It is self-contained: shapes and colours are in it, so that it can be
-// drawn on another machine. Layout:
-//   .zattrs                    format, frame rate, seed, resolved scene and its hash, body names
-//   position     (frame, body, 3) f4  m, centre of mass        orientation (frame, body, 4) f4  w x
-//   y z state        (frame, body)    u1  flags (simulate/body_state.h) body_shape   (body) u4
-//   body_colour (body, 3) u1  sRGB shapes/<i>/vertices (V, 3) f4  m, body frame
-//   shapes/<i>/triangles (T, 3) u4
+// readers open as it is (docs/files.md is the description for users). It is self-contained: shapes
+// and colours are in it, so that it can be drawn on another machine. Layout:
+//   .zattrs                           format, frame rate, seed, resolved scene and its hash, names
+//   position     (frame, body, 3) f4  m, centre of mass, world frame
+//   orientation  (frame, body, 4) f4  unit quaternion w x y z, body to world
+//   state        (frame, body)    u1  flags (simulate/body_state.h)
+//   body_shape   (body)           u4  index into shapes
+//   body_colour  (body, 3)        u1  sRGB
+//   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
+//   shapes/<i>/vertices  (V, 3)   f4  m, body frame
+//   shapes/<i>/triangles (T, 3)   u4
 // Arrays over frames are cut into chunks of frames compressed with zstd. A chunk is complete or
 // absent and the frame count in `.zarray` moves after the chunk is there, so a killed run leaves a
-// valid shorter trajectory.
+// valid shorter trajectory. The same frames give the same files, whenever they were written.
 #pragma once
 
 #include <array>
@@ -51,17 +55,21 @@ struct TrajectoryFrame {
 
 class TrajectoryWriter {
  public:
-  // `directory` is `…/trajectory.zarr` and does not exist. Throws Error(io).
+  // `directory` is `…/trajectory.zarr` and does not exist; missing parents are made. A trajectory
+  // without frames is there afterwards. `header` is consistent: resolved_scene is a JSON object,
+  // the body arrays have one length, indices are in range. Throws Error(io).
   TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header);
   ~TrajectoryWriter();  // closes, swallowing errors: call close() to hear of them
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Throws Error(io), after which the frames written before are still valid on disk.
+  // Takes the next frame, and writes what is not yet on disk when the chunk is full or the last
+  // write was a second ago: a kill loses no more than the last second's frames. Throws Error(io),
+  // after which the frames written before are still valid on disk.
   void append(const TrajectoryFrame& frame);
-  // Writes what is left of the last chunk. At most one second of wall time or one chunk of frames
-  // is ever only in memory.
+  // Writes what is left of the last chunk. Throws Error(io).
   void close();
+  // What a reader finds if the process is killed now.
   uint64_t frames_on_disk() const;
 
  private:
@@ -71,15 +79,19 @@ class TrajectoryWriter {
 
 class TrajectoryReader {
  public:
-  // Accepts `trajectory.zarr` or the directory that holds it. Throws Error(io) or Error(input).
+  // Accepts `trajectory.zarr` or the directory that holds it; may be still growing: frame_count()
+  // is what was there at this moment. Throws Error(io), or Error(input) naming the file that is
+  // missing, corrupt or of another format.
   explicit TrajectoryReader(const std::filesystem::path& directory);
   ~TrajectoryReader();
   TrajectoryReader(const TrajectoryReader&) = delete;
   TrajectoryReader& operator=(const TrajectoryReader&) = delete;
 
+  // resolved_scene is indented anew; the same JSON value that was written.
   const TrajectoryHeader& header() const;
   uint64_t frame_count() const;
-  // `index` < frame_count(). Keeps the last chunk decoded: reading in order is cheap.
+  // `index` < frame_count(). Keeps the last chunk decoded: reading in order is cheap. Throws like
+  // the constructor. Not for several threads at once.
   void read(uint64_t index, TrajectoryFrame& frame);
 
  private:

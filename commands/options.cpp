@@ -1,0 +1,44 @@
+#include "options.h"
+
+#include <map>
+
+#include "core/parallel_for.h"
+
+namespace pilesim {
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("scene", options.file, "The scene file (JSON)")->required();
+  command
+      .add_option("--set", options.overrides,
+                  "Override a value: --set /simulator/sleeping=false (repeatable)")
+      ->type_name("/POINTER=VALUE")
+      ->allow_extra_args(false);
+  command.add_option_function<uint64_t>(
+      "--seed",
+      [&options](uint64_t seed) { options.overrides.push_back("/seed=" + std::to_string(seed)); },
+      "Seed of every random choice; the same as --set /seed=N");
+}
+
+void add_run_options(CLI::App& command, RunOptions& options) {
+  static const std::map<std::string, ProgressMode> kModes = {{"auto", ProgressMode::automatic},
+                                                             {"bar", ProgressMode::bar},
+                                                             {"json", ProgressMode::json},
+                                                             {"none", ProgressMode::none}};
+  command
+      .add_option("--progress", options.progress,
+                  "auto (a bar where stderr is a terminal), bar, json or none")
+      ->transform(CLI::CheckedTransformer(kModes))
+      ->type_name("MODE")
+      ->default_str("auto");
+  command.add_flag("--quiet,-q", options.quiet, "Print nothing but errors");
+  command.add_flag("--force", options.force, "Replace output that is there already");
+  command
+      .add_option_function<int>(
+          "--threads", [](int threads) { set_thread_count(threads); },
+          "Threads to use; the results do not depend on it (default: all " +
+              std::to_string(available_threads()) + ")")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+}
+
+}  // namespace pilesim

@@ -1,0 +1,32 @@
+// Options that several subcommands share, so that one name means one thing everywhere.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+
+namespace pilesim {
+
+struct SceneOptions {
+  std::string file;
+  std::vector<std::string> overrides;  // --set, and --seed as one more
+};
+void add_scene_options(CLI::App& command, SceneOptions& options);
+
+struct RunOptions {
+  ProgressMode progress = ProgressMode::automatic;
+  bool quiet = false;
+  bool force = false;
+};
+// --progress, --quiet, --force and --threads, which takes effect while parsing.
+void add_run_options(CLI::App& command, RunOptions& options);
+
+// One function a subcommand: it adds itself to `app` with a callback that does the work.
+void add_schema_command(CLI::App& app);
+void add_validate_command(CLI::App& app);
+void add_simulate_command(CLI::App& app);
+void add_render_command(CLI::App& app);
+
+}  // namespace pilesim

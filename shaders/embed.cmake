@@ -1,0 +1,18 @@
+# cmake -DOUTPUT=file.cpp -P embed.cmake SHADER...: the GLSL sources as C++ string constants,
+# named after their files (body.vert is body_vert).
+set(text "// Made by shaders/embed.cmake.\n#include \"render/shaders.h\"\n\nnamespace pilesim::shaders {\n")
+set(past_script FALSE)
+math(EXPR last "${CMAKE_ARGC} - 1")
+foreach(i RANGE ${last})
+  set(argument "${CMAKE_ARGV${i}}")
+  if(past_script)
+    get_filename_component(name "${argument}" NAME)
+    string(REPLACE "." "_" name "${name}")
+    file(READ "${argument}" source)
+    string(APPEND text "const std::string_view ${name} = R\"glsl(${source})glsl\";\n")
+  elseif(argument MATCHES "embed\\.cmake$")
+    set(past_script TRUE)
+  endif()
+endforeach()
+string(APPEND text "}  // namespace pilesim::shaders\n")
+file(WRITE "${OUTPUT}" "${text}")

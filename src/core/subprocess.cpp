@@ -1,0 +1,182 @@
+#include "core/subprocess.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cassert>
+#include <cerrno>
+#include <csignal>
+#include <ctime>
+#include <utility>
+
+#include "core/error.h"
+
+extern char** environ;
+
+namespace pilesim {
+namespace {
+
+void close_once(int& descriptor) {
+  if (descriptor >= 0) close(std::exchange(descriptor, -1));
+}
+
+std::string read_all(int descriptor) {
+  std::string text;
+  char buffer[65536];
+  for (off_t offset = 0;;) {
+    const ssize_t count = pread(descriptor, buffer, sizeof buffer, offset);
+    if (count <= 0) return text;
+    text.append(buffer, static_cast<size_t>(count));
+    offset += count;
+  }
+}
+
+// Keeps SIGPIPE from this thread while it lives, and swallows one that a write has raised.
+class SigpipeGuard {
+ public:
+  SigpipeGuard() {
+    sigemptyset(&sigpipe_);
+    sigaddset(&sigpipe_, SIGPIPE);
+    sigset_t pending;
+    sigpending(&pending);
+    was_pending_ = sigismember(&pending, SIGPIPE) == 1;
+    pthread_sigmask(SIG_BLOCK, &sigpipe_, &old_);
+  }
+  ~SigpipeGuard() {
+    const timespec now{};
+    if (!was_pending_) {
+      while (sigtimedwait(&sigpipe_, nullptr, &now) < 0 && errno == EINTR) {
+      }
+    }
+    pthread_sigmask(SIG_SETMASK, &old_, nullptr);
+  }
+  SigpipeGuard(const SigpipeGuard&) = delete;
+  SigpipeGuard& operator=(const SigpipeGuard&) = delete;
+
+ private:
+  sigset_t sigpipe_, old_;
+  bool was_pending_;
+};
+
+// The child: the three standard streams, default signals, its own process group.
+int spawn(pid_t& child, const std::vector<std::string>& argv, int input, int output, int errors) {
+  std::vector<char*> arguments;
+  for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
+  arguments.push_back(nullptr);
+
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&files, errors, STDERR_FILENO);
+
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t signals;
+  sigemptyset(&signals);
+  posix_spawnattr_setsigmask(&attributes, &signals);
+  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGXFSZ}) sigaddset(&signals, signal);
+  posix_spawnattr_setsigdefault(&attributes, &signals);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+
+  const int fault =
+      posix_spawnp(&child, arguments[0], &files, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&files);
+  return fault;
+}
+
+// The last lines of a program's complaint: enough to tell why, short enough for one message.
+std::string last_words(std::string text) {
+  constexpr size_t kLongest = 500;
+  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  if (text.size() > kLongest) text = "... " + text.substr(text.size() - kLongest);
+  return text;
+}
+
+}  // namespace
+
+Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& debian_package)
+    : program_(argv.at(0)) {
+  int pipe_ends[2] = {-1, -1};
+  output_ = memfd_create("stdout", MFD_CLOEXEC);
+  errors_ = memfd_create("stderr", MFD_CLOEXEC);
+  int fault = 0;
+  if (output_ < 0 || errors_ < 0 || pipe2(pipe_ends, O_CLOEXEC) != 0) fault = errno;
+  input_ = pipe_ends[1];
+  if (fault == 0) fault = spawn(child_, argv, pipe_ends[0], output_, errors_);
+  close_once(pipe_ends[0]);
+  if (fault == 0) return;
+  for (int* descriptor : {&input_, &output_, &errors_}) close_once(*descriptor);
+  if (fault == ENOENT) {
+    throw Error(ErrorKind::io, Problem{.file = program_,
+                                       .found = "this program is needed and not installed",
+                                       .remedy = "Install it: apt install " + debian_package});
+  }
+  throw io_error(program_, "cannot be started", fault);
+}
+
+Subprocess::~Subprocess() {
+  close_once(input_);
+  if (child_ > 0) {
+    kill(child_, SIGKILL);
+    while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  close_once(output_);
+  close_once(errors_);
+}
+
+void Subprocess::write(std::span<const std::byte> bytes) {
+  assert(input_ >= 0);
+  const SigpipeGuard guard;
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(input_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0 && errno == EPIPE) fail(wait());
+    if (written < 0) throw io_error(program_, "cannot be written to", errno);
+    bytes = bytes.subspan(static_cast<size_t>(written));
+  }
+}
+
+void Subprocess::write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+
+SubprocessResult Subprocess::wait() {
+  assert(child_ > 0);
+  close_once(input_);
+  int status = 0;
+  while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+  }
+  child_ = -1;
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(output_),
+          read_all(errors_)};
+}
+
+std::string Subprocess::finish() {
+  SubprocessResult result = wait();
+  if (result.exit_status != 0) fail(result);
+  return std::move(result.output);
+}
+
+void Subprocess::fail(const SubprocessResult& result) const {
+  std::string found = result.exit_status == 0
+                          ? "ended before it had read all of its input"
+                          : "failed with exit status " + std::to_string(result.exit_status);
+  const std::string words = last_words(result.errors);
+  if (!words.empty()) found += ": " + words;
+  throw Error(ErrorKind::io, Problem{.file = program_, .found = std::move(found)});
+}
+
+std::string run_program(const std::vector<std::string>& argv, const std::string& debian_package,
+                        std::string_view input) {
+  Subprocess process(argv, debian_package);
+  process.write(input);
+  return process.finish();
+}
+
+}  // namespace pilesim

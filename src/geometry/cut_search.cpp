@@ -1,0 +1,232 @@
+#include "geometry/cut_search.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel_for.h"
+#include "geometry/hull_volume.h"
+
+namespace pilesim {
+namespace {
+
+// Differences below this part of a volume are rounding: the earlier candidate stays, so that the
+// same shape at another scale is cut the same way.
+constexpr double kTie = 1e-9;
+constexpr int kOffsets = 11;          // planes tried along each direction
+constexpr size_t kReentrantEdges = 12;
+constexpr size_t kStarts = 6;         // candidates that are improved
+constexpr double kClearance = 1e-6;   // of the extent, between a plane and the face it extends
+
+// The solid as the search needs it.
+struct CutProblem {
+  const std::vector<Vec3>& vertices;
+  std::vector<FacetedSolid::Edge> edges;  // each once
+  double extent = 0;
+};
+
+struct Scratch {
+  HullVolume hull;
+  std::vector<double> distance;
+  std::vector<Vec3> below, above;
+};
+
+double hull_volume_of_cut(const CutProblem& problem, const Plane& plane, Scratch& scratch) {
+  scratch.below.clear();
+  scratch.above.clear();
+  scratch.distance.resize(problem.vertices.size());
+  for (size_t v = 0; v < problem.vertices.size(); ++v) {
+    const double distance = plane.distance(problem.vertices[v]);
+    scratch.distance[v] = distance;
+    (distance < 0 ? scratch.below : scratch.above).push_back(problem.vertices[v]);
+  }
+  if (scratch.below.empty() || scratch.above.empty()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  for (const auto& edge : problem.edges) {
+    const double from = scratch.distance[edge.from];
+    const double to = scratch.distance[edge.to];
+    if ((from < 0) == (to < 0)) continue;
+    const Vec3 crossing =
+        plane_crossing(problem.vertices[edge.from], from, problem.vertices[edge.to], to);
+    scratch.below.push_back(crossing);
+    scratch.above.push_back(crossing);
+  }
+  const double below = scratch.hull.compute(scratch.below);
+  return below + scratch.hull.compute(scratch.above);
+}
+
+std::vector<Vec3> cutting_directions(const std::vector<Vec3>& vertices) {
+  std::vector<Vec3> directions;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        const Vec3 direction(x, y, z);
+        if (x * 9 + y * 3 + z > 0 && direction.squaredNorm() < 2.5) {
+          directions.push_back(direction.normalized());
+        }
+      }
+    }
+  }
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& vertex : vertices) mean += vertex;
+  mean /= static_cast<double>(vertices.size());
+  Mat3 covariance = Mat3::Zero();
+  for (const Vec3& vertex : vertices) covariance += (vertex - mean) * (vertex - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
+  for (int k = 0; k < 3; ++k) directions.push_back(axes.eigenvectors().col(k));
+  return directions;
+}
+
+struct ReentrantEdge {
+  double weight;
+  Vec3 point;
+  Vec3 normal_a, normal_b;
+};
+
+// The edges at which the solid is most strongly concave, by length times sine of the angle.
+std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid) {
+  struct HalfEdge {
+    uint64_t key;
+    uint32_t edge, face;
+  };
+  std::vector<HalfEdge> half_edges;
+  half_edges.reserve(solid.edges.size());
+  for (uint32_t f = 0; f < solid.faces.size(); ++f) {
+    const FacetedSolid::Face& face = solid.faces[f];
+    for (uint32_t e = face.first_edge; e < face.first_edge + face.edge_count; ++e) {
+      const auto [low, high] = std::minmax(solid.edges[e].from, solid.edges[e].to);
+      half_edges.push_back({static_cast<uint64_t>(low) << 32 | high, e, f});
+    }
+  }
+  std::ranges::stable_sort(half_edges, {}, &HalfEdge::key);
+  std::vector<ReentrantEdge> result;
+  for (size_t k = 0; k + 1 < half_edges.size(); ++k) {
+    if (half_edges[k].key != half_edges[k + 1].key) continue;
+    const FacetedSolid::Edge& edge = solid.edges[half_edges[k].edge];
+    const Vec3& normal = solid.faces[half_edges[k].face].normal;
+    const Vec3& other_normal = solid.faces[half_edges[k + 1].face].normal;
+    const Vec3& from = solid.vertices[edge.from];
+    const double weight = -normal.cross(other_normal).dot(solid.vertices[edge.to] - from);
+    if (weight > 1e-6) result.push_back({weight, from, normal, other_normal});
+  }
+  std::ranges::stable_sort(result, [](const ReentrantEdge& a, const ReentrantEdge& b) {
+    return a.weight > b.weight * (1 + kTie);
+  });
+  if (result.size() > kReentrantEdges) result.resize(kReentrantEdges);
+  return result;
+}
+
+std::vector<Plane> candidate_planes(const FacetedSolid& solid, double extent) {
+  std::vector<Plane> planes;
+  for (const Vec3& direction : cutting_directions(solid.vertices)) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Vec3& vertex : solid.vertices) {
+      low = std::min(low, direction.dot(vertex));
+      high = std::max(high, direction.dot(vertex));
+    }
+    for (int k = 1; k <= kOffsets; ++k) {
+      planes.push_back({direction, low + (high - low) * k / (kOffsets + 1)});
+    }
+  }
+  for (const ReentrantEdge& edge : reentrant_edges(solid)) {
+    for (const Vec3& normal : {edge.normal_a, edge.normal_b}) {
+      for (const double side : {-1.0, 1.0}) {
+        planes.push_back({normal, normal.dot(edge.point) + side * kClearance * extent});
+      }
+    }
+    // Along the edge, halving the angle between its faces.
+    const Vec3 bisector = edge.normal_a - edge.normal_b;
+    if (bisector.norm() > 1e-3) {
+      planes.push_back({bisector.normalized(), bisector.normalized().dot(edge.point)});
+    }
+  }
+  return planes;
+}
+
+// Turns the plane about the point `pivot` on it.
+Plane tilted(const Plane& plane, const Vec3& pivot, const Vec3& change) {
+  const Vec3 normal = (plane.normal + change).normalized();
+  const Vec3 point = pivot - plane.distance(pivot) * plane.normal;
+  return {normal, normal.dot(point)};
+}
+
+// Pattern search: small tilts and shifts, with steps that halve when none helps.
+Cut improved(const CutProblem& problem, Cut cut, const Vec3& pivot, Scratch& scratch) {
+  double shift = 0.04 * problem.extent;
+  double tilt = 0.15;
+  for (int halvings = 0; halvings < 5;) {
+    const Vec3 u = cut.plane.normal.unitOrthogonal();
+    const Vec3 v = cut.plane.normal.cross(u);
+    Cut best = cut;
+    for (const double sign : {-1.0, 1.0}) {
+      for (const Plane& plane :
+           {Plane{cut.plane.normal, cut.plane.offset + sign * shift},
+            tilted(cut.plane, pivot, sign * tilt * u), tilted(cut.plane, pivot, sign * tilt * v)}) {
+        const double volume = hull_volume_of_cut(problem, plane, scratch);
+        if (volume < best.hull_volume_m3 * (1 - kTie)) best = {plane, volume};
+      }
+    }
+    if (best.hull_volume_m3 < cut.hull_volume_m3) {
+      cut = best;
+    } else {
+      shift /= 2;
+      tilt /= 2;
+      ++halvings;
+    }
+  }
+  return cut;
+}
+
+// The best candidates, no two nearly the same plane.
+std::vector<Cut> best_distinct(std::vector<Cut> cuts, double extent) {
+  std::ranges::stable_sort(
+      cuts, [](const Cut& a, const Cut& b) { return a.hull_volume_m3 < b.hull_volume_m3 * (1 - kTie); });
+  std::vector<Cut> chosen;
+  for (const Cut& cut : cuts) {
+    const bool repeated = std::ranges::any_of(chosen, [&](const Cut& other) {
+      const double cosine = cut.plane.normal.dot(other.plane.normal);
+      return std::abs(cosine) > 0.95 &&
+             std::abs(cut.plane.offset - std::copysign(other.plane.offset, cosine * other.plane.offset)) <
+                 0.1 * extent;
+    });
+    if (!repeated) chosen.push_back(cut);
+    if (chosen.size() == kStarts) break;
+  }
+  return chosen;
+}
+
+}  // namespace
+
+Cut best_cut(const FacetedSolid& solid) {
+  Bounds bounds;
+  for (const Vec3& vertex : solid.vertices) bounds.extend(vertex);
+  CutProblem problem{solid.vertices, {}, bounds.diagonal().norm()};
+  for (const auto& edge : solid.edges) {
+    if (edge.from < edge.to) problem.edges.push_back(edge);
+  }
+  std::vector<Cut> cuts;
+  for (const Plane& plane : candidate_planes(solid, problem.extent)) cuts.push_back({plane, 0});
+  parallel_for(cuts.size(), 8, [&](size_t begin, size_t end) {
+    Scratch scratch;
+    for (size_t k = begin; k < end; ++k) {
+      cuts[k].hull_volume_m3 = hull_volume_of_cut(problem, cuts[k].plane, scratch);
+    }
+  });
+  std::vector<Cut> starts = best_distinct(std::move(cuts), problem.extent);
+  parallel_for(starts.size(), 1, [&](size_t begin, size_t end) {
+    Scratch scratch;
+    for (size_t k = begin; k < end; ++k) {
+      starts[k] = improved(problem, starts[k], bounds.center(), scratch);
+    }
+  });
+  Cut best = starts.front();
+  for (const Cut& cut : starts) {
+    if (cut.hull_volume_m3 < best.hull_volume_m3 * (1 - kTie)) best = cut;
+  }
+  return best;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,17 @@
+// The plane that cuts a part in two whose convex hulls have the least volume.
+#pragma once
+
+#include "geometry/mesh_clip.h"
+
+namespace pilesim {
+
+struct Cut {
+  Plane plane;
+  double hull_volume_m3 = 0;  // of both sides together
+};
+
+// Tries planes across axes of the body and through its reentrant edges and improves the best ones
+// by small tilts and shifts. Deterministic, runs in parallel.
+Cut best_cut(const FacetedSolid& solid);
+
+}  // namespace pilesim

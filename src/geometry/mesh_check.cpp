@@ -1,0 +1,229 @@
+#include "geometry/mesh_check.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+#include "geometry/inside_test.h"
+#include "geometry/mass_properties.h"
+#include "geometry/self_touching.h"
+
+namespace pilesim {
+namespace {
+
+// Triangles lower than this part of the mesh's diagonal have no area.
+constexpr double kDegenerateHeight = 1e-9;
+
+std::string place(const Vec3& point) {
+  std::ostringstream text;
+  text << '(' << point.x() << ", " << point.y() << ", " << point.z() << ')';
+  return text.str();
+}
+
+std::string triangle_text(const TriangleMesh& mesh, uint32_t index) {
+  const auto& [a, b, c] = mesh.triangles[index];
+  const Vec3 middle = (mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0;
+  return "triangle " + std::to_string(index) + " (vertices " + std::to_string(a) + ", " +
+         std::to_string(b) + ", " + std::to_string(c) + ") at " + place(middle);
+}
+
+// Collects one kind of defect: how often, and the first place.
+class Finding {
+ public:
+  explicit Finding(MeshDefectKind kind) : defect_{.kind = kind, .count = 0, .text = {}} {}
+  template <typename Text>
+  void add(const Text& text) {
+    if (defect_.count++ == 0) defect_.text = text();
+  }
+  void report(const std::string& noun, std::vector<MeshDefect>& defects) const {
+    if (defect_.count == 0) return;
+    defects.push_back(defect_);
+    if (defect_.count > 1) {
+      defects.back().text += "; " + std::to_string(defect_.count) + ' ' + noun + " in all";
+    }
+  }
+
+ private:
+  MeshDefect defect_;
+};
+
+void find_degenerate(const TriangleMesh& mesh, double diagonal, std::vector<MeshDefect>& defects) {
+  Finding finding(MeshDefectKind::degenerate);
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& [ia, ib, ic] = mesh.triangles[i];
+    const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
+    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    const double doubled_area = (b - a).cross(c - a).norm();
+    if (doubled_area > longest * kDegenerateHeight * diagonal) continue;
+    finding.add([&] { return triangle_text(mesh, i) + " has no area"; });
+  }
+  finding.report("such triangles", defects);
+}
+
+struct HalfEdge {
+  uint32_t low, high;  // vertex indices, low < high
+  uint32_t triangle;
+  bool forward;  // the triangle runs from low to high
+};
+
+std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
+  std::vector<HalfEdge> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    for (size_t corner = 0; corner < 3; ++corner) {
+      const uint32_t from = t[corner], to = t[(corner + 1) % 3];
+      edges.push_back({std::min(from, to), std::max(from, to), i, from < to});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  return edges;
+}
+
+std::string edge_text(const TriangleMesh& mesh, const HalfEdge& edge) {
+  return "edge (" + std::to_string(edge.low) + ", " + std::to_string(edge.high) + ") from " +
+         place(mesh.vertices[edge.low]) + " to " + place(mesh.vertices[edge.high]);
+}
+
+void find_bad_edges(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) {
+  Finding open(MeshDefectKind::open_edge), crowded(MeshDefectKind::non_manifold),
+      inconsistent(MeshDefectKind::inconsistent);
+  const std::vector<HalfEdge> edges = sorted_half_edges(mesh);
+  for (auto first = edges.begin(); first != edges.end();) {
+    const auto last = std::find_if(first, edges.end(), [&](const HalfEdge& e) {
+      return e.low != first->low || e.high != first->high;
+    });
+    const auto count = last - first;
+    if (count == 1) {
+      open.add([&] {
+        return edge_text(mesh, *first) + " has one triangle only (" +
+               std::to_string(first->triangle) + "): the surface is open there";
+      });
+    } else if (count > 2) {
+      crowded.add([&] {
+        return edge_text(mesh, *first) + " has " + std::to_string(count) +
+               " triangles: it is not clear what is inside there";
+      });
+    } else if (first->forward == first[1].forward) {
+      inconsistent.add([&] {
+        return edge_text(mesh, *first) + " has neighbours of opposite orientation (triangles " +
+               std::to_string(first->triangle) + " and " + std::to_string(first[1].triangle) + ')';
+      });
+    }
+    first = last;
+  }
+  open.report("open edges", defects);
+  crowded.report("such edges", defects);
+  inconsistent.report("such edges", defects);
+}
+
+// A connected piece of the surface, by one triangle of it: the largest.
+std::vector<uint32_t> largest_triangle_of_each_piece(const TriangleMesh& mesh) {
+  std::vector<uint32_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](uint32_t vertex) {
+    while (parent[vertex] != vertex) vertex = parent[vertex] = parent[parent[vertex]];
+    return vertex;
+  };
+  for (const auto& [a, b, c] : mesh.triangles) {
+    parent[root(b)] = root(a);
+    parent[root(c)] = root(a);
+  }
+  const auto area = [&](uint32_t triangle) {
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    const Vec3& origin = mesh.vertices[a];
+    return (mesh.vertices[b] - origin).cross(mesh.vertices[c] - origin).norm();
+  };
+  std::map<uint32_t, uint32_t> largest;  // by root
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [place, is_new] = largest.try_emplace(root(mesh.triangles[i][0]), i);
+    if (!is_new && area(i) > area(place->second)) place->second = i;
+  }
+  std::vector<uint32_t> triangles;
+  for (const auto& [piece, triangle] : largest) triangles.push_back(triangle);
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+// How many solids lie just outside of each piece: 0 is proper, below 0 the piece is inside out,
+// above 0 it lies inside another one and its volume would count twice.
+struct Orientation {
+  Finding inside_out{MeshDefectKind::inside_out};
+  Finding nested{MeshDefectKind::self_touching};
+};
+
+Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {
+  Orientation found;
+  const std::vector<uint32_t> pieces = largest_triangle_of_each_piece(mesh);
+  if (pieces.size() == 1) {
+    const double volume = mass_properties(mesh).volume_m3;
+    if (volume < 0) {
+      found.inside_out.add([&] {
+        return "all triangles face inward: the volume is " + std::to_string(volume) +
+               " m^3 (triangle 0 shows its back to the outside)";
+      });
+    }
+    return found;
+  }
+  const InsideTest inside(mesh);
+  for (const uint32_t piece : pieces) {
+    const auto& [ia, ib, ic] = mesh.triangles[piece];
+    const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
+    const Vec3 normal = (b - a).cross(c - a).normalized();
+    const Vec3 outside = (a + b + c) / 3.0 + 1e-7 * diagonal * normal;
+    const double solids = inside.winding_number(outside);
+    if (solids < -0.5) {
+      found.inside_out.add(
+          [&] { return "the piece with " + triangle_text(mesh, piece) + " faces inward"; });
+    } else if (solids > 0.5) {
+      found.nested.add([&] {
+        return "the piece with " + triangle_text(mesh, piece) +
+               " lies inside another one, so that their volume counts twice";
+      });
+    }
+  }
+  return found;
+}
+
+void find_self_touching(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) {
+  const TouchingTriangles touching = find_touching_triangles(mesh);
+  if (touching.count == 0) return;
+  const auto& [first, second] = touching.first;
+  Finding finding(MeshDefectKind::self_touching);
+  finding.add([&] {
+    return triangle_text(mesh, first) + " touches or crosses " + triangle_text(mesh, second);
+  });
+  for (size_t more = 1; more < touching.count; ++more) finding.add([] { return std::string(); });
+  finding.report("such pairs", defects);
+}
+
+}  // namespace
+
+std::vector<MeshDefect> find_mesh_defects(const TriangleMesh& mesh) {
+  Bounds used;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const uint32_t vertex : triangle) used.extend(mesh.vertices[vertex]);
+  }
+  const double diagonal = used.isEmpty() ? 0.0 : used.diagonal().norm();
+  if (!(diagonal > 0)) {
+    return {{MeshDefectKind::empty, 1,
+             mesh.triangles.empty() ? "there are no triangles" : "all vertices are one point"}};
+  }
+  std::vector<MeshDefect> defects;
+  find_degenerate(mesh, diagonal, defects);
+  find_bad_edges(mesh, defects);
+  if (!defects.empty()) return defects;
+
+  const Orientation orientation = find_orientation(mesh, diagonal);
+  orientation.inside_out.report("such pieces", defects);
+  if (!defects.empty()) return defects;
+  find_self_touching(mesh, defects);
+  if (defects.empty()) orientation.nested.report("such pieces", defects);
+  return defects;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,181 @@
+#include "job/simulation_job.h"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <string_view>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/interrupt.h"
+#include "core/parallel_for.h"
+#include "report/report_writer.h"
+#include "scene/model.h"
+#include "scene/scene_loader.h"
+#include "simulate/simulator.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
+  TrajectoryHeader header;
+  header.frame_rate = loaded.scene.frame_rate;
+  header.seed = loaded.scene.seed;
+  header.resolved_scene = loaded.resolved;
+  for (const ModelShape& shape : model.shapes) {
+    TrajectoryShape& stored = header.shapes.emplace_back();
+    stored.name = shape.name;
+    stored.is_plane = shape.is_plane;
+    for (const Vec3& vertex : shape.mesh.vertices) {
+      stored.vertices.emplace_back(vertex.cast<float>());
+    }
+    stored.triangles = shape.mesh.triangles;
+  }
+  for (const ModelBody& body : model.bodies) {
+    header.body_name.push_back(body.name);
+    header.body_shape.push_back(body.shape);
+    header.body_colour.push_back(body.colour);
+    header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
+  }
+  return header;
+}
+
+void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
+  frame.position.resize(states.size());
+  frame.orientation.resize(states.size());
+  for (size_t body = 0; body < states.size(); ++body) {
+    frame.position[body] = states.position[body].cast<float>();
+    frame.orientation[body] = states.orientation[body].cast<float>();
+  }
+  frame.state = states.flags;
+}
+
+FrameRow make_row(uint64_t frame, double frame_rate, const FrameStatistics& statistics) {
+  return {.frame = frame,
+          .time_s = static_cast<double>(frame) / frame_rate,
+          .steps = statistics.steps,
+          .times = statistics.times,
+          .bodies_present = statistics.bodies_present,
+          .bodies_awake = statistics.bodies_awake,
+          .contacts = statistics.contacts,
+          .deepest_penetration_m = statistics.deepest_penetration_m,
+          .kinetic_energy_j = statistics.kinetic_energy_j,
+          .potential_energy_j = statistics.potential_energy_j};
+}
+
+SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loaded,
+                              const Model& model) {
+  SimulationReport report;
+  report.command = "simulate";
+  report.scene_name = loaded.scene.name;
+  report.scene_file = job.scene_file.string();
+  report.scene_hash = content_hash(loaded.resolved);
+  report.mode = "impulse";
+  report.changed_options = loaded.changed_options;
+  report.seed = loaded.scene.seed;
+  report.threads = thread_count();
+  report.step_s = loaded.scene.actual_step_s();
+  double diameters_m = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    ++report.dynamic_bodies;
+    diameters_m += 2 * model.shapes[body.shape].bounding_radius;
+  }
+  report.body_diameter_m =
+      diameters_m / static_cast<double>(std::max<uint64_t>(1, report.dynamic_bodies));
+  for (const ModelShape& shape : model.shapes) {
+    if (!shape.collision_report.empty()) {
+      report.collision_shapes.push_back(shape.name + ": " + shape.collision_report);
+    }
+  }
+  return report;
+}
+
+// Steps the simulator through all frames into `writer`, `timing` and `rows`. True: interrupted.
+bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter& writer,
+                     TimingCsv& timing, std::vector<FrameRow>& rows, Progress& progress) {
+  const auto frame_count = static_cast<uint64_t>(scene.frame_count());
+  TrajectoryFrame stored;
+  for (uint64_t frame = 0; frame < frame_count; ++frame) {
+    FrameStatistics statistics = frame == 0 ? simulator.statistics() : simulator.step_frame();
+
+    const Clock::time_point output_start = Clock::now();
+    copy_states(simulator.states(), stored);
+    writer.append(stored);
+    const double output_s = seconds_since(output_start);
+    statistics.times.seconds[static_cast<size_t>(Stage::output)] += output_s;
+    statistics.times.total_s += output_s;
+
+    rows.push_back(make_row(frame, scene.frame_rate, statistics));
+    timing.append(rows.back());
+    progress.update(frame + 1);
+    if (interrupted() && frame + 1 < frame_count) return true;
+  }
+  return false;
+}
+
+[[noreturn]] void rethrow_with_what_is_safe(const Error& error, const std::filesystem::path& output,
+                                            uint64_t frames) {
+  std::vector<Problem> problems = error.problems();
+  problems.push_back({.file = (output / "trajectory.zarr").string(),
+                      .found = "holds the " + std::to_string(frames) +
+                               " frames that were complete before; they are valid"});
+  throw Error(error.kind(), std::move(problems));
+}
+
+}  // namespace
+
+SimulationSummary run_simulation(const SimulationJob& job) {
+  const Clock::time_point start = Clock::now();
+  const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
+  const Scene& scene = loaded.scene;
+  const Model model = build_model(scene);
+  const std::unique_ptr<Simulator> simulator = make_simulator(scene, model);
+  SimulationReport report = begin_report(job, loaded, model);
+  report.setup_s = seconds_since(start);
+
+  constexpr std::string_view kOurs[] = {"trajectory.zarr", "timing.csv"};
+  prepare_output_directory(job.output, job.force, kOurs);
+  TrajectoryWriter writer(job.output / "trajectory.zarr", make_header(loaded, model));
+  TimingCsv timing(job.output / "timing.csv");
+  try {
+    Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
+                      "frames");
+    report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
+    writer.close();
+  } catch (const Error& error) {
+    rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
+  }
+  report.total_s = seconds_since(start);
+  report.peak_memory_bytes = peak_memory_bytes();
+  write_report(report, job.output);
+
+  if (report.interrupted) {
+    throw Error(
+        ErrorKind::interrupted,
+        Problem{.file = job.output.string(),
+                .found = "interrupted; holds " + std::to_string(report.rows.size()) + " of " +
+                         std::to_string(scene.frame_count()) + " frames and their report"});
+  }
+  SimulationSummary summary{.frames = writer.frames_on_disk(),
+                            .bodies = model.bodies.size(),
+                            .simulated_s = report.rows.back().time_s,
+                            .wall_s = report.total_s,
+                            .awake_at_end = report.rows.back().bodies_awake,
+                            .collision_shapes = report.collision_shapes};
+  for (const FrameRow& row : report.rows) {
+    summary.deepest_penetration_m =
+        std::max(summary.deepest_penetration_m, row.deepest_penetration_m);
+  }
+  return summary;
+}
+
+}  // namespace pilesim

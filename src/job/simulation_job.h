@@ -1,0 +1,37 @@
+// A scene file turned into a directory of results: the whole of `pilesim simulate`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+
+namespace pilesim {
+
+struct SimulationJob {
+  std::filesystem::path scene_file;
+  std::filesystem::path output;        // directory; see write order in run_simulation()
+  std::vector<std::string> overrides;  // "/json/pointer=value"
+  bool force = false;                  // replace an output that is there
+  ProgressMode progress = ProgressMode::automatic;
+};
+
+struct SimulationSummary {
+  uint64_t frames = 0;
+  uint64_t bodies = 0;
+  double simulated_s = 0;
+  double wall_s = 0;
+  double deepest_penetration_m = 0;
+  uint32_t awake_at_end = 0;
+  std::vector<std::string>
+      collision_shapes;  // one line a shape, with the error of its approximation
+};
+
+// Loads and checks everything before `output` is touched, then writes trajectory.zarr and
+// timing.csv frame by frame and report.json and report.html at the end. Ctrl-C between frames ends
+// the run early with a complete, shorter result and then throws Error(interrupted). Any other fault
+// leaves the frames written so far and says how many they are.
+SimulationSummary run_simulation(const SimulationJob& job);
+
+}  // namespace pilesim

@@ -1,0 +1,182 @@
+#include "render/draw_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace pilesim {
+namespace {
+
+float linear_from_srgb(uint8_t value) {
+  const double s = value / 255.0;
+  return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+}
+
+// A body to draw; sorted by batch, then from front to back.
+struct Entry {
+  uint32_t batch = 0;  // shape and level
+  float depth = 0;
+  uint32_t body = 0;
+
+  bool operator<(const Entry& other) const {
+    return std::tie(batch, depth, body) < std::tie(other.batch, other.depth, other.body);
+  }
+};
+constexpr uint32_t kLevelsPerShape = 32;
+
+uint32_t choose_level(const RenderMesh& mesh, float tolerance_m) {
+  uint32_t level = 0;
+  while (level + 1 < mesh.levels.size() && mesh.levels[level + 1].error_m < tolerance_m) ++level;
+  return level;
+}
+
+void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vector<Entry>& entries,
+               DrawList& list) {
+  std::sort(entries.begin(), entries.end());
+  list.instances.clear();
+  list.batches.clear();
+  list.triangle_count = 0;
+  for (const Entry& entry : entries) {
+    const uint32_t shape = entry.batch / kLevelsPerShape;
+    const uint32_t level = entry.batch % kLevelsPerShape;
+    if (list.batches.empty() || list.batches.back().shape != shape ||
+        list.batches.back().level != level) {
+      list.batches.push_back({shape, level, static_cast<uint32_t>(list.instances.size()), 0});
+    }
+    ++list.batches.back().instance_count;
+    list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
+    const Quatf& q = frame.orientation[entry.body];
+    list.instances.push_back(
+        {frame.position[entry.body], {q.x(), q.y(), q.z(), q.w()}, scene.colour[entry.body]});
+  }
+}
+
+struct Range {
+  float low, high;
+};
+
+// All values if that is not more than twice as wide as the middle 96 % of them, else those and half
+// as much on either side: what rolled away must not blur the rest.
+Range robust_range(std::vector<float>& values) {
+  const auto nth = [&](double share) {
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const Range all = {*least, *most};
+  const Range middle = {nth(0.02), nth(0.98)};
+  const float width = middle.high - middle.low;
+  return {std::max(all.low, middle.low - 0.5f * width),
+          std::min(all.high, middle.high + 0.5f * width)};
+}
+
+}  // namespace
+
+RenderScene::RenderScene(const TrajectoryHeader& header)
+    : shape(header.body_shape), moves(header.body_moves) {
+  meshes.reserve(header.shapes.size());
+  for (const TrajectoryShape& source : header.shapes) {
+    meshes.push_back(make_render_mesh(source.vertices, source.triangles));
+    is_plane.push_back(source.is_plane ? 1 : 0);
+  }
+  colour.reserve(header.body_count());
+  for (const auto& c : header.body_colour) {
+    colour.emplace_back(linear_from_srgb(c[0]), linear_from_srgb(c[1]), linear_from_srgb(c[2]));
+  }
+  std::vector<float> radii;
+  for (size_t body = 0; body < shape.size(); ++body) {
+    if (moves[body] != 0 && is_plane[shape[body]] == 0) radii.push_back(radius(body));
+  }
+  if (!radii.empty()) {
+    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+    std::nth_element(radii.begin(), middle, radii.end());
+    typical_radius_m = *middle;
+  }
+}
+
+void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                         float height, float pixel_error, DrawList& list) {
+  const float metres_per_pixel_at_1m = 2 * view.tan_half_height / height;
+  std::vector<Entry> entries;
+  for (uint32_t body = 0; body < scene.shape.size(); ++body) {
+    if (!scene.drawn(frame, body)) continue;
+    const float radius = scene.radius(body);
+    const Vec3f& position = frame.position[body];
+    if (!view.sees_sphere(position, radius)) continue;
+    const float depth = std::max(view.depth_of(position) - radius, view.near_m);
+    const uint32_t level =
+        choose_level(scene.meshes[scene.shape[body]], pixel_error * metres_per_pixel_at_1m * depth);
+    entries.push_back({scene.shape[body] * kLevelsPerShape + level, depth, body});
+  }
+  fill_list(scene, frame, entries, list);
+}
+
+LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                         int resolution) {
+  const Eigen::Matrix3f rotation = light_from_world();
+  const Vec3f light = key_light_direction();
+  const float shadow_length = std::sqrt(1 - light.y() * light.y()) / light.y();
+  float lowest = std::numeric_limits<float>::max();
+  for (size_t body = 0; body < scene.shape.size(); ++body) {
+    if (scene.drawn(frame, body)) lowest = std::min(lowest, frame.position[body].y());
+  }
+  // Moving bodies say where the action is; where there are none, the others do.
+  std::array<std::vector<float>, 3> values;
+  for (const bool moving : {true, false}) {
+    if (!values[0].empty()) break;
+    for (size_t body = 0; body < scene.shape.size(); ++body) {
+      if (!scene.drawn(frame, body) || (scene.moves[body] != 0) != moving) continue;
+      const float radius = scene.radius(body);
+      const Vec3f& position = frame.position[body];
+      // A body out of view may still throw its shadow into it.
+      const float reach = radius + shadow_length * (position.y() - lowest);
+      if (!view.sees_sphere(position, reach)) continue;
+      const Vec3f centre = rotation * position;
+      for (int axis = 0; axis < 3; ++axis) {
+        values[axis].push_back(centre[axis] - radius);
+        values[axis].push_back(centre[axis] + radius);
+      }
+    }
+  }
+  if (values[0].empty()) return make_light_view(Vec3f::Constant(-1), Vec3f::Constant(1));
+
+  // Casters may stand around the action (a crate): a margin on all sides.
+  const float margin = 1.5f * scene.typical_radius_m;
+  std::array<Range, 3> range;
+  for (int axis = 0; axis < 3; ++axis) range[axis] = robust_range(values[axis]);
+  const float wanted =
+      std::max(range[0].high - range[0].low, range[1].high - range[1].low) + 2 * margin;
+  // Sizes in steps of a fifth and places in whole texels: shadows stand still while bodies move.
+  const float width = std::pow(1.2f, std::ceil(std::log(wanted) / std::log(1.2f)));
+  const float texel = width / static_cast<float>(resolution);
+  Vec3f low, high;
+  for (int axis = 0; axis < 2; ++axis) {
+    const float centre = 0.5f * (range[axis].low + range[axis].high);
+    low[axis] = std::floor((centre - 0.5f * width) / texel) * texel;
+    high[axis] = low[axis] + width;
+  }
+  const auto [nearest, farthest] = std::minmax_element(values[2].begin(), values[2].end());
+  low.z() = *nearest - width;
+  high.z() = *farthest + width;
+  return make_light_view(low, high);
+}
+
+void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
+                         const LightView& light, int resolution, DrawList& list) {
+  const float texel = light.extent.x() / static_cast<float>(resolution);
+  std::vector<Entry> entries;
+  for (uint32_t body = 0; body < scene.shape.size(); ++body) {
+    if (!scene.drawn(frame, body)) continue;
+    const Vec3f radii = scene.radius(body) * light.extent.cwiseInverse();
+    const Vec3f at = (light.shadow_from_world * frame.position[body].homogeneous()).head<3>();
+    if ((at.array() < -radii.array()).any() || (at.array() > 1 + radii.array()).any()) continue;
+    const uint32_t level = choose_level(scene.meshes[scene.shape[body]], texel);
+    entries.push_back({scene.shape[body] * kLevelsPerShape + level, at.z(), body});
+  }
+  fill_list(scene, frame, entries, list);
+}
+
+}  // namespace pilesim

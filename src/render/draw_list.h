@@ -1,0 +1,72 @@
+// Which bodies are drawn in a frame, at which level of detail.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+#include "render/render_mesh.h"
+#include "render/view.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+
+// Bit of TrajectoryFrame::state: the body is in the scene. The same as simulate/body_state.h's
+// kPresent, which rendering does not depend on.
+inline constexpr uint8_t kDrawnFlag = 1;
+
+// What a vertex shader gets of each body (body.vert).
+struct Instance {
+  Vec3f position;                    // m, world
+  std::array<float, 4> orientation;  // x y z w
+  Vec3f colour;                      // linear
+};
+static_assert(sizeof(Instance) == 40);
+
+// Instances of one level of one shape that lie one after another.
+struct DrawBatch {
+  uint32_t shape = 0;
+  uint32_t level = 0;
+  uint32_t first_instance = 0;
+  uint32_t instance_count = 0;
+};
+
+struct DrawList {
+  std::vector<Instance> instances;
+  std::vector<DrawBatch> batches;
+  uint64_t triangle_count = 0;
+};
+
+// The scene as the renderer keeps it, one entry a body or a shape of the trajectory.
+struct RenderScene {
+  std::vector<RenderMesh> meshes;  // (shape) without levels' triangles for planes
+  std::vector<uint8_t> is_plane;   // (shape)
+  std::vector<uint32_t> shape;     // (body)
+  std::vector<Vec3f> colour;       // (body) linear
+  std::vector<uint8_t> moves;      // (body)
+  float typical_radius_m = 1;      // median of the moving bodies' bounding radii
+
+  explicit RenderScene(const TrajectoryHeader& header);
+  float radius(size_t body) const { return meshes[shape[body]].radius_m; }
+  // Present and not a plane.
+  bool drawn(const TrajectoryFrame& frame, size_t body) const {
+    return (frame.state[body] & kDrawnFlag) != 0 && is_plane[shape[body]] == 0;
+  }
+};
+
+// Bodies in view, each at the coarsest level whose error is below `pixel_error` pixels of a picture
+// `height` pixels high; from front to back within a batch.
+void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                         float height, float pixel_error, DrawList& list);
+
+// The box along the light that holds what is seen and casts shadows: the same for the same frame
+// and view, and moving in whole texels of a map of `resolution` so that edges do not crawl.
+LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
+                         int resolution);
+
+// Bodies that cast shadows into `light`.
+void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
+                         const LightView& light, int resolution, DrawList& list);
+
+}  // namespace pilesim

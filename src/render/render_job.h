@@ -1,0 +1,38 @@
+// A trajectory turned into pictures: the whole of `pilesim render`.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+#include "scene/scene.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+
+struct RenderJob {
+  std::filesystem::path output;             // directory for frames/, video.mp4, sheet.png
+  std::vector<uint64_t> frames;             // of the trajectory, ascending and evenly spaced
+  std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
+  RenderSettings settings;
+  Camera camera;       // without keys: frame_action()
+  bool force = false;  // replace pictures that are there
+};
+
+struct RenderSummary {
+  std::string result;  // what to look at: the video, or the sheet
+  size_t frames = 0;
+  double wall_s = 0;
+};
+
+// Writes frames/frame.####.png, numbered as in the trajectory, and video.mp4, which plays at the
+// trajectory's speed whatever frames are left out. Drawing, PNG compression and video encoding
+// overlap. Pictures that exist are refused (Error usage) without `force`. Ctrl-C finishes the video
+// with the frames so far and throws Error(interrupted).
+RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
+
+}  // namespace pilesim

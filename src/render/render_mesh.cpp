@@ -1,0 +1,219 @@
+#include "render/render_mesh.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace pilesim {
+namespace {
+
+struct WeldedMesh {
+  std::vector<Vec3f> positions;
+  std::vector<uint32_t> corners;  // (3 T) indices into positions, no triangle with equal corners
+};
+
+WeldedMesh weld(std::span<const Vec3f> vertices,
+                std::span<const std::array<uint32_t, 3>> triangles) {
+  std::vector<uint32_t> corners;
+  corners.reserve(triangles.size() * 3);
+  for (const auto& triangle : triangles) {
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  }
+  std::vector<uint32_t> remap(vertices.size());
+  const size_t count = meshopt_generateVertexRemap(remap.data(), corners.data(), corners.size(),
+                                                   vertices.data(), vertices.size(), sizeof(Vec3f));
+  WeldedMesh welded;
+  welded.positions.resize(count);
+  meshopt_remapVertexBuffer(welded.positions.data(), vertices.data(), vertices.size(),
+                            sizeof(Vec3f), remap.data());
+  for (size_t i = 0; i < corners.size(); i += 3) {
+    const uint32_t a = remap[corners[i]], b = remap[corners[i + 1]], c = remap[corners[i + 2]];
+    if (a != b && b != c && c != a) welded.corners.insert(welded.corners.end(), {a, b, c});
+  }
+  return welded;
+}
+
+// Disjoint sets over corners: corners of one set share a normal.
+class CornerSets {
+ public:
+  explicit CornerSets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  uint32_t find(uint32_t corner) {
+    while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
+    return corner;
+  }
+  void unite(uint32_t a, uint32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+struct Edge {
+  uint32_t low, high;                // vertices
+  uint32_t low_corner, high_corner;  // of the triangle at those vertices
+  bool forward;                      // the triangle runs from low to high
+
+  bool operator<(const Edge& other) const {
+    return std::tie(low, high, low_corner) < std::tie(other.low, other.high, other.low_corner);
+  }
+};
+
+std::vector<Edge> sorted_edges(const std::vector<uint32_t>& corners) {
+  std::vector<Edge> edges;
+  edges.reserve(corners.size());
+  for (uint32_t i = 0; i < corners.size(); ++i) {
+    const uint32_t next = i % 3 == 2 ? i - 2 : i + 1;
+    const bool forward = corners[i] < corners[next];
+    edges.push_back(forward ? Edge{corners[i], corners[next], i, next, true}
+                            : Edge{corners[next], corners[i], next, i, false});
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+bool same_edge(const Edge& a, const Edge& b) { return a.low == b.low && a.high == b.high; }
+
+bool is_closed(const std::vector<Edge>& edges) {
+  for (size_t i = 0; i < edges.size(); i += 2) {
+    if (i + 1 == edges.size() || !same_edge(edges[i], edges[i + 1])) return false;
+    if (edges[i].forward == edges[i + 1].forward) return false;
+    if (i + 2 < edges.size() && same_edge(edges[i], edges[i + 2])) return false;
+  }
+  return !edges.empty();
+}
+
+// The normal of each corner: faces joined by edges flatter than the crease angle, weighted by their
+// angle at the vertex.
+std::vector<Vec3f> corner_normals(const WeldedMesh& mesh, const std::vector<Edge>& edges) {
+  const size_t corner_count = mesh.corners.size();
+  std::vector<Vec3f> face_normal(corner_count / 3);
+  std::vector<float> corner_angle(corner_count);
+  for (size_t face = 0; face < face_normal.size(); ++face) {
+    std::array<Vec3f, 3> p;
+    for (size_t k = 0; k < 3; ++k) p[k] = mesh.positions[mesh.corners[3 * face + k]];
+    const Vec3f normal = (p[1] - p[0]).cross(p[2] - p[0]);
+    face_normal[face] = normal.norm() > 0 ? Vec3f(normal.normalized()) : Vec3f(Vec3f::Zero());
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3f u = p[(k + 1) % 3] - p[k];
+      const Vec3f v = p[(k + 2) % 3] - p[k];
+      corner_angle[3 * face + k] = std::atan2(u.cross(v).norm(), u.dot(v));
+    }
+  }
+
+  const auto crease_cosine = static_cast<float>(std::cos(kCreaseAngle));
+  CornerSets sets(corner_count);
+  for (size_t i = 0; i + 1 < edges.size(); ++i) {
+    const Edge& a = edges[i];
+    const Edge& b = edges[i + 1];
+    if (!same_edge(a, b)) continue;
+    if (face_normal[a.low_corner / 3].dot(face_normal[b.low_corner / 3]) < crease_cosine) continue;
+    sets.unite(a.low_corner, b.low_corner);
+    sets.unite(a.high_corner, b.high_corner);
+  }
+
+  std::vector<Vec3f> sum(corner_count, Vec3f::Zero());
+  for (uint32_t i = 0; i < corner_count; ++i) {
+    sum[sets.find(i)] += corner_angle[i] * face_normal[i / 3];
+  }
+  std::vector<Vec3f> normals(corner_count);
+  for (uint32_t i = 0; i < corner_count; ++i) {
+    const Vec3f& normal = sum[sets.find(i)];
+    normals[i] = normal.norm() > 1e-6f ? Vec3f(normal.normalized()) : face_normal[i / 3];
+  }
+  return normals;
+}
+
+// One vertex for each pair of place and normal.
+void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
+                    std::vector<RenderVertex>& vertices, std::vector<uint32_t>& indices) {
+  std::vector<RenderVertex> corners(mesh.corners.size());
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const Vec3f& p = mesh.positions[mesh.corners[i]];
+    corners[i] = {{p.x(), p.y(), p.z()}, {normals[i].x(), normals[i].y(), normals[i].z()}};
+  }
+  std::vector<uint32_t> remap(corners.size());
+  const size_t count = meshopt_generateVertexRemap(
+      remap.data(), nullptr, corners.size(), corners.data(), corners.size(), sizeof(RenderVertex));
+  vertices.resize(count);
+  meshopt_remapVertexBuffer(vertices.data(), corners.data(), corners.size(), sizeof(RenderVertex),
+                            remap.data());
+  indices = std::move(remap);
+}
+
+// Appends a level with its own compact run of vertices, in the order in which they are used.
+void append_level(RenderMesh& mesh, const std::vector<RenderVertex>& vertices,
+                  std::vector<uint32_t> indices, float error_m) {
+  LevelOfDetail level;
+  level.first_index = static_cast<uint32_t>(mesh.indices.size());
+  level.index_count = static_cast<uint32_t>(indices.size());
+  level.first_vertex = static_cast<uint32_t>(mesh.vertices.size());
+  level.error_m = error_m;
+  meshopt_optimizeVertexCache(indices.data(), indices.data(), indices.size(), vertices.size());
+  std::vector<RenderVertex> own(vertices.size());
+  own.resize(meshopt_optimizeVertexFetch(own.data(), indices.data(), indices.size(),
+                                         vertices.data(), vertices.size(), sizeof(RenderVertex)));
+  mesh.vertices.insert(mesh.vertices.end(), own.begin(), own.end());
+  mesh.indices.insert(mesh.indices.end(), indices.begin(), indices.end());
+  mesh.levels.push_back(level);
+}
+
+// Halves the triangles level by level down to about this many.
+constexpr size_t kCoarsestTriangles = 24;
+
+void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>& vertices,
+                              const std::vector<uint32_t>& indices) {
+  const float* positions = vertices.front().position.data();
+  const float scale = meshopt_simplifyScale(positions, vertices.size(), sizeof(RenderVertex));
+  size_t previous = indices.size();
+  for (size_t target = indices.size() / 6; target >= kCoarsestTriangles; target /= 2) {
+    std::vector<uint32_t> simplified(indices.size());
+    float error = 0;
+    size_t count =
+        meshopt_simplify(simplified.data(), indices.data(), indices.size(), positions,
+                         vertices.size(), sizeof(RenderVertex), target * 3, 1.0f, 0, &error);
+    // Creases and borders may stop the careful simplifier; from afar its rough sister will do.
+    if (count > target * 3 + target) {
+      count =
+          meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
+                                 vertices.size(), sizeof(RenderVertex), target * 3, 1.0f, &error);
+    }
+    if (count == 0 || count >= previous - previous / 8) continue;
+    previous = count;
+    simplified.resize(count);
+    append_level(mesh, vertices, std::move(simplified),
+                 std::max(error * scale, mesh.levels.back().error_m));
+  }
+}
+
+}  // namespace
+
+RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
+                            std::span<const std::array<uint32_t, 3>> triangles) {
+  RenderMesh mesh;
+  const WeldedMesh welded = weld(vertices, triangles);
+  if (welded.corners.empty()) {
+    mesh.levels.emplace_back();
+    return mesh;
+  }
+  const std::vector<Edge> edges = sorted_edges(welded.corners);
+  mesh.closed = is_closed(edges);
+  for (const uint32_t corner : welded.corners) {
+    mesh.radius_m = std::max(mesh.radius_m, welded.positions[corner].norm());
+  }
+  std::vector<RenderVertex> split;
+  std::vector<uint32_t> indices;
+  index_vertices(welded, corner_normals(welded, edges), split, indices);
+  append_level(mesh, split, indices, 0);
+  append_simplified_levels(mesh, split, indices);
+  return mesh;
+}
+
+}  // namespace pilesim

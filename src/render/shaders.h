@@ -1,0 +1,24 @@
+// The GLSL files of shaders/, embedded at build time (shaders/embed.cmake).
+#pragma once
+
+#include <string_view>
+
+namespace pilesim::shaders {
+
+extern const std::string_view background_glsl;
+extern const std::string_view lighting_glsl;
+extern const std::string_view view_depth_glsl;
+extern const std::string_view body_vert;
+extern const std::string_view body_frag;
+extern const std::string_view shadow_vert;
+extern const std::string_view shadow_frag;
+extern const std::string_view ground_vert;
+extern const std::string_view ground_frag;
+extern const std::string_view screen_vert;
+extern const std::string_view sky_frag;
+extern const std::string_view occlusion_depth_frag;
+extern const std::string_view occlusion_frag;
+extern const std::string_view occlusion_blur_frag;
+extern const std::string_view composite_frag;
+
+}  // namespace pilesim::shaders

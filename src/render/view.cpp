@@ -1,0 +1,80 @@
+#include "render/view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pilesim {
+
+bool View::sees_sphere(const Vec3f& centre, float radius) const {
+  return std::all_of(planes.begin(), planes.end(), [&](const Eigen::Vector4f& plane) {
+    return plane.head<3>().dot(centre) + plane.w() >= -radius;
+  });
+}
+
+Eigen::Vector2f View::project(const Vec3f& point, float width, float height) const {
+  const Eigen::Vector4f clip = clip_from_world * point.homogeneous();
+  return {(0.5f + 0.5f * clip.x() / clip.w()) * width,
+          (0.5f - 0.5f * clip.y() / clip.w()) * height};
+}
+
+View make_view(const CameraKey& camera, float aspect, float near_m, float far_m) {
+  View view;
+  view.eye = camera.position.cast<float>();
+  view.forward = (camera.target - camera.position).normalized().cast<float>();
+  // Looking straight up or down, -z is up in the picture.
+  const Vec3f above = std::abs(view.forward.y()) > 0.9999f ? Vec3f(0, 0, -1) : Vec3f(0, 1, 0);
+  view.right = view.forward.cross(above).normalized();
+  view.up = view.right.cross(view.forward);
+  view.tan_half_height = static_cast<float>(std::tan(0.5 * camera.field_of_view));
+  view.tan_half_width = view.tan_half_height * aspect;
+  view.near_m = near_m;
+  view.far_m = far_m;
+
+  Eigen::Matrix4f view_from_world = Eigen::Matrix4f::Identity();
+  view_from_world.block<1, 3>(0, 0) = view.right.transpose();
+  view_from_world.block<1, 3>(1, 0) = view.up.transpose();
+  view_from_world.block<1, 3>(2, 0) = -view.forward.transpose();
+  view_from_world.block<3, 1>(0, 3) = -view_from_world.block<3, 3>(0, 0) * view.eye;
+  Eigen::Matrix4f clip_from_view = Eigen::Matrix4f::Zero();
+  clip_from_view(0, 0) = 1 / view.tan_half_width;
+  clip_from_view(1, 1) = 1 / view.tan_half_height;
+  clip_from_view(2, 2) = -(far_m + near_m) / (far_m - near_m);
+  clip_from_view(2, 3) = -2 * far_m * near_m / (far_m - near_m);
+  clip_from_view(3, 2) = -1;
+  view.clip_from_world = clip_from_view * view_from_world;
+
+  const auto plane = [&](const Vec3f& inward) {
+    const Vec3f normal = inward.normalized();
+    return Eigen::Vector4f(normal.x(), normal.y(), normal.z(), -normal.dot(view.eye));
+  };
+  view.planes = {plane(view.tan_half_width * view.forward + view.right),
+                 plane(view.tan_half_width * view.forward - view.right),
+                 plane(view.tan_half_height * view.forward + view.up),
+                 plane(view.tan_half_height * view.forward - view.up), plane(view.forward)};
+  view.planes[4].w() -= near_m;
+  return view;
+}
+
+Vec3f key_light_direction() { return Vec3f(-0.62f, 1.0f, 0.52f).normalized(); }
+
+Eigen::Matrix3f light_from_world() {
+  const Vec3f away = -key_light_direction();
+  const Vec3f right = away.cross(Vec3f(0, 1, 0)).normalized();
+  Eigen::Matrix3f rotation;
+  rotation.row(0) = right.transpose();
+  rotation.row(1) = right.cross(away).transpose();
+  rotation.row(2) = away.transpose();
+  return rotation;
+}
+
+LightView make_light_view(const Vec3f& low, const Vec3f& high) {
+  LightView light;
+  light.extent = high - low;
+  const Vec3f scale = light.extent.cwiseInverse();
+  light.shadow_from_world.setIdentity();
+  light.shadow_from_world.block<3, 3>(0, 0) = scale.asDiagonal() * light_from_world();
+  light.shadow_from_world.block<3, 1>(0, 3) = -low.cwiseProduct(scale);
+  return light;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,41 @@
+// What a camera sees, as matrices and planes. View space: x right, y up, looking along -z.
+#pragma once
+
+#include <array>
+
+#include "core/types.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+struct View {
+  Eigen::Matrix4f clip_from_world;
+  Vec3f eye, right, up, forward;  // world
+  float tan_half_width = 1;       // of the field of view
+  float tan_half_height = 1;
+  float near_m = 0.1f, far_m = 100;
+  std::array<Eigen::Vector4f, 5> planes;  // n.p + d >= 0 inside: left, right, bottom, top, near
+
+  float depth_of(const Vec3f& point) const { return forward.dot(point - eye); }
+  bool sees_sphere(const Vec3f& centre, float radius) const;
+  // Column and row (from the top) of a point in front of the eye, in pixels of a picture of that
+  // size; the middle of the first pixel is (0.5, 0.5).
+  Eigen::Vector2f project(const Vec3f& point, float width, float height) const;
+};
+
+View make_view(const CameraKey& camera, float aspect, float near_m, float far_m);
+
+// The shadow map's frame: an orthographic box along the light.
+struct LightView {
+  Eigen::Matrix4f shadow_from_world;  // the box to [0,1]^3, z away from the light
+  Vec3f extent = Vec3f::Ones();       // m, edges of the box
+};
+
+// Unit, from the scene to the key light.
+Vec3f key_light_direction();
+// World to the light's axes (x right, y up, z away from the light), a rotation.
+Eigen::Matrix3f light_from_world();
+// `low` and `high` in the light's axes.
+LightView make_light_view(const Vec3f& low, const Vec3f& high);
+
+}  // namespace pilesim

@@ -1,0 +1,114 @@
+#include "report/charts.h"
+
+#include <cstdio>
+
+#include "core/subprocess.h"
+
+namespace pilesim {
+namespace {
+
+struct Series {
+  std::string title;
+  std::string style;  // of gnuplot: "with lines lw 2 lc rgb '#…'"
+  std::vector<double> values;
+};
+
+std::string line_style(const char* colour) {
+  return std::string("with lines lw 1.6 lc rgb '") + colour + "'";
+}
+
+std::string area_style(const char* colour) {
+  return std::string("with filledcurves x1 lc rgb '") + colour + "'";
+}
+
+std::string quoted(const std::string& text) { return "'" + text + "'"; }
+
+// gnuplot reads commands and, after them, one inline block of data for each series.
+std::string draw(const std::string& y_label, const std::vector<double>& time_s,
+                 const std::vector<Series>& series) {
+  std::string script =
+      "set terminal svg size 760,300 dynamic font 'sans-serif,12' background '#ffffff'\n"
+      "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
+      "set grid ytics lc rgb '#e4e4e4' lw 1\nset style fill solid 0.85 noborder\n"
+      "set key outside right top textcolor rgb '#444444' reverse Left samplen 1.5\n"
+      "set xlabel 'simulated time (s)'\nset yrange [0:*]\n";
+  script += "set ylabel " + quoted(y_label) + "\nplot ";
+  for (size_t i = 0; i < series.size(); ++i) {
+    script += (i > 0 ? ", " : "") + std::string("'-' ") + series[i].style + " title " +
+              quoted(series[i].title);
+  }
+  script += "\n";
+  char line[64];
+  for (const Series& one : series) {
+    for (size_t i = 0; i < time_s.size(); ++i) {
+      std::snprintf(line, sizeof line, "%.6g %.6g\n", time_s[i], one.values[i]);
+      script += line;
+    }
+    script += "e\n";
+  }
+  const std::string document = run_program({"gnuplot"}, "gnuplot-nox", script);
+  return document.substr(document.find("<svg"));
+}
+
+template <typename Value>
+std::vector<double> column(const std::vector<FrameRow>& rows, const Value& value) {
+  std::vector<double> values;
+  for (const FrameRow& row : rows) values.push_back(static_cast<double>(value(row)));
+  return values;
+}
+
+Chart time_chart(const std::vector<FrameRow>& rows, const std::vector<double>& time_s) {
+  constexpr const char* kColours[] = {"#4c78a8", "#72b7b2", "#e45756",
+                                      "#f2b155", "#9d755d", "#bab0ac"};
+  // Stacked: drawn from the highest sum down, so that each covers what is below it.
+  std::vector<std::vector<double>> sums;
+  std::vector<double> sum(rows.size(), 0);
+  for (size_t stage = 0; stage <= kStageCount; ++stage) {
+    for (size_t i = 0; i < rows.size(); ++i) {
+      sum[i] +=
+          1e3 * (stage < kStageCount ? rows[i].times.seconds[stage] : rows[i].times.other_s());
+    }
+    sums.push_back(sum);
+  }
+  std::vector<Series> series;
+  for (size_t stage = kStageCount + 1; stage-- > 0;) {
+    std::string name(stage < kStageCount ? stage_name(static_cast<Stage>(stage)) : "other");
+    for (char& c : name) c = c == '_' ? ' ' : c;
+    series.push_back({name, area_style(kColours[stage]), sums[stage]});
+  }
+  return {"Time per frame", draw("ms", time_s, series)};
+}
+
+}  // namespace
+
+std::vector<Chart> simulation_charts(const std::vector<FrameRow>& rows) {
+  const auto time_s = column(rows, [](const FrameRow& row) { return row.time_s; });
+  double lowest_j = 0;
+  for (const FrameRow& row : rows) lowest_j = std::min(lowest_j, row.potential_energy_j);
+  const auto kinetic = column(rows, [](const FrameRow& row) { return row.kinetic_energy_j; });
+  const auto potential =
+      column(rows, [&](const FrameRow& row) { return row.potential_energy_j - lowest_j; });
+  const auto total = column(rows, [&](const FrameRow& row) {
+    return row.kinetic_energy_j + row.potential_energy_j - lowest_j;
+  });
+  return {
+      time_chart(rows, time_s),
+      {"Bodies and contacts",
+       draw("count", time_s,
+            {{"contacts", line_style("#bab0ac"),
+              column(rows, [](const FrameRow& row) { return row.contacts; })},
+             {"present", line_style("#4c78a8"),
+              column(rows, [](const FrameRow& row) { return row.bodies_present; })},
+             {"awake", line_style("#e45756"),
+              column(rows, [](const FrameRow& row) { return row.bodies_awake; })}})},
+      {"Energy of the dynamic bodies", draw("J", time_s,
+                                            {{"total", line_style("#333333"), total},
+                                             {"potential", line_style("#4c78a8"), potential},
+                                             {"kinetic", line_style("#e45756"), kinetic}})},
+      {"Deepest penetration",
+       draw("mm", time_s, {{"deepest", line_style("#e45756"), column(rows, [](const FrameRow& row) {
+                              return 1e3 * row.deepest_penetration_m;
+                            })}})}};
+}
+
+}  // namespace pilesim

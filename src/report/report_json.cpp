@@ -1,0 +1,106 @@
+#include "report/report_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "report/machine_info.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Of seconds a frame; the start, which takes no steps, is left out.
+Json distribution_ms(std::vector<double> seconds) {
+  if (seconds.empty()) return Json::object();
+  std::ranges::sort(seconds);
+  double sum = 0;
+  for (const double s : seconds) sum += s;
+  const auto at = [&](double share) {
+    const double index = share * static_cast<double>(seconds.size() - 1);
+    return 1e3 * seconds[static_cast<size_t>(std::lround(index))];
+  };
+  return {{"total_s", sum},
+          {"mean_ms_per_frame", 1e3 * sum / static_cast<double>(seconds.size())},
+          {"median_ms_per_frame", at(0.5)},
+          {"p95_ms_per_frame", at(0.95)}};
+}
+
+Json stage_times(const std::vector<FrameRow>& rows) {
+  const auto of = [&](const auto& value) {
+    std::vector<double> seconds;
+    for (size_t i = 1; i < rows.size(); ++i) seconds.push_back(value(rows[i].times));
+    return distribution_ms(seconds);
+  };
+  Json stages;
+  for (size_t stage = 0; stage < kStageCount; ++stage) {
+    stages[std::string(stage_name(static_cast<Stage>(stage)))] =
+        of([&](const StageTimes& times) { return times.seconds[stage]; });
+  }
+  stages["other"] = of([](const StageTimes& times) { return times.other_s(); });
+  stages["all"] = of([](const StageTimes& times) { return times.total_s; });
+  return stages;
+}
+
+Json machine() {
+  const MachineInfo info = machine_info();
+  return {{"cpu", info.cpu},       {"cores", info.cores},     {"memory_bytes", info.memory_bytes},
+          {"system", info.system}, {"pilesim", info.version}, {"compiler", info.compiler}};
+}
+
+}  // namespace
+
+Json report_json(const SimulationReport& report) {
+  const FrameRow& first = report.rows.front();
+  const FrameRow& last = report.rows.back();
+  uint64_t steps = 0;
+  double deepest_m = 0;
+  for (const FrameRow& row : report.rows) {
+    steps += static_cast<uint64_t>(row.steps);
+    deepest_m = std::max(deepest_m, row.deepest_penetration_m);
+  }
+  const auto in_diameters = [&](double length_m) {
+    return report.body_diameter_m > 0 ? length_m / report.body_diameter_m : 0;
+  };
+  return {{"format", "pilesim report"},
+          {"format_version", 1},
+          {"command", report.command},
+          {"scene",
+           {{"name", report.scene_name}, {"file", report.scene_file}, {"hash", report.scene_hash}}},
+          {"mode", report.mode},
+          {"seed", report.seed},
+          {"changed_options", Json::parse(report.changed_options)},
+          {"interrupted", report.interrupted},
+          {"machine", machine()},
+          {"threads", report.threads},
+          {"counts",
+           {{"frames", report.rows.size()},
+            {"steps", steps},
+            {"step_s", report.step_s},
+            {"bodies_present", last.bodies_present},
+            {"dynamic_bodies", report.dynamic_bodies},
+            {"awake_at_end", last.bodies_awake},
+            {"contacts_at_end", last.contacts}}},
+          {"settled", last.bodies_awake == 0},
+          {"penetration",
+           {{"deepest_m", deepest_m},
+            {"deepest_at_end_m", last.deepest_penetration_m},
+            {"body_diameter_m", report.body_diameter_m},
+            {"deepest_diameters", in_diameters(deepest_m)},
+            {"deepest_at_end_diameters", in_diameters(last.deepest_penetration_m)}}},
+          {"energy",
+           {{"kinetic_start_j", first.kinetic_energy_j},
+            {"potential_start_j", first.potential_energy_j},
+            {"kinetic_end_j", last.kinetic_energy_j},
+            {"potential_end_j", last.potential_energy_j}}},
+          {"collision_shapes", report.collision_shapes},
+          {"time",
+           {{"setup_s", report.setup_s},
+            {"total_s", report.total_s},
+            {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},
+            {"stages", stage_times(report.rows)}}},
+          {"peak_memory_bytes", report.peak_memory_bytes}};
+}
+
+}  // namespace pilesim

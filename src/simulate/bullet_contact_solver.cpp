@@ -1,0 +1,73 @@
+#include "simulate/bullet_contact_solver.h"
+
+namespace pilesim {
+
+namespace {
+
+// A contact rests where it is not deeper than this share of the body's radius and closes slower
+// than four times the body's rest speed.
+constexpr double kRestingDepth = 0.003;
+constexpr double kRestingSpeeds = 4;
+
+bool rests(const btRigidBody* body, double distance, double velocity) {
+  if (body == nullptr || body->getUserPointer() == nullptr) return true;
+  const auto& dynamic = *static_cast<const DynamicBody*>(body->getUserPointer());
+  return distance > -kRestingDepth * dynamic.bounding_radius &&
+         velocity > -kRestingSpeeds * dynamic.rest_speed;
+}
+
+}  // namespace
+
+// Of the two bodies along the contact's normal, before this step's forces; negative: closing.
+double BulletContactSolver::approach_velocity(const btSolverConstraint& contact) {
+  const btSolverBody& a = m_tmpSolverBodyPool[contact.m_solverBodyIdA];
+  const btSolverBody& b = m_tmpSolverBodyPool[contact.m_solverBodyIdB];
+  return contact.m_contactNormal1.dot(a.m_linearVelocity) +
+         contact.m_relpos1CrossNormal.dot(a.m_angularVelocity) +
+         contact.m_contactNormal2.dot(b.m_linearVelocity) +
+         contact.m_relpos2CrossNormal.dot(b.m_angularVelocity);
+}
+
+void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int count,
+                                          const btContactSolverInfo& info) {
+  btSequentialImpulseConstraintSolver::convertContacts(manifolds, count, info);
+  bouncing_.assign(static_cast<size_t>(m_tmpSolverContactConstraintPool.size()), 0);
+  const double step_gravity = gravity_ * info.m_timeStep;
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    btSolverConstraint& contact = m_tmpSolverContactConstraintPool[i];
+    const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
+    const double velocity = approach_velocity(contact);
+    const auto rests_on = [&](int id) {
+      return rests(m_tmpSolverBodyPool[id].m_originalBody, point.getDistance(), velocity);
+    };
+    if (rests_on(contact.m_solverBodyIdA) && rests_on(contact.m_solverBodyIdB)) {
+      contact.m_rhs += contact.m_rhsPenetration;
+      contact.m_rhsPenetration = 0;
+    }
+    const double restitution = point.m_combinedRestitution;
+    if (restitution <= 0) continue;
+    const bool outlives_gravity = -restitution * velocity > step_gravity;
+    const bool closes = point.getDistance() <= -velocity * info.m_timeStep;
+    if (outlives_gravity && closes) {
+      contact.m_rhs = -(1 + restitution) * velocity * contact.m_jacDiagABInv;
+      contact.m_rhsPenetration = 0;  // the rebound parts them; a push would add to its energy
+      bouncing_[static_cast<size_t>(i)] = 1;
+    }
+  }
+}
+
+btScalar BulletContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                                            const btContactSolverInfo& info) {
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    const btSolverConstraint& contact = m_tmpSolverContactConstraintPool[i];
+    if (contact.m_appliedImpulse <= 0 || bouncing_[static_cast<size_t>(i)]) continue;
+    for (const int id : {contact.m_solverBodyIdA, contact.m_solverBodyIdB}) {
+      const btRigidBody* body = m_tmpSolverBodyPool[id].m_originalBody;
+      if (body == nullptr || body->getUserPointer() == nullptr) continue;
+      static_cast<DynamicBody*>(body->getUserPointer())->supported = true;
+    }
+  }
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
+}
+
+}  // namespace pilesim

@@ -1,0 +1,127 @@
+#include "simulate/bullet_shapes.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace pilesim {
+
+namespace {
+
+// Bullet rounds what it collides by a margin: a skin about a hull, a rounding of edges within a box
+// or a cylinder. As a share of the smallest extent it stays below what can be seen, and above what
+// GJK needs in double precision.
+constexpr double kMarginShare = 1e-3;
+
+// Products of inertia below this share of the trace are rounding errors: such a body keeps its own
+// axes, so that a box stays a box to Bullet.
+constexpr double kDiagonalShare = 1e-9;
+
+bool is_diagonal(const Mat3& inertia) {
+  const double limit = kDiagonalShare * inertia.trace();
+  return std::abs(inertia(0, 1)) <= limit && std::abs(inertia(0, 2)) <= limit &&
+         std::abs(inertia(1, 2)) <= limit;
+}
+
+// The largest sphere about `centre` within the hull.
+double inner_radius(const TriangleMesh& hull, const Vec3& centre) {
+  double radius = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : hull.triangles) {
+    const Vec3& a = hull.vertices[t[0]];
+    const Vec3 normal = (hull.vertices[t[1]] - a).cross(hull.vertices[t[2]] - a);
+    if (normal.squaredNorm() > 0) {
+      radius = std::min(radius, normal.normalized().dot(a - centre));
+    }
+  }
+  return radius;
+}
+
+}  // namespace
+
+BulletShape::BulletShape(const ModelShape& shape) {
+  if (shape.is_plane) {
+    collision_ = std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), 0.0);
+    return;
+  }
+  if (shape.mass.volume_m3 > 0) {
+    const Mat3 inertia = shape.mass.inertia_m5 / shape.mass.volume_m3;
+    if (is_diagonal(inertia)) {
+      inertia_per_kg_ = to_bullet(Vec3(inertia.diagonal()));
+    } else {
+      const PrincipalInertia principal = principal_inertia(inertia);
+      inertia_per_kg_ = to_bullet(principal.moments);
+      body_from_bullet_ = principal.axes;
+    }
+  }
+  if (shape.collides_as_mesh) {
+    triangles_ = std::make_unique<btTriangleMesh>();
+    const Quat turn = body_from_bullet_.conjugate();
+    for (const Triangle& t : shape.mesh.triangles) {
+      triangles_->addTriangle(to_bullet(turn * shape.mesh.vertices[t[0]]),
+                              to_bullet(turn * shape.mesh.vertices[t[1]]),
+                              to_bullet(turn * shape.mesh.vertices[t[2]]));
+    }
+    collision_ = std::make_unique<btBvhTriangleMeshShape>(triangles_.get(), true);
+    collision_->setMargin(kMarginShare * shape.smallest_extent);
+  } else {
+    add_pieces(shape);
+  }
+}
+
+void BulletShape::add_pieces(const ModelShape& shape) {
+  assert(!shape.pieces.empty());
+  const double margin = kMarginShare * shape.smallest_extent;
+  const Quat turn = body_from_bullet_.conjugate();
+  std::vector<btTransform> poses;
+  for (const CollisionPiece& piece : shape.pieces) {
+    Pose pose{turn * piece.pose.position, turn * piece.pose.orientation};
+    InnerSphere inner{to_bullet(pose.position), 0};
+    std::unique_ptr<btConvexShape> part;
+    switch (piece.kind) {
+      case CollisionPiece::Kind::hull: {
+        auto hull = std::make_unique<btConvexHullShape>();
+        Vec3 centre = Vec3::Zero();
+        for (const Vec3& vertex : piece.hull.vertices) {
+          hull->addPoint(to_bullet(pose.apply(vertex)), false);
+          centre += vertex / static_cast<double>(piece.hull.vertices.size());
+        }
+        hull->recalcLocalAabb();
+        inner = {to_bullet(pose.apply(centre)), inner_radius(piece.hull, centre)};
+        pose = {};
+        part = std::move(hull);
+        break;
+      }
+      case CollisionPiece::Kind::box:
+        part = std::make_unique<btBoxShape>(to_bullet(Vec3(piece.size / 2)));
+        inner.radius = piece.size.minCoeff() / 2;
+        break;
+      case CollisionPiece::Kind::sphere:
+        // The margin of a sphere is its radius.
+        part = std::make_unique<btSphereShape>(piece.size.x());
+        inner.radius = piece.size.x();
+        break;
+      case CollisionPiece::Kind::cylinder:
+        part = std::make_unique<btCylinderShape>(
+            btVector3(piece.size.x(), piece.size.y() / 2, piece.size.z()));
+        inner.radius = std::min(piece.size.x(), piece.size.y() / 2);
+        break;
+    }
+    if (piece.kind != CollisionPiece::Kind::sphere) part->setMargin(margin);
+    inner_spheres_.push_back(inner);
+    poses.push_back(to_bullet(pose));
+    parts_.push_back(std::move(part));
+  }
+  const bool in_place =
+      poses[0].getOrigin().fuzzyZero() &&
+      poses[0].getRotation().angleShortestPath(btQuaternion::getIdentity()) < 1e-12;
+  if (parts_.size() == 1 && in_place) {
+    collision_ = std::move(parts_[0]);
+    parts_.clear();
+    return;
+  }
+  auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts_.size()));
+  for (size_t i = 0; i < parts_.size(); ++i) compound->addChildShape(poses[i], parts_[i].get());
+  compound->setMargin(margin);
+  collision_ = std::move(compound);
+}
+
+}  // namespace pilesim

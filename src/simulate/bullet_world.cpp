@@ -1,0 +1,257 @@
+#include "simulate/bullet_world.h"
+
+#include <cmath>
+
+#include "simulate/bullet_shapes.h"
+
+namespace pilesim {
+
+namespace {
+
+DynamicBody* dynamic_of(const btCollisionObject& object) {
+  return static_cast<DynamicBody*>(object.getUserPointer());
+}
+
+// Of the radius of the inner sphere: what is left is the depth at which a swept body meets what it
+// hits, so that contacts arise there, while a body that slides along a surface is not stopped by
+// it.
+constexpr double kSweptShare = 0.8;
+
+// Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go.
+void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
+                   const btDispatcherInfo& info) {
+  const btBroadphaseProxy& a = *pair.m_pProxy0;
+  const btBroadphaseProxy& b = *pair.m_pProxy1;
+  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax)) {
+    btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
+  } else if (pair.m_algorithm != nullptr) {
+    pair.m_algorithm->~btCollisionAlgorithm();
+    dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
+    pair.m_algorithm = nullptr;
+  }
+}
+
+// The closest hit on the way of a swept sphere that the sphere is moving against.
+class SweepCallback : public btCollisionWorld::ClosestConvexResultCallback {
+ public:
+  SweepCallback(const btCollisionObject& self, const btVector3& from, const btVector3& to)
+      : ClosestConvexResultCallback(from, to), self_(self), motion_(to - from) {}
+  bool needsCollision(btBroadphaseProxy* proxy) const override {
+    return proxy->m_clientObject != &self_ && ClosestConvexResultCallback::needsCollision(proxy);
+  }
+  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool in_world) override {
+    const btVector3 normal =
+        in_world
+            ? result.m_hitNormalLocal
+            : result.m_hitCollisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
+    if (result.m_hitFraction <= 0 || normal.dot(motion_) >= 0) return 1;
+    return ClosestConvexResultCallback::addSingleResult(result, in_world);
+  }
+
+ private:
+  const btCollisionObject& self_;
+  btVector3 motion_;
+};
+
+}  // namespace
+
+void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
+  sleeping_ = sleeping;
+  btDispatcherInfo& dispatch = getDispatchInfo();
+  dispatch.m_timeStep = step_s;
+  getSolverInfo().m_timeStep = step_s;
+  {
+    StageTimer::Scope scope(timer, Stage::broad_phase);
+    updateAabbs();
+    computeOverlappingPairs();
+  }
+  {
+    StageTimer::Scope scope(timer, Stage::narrow_phase);
+    static_cast<btCollisionDispatcher*>(getDispatcher())->setNearCallback(near_callback);
+    // Pairs come in an order that does not depend on addresses: sorting them would be waste.
+    dispatch.m_deterministicOverlappingPairs = false;
+    getDispatcher()->dispatchAllCollisionPairs(getPairCache(), dispatch, getDispatcher());
+    dispatch.m_deterministicOverlappingPairs = true;
+  }
+  {
+    StageTimer::Scope scope(timer, Stage::solver);
+    applyGravity();
+    calculateSimulationIslands();
+    solveConstraints(getSolverInfo());
+    clearForces();
+  }
+  {
+    StageTimer::Scope scope(timer, Stage::integration);
+    integrateTransforms(step_s);
+    updateActivationState(step_s);
+  }
+}
+
+void BulletWorld::wake_neighbours(const btRigidBody& body) {
+  btDispatcher& dispatcher = *getDispatcher();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getNumContacts() == 0) continue;
+    if (manifold.getBody0() == &body) manifold.getBody1()->activate();
+    if (manifold.getBody1() == &body) manifold.getBody0()->activate();
+  }
+}
+
+void BulletWorld::updateAabbs() {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    btRigidBody& body = *m_nonStaticRigidBodies[i];
+    if (!body.isActive()) continue;
+    btVector3 min, max;
+    const btCollisionShape& shape = *body.getCollisionShape();
+    shape.getAabb(body.getWorldTransform(), min, max);
+    const double reach = shape.getContactBreakingThreshold(gContactBreakingThreshold);
+    const btVector3 margin(reach, reach, reach);
+    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min - margin, max + margin,
+                                   m_dispatcher1);
+  }
+}
+
+// Islands of bodies that touch (stock Bullet takes bodies whose fat boxes meet, and so keeps more
+// of them awake).
+void BulletWorld::calculateSimulationIslands() {
+  btUnionFind& sets = m_islandManager->getUnionFind();
+  int count = 0;
+  for (int i = 0; i < m_collisionObjects.size(); ++i) {
+    btCollisionObject& object = *m_collisionObjects[i];
+    if (!object.isStaticOrKinematicObject()) object.setIslandTag(count++);
+    object.setCompanionId(-1);
+  }
+  sets.reset(count);
+  for (int i = 0; i < m_dispatcher1->getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *m_dispatcher1->getManifoldByIndexInternal(i);
+    const btCollisionObject& a = *manifold.getBody0();
+    const btCollisionObject& b = *manifold.getBody1();
+    if (manifold.getNumContacts() > 0 && a.mergesSimulationIslands() &&
+        b.mergesSimulationIslands()) {
+      sets.unite(a.getIslandTag(), b.getIslandTag());
+    }
+  }
+  m_islandManager->storeIslandActivationState(this);
+}
+
+void BulletWorld::integrateTransforms(btScalar step_s) {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    btRigidBody& body = *m_nonStaticRigidBodies[i];
+    if (body.isActive() && !body.isStaticOrKinematicObject()) integrate(*dynamic_of(body), step_s);
+  }
+}
+
+void BulletWorld::integrate(DynamicBody& dynamic, double step_s) {
+  btRigidBody& body = *dynamic.body;
+  const btTransform from = body.getWorldTransform();
+  btVector3 motion = body.getLinearVelocity() * step_s;
+  // A body that nothing held in this step follows its parabola exactly.
+  if (!dynamic.supported && !dynamic.hinged) motion -= body.getGravity() * (step_s * step_s / 2);
+  double fraction = 1;
+  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
+    fraction = free_fraction(dynamic, from, motion);
+  }
+  btQuaternion orientation = from.getRotation();
+  btVector3 angular_velocity = body.getAngularVelocity();
+  if (dynamic.hinged) {
+    const double rate = angular_velocity.length();
+    if (rate > 0) {
+      orientation = btQuaternion(angular_velocity / rate, rate * step_s * fraction) * orientation;
+      orientation.normalize();
+    }
+  } else {
+    rotate_freely(body.getLocalInertia(), step_s * fraction, orientation, angular_velocity);
+    body.setAngularVelocity(angular_velocity);
+  }
+  body.proceedToTransform(btTransform(orientation, from.getOrigin() + motion * fraction));
+  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
+    // The next fast body must find this one where it is now.
+    btVector3 min, max;
+    body.getAabb(min, max);
+    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
+  }
+}
+
+// How much of `motion` the body can make until one of its inner spheres touches something.
+double BulletWorld::free_fraction(const DynamicBody& dynamic, const btTransform& from,
+                                  const btVector3& motion) {
+  double fraction = 1;
+  for (const InnerSphere& sphere : *dynamic.inner_spheres) {
+    const btVector3 start = from * sphere.centre;
+    btSphereShape shape(kSweptShare * sphere.radius);
+    SweepCallback callback(*dynamic.body, start, start + motion);
+    const btBroadphaseProxy& proxy = *dynamic.body->getBroadphaseHandle();
+    callback.m_collisionFilterGroup = proxy.m_collisionFilterGroup;
+    callback.m_collisionFilterMask = proxy.m_collisionFilterMask;
+    const btTransform begin(btQuaternion::getIdentity(), start);
+    const btTransform end(btQuaternion::getIdentity(), start + motion);
+    convexSweepTest(&shape, begin, end, callback, 0);
+    fraction = std::min<double>(fraction, callback.m_closestHitFraction);
+  }
+  return fraction;
+}
+
+void BulletWorld::updateActivationState(btScalar step_s) {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    btRigidBody& body = *m_nonStaticRigidBodies[i];
+    if (body.isStaticOrKinematicObject()) continue;
+    DynamicBody& dynamic = *dynamic_of(body);
+    const bool supported = dynamic.supported || dynamic.hinged;
+    dynamic.supported = false;
+    if (body.getActivationState() == ISLAND_SLEEPING) {
+      body.setLinearVelocity(btVector3(0, 0, 0));
+      body.setAngularVelocity(btVector3(0, 0, 0));
+      continue;
+    }
+    const bool slow =
+        body.getLinearVelocity().length2() < dynamic.rest_speed * dynamic.rest_speed &&
+        body.getAngularVelocity().length2() < dynamic.rest_turn_rate * dynamic.rest_turn_rate;
+    if (!sleeping_ || !slow) {
+      body.setDeactivationTime(0);
+    } else if (supported) {
+      body.setDeactivationTime(body.getDeactivationTime() + step_s);
+    }
+    body.setActivationState(
+        body.getDeactivationTime() > dynamic.time_to_sleep_s ? WANTS_DEACTIVATION : ACTIVE_TAG);
+  }
+}
+
+namespace {
+
+// Turns about principal axis `axis` (index in the body frame) over time `h`: the other components
+// of the angular momentum turn against it. tan(x) is taken as x + x^3/3, which keeps the turn a
+// rotation to rounding and gives the same bits in every C library.
+void turn_about(int axis, double moment, double h, btVector3& momentum, btQuaternion& orientation) {
+  const int next = (axis + 1) % 3;
+  const int last = (axis + 2) % 3;
+  const double half_angle = momentum[axis] / moment * h / 2;
+  const double t = half_angle * (1 + half_angle * half_angle / 3);
+  const double inverse = 1 / (1 + t * t);
+  const double cosine = (1 - t * t) * inverse;
+  const double sine = 2 * t * inverse;
+  const double a = momentum[next];
+  const double b = momentum[last];
+  momentum[next] = cosine * a + sine * b;
+  momentum[last] = cosine * b - sine * a;
+  btVector3 half(0, 0, 0);
+  half[axis] = t;
+  // Not normalised: the caller does so once.
+  orientation *= btQuaternion(half.x(), half.y(), half.z(), 1);
+}
+
+}  // namespace
+
+void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orientation,
+                   btVector3& angular_velocity) {
+  const btMatrix3x3 before(orientation);
+  btVector3 momentum = (angular_velocity * before) * inertia;  // v * M is M^T v
+  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
+  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
+  turn_about(2, inertia.z(), step_s, momentum, orientation);
+  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
+  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
+  orientation.normalize();
+  angular_velocity = btMatrix3x3(orientation) * (momentum / inertia);
+}
+
+}  // namespace pilesim

@@ -1,0 +1,42 @@
+// A Bullet world whose step reads as named stages and whose free motion is exact to second order.
+#pragma once
+
+#include "core/stage_timer.h"
+#include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_types.h"
+
+namespace pilesim {
+
+// User pointers of dynamic bodies lead to their DynamicBody; those of others are null.
+class BulletWorld : public btDiscreteDynamicsWorld {
+ public:
+  using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+
+  // Advances by `step_s`; kinematic bodies stand where the step starts and have their velocities.
+  void step(double step_s, bool sleeping, StageTimer& timer);
+
+  // Wakes what touches `body`, which is about to leave, move or be let go.
+  void wake_neighbours(const btRigidBody& body);
+
+ protected:
+  void updateAabbs() override;
+  void calculateSimulationIslands() override;
+  void integrateTransforms(btScalar step_s) override;
+  void updateActivationState(btScalar step_s) override;
+
+ private:
+  void integrate(DynamicBody& dynamic, double step_s);
+  double free_fraction(const DynamicBody& dynamic, const btTransform& from,
+                       const btVector3& motion);
+
+  bool sleeping_ = true;
+};
+
+// Free rotation of a rigid body over step_s: Strang splitting into turns about the principal axes.
+// Keeps the angular momentum in space to rounding and the energy to a bounded error of second
+// order. `inertia` holds the principal moments of the body's axes; the angular velocity is in the
+// world frame.
+void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orientation,
+                   btVector3& angular_velocity);
+
+}  // namespace pilesim

@@ -1,0 +1,374 @@
+#include "simulate/impulse_simulator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "simulate/bullet_broad_phase.h"
+#include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_shapes.h"
+#include "simulate/bullet_world.h"
+
+namespace pilesim {
+namespace {
+
+// A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
+// own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
+// scale with the body, so that a pile of beads sleeps as a pile of boulders does.
+constexpr double kRestSpeed = 0.03;
+constexpr double kRestTime = 3.0;
+
+// Share of the smallest extent that a body may travel in a step without being swept.
+constexpr double kFastMotion = 0.25;
+
+// Share of a penetration that a step takes back.
+constexpr double kPositionCorrection = 0.2;
+
+// Times within this share of a step are the same time.
+constexpr double kSameTime = 1e-6;
+
+Pose pose_at(const std::vector<MotionKey>& keys, double time_s) {
+  const auto after = std::ranges::upper_bound(keys, time_s, {}, &MotionKey::time_s);
+  if (after == keys.begin()) return keys.front().pose;
+  if (after == keys.end()) return keys.back().pose;
+  const MotionKey& a = *std::prev(after);
+  const double share = (time_s - a.time_s) / (after->time_s - a.time_s);
+  return {a.pose.position + share * (after->pose.position - a.pose.position),
+          a.pose.orientation.slerp(share, after->pose.orientation)};
+}
+
+// The turn from one orientation to another as an axis times an angle, world frame.
+Vec3 turn_between(const Quat& from, const Quat& to) {
+  const Eigen::AngleAxisd turn(to * from.conjugate());
+  const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
+  return angle * turn.axis();
+}
+
+class ImpulseSimulator final : public Simulator {
+ public:
+  ImpulseSimulator(const Scene& scene, const Model& model);
+  ~ImpulseSimulator() override;
+
+  FrameStatistics step_frame() override;
+  const BodyStates& states() const override { return states_; }
+  FrameStatistics statistics() const override;
+
+ private:
+  // What Bullet has of a body of the model.
+  struct Record {
+    std::unique_ptr<btRigidBody> body;  // null: not in the world
+    std::unique_ptr<btTypedConstraint> hinge;
+    bool moved = false;  // kinematic: in the step before
+  };
+
+  bool appears_now(const ModelBody& body) const { return body.start_s <= time_s_ + slack_s_; }
+  void add_new_bodies();
+  void add_body(uint32_t index);
+  void remove_body(uint32_t index);
+  void apply_events();
+  void apply_impulse(uint32_t index, const ModelEvent& event);
+  void move_kinematic_bodies();
+  void read_states();
+  void check_finite() const;
+  void set_up_dynamic(uint32_t index, btRigidBody& body);
+
+  const Scene& scene_;
+  const Model& model_;
+  double step_s_;
+  double slack_s_;
+  double time_s_ = 0;   // of the state
+  uint64_t steps_ = 0;  // taken since the start
+  uint64_t frames_ = 0;
+  size_t next_event_ = 0;
+  std::vector<uint32_t> waiting_;    // bodies to come, the next one last
+  std::vector<uint32_t> kinematic_;  // indices
+  BodyStates states_;
+  StageTimer timer_;
+
+  std::vector<BulletShape> shapes_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  BulletBroadPhase broad_phase_;
+  BulletContactSolver solver_;
+  BulletWorld world_;
+  std::vector<DynamicBody> dynamic_;
+  std::vector<Record> records_;
+};
+
+ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
+    : scene_(scene),
+      model_(model),
+      step_s_(scene.actual_step_s()),
+      slack_s_(kSameTime * step_s_),
+      solver_(scene.gravity.norm()),
+      world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
+      dynamic_(model.bodies.size()),
+      records_(model.bodies.size()) {
+  // A body on a plane gets several contact points at once, not one a step: it must not rock.
+  configuration_.setPlaneConvexMultipointIterations();
+  world_.setGravity(to_bullet(scene.gravity));
+  btContactSolverInfo& info = world_.getSolverInfo();
+  info.m_numIterations = scene.simulator.solver_iterations;
+  // Friction along the sliding and across it: one direction alone lets bodies creep sideways.
+  info.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
+  // Kept apart from the velocities here; BulletContactSolver joins them where the body only
+  // touches.
+  info.m_splitImpulse = 1;
+  info.m_splitImpulsePenetrationThreshold = 0;
+  info.m_erp2 = kPositionCorrection;
+  info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;  // BulletContactSolver bounces
+  solver_.setRandSeed(0);
+
+  for (const ModelShape& shape : model.shapes) shapes_.emplace_back(shape);
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    const ModelBody& body = model.bodies[i];
+    states_.position.push_back(body.pose.position);
+    states_.orientation.push_back(body.pose.orientation);
+    states_.linear_velocity.push_back(body.linear_velocity);
+    states_.angular_velocity.push_back(body.angular_velocity);
+    states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
+    if (body.role == Role::kinematic) kinematic_.push_back(i);
+    waiting_.push_back(i);
+  }
+  std::ranges::stable_sort(waiting_, [&](uint32_t a, uint32_t b) {
+    return model.bodies[a].start_s > model.bodies[b].start_s ||
+           (model.bodies[a].start_s == model.bodies[b].start_s && a > b);
+  });
+  add_new_bodies();
+}
+
+ImpulseSimulator::~ImpulseSimulator() {
+  for (uint32_t i = 0; i < records_.size(); ++i) {
+    if (records_[i].hinge) world_.removeConstraint(records_[i].hinge.get());
+    if (records_[i].body) world_.removeRigidBody(records_[i].body.get());
+  }
+}
+
+void ImpulseSimulator::add_new_bodies() {
+  while (!waiting_.empty() && appears_now(model_.bodies[waiting_.back()])) {
+    add_body(waiting_.back());
+    waiting_.pop_back();
+  }
+}
+
+void ImpulseSimulator::add_body(uint32_t index) {
+  const ModelBody& source = model_.bodies[index];
+  const BulletShape& shape = shapes_[source.shape];
+  const bool held = (states_.flags[index] & kHeld) != 0;
+  const bool moves = source.role == Role::dynamic && !held;
+  const double mass_kg = moves ? source.mass_kg : 0;
+
+  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, shape.collision(),
+                                                shape.inertia(mass_kg));
+  info.m_startWorldTransform =
+      to_bullet(Pose{source.pose.position, source.pose.orientation * shape.body_from_bullet()});
+  // Bullet multiplies the two bodies' values: with square roots that is the geometric mean.
+  info.m_friction = std::sqrt(model_.materials[source.material].friction);
+  info.m_restitution = std::sqrt(model_.materials[source.material].restitution);
+  Record& record = records_[index];
+  record.body = std::make_unique<btRigidBody>(info);
+  btRigidBody& body = *record.body;
+  body.setFlags(0);  // the world turns bodies itself
+  if (source.role == Role::kinematic) {
+    body.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    body.forceActivationState(ISLAND_SLEEPING);
+  }
+  if (moves) set_up_dynamic(index, body);
+  world_.addRigidBody(&body);
+  if (moves && source.hinge) {
+    const btTransform inverse = body.getWorldTransform().inverse();
+    record.hinge = std::make_unique<btHingeConstraint>(
+        body, inverse * to_bullet(source.hinge->anchor),
+        inverse.getBasis() * to_bullet(source.hinge->axis), true);
+    world_.addConstraint(record.hinge.get());
+  }
+  states_.flags[index] |= kPresent;
+  if (source.role == Role::dynamic) states_.flags[index] |= kImpulse;
+}
+
+void ImpulseSimulator::set_up_dynamic(uint32_t index, btRigidBody& body) {
+  const ModelBody& source = model_.bodies[index];
+  const ModelShape& shape = model_.shapes[source.shape];
+  const double gravity = scene_.gravity.norm();
+  const double radius = shape.bounding_radius;
+  DynamicBody& dynamic = dynamic_[index];
+  dynamic.body = &body;
+  dynamic.inner_spheres = &shapes_[source.shape].inner_spheres();
+  dynamic.fast_motion_m = kFastMotion * shape.smallest_extent;
+  dynamic.rest_speed = kRestSpeed * std::sqrt(gravity * radius);
+  dynamic.rest_turn_rate = dynamic.rest_speed / radius;
+  dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
+  dynamic.bounding_radius = radius;
+  dynamic.hinged = source.hinge.has_value();
+  body.setUserPointer(&dynamic);
+  body.setLinearVelocity(to_bullet(states_.linear_velocity[index]));
+  body.setAngularVelocity(to_bullet(states_.angular_velocity[index]));
+}
+
+void ImpulseSimulator::remove_body(uint32_t index) {
+  Record& record = records_[index];
+  states_.flags[index] &= static_cast<uint8_t>(~(kPresent | kAsleep | kImpulse));
+  if (!record.body) {
+    std::erase(waiting_, index);
+    return;
+  }
+  world_.wake_neighbours(*record.body);
+  if (record.hinge) world_.removeConstraint(record.hinge.get());
+  world_.removeRigidBody(record.body.get());
+  record = {};
+}
+
+void ImpulseSimulator::apply_impulse(uint32_t index, const ModelEvent& event) {
+  btRigidBody* body = records_[index].body.get();
+  if (body == nullptr || body->isStaticOrKinematicObject()) return;
+  body->activate(true);
+  const btVector3 arm = event.point
+                            ? to_bullet(*event.point) - body->getWorldTransform().getOrigin()
+                            : btVector3(0, 0, 0);
+  body->applyImpulse(to_bullet(event.impulse), arm);
+}
+
+void ImpulseSimulator::apply_events() {
+  for (; next_event_ < model_.events.size(); ++next_event_) {
+    const ModelEvent& event = model_.events[next_event_];
+    if (event.time_s > time_s_ + slack_s_) return;
+    for (const uint32_t index : event.bodies) {
+      switch (event.kind) {
+        case ModelEvent::Kind::remove:
+          remove_body(index);
+          break;
+        case ModelEvent::Kind::impulse:
+          apply_impulse(index, event);
+          break;
+        case ModelEvent::Kind::release: {
+          if ((states_.flags[index] & kHeld) == 0) break;
+          const bool present = records_[index].body != nullptr;
+          if (present) remove_body(index);
+          states_.flags[index] &= static_cast<uint8_t>(~kHeld);
+          if (present) add_body(index);
+          break;
+        }
+      }
+    }
+  }
+}
+
+void ImpulseSimulator::move_kinematic_bodies() {
+  for (const uint32_t index : kinematic_) {
+    Record& record = records_[index];
+    const ModelBody& source = model_.bodies[index];
+    if (!record.body || source.motion.empty()) continue;
+    btRigidBody& body = *record.body;
+    const Pose now = pose_at(source.motion, time_s_);
+    const Pose then = pose_at(source.motion, time_s_ + step_s_);
+    const Vec3 velocity = (then.position - now.position) / step_s_;
+    const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s_;
+    body.setWorldTransform(
+        to_bullet(Pose{now.position, now.orientation * shapes_[source.shape].body_from_bullet()}));
+    body.setLinearVelocity(to_bullet(velocity));
+    body.setAngularVelocity(to_bullet(turn_rate));
+    const bool moves = velocity.norm() > 0 || turn_rate.norm() > 0;
+    // One more active step after the last motion brings its box to where it stopped. A kinematic
+    // body that stands lets what lies on it sleep.
+    body.forceActivationState(moves || record.moved ? DISABLE_DEACTIVATION : ISLAND_SLEEPING);
+    record.moved = moves;
+  }
+}
+
+FrameStatistics ImpulseSimulator::step_frame() {
+  timer_.take();
+  const int steps = scene_.steps_per_frame();
+  for (int step = 0; step < steps; ++step) {
+    add_new_bodies();
+    apply_events();
+    move_kinematic_bodies();
+    world_.step(step_s_, scene_.simulator.sleeping, timer_);
+    ++steps_;
+    time_s_ = static_cast<double>(steps_) * step_s_;
+  }
+  add_new_bodies();
+  ++frames_;
+  read_states();
+  check_finite();
+  FrameStatistics statistics = this->statistics();
+  statistics.steps = steps;
+  statistics.times = timer_.take();
+  return statistics;
+}
+
+void ImpulseSimulator::read_states() {
+  for (uint32_t i = 0; i < records_.size(); ++i) {
+    const btRigidBody* body = records_[i].body.get();
+    const ModelBody& source = model_.bodies[i];
+    if (body == nullptr || source.role == Role::fixed) continue;
+    if (source.role == Role::kinematic) {
+      if (!source.motion.empty()) {
+        const Pose pose = pose_at(source.motion, time_s_);
+        states_.position[i] = pose.position;
+        states_.orientation[i] = pose.orientation;
+      }
+    } else {
+      states_.position[i] = from_bullet(body->getWorldTransform().getOrigin());
+      states_.orientation[i] = from_bullet(body->getWorldTransform().getRotation()) *
+                               shapes_[source.shape].body_from_bullet().conjugate();
+    }
+    states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
+    states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
+    const bool asleep = !body->isStaticOrKinematicObject() && !body->isActive();
+    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
+    if (asleep) states_.flags[i] |= kAsleep;
+  }
+}
+
+void ImpulseSimulator::check_finite() const {
+  for (uint32_t i = 0; i < states_.size(); ++i) {
+    if (states_.position[i].allFinite() && states_.orientation[i].coeffs().allFinite() &&
+        states_.linear_velocity[i].allFinite() && states_.angular_velocity[i].allFinite()) {
+      continue;
+    }
+    throw Error(ErrorKind::input,
+                Problem{.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
+                                 std::to_string(frames_),
+                        .expected = "a state that stays finite",
+                        .remedy = "Make step_s shorter, or look for bodies that start inside one "
+                                  "another or with extreme velocities"});
+  }
+}
+
+FrameStatistics ImpulseSimulator::statistics() const {
+  FrameStatistics statistics;
+  for (uint32_t i = 0; i < records_.size(); ++i) {
+    const btRigidBody* body = records_[i].body.get();
+    if ((states_.flags[i] & kPresent) != 0) ++statistics.bodies_present;
+    if (body == nullptr || body->isStaticOrKinematicObject()) continue;
+    if (body->isActive()) ++statistics.bodies_awake;
+    const double mass_kg = model_.bodies[i].mass_kg;
+    const btVector3 turn_rate = body->getAngularVelocity() * body->getWorldTransform().getBasis();
+    statistics.kinetic_energy_j += 0.5 * mass_kg * body->getLinearVelocity().length2() +
+                                   0.5 * turn_rate.dot(turn_rate * body->getLocalInertia());
+    statistics.potential_energy_j -= mass_kg * scene_.gravity.dot(states_.position[i]);
+  }
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold =
+        *const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      const btManifoldPoint& point = manifold.getContactPoint(p);
+      if (point.getDistance() > 0 && point.getAppliedImpulse() <= 0) continue;
+      ++statistics.contacts;
+      statistics.deepest_penetration_m =
+          std::max<double>(statistics.deepest_penetration_m, -point.getDistance());
+    }
+  }
+  return statistics;
+}
+
+}  // namespace
+
+std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model) {
+  return std::make_unique<ImpulseSimulator>(scene, model);
+}
+
+}  // namespace pilesim

@@ -1,0 +1,29 @@
+// Names and shapes in a trajectory store, shared by its writer and its reader.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "trajectory/zarr_array.h"
+
+namespace pilesim::trajectory_layout {
+
+inline constexpr char kFormat[] = "pilesim-trajectory";
+// Readers accept this version only. Raise it with every change that old readers would misread.
+inline constexpr int kVersion = 1;
+
+// Frames in a chunk of position, orientation and state alike.
+uint64_t frames_per_chunk(uint64_t body_count);
+
+ZarrLayout position(uint64_t body_count);
+ZarrLayout orientation(uint64_t body_count);
+ZarrLayout state(uint64_t body_count);
+ZarrLayout body_shape();
+ZarrLayout body_colour();
+ZarrLayout body_moves();
+ZarrLayout vertices();
+ZarrLayout triangles();
+
+std::filesystem::path shape_directory(const std::filesystem::path& store, size_t index);
+
+}  // namespace pilesim::trajectory_layout

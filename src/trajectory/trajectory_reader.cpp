@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cassert>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "trajectory/trajectory.h"
+#include "trajectory/trajectory_layout.h"
+
+namespace pilesim {
+namespace fs = std::filesystem;
+namespace layout = trajectory_layout;
+using nlohmann::ordered_json;
+
+namespace {
+
+constexpr uint64_t kNoChunk = ~uint64_t{0};
+
+[[noreturn]] void reject(const fs::path& file, std::string found, std::string expected) {
+  throw Error(ErrorKind::input,
+              Problem{.file = file.string(),
+                      .found = std::move(found),
+                      .expected = std::move(expected),
+                      .remedy = "Run the simulation again with this version of pilesim"});
+}
+
+fs::path find_store(const fs::path& directory) {
+  std::error_code fault;
+  for (const fs::path& store : {directory, directory / "trajectory.zarr"}) {
+    if (fs::exists(store / ".zattrs", fault)) return store;
+  }
+  throw Error(
+      ErrorKind::input,
+      Problem{.file = directory.string(),
+              .found = fs::exists(directory, fault) ? "holds no trajectory" : "does not exist",
+              .expected = "a trajectory.zarr, or a directory that holds one",
+              .remedy = "Name the output directory of `pilesim simulate`"});
+}
+
+// The value of `key`, which must be convertible to T.
+template <typename T>
+T attribute(const fs::path& file, const ordered_json& object, const char* key,
+            const char* expected) {
+  try {
+    return object.at(key).get<T>();
+  } catch (const nlohmann::json::exception&) {
+    const auto found = object.find(key);
+    reject(file,
+           std::string(key) + (found == object.end() ? " is missing" : " is " + found->dump()),
+           expected);
+  }
+}
+
+void check_format(const fs::path& file, const ordered_json& attributes) {
+  const auto format = attributes.value("format", ordered_json());
+  if (format != layout::kFormat) {
+    reject(file, "format is " + format.dump(), std::string("\"") + layout::kFormat + "\"");
+  }
+  const auto version = attributes.value("format_version", ordered_json());
+  if (version != layout::kVersion) {
+    reject(file, "format_version is " + version.dump(), std::to_string(layout::kVersion));
+  }
+}
+
+void check_indices(const fs::path& array, const std::vector<uint32_t>& indices, size_t end,
+                   const char* of_what) {
+  const auto bad =
+      std::find_if(indices.begin(), indices.end(), [&](uint32_t index) { return index >= end; });
+  if (bad == indices.end()) return;
+  reject(array, "holds the index " + std::to_string(*bad),
+         "indices below " + std::to_string(end) + ", the number of " + of_what);
+}
+
+void check_size(const fs::path& array, size_t found, size_t bodies) {
+  if (found == bodies) return;
+  reject(array, "has " + std::to_string(found) + " entries",
+         std::to_string(bodies) + ", the number of bodies");
+}
+
+TrajectoryShape read_shape(const fs::path& directory) {
+  TrajectoryShape shape;
+  const auto vertices = read_zarr_values<std::array<float, 3>>(
+      open_zarr_array(directory / "vertices", layout::vertices()));
+  for (const auto& v : vertices) shape.vertices.emplace_back(v[0], v[1], v[2]);
+  shape.triangles = read_zarr_values<std::array<uint32_t, 3>>(
+      open_zarr_array(directory / "triangles", layout::triangles()));
+  std::vector<uint32_t> corners;
+  for (const auto& triangle : shape.triangles) {
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  }
+  check_indices(directory / "triangles", corners, vertices.size(), "vertices");
+  return shape;
+}
+
+TrajectoryHeader read_header(const fs::path& store) {
+  const fs::path file = store / ".zattrs";
+  const ordered_json attributes = read_zarr_json(file);
+  check_format(file, attributes);
+
+  TrajectoryHeader header;
+  header.frame_rate = attribute<double>(file, attributes, "frame_rate", "frames a second");
+  if (!(header.frame_rate > 0)) {
+    reject(file, "frame_rate is " + std::to_string(header.frame_rate), "a number above 0");
+  }
+  header.seed = attribute<uint64_t>(file, attributes, "seed", "a whole number");
+  header.resolved_scene =
+      attribute<ordered_json>(file, attributes, "scene", "the resolved scene").dump(2);
+  header.body_name =
+      attribute<std::vector<std::string>>(file, attributes, "body_name", "a list of names");
+  const auto shapes = attribute<std::vector<ordered_json>>(file, attributes, "shapes", "a list");
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    TrajectoryShape shape = read_shape(layout::shape_directory(store, i));
+    shape.name = attribute<std::string>(file, shapes[i], "name", "a name");
+    shape.is_plane = attribute<bool>(file, shapes[i], "plane", "true or false");
+    header.shapes.push_back(std::move(shape));
+  }
+
+  const size_t bodies = header.body_name.size();
+  const auto per_body = [&]<typename T>(const char* name, const ZarrLayout& rows,
+                                        std::vector<T>& values) {
+    values = read_zarr_values<T>(open_zarr_array(store / name, rows));
+    check_size(store / name, values.size(), bodies);
+  };
+  per_body("body_shape", layout::body_shape(), header.body_shape);
+  per_body("body_colour", layout::body_colour(), header.body_colour);
+  per_body("body_moves", layout::body_moves(), header.body_moves);
+  check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");
+  return header;
+}
+
+// An array over frames, with the chunk that was used last.
+struct FrameArray {
+  ZarrArray array;
+  std::vector<std::byte> bytes;
+  uint64_t chunk = kNoChunk;
+
+  const std::byte* frame(uint64_t index) {
+    const uint64_t wanted = index / array.rows_per_chunk;
+    if (wanted != chunk) {
+      chunk = kNoChunk;  // Nothing is decoded should reading throw.
+      read_zarr_chunk(array, wanted, bytes);
+      chunk = wanted;
+    }
+    return bytes.data() + (index % array.rows_per_chunk) * array.layout.row_bytes();
+  }
+};
+
+}  // namespace
+
+struct TrajectoryReader::State {
+  TrajectoryHeader header;
+  FrameArray position, orientation, state;
+  uint64_t frame_count = 0;
+};
+
+TrajectoryReader::TrajectoryReader(const fs::path& directory) : state_(std::make_unique<State>()) {
+  const fs::path store = find_store(directory);
+  State& s = *state_;
+  s.header = read_header(store);
+  const size_t bodies = s.header.body_count();
+  s.position.array = open_zarr_array(store / "position", layout::position(bodies));
+  s.orientation.array = open_zarr_array(store / "orientation", layout::orientation(bodies));
+  s.state.array = open_zarr_array(store / "state", layout::state(bodies));
+  // They differ by the frames of one write where the writer was killed between the three.
+  s.frame_count = std::min({s.position.array.rows, s.orientation.array.rows, s.state.array.rows});
+}
+
+TrajectoryReader::~TrajectoryReader() = default;
+
+const TrajectoryHeader& TrajectoryReader::header() const { return state_->header; }
+
+uint64_t TrajectoryReader::frame_count() const { return state_->frame_count; }
+
+void TrajectoryReader::read(uint64_t index, TrajectoryFrame& frame) {
+  State& s = *state_;
+  assert(index < s.frame_count);
+  const size_t bodies = s.header.body_count();
+  frame.position.resize(bodies);
+  frame.orientation.resize(bodies);
+  frame.state.resize(bodies);
+  if (bodies == 0) return;
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  std::memcpy(static_cast<void*>(frame.position.data()), s.position.frame(index),
+              bodies * sizeof(Vec3f));
+  std::memcpy(frame.state.data(), s.state.frame(index), bodies);
+  const std::byte* wxyz = s.orientation.frame(index);
+  for (size_t body = 0; body < bodies; ++body, wxyz += 4 * sizeof(float)) {
+    float q[4];
+    std::memcpy(q, wxyz, sizeof q);
+    frame.orientation[body] = Quatf(q[0], q[1], q[2], q[3]);
+  }
+}
+
+}  // namespace pilesim

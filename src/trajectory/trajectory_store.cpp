@@ -1,1 +1,0 @@
-#include "trajectory/trajectory.h"

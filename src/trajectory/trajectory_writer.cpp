@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "trajectory/trajectory.h"
+#include "trajectory/trajectory_layout.h"
+
+namespace pilesim {
+namespace fs = std::filesystem;
+namespace layout = trajectory_layout;
+using nlohmann::ordered_json;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr Clock::duration kLongestInMemory = std::chrono::seconds(1);
+
+ordered_json attributes(const TrajectoryHeader& header) {
+  ordered_json json;
+  json["format"] = layout::kFormat;
+  json["format_version"] = layout::kVersion;
+  json["frame_rate"] = header.frame_rate;
+  json["seed"] = header.seed;
+  json["scene_hash"] = content_hash(header.resolved_scene);
+  json["scene"] = ordered_json::parse(header.resolved_scene);
+  json["shapes"] = ordered_json::array();
+  for (const TrajectoryShape& shape : header.shapes) {
+    json["shapes"].push_back({{"name", shape.name}, {"plane", shape.is_plane}});
+  }
+  json["body_name"] = header.body_name;
+  return json;
+}
+
+template <typename Row>
+void write_whole_array(const fs::path& directory, const ZarrLayout& rows_layout,
+                       const std::vector<Row>& rows, const std::vector<std::string>& dimensions,
+                       const std::string& meaning) {
+  const ZarrArray array{.directory = directory,
+                        .layout = rows_layout,
+                        .rows_per_chunk = std::max<uint64_t>(1, rows.size()),
+                        .rows = rows.size()};
+  create_zarr_array(array, dimensions, meaning);
+  if (!rows.empty()) write_zarr_chunk(array, 0, std::as_bytes(std::span(rows)));
+}
+
+void write_header(const fs::path& store, const TrajectoryHeader& header) {
+  create_zarr_group(store);
+  write_whole_array(store / "body_shape", layout::body_shape(), header.body_shape, {"body"},
+                    "index into shapes");
+  write_whole_array(store / "body_colour", layout::body_colour(), header.body_colour,
+                    {"body", "channel"}, "sRGB");
+  write_whole_array(store / "body_moves", layout::body_moves(), header.body_moves, {"body"},
+                    "1: dynamic or kinematic, 0: fixed");
+  create_zarr_group(store / "shapes");
+  for (size_t i = 0; i < header.shapes.size(); ++i) {
+    const fs::path directory = layout::shape_directory(store, i);
+    create_zarr_group(directory);
+    write_whole_array(directory / "vertices", layout::vertices(), header.shapes[i].vertices,
+                      {"vertex", "axis"}, "m, body frame (origin at the centre of mass)");
+    write_whole_array(directory / "triangles", layout::triangles(), header.shapes[i].triangles,
+                      {"triangle", "corner"}, "vertex indices, counter-clockwise from outside");
+  }
+}
+
+void check(const TrajectoryHeader& header) {
+  const size_t bodies = header.body_count();
+  assert(header.frame_rate > 0);
+  assert(header.body_name.size() == bodies && header.body_colour.size() == bodies &&
+         header.body_moves.size() == bodies);
+  assert(std::all_of(header.body_shape.begin(), header.body_shape.end(),
+                     [&](uint32_t shape) { return shape < header.shapes.size(); }));
+  static_cast<void>(bodies);
+}
+
+}  // namespace
+
+struct TrajectoryWriter::State {
+  size_t body_count;
+  // Ends with position: its length is the number of frames of all three.
+  ZarrArray state, orientation, position;
+  // The frames of the current chunk, as they lie in it.
+  std::vector<uint8_t> state_rows;
+  std::vector<float> orientation_rows;
+  std::vector<float> position_rows;
+  uint64_t chunk = 0;            // index of the current chunk
+  uint64_t frames_in_chunk = 0;  // in memory
+  uint64_t frames_on_disk = 0;
+  Clock::time_point last_write = Clock::now();
+
+  uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
+
+  void write() {
+    const uint64_t frames = chunk * frames_per_chunk() + frames_in_chunk;
+    if (frames == frames_on_disk) return;
+    write_zarr_chunk(state, chunk, std::as_bytes(std::span(state_rows)));
+    write_zarr_chunk(orientation, chunk, std::as_bytes(std::span(orientation_rows)));
+    write_zarr_chunk(position, chunk, std::as_bytes(std::span(position_rows)));
+    for (ZarrArray* array : {&state, &orientation, &position}) {
+      array->rows = frames;
+      write_zarr_shape(*array);
+    }
+    frames_on_disk = frames;
+    last_write = Clock::now();
+  }
+
+  void start_chunk() {
+    ++chunk;
+    frames_in_chunk = 0;
+    state_rows.clear();
+    orientation_rows.clear();
+    position_rows.clear();
+  }
+};
+
+TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header)
+    : state_(std::make_unique<State>()) {
+  check(header);
+  std::error_code fault;
+  if (fs::exists(directory, fault)) {
+    throw io_error(directory.string(), "cannot be created", EEXIST);
+  }
+  const size_t bodies = header.body_count();
+  const auto frames_of = [&](const char* name, const ZarrLayout& rows) {
+    return ZarrArray{.directory = directory / name,
+                     .layout = rows,
+                     .rows_per_chunk = layout::frames_per_chunk(bodies)};
+  };
+  state_->body_count = bodies;
+  state_->state = frames_of("state", layout::state(bodies));
+  state_->orientation = frames_of("orientation", layout::orientation(bodies));
+  state_->position = frames_of("position", layout::position(bodies));
+
+  write_header(directory, header);
+  create_zarr_array(state_->state, {"frame", "body"},
+                    "bits: 1 present, 2 asleep, 4 impulse simulation, 8 held");
+  create_zarr_array(state_->orientation, {"frame", "body", "wxyz"},
+                    "unit quaternion (w, x, y, z), body to world");
+  create_zarr_array(state_->position, {"frame", "body", "xyz"},
+                    "m, centre of mass, world frame, y up");
+  // Last: what has it is whole.
+  write_zarr_json(directory / ".zattrs", attributes(header));
+}
+
+TrajectoryWriter::~TrajectoryWriter() {
+  try {
+    close();
+  } catch (const Error&) {
+    // Said in the header: who wants to hear of it calls close().
+  }
+}
+
+void TrajectoryWriter::append(const TrajectoryFrame& frame) {
+  State& s = *state_;
+  assert(frame.position.size() == s.body_count && frame.orientation.size() == s.body_count &&
+         frame.state.size() == s.body_count);
+  if (s.frames_in_chunk == s.frames_per_chunk()) {
+    s.write();  // Only has something to do where the last attempt failed.
+    s.start_chunk();
+  }
+  for (const Vec3f& p : frame.position)
+    s.position_rows.insert(s.position_rows.end(), p.begin(), p.end());
+  for (const Quatf& q : frame.orientation) {
+    const float wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
+    s.orientation_rows.insert(s.orientation_rows.end(), wxyz, wxyz + 4);
+  }
+  s.state_rows.insert(s.state_rows.end(), frame.state.begin(), frame.state.end());
+  ++s.frames_in_chunk;
+  if (s.frames_in_chunk == s.frames_per_chunk() ||
+      Clock::now() - s.last_write >= kLongestInMemory) {
+    s.write();
+  }
+}
+
+void TrajectoryWriter::close() { state_->write(); }
+
+uint64_t TrajectoryWriter::frames_on_disk() const { return state_->frames_on_disk; }
+
+}  // namespace pilesim

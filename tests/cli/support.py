@@ -1,0 +1,82 @@
+"""What the command-line tests share: running the program, small scenes, scratch directories."""
+
+import copy
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+PILESIM = os.environ["PILESIM"]
+SOURCE = Path(os.environ["PILESIM_SOURCE"])
+
+BOXES = {
+    "version": 1,
+    "name": "boxes",
+    "seed": 3,
+    "duration_s": 0.5,
+    "frame_rate": 30,
+    "materials": {"wood": {"restitution": 0.2, "friction": 0.6, "density_kg_m3": 700}},
+    "shapes": {"ground": {"type": "plane"}, "box": {"type": "box", "size": [0.2, 0.2, 0.2]}},
+    "bodies": [{"name": "ground", "shape": "ground", "material": "wood", "role": "static"}],
+    "emitters": [
+        {
+            "name": "boxes",
+            "type": "grid",
+            "shape": "box",
+            "material": "wood",
+            "centre": [0, 1, 0],
+            "count": [2, 2, 2],
+            "spacing": [0.5, 0.5, 0.5],
+        }
+    ],
+    "render": {"size": [64, 48], "samples": 1},
+}
+
+
+class CommandTest(unittest.TestCase):
+    maxDiff = None
+
+    def setUp(self):
+        self.dir = Path(tempfile.mkdtemp(prefix="pilesim-test-"))
+        self.addCleanup(shutil.rmtree, self.dir, ignore_errors=True)
+
+    def run_pilesim(self, *arguments, **options):
+        return subprocess.run(
+            [PILESIM, *map(str, arguments)],
+            cwd=self.dir,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            **options,
+        )
+
+    def succeed(self, *arguments, **options):
+        result = self.run_pilesim(*arguments, **options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result
+
+    def expect_exit(self, code, *arguments, **options):
+        result = self.run_pilesim(*arguments, **options)
+        self.assertEqual(result.returncode, code, result.stderr)
+        return result
+
+    def write_scene(self, change=None, name="scene.json"):
+        """Writes BOXES, after `change(scene)`, and returns its path relative to self.dir."""
+        scene = copy.deepcopy(BOXES)
+        if change:
+            change(scene)
+        (self.dir / name).write_text(json.dumps(scene, indent=2))
+        return name
+
+
+def tree_bytes(directory):
+    """Relative path -> bytes of every file below `directory`."""
+    return {
+        str(path.relative_to(directory)): path.read_bytes()
+        for path in sorted(Path(directory).rglob("*"))
+        if path.is_file()
+    }

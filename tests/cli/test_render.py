@@ -1,0 +1,108 @@
+"""render: pictures and videos of a trajectory, and what happens when something is missing."""
+
+import json
+import os
+import shutil
+import subprocess
+import unittest
+
+from support import CommandTest, tree_bytes
+
+
+def png_size(path):
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    return int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
+
+
+def probe(path):
+    result = subprocess.run(
+        ["ffprobe", "-v", "error", "-select_streams", "v:0", "-count_frames", "-of", "json"]
+        + ["-show_entries", "stream=width,height,r_frame_rate,nb_read_frames,codec_name", path],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(result.stdout)["streams"][0]
+
+
+class Render(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.succeed("simulate", self.write_scene(), "-o", "out")
+
+    def test_frames_and_video(self):
+        result = self.succeed("render", "out")
+        self.assertIn("16 frames", result.stdout)
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, [f"frame.{i:04d}.png" for i in range(16)])
+        self.assertEqual(png_size(self.dir / "out/frames/frame.0000.png"), (64, 48))
+        video = probe(self.dir / "out/video.mp4")
+        self.assertEqual(video["codec_name"], "h264")
+        self.assertEqual((video["width"], video["height"]), (64, 48))
+        self.assertEqual(video["r_frame_rate"], "30/1")
+        self.assertEqual(video["nb_read_frames"], "16")
+
+    def test_selected_frames_play_at_the_right_speed(self):
+        self.succeed("render", "out", "--frames", "1-15x2")
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, [f"frame.{i:04d}.png" for i in range(1, 16, 2)])
+        self.assertEqual(probe(self.dir / "out/video.mp4")["r_frame_rate"], "15/1")
+
+    def test_odd_sizes(self):
+        self.succeed("render", "out", "--size", "63x47", "--frames", "0-3")
+        self.assertEqual(png_size(self.dir / "out/frames/frame.0001.png"), (63, 47))
+        video = probe(self.dir / "out/video.mp4")
+        self.assertEqual((video["width"] % 2, video["height"] % 2), (0, 0))
+
+    def test_contact_sheet(self):
+        self.succeed("render", "out", "--sheet", "3x2")
+        width, height = png_size(self.dir / "out/sheet.png")
+        self.assertGreaterEqual(width, 3 * 64)
+        self.assertGreaterEqual(height, 2 * 48)
+        self.assertFalse((self.dir / "out/frames").exists())
+
+    def test_same_bytes_again(self):
+        self.succeed("render", "out", "--frames", "7")
+        first = tree_bytes(self.dir / "out/frames")
+        self.succeed("render", "out", "--frames", "7", "--force")
+        self.assertEqual(tree_bytes(self.dir / "out/frames"), first)
+
+    def test_moves_with_its_directory(self):
+        shutil.move(self.dir / "out", self.dir / "elsewhere")
+        os.remove(self.dir / "scene.json")
+        self.succeed("render", "elsewhere", "--frames", "0")
+
+    def test_existing_pictures_are_kept_without_force(self):
+        self.succeed("render", "out", "--frames", "0-2")
+        before = tree_bytes(self.dir / "out")
+        result = self.expect_exit(2, "render", "out", "--frames", "0-2")
+        self.assertIn("--force", result.stderr)
+        self.assertEqual(tree_bytes(self.dir / "out"), before)
+        self.succeed("render", "out", "--frames", "0", "--force")
+        self.assertEqual(len(list((self.dir / "out/frames").iterdir())), 1)
+
+    def test_frames_that_are_not_there(self):
+        result = self.expect_exit(2, "render", "out", "--frames", "10-40")
+        self.assertIn("0-15", result.stderr)
+
+    def test_no_trajectory(self):
+        (self.dir / "empty").mkdir()
+        result = self.expect_exit(4, "render", "empty")
+        self.assertIn("empty", result.stderr)
+
+    def test_damaged_trajectory(self):
+        (self.dir / "out/trajectory.zarr/position/.zarray").write_text("{")
+        result = self.expect_exit(3, "render", "out")
+        self.assertIn("position", result.stderr)
+
+    def test_ffmpeg_missing(self):
+        environment = {**os.environ, "PATH": str(self.dir)}
+        result = self.expect_exit(4, "render", "out", "--frames", "0-2", env=environment)
+        self.assertIn("ffmpeg", result.stderr)
+        self.assertIn("apt", result.stderr)
+        self.assertFalse((self.dir / "out/video.mp4").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,73 @@
+// Models made by hand, for tests of simulators: no files, no loader.
+#pragma once
+
+#include <utility>
+
+#include "geometry/primitives.h"
+#include "scene/model.h"
+
+namespace pilesim {
+
+struct SmallModel {
+  Scene scene;
+  Model model;
+
+  uint32_t material(double restitution, double friction, double density_kg_m3 = 1000) {
+    model.materials.push_back({restitution, friction, density_kg_m3});
+    return static_cast<uint32_t>(model.materials.size() - 1);
+  }
+
+  uint32_t plane() {
+    ModelShape shape;
+    shape.name = "plane";
+    shape.is_plane = true;
+    return add(std::move(shape));
+  }
+
+  uint32_t box(const Vec3& size) {
+    ModelShape shape;
+    shape.name = "box";
+    shape.mesh = box_mesh(size);
+    shape.mass = box_mass_properties(size);
+    shape.bounding_radius = size.norm() / 2;
+    shape.smallest_extent = size.minCoeff();
+    shape.pieces.push_back({CollisionPiece::Kind::box, {}, size, {}});
+    return add(std::move(shape));
+  }
+
+  uint32_t sphere(double radius) {
+    ModelShape shape;
+    shape.name = "sphere";
+    shape.mass = sphere_mass_properties(radius);
+    shape.bounding_radius = radius;
+    shape.smallest_extent = 2 * radius;
+    shape.pieces.push_back({CollisionPiece::Kind::sphere, {}, Vec3::Constant(radius), {}});
+    return add(std::move(shape));
+  }
+
+  // Bodies are named "body/i". The reference stays valid until the next call.
+  ModelBody& body(uint32_t shape, uint32_t material, const Vec3& position,
+                  Role role = Role::dynamic) {
+    ModelBody body;
+    body.name = "body/" + std::to_string(model.bodies.size());
+    body.shape = shape;
+    body.material = material;
+    body.pose.position = position;
+    body.linear_velocity = body.angular_velocity = Vec3::Zero();
+    body.role = role;
+    body.colour = {200, 200, 200};
+    if (role == Role::dynamic) {
+      body.mass_kg = model.shapes[shape].mass.volume_m3 * model.materials[material].density_kg_m3;
+    }
+    model.bodies.push_back(std::move(body));
+    return model.bodies.back();
+  }
+
+ private:
+  uint32_t add(ModelShape shape) {
+    model.shapes.push_back(std::move(shape));
+    return static_cast<uint32_t>(model.shapes.size() - 1);
+  }
+};
+
+}  // namespace pilesim

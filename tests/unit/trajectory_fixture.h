@@ -1,0 +1,92 @@
+// Trajectories to test with: every number in them is a function of (seed, frame, body), so that a
+// reader can be checked without keeping what was written.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "core/error.h"
+#include "core/philox.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim::test {
+
+inline TrajectoryHeader make_header(size_t bodies) {
+  TrajectoryHeader header;
+  header.frame_rate = 24000.0 / 1001.0;
+  header.seed = 0xFEDCBA9876543210u;
+  header.resolved_scene =
+      R"({"name": "a \"pile\" é", "duration_s": 0.1, "bodies": [{"z": 1, "a": 2}]})";
+  header.shapes = {
+      {.name = "tetrahedron",
+       .vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.1f}},
+       .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}},
+      {.name = "ground", .is_plane = true},
+  };
+  for (size_t body = 0; body < bodies; ++body) {
+    header.body_name.push_back("bodies/" + std::to_string(body));
+    header.body_shape.push_back(body % 2);
+    header.body_colour.push_back({static_cast<uint8_t>(body), 128, 255});
+    header.body_moves.push_back(body % 2 == 0);
+  }
+  return header;
+}
+
+inline TrajectoryFrame make_frame(size_t bodies, uint64_t index, uint64_t seed = 1) {
+  TrajectoryFrame frame;
+  for (size_t body = 0; body < bodies; ++body) {
+    Philox random(seed, Stream::test, body, static_cast<uint32_t>(index));
+    frame.position.push_back((10 * random.direction()).cast<float>());
+    frame.orientation.push_back(random.rotation().cast<float>());
+    frame.state.push_back(static_cast<uint8_t>(random.index(256)));
+  }
+  return frame;
+}
+
+inline bool equal(const TrajectoryFrame& a, const TrajectoryFrame& b) {
+  if (a.position != b.position || a.state != b.state) return false;
+  if (a.orientation.size() != b.orientation.size()) return false;
+  for (size_t i = 0; i < a.orientation.size(); ++i) {
+    if (a.orientation[i].coeffs() != b.orientation[i].coeffs()) return false;
+  }
+  return true;
+}
+
+// A directory of the test's own, removed at its end.
+class TrajectoryTest : public testing::Test {
+ protected:
+  TrajectoryTest() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "trajectory.XXXXXX").string();
+    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
+    directory_ = pattern;
+    store_ = directory_ / "trajectory.zarr";
+  }
+  ~TrajectoryTest() override { std::filesystem::remove_all(directory_); }
+
+  // Frames 0 .. frames - 1 of make_frame().
+  void write_store(size_t bodies, uint64_t frames) {
+    TrajectoryWriter writer(store_, make_header(bodies));
+    for (uint64_t i = 0; i < frames; ++i) writer.append(make_frame(bodies, i));
+    writer.close();
+  }
+
+  std::filesystem::path directory_, store_;
+};
+
+// What `action` throws, which must be of `kind`.
+template <typename Action>
+std::string error_text(const Action& action, ErrorKind kind) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no error was thrown";
+  return {};
+}
+
+}  // namespace pilesim::test

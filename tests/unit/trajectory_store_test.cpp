@@ -1,0 +1,223 @@
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/atomic_file.h"
+#include "core/hash.h"
+#include "core/subprocess.h"
+#include "trajectory/trajectory_layout.h"
+#include "trajectory_fixture.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_text;
+using test::make_frame;
+using test::make_header;
+using testing::HasSubstr;
+
+class TrajectoryStore : public test::TrajectoryTest {
+ protected:
+  void expect_frames(size_t bodies, uint64_t frames) {
+    TrajectoryReader reader(directory_);
+    ASSERT_EQ(reader.frame_count(), frames);
+    TrajectoryFrame frame;
+    for (uint64_t i = 0; i < frames; ++i) {
+      reader.read(i, frame);
+      ASSERT_TRUE(test::equal(frame, make_frame(bodies, i))) << "frame " << i;
+    }
+  }
+};
+
+TEST_F(TrajectoryStore, GivesBackTheHeader) {
+  const TrajectoryHeader header = make_header(5);
+  write_store(5, 0);
+  const TrajectoryReader reader(store_);
+  EXPECT_EQ(reader.header().frame_rate, header.frame_rate);
+  EXPECT_EQ(reader.header().seed, header.seed);
+  EXPECT_EQ(nlohmann::ordered_json::parse(reader.header().resolved_scene),
+            nlohmann::ordered_json::parse(header.resolved_scene));
+  EXPECT_EQ(reader.header().body_name, header.body_name);
+  EXPECT_EQ(reader.header().body_shape, header.body_shape);
+  EXPECT_EQ(reader.header().body_colour, header.body_colour);
+  EXPECT_EQ(reader.header().body_moves, header.body_moves);
+  ASSERT_EQ(reader.header().shapes.size(), 2u);
+  EXPECT_EQ(reader.header().shapes[0].name, "tetrahedron");
+  EXPECT_EQ(reader.header().shapes[0].vertices, header.shapes[0].vertices);
+  EXPECT_EQ(reader.header().shapes[0].triangles, header.shapes[0].triangles);
+  EXPECT_FALSE(reader.header().shapes[0].is_plane);
+  EXPECT_TRUE(reader.header().shapes[1].is_plane);
+  EXPECT_TRUE(reader.header().shapes[1].vertices.empty());
+  EXPECT_EQ(reader.frame_count(), 0u);
+}
+
+TEST_F(TrajectoryStore, GivesBackFramesOfWholeAndPartialChunks) {
+  constexpr size_t kBodies = 3000;
+  const uint64_t per_chunk = trajectory_layout::frames_per_chunk(kBodies);
+  ASSERT_GT(per_chunk, 1u);
+  for (const uint64_t frames : {uint64_t{1}, per_chunk, per_chunk + 1, 2 * per_chunk}) {
+    fs::remove_all(store_);
+    write_store(kBodies, frames);
+    expect_frames(kBodies, frames);
+  }
+}
+
+TEST_F(TrajectoryStore, ReadsInAnyOrder) {
+  write_store(2, 600);
+  TrajectoryReader reader(store_);
+  TrajectoryFrame frame;
+  for (const uint64_t index : {599, 0, 300, 255, 256, 599, 1}) {
+    reader.read(index, frame);
+    EXPECT_TRUE(test::equal(frame, make_frame(2, index))) << index;
+  }
+}
+
+TEST_F(TrajectoryStore, HoldsASceneWithoutBodies) {
+  write_store(0, 3);
+  expect_frames(0, 3);
+}
+
+TEST_F(TrajectoryStore, ChunksStayNearTwoMegabytes) {
+  EXPECT_EQ(trajectory_layout::frames_per_chunk(0), 256u);
+  EXPECT_EQ(trajectory_layout::frames_per_chunk(1), 256u);
+  EXPECT_EQ(trajectory_layout::frames_per_chunk(10000), 13u);
+  EXPECT_EQ(trajectory_layout::frames_per_chunk(10000000), 1u);
+}
+
+TEST_F(TrajectoryStore, FlushesWithinASecondAndCountsHonestly) {
+  TrajectoryWriter writer(store_, make_header(2));
+  writer.append(make_frame(2, 0));
+  EXPECT_EQ(writer.frames_on_disk(), TrajectoryReader(store_).frame_count());
+  std::this_thread::sleep_for(std::chrono::milliseconds(1010));
+  writer.append(make_frame(2, 1));
+  EXPECT_EQ(writer.frames_on_disk(), 2u);
+  expect_frames(2, 2);
+  writer.append(make_frame(2, 2));
+  writer.close();
+  EXPECT_EQ(writer.frames_on_disk(), 3u);
+  expect_frames(2, 3);
+}
+
+std::string hash_of_tree(const fs::path& directory) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  Hasher hasher;
+  for (const fs::path& file : files) {
+    for (const std::string& text : {fs::relative(file, directory).string(), read_file(file)}) {
+      hasher.add_values(std::span(text));
+    }
+  }
+  return hasher.digest();
+}
+
+TEST_F(TrajectoryStore, TheSameFramesGiveTheSameFilesWheneverTheyWereWritten) {
+  constexpr size_t kBodies = 40;
+  write_store(kBodies, 300);
+  const std::string at_once = hash_of_tree(store_);
+  fs::remove_all(store_);
+  TrajectoryWriter writer(store_, make_header(kBodies));
+  for (uint64_t i = 0; i < 300; ++i) {
+    writer.append(make_frame(kBodies, i));
+    if (i % 7 == 0) writer.close();  // writes what it has, as the passing of a second does
+  }
+  writer.close();
+  EXPECT_EQ(hash_of_tree(store_), at_once);
+}
+
+TEST_F(TrajectoryStore, RefusesAnExistingDirectory) {
+  write_store(1, 1);
+  EXPECT_THAT(error_text([&] { TrajectoryWriter(store_, make_header(1)); }, ErrorKind::io),
+              HasSubstr("File exists"));
+}
+
+TEST_F(TrajectoryStore, ClosesWhenDestroyed) {
+  { TrajectoryWriter(store_, make_header(2)).append(make_frame(2, 0)); }
+  expect_frames(2, 1);
+}
+
+// The exact numbers, through Debian's python3-zarr and no code that knows trajectories.
+TEST_F(TrajectoryStore, PythonReadsTheSameNumbers) {
+  constexpr size_t kBodies = 700;
+  constexpr uint64_t kFrames = 400;
+  ASSERT_GT(kFrames, trajectory_layout::frames_per_chunk(kBodies));
+  write_store(kBodies, kFrames);
+  const std::string script = R"(
+import sys, zarr
+group = zarr.open(sys.argv[1], mode="r")
+for name in ("position", "orientation", "state", "body_shape", "body_colour", "body_moves",
+             "shapes/0/vertices", "shapes/0/triangles", "shapes/1/vertices"):
+    array = group[name]
+    print(name, array.shape, array.dtype, array.attrs["_ARRAY_DIMENSIONS"])
+    open(sys.argv[2] + "/" + name.replace("/", "_"), "wb").write(array[:].tobytes())
+for key in ("format", "format_version", "frame_rate", "seed", "scene_hash"):
+    print(key, group.attrs[key])
+print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"], group.attrs["body_name"][1])
+)";
+  const TrajectoryHeader header = make_header(kBodies);
+  EXPECT_EQ(run_program({"/usr/bin/python3", "-c", script, store_, directory_}, "python3-zarr"),
+            "position (400, 700, 3) float32 ['frame', 'body', 'xyz']\n"
+            "orientation (400, 700, 4) float32 ['frame', 'body', 'wxyz']\n"
+            "state (400, 700) uint8 ['frame', 'body']\n"
+            "body_shape (700,) uint32 ['body']\n"
+            "body_colour (700, 3) uint8 ['body', 'channel']\n"
+            "body_moves (700,) uint8 ['body']\n"
+            "shapes/0/vertices (4, 3) float32 ['vertex', 'axis']\n"
+            "shapes/0/triangles (4, 3) uint32 ['triangle', 'corner']\n"
+            "shapes/1/vertices (0, 3) float32 ['vertex', 'axis']\n"
+            "format pilesim-trajectory\nformat_version 1\nframe_rate 23.976023976023978\n"
+            "seed 18364758544493064720\nscene_hash " +
+                content_hash(header.resolved_scene) + "\n2 0.1 bodies/1\n");
+
+  std::string position, orientation, state;
+  const auto add = [](std::string& bytes, const void* values, size_t size) {
+    bytes.append(static_cast<const char*>(values), size);
+  };
+  for (uint64_t i = 0; i < kFrames; ++i) {
+    const TrajectoryFrame frame = make_frame(kBodies, i);
+    for (size_t body = 0; body < kBodies; ++body) {
+      const Vec3f& p = frame.position[body];
+      const Quatf& q = frame.orientation[body];
+      const float xyz[] = {p.x(), p.y(), p.z()};
+      const float wxyz[] = {q.w(), q.x(), q.y(), q.z()};
+      add(position, xyz, sizeof xyz);
+      add(orientation, wxyz, sizeof wxyz);
+      add(state, &frame.state[body], 1);
+    }
+  }
+  EXPECT_TRUE(read_file(directory_ / "position") == position);
+  EXPECT_TRUE(read_file(directory_ / "orientation") == orientation);
+  EXPECT_TRUE(read_file(directory_ / "state") == state);
+  const auto same = [&](const char* file, const auto& values) {
+    std::string bytes;
+    add(bytes, values.data(), values.size() * sizeof values[0]);
+    return read_file(directory_ / file) == bytes;
+  };
+  EXPECT_TRUE(same("body_shape", header.body_shape));
+  EXPECT_TRUE(same("body_colour", header.body_colour));
+  EXPECT_TRUE(same("body_moves", header.body_moves));
+  EXPECT_TRUE(same("shapes_0_vertices", header.shapes[0].vertices));
+  EXPECT_TRUE(same("shapes_0_triangles", header.shapes[0].triangles));
+}
+
+// Killed between the three renames of a write.
+TEST_F(TrajectoryStore, TakesTheShortestOfTheThreeArrays) {
+  write_store(2, 5);
+  for (const char* name : {"position", "orientation", "state"}) {
+    const fs::path file = store_ / name / ".zarray";
+    const std::string whole = read_file(file);
+    auto json = nlohmann::ordered_json::parse(whole);
+    json["shape"][0] = 4;
+    write_file_atomically(file, json.dump());
+    expect_frames(2, 4);
+    write_file_atomically(file, whole);
+  }
+  expect_frames(2, 5);
+}
+
+}  // namespace
+}  // namespace pilesim
