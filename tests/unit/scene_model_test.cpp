@@ -108,7 +108,7 @@ TEST_F(SceneModel, EachCollisionKindHasItsPieces) {
   const ModelShape& hull = model.shapes[0];
   ASSERT_EQ(hull.pieces.size(), 1u);
   EXPECT_EQ(hull.pieces[0].hull.vertices.size(), 8u);
-  EXPECT_THAT(hull.collision_report, HasSubstr("hull: 1 piece, 8 vertices, volume 0.0 %"));
+  EXPECT_THAT(hull.collision_report, HasSubstr("hull: 1 piece of 8 vertices, volume error 0.0 %"));
   const ModelShape& sphere = model.shapes[1];
   ASSERT_EQ(sphere.pieces.size(), 1u);
   EXPECT_NEAR(4 * kPi / 3 * std::pow(sphere.pieces[0].size.x(), 3), 6, 1e-5);
