@@ -43,7 +43,8 @@ template <typename T>
 std::vector<T> from_binary(const json& value) {
   const std::vector<uint8_t>& bytes = value.get_binary();
   std::vector<T> values(bytes.size() / sizeof(T));
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  if (!values.empty())
+    std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
   return values;
 }
 

@@ -2,7 +2,6 @@
 // distances and fitted pieces.
 #include <gmock/gmock.h>
 
-#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/philox.h"
 #include "geometry/convex_hull.h"
@@ -12,6 +11,7 @@
 #include "geometry/primitives.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
+#include "support/geometry_concave_shapes.h"
 
 namespace pilesim {
 namespace {
@@ -163,7 +163,7 @@ TEST(PieceFit, LeavesAConvexPartAlone) {
 TEST(PieceFit, KeepsTheEndsOfSeams) {
   // An eighth of a ball: the cuts meet at its centre and along three edges.
   FacetedSolid ball = faceted_solid(sphere_mesh(1.0, 3));
-  for (const Vec3& axis : {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()}) {
+  for (const Vec3& axis : std::vector<Vec3>{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()}) {
     ball = split(ball, {axis, 0.003}).above;
   }
   ConvexPart part;
