@@ -1,41 +1,52 @@
 #include "geometry/convex_decomposition.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <system_error>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/hash.h"
-#include "geometry/convex_hull.h"
+#include "core/parallel_for.h"
 #include "geometry/convex_partition.h"
+#include "geometry/decomposition_cache.h"
+#include "geometry/hull_volume.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/piece_fit.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
 
 namespace pilesim {
 namespace {
 
-namespace fs = std::filesystem;
-using Json = nlohmann::json;
+// A group may be short of its hull by this part of its volume, for rounding, and still be convex.
+constexpr double kConvexTolerance = 1e-5;
+constexpr double kThinnest = 1e-9;     // of the mesh's volume: smaller parts are left out
+constexpr double kMaxTrim = 0.02;      // of the bounding diagonal
+constexpr double kMinTrimGain = 1e-5;  // of the mesh's volume
 
-// Raised when the algorithm or the format changes, so that no old cache is taken for a new result.
-constexpr int kCacheVersion = 1;
-// The hull of a group may be this much larger than the group before it counts as not convex.
-constexpr double kConvexTolerance = 1e-6;
+void require_solid(const TriangleMesh& mesh) {
+  std::vector<Problem> problems;
+  for (const MeshDefect& defect : find_mesh_defects(mesh)) {
+    problems.push_back(
+        {.found = defect.text,
+         .expected = "a closed mesh, or groups that are each closed and convex, to decompose",
+         .remedy = "Mend the mesh or use its convex hull"});
+  }
+  if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
+}
 
 TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
+  constexpr uint32_t kNone = ~0u;
+  std::vector<uint32_t> index(mesh.vertices.size(), kNone);
   TriangleMesh part;
-  std::map<uint32_t, uint32_t> new_index;
-  for (uint32_t i = 0; i < group.triangle_count; ++i) {
-    Triangle triangle = mesh.triangles[group.first_triangle + i];
-    for (uint32_t& v : triangle) {
-      const auto [entry, added] = new_index.emplace(v, static_cast<uint32_t>(part.vertices.size()));
-      if (added) part.vertices.push_back(mesh.vertices[v]);
-      v = entry->second;
+  for (uint32_t t = group.first_triangle; t < group.first_triangle + group.triangle_count; ++t) {
+    Triangle triangle = mesh.triangles[t];
+    for (uint32_t& vertex : triangle) {
+      if (index[vertex] == kNone) {
+        index[vertex] = static_cast<uint32_t>(part.vertices.size());
+        part.vertices.push_back(mesh.vertices[vertex]);
+      }
+      vertex = index[vertex];
     }
     part.triangles.push_back(triangle);
   }
@@ -44,146 +55,125 @@ TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
 
 bool is_convex_solid(const TriangleMesh& mesh) {
   if (!find_mesh_defects(mesh).empty()) return false;
-  const double hull_volume = mass_properties(convex_hull(mesh.vertices)).volume_m3;
-  return mass_properties(mesh).volume_m3 >= (1 - kConvexTolerance) * hull_volume;
+  const double volume = mass_properties(mesh).volume_m3;
+  return HullVolume().compute(mesh.vertices) - volume <= kConvexTolerance * volume;
 }
 
-// The groups as pieces where every one of them is a closed convex solid; otherwise none.
+// The groups as pieces, if there are two at least and each is closed and convex.
 std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh) {
+  if (mesh.groups.size() < 2) return {};
   std::vector<TriangleMesh> pieces;
-  if (mesh.groups.size() < 2) return pieces;
   for (const MeshGroup& group : mesh.groups) {
-    TriangleMesh part = group_mesh(mesh, group);
-    if (!is_convex_solid(part)) return {};
-    pieces.push_back(convex_hull(part.vertices));
+    pieces.push_back(group_mesh(mesh, group));
+    if (!is_convex_solid(pieces.back())) return {};
   }
   return pieces;
 }
 
-void check_is_solid(const TriangleMesh& mesh) {
-  std::vector<Problem> problems;
-  for (const MeshDefect& defect : find_mesh_defects(mesh)) {
-    problems.push_back({.found = defect.text, .expected = "a closed mesh with outward triangles"});
-  }
-  if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
-}
+// Takes a mesh to bounds near 1 about the origin and back. The factor is a power of two, so that
+// nothing is rounded by it.
+struct Normalisation {
+  Vec3 centre;
+  double scale;
 
-// Works on the solid scaled to bounds near 1, as the search expects; a power of two keeps every
-// bit.
-std::vector<TriangleMesh> cut_into_pieces(const TriangleMesh& mesh,
-                                          const DecompositionOptions& options) {
-  const Bounds bounds = mesh.bounds();
-  const double scale = std::exp2(-std::ceil(std::log2(bounds.diagonal().maxCoeff())));
-  TriangleMesh unit = mesh;
-  for (Vec3& v : unit.vertices) v = scale * (v - bounds.center());
-  const double volume = mass_properties(unit).volume_m3;
-  std::vector<TriangleMesh> pieces;
-  for (const ConvexPart& part : partition_into_convex(
-           faceted_solid(unit),
-           {.max_parts = options.max_pieces, .max_excess_m3 = options.max_volume_error * volume})) {
-    TriangleMesh piece = simplified_hull(part.hull_points, options.max_piece_vertices);
-    for (Vec3& v : piece.vertices) v = v / scale + bounds.center();
-    pieces.push_back(std::move(piece));
+  explicit Normalisation(const TriangleMesh& mesh) {
+    const Bounds bounds = mesh.bounds();
+    centre = bounds.center();
+    scale = std::exp2(std::ilogb(bounds.diagonal().norm()));
   }
+  TriangleMesh apply(TriangleMesh mesh) const {
+    for (Vec3& vertex : mesh.vertices) vertex = (vertex - centre) / scale;
+    return mesh;
+  }
+  TriangleMesh undo(TriangleMesh mesh) const {
+    for (Vec3& vertex : mesh.vertices) vertex = vertex * scale + centre;
+    return mesh;
+  }
+};
+
+// Pieces whose hulls are to exceed the mesh by less than `max_excess` of its volume before they
+// are fitted.
+std::vector<TriangleMesh> approximate_pieces(const TriangleMesh& mesh,
+                                             const DecompositionOptions& options,
+                                             double max_excess) {
+  const Normalisation normalisation(mesh);
+  const TriangleMesh normalised = normalisation.apply(mesh);
+  const FacetedSolid solid = faceted_solid(normalised);
+  const double volume = solid.volume();
+  std::vector<ConvexPart> parts = partition_into_convex(
+      solid, {.max_parts = options.max_pieces, .max_excess_m3 = max_excess * volume});
+  std::erase_if(parts, [&](const ConvexPart& part) {
+    return part.hull_volume_m3 < kThinnest * volume;  // no body to speak of
+  });
+  std::vector<TriangleMesh> pieces(parts.size());
+  const PieceFitOptions fit{.max_vertices = options.max_piece_vertices,
+                            .max_trim_m = kMaxTrim * normalised.bounds().diagonal().norm(),
+                            .min_gain_m3 = kMinTrimGain * volume};
+  parallel_for(parts.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) {
+      pieces[k] = normalisation.undo(fit_piece(parts[k], fit));
+    }
+  });
   return pieces;
 }
 
-void measure(const TriangleMesh& mesh, Decomposition& result) {
+void measure_volumes(const TriangleMesh& mesh, Decomposition& result) {
   const SolidDifference difference = solid_difference(mesh, result.pieces);
-  result.mesh_volume_m3 = difference.mesh_volume_m3;
+  result.mesh_volume_m3 = mass_properties(mesh).volume_m3;
   result.union_volume_m3 = difference.union_volume_m3;
   result.excess_volume_m3 = difference.excess_m3();
   result.missing_volume_m3 = difference.missing_m3();
+  if (result.from_groups) {
+    // Groups that overlap count twice in the volume of the mesh.
+    result.missing_volume_m3 += result.mesh_volume_m3 - difference.mesh_volume_m3;
+  }
+}
+
+void measure_surface(const TriangleMesh& mesh, Decomposition& result) {
   const SurfaceDistance distance = surface_distance(outer_surface(result.pieces), mesh);
   result.surface_error_m = distance.hausdorff_m;
   result.mean_surface_error_m = distance.mean_m;
 }
 
-std::string cache_name(const TriangleMesh& mesh, const DecompositionOptions& options) {
-  return content_hash(mesh_hash(mesh) + " " + std::to_string(kCacheVersion) + " " +
-                      std::to_string(options.max_pieces) + " " +
-                      std::to_string(options.max_volume_error) + " " +
-                      std::to_string(options.max_piece_vertices)) +
-         ".decomposition";
-}
-
-Json to_json(const Decomposition& result) {
-  Json pieces = Json::array();
-  for (const TriangleMesh& piece : result.pieces) {
-    Json vertices = Json::array();
-    for (const Vec3& v : piece.vertices) vertices.push_back({v.x(), v.y(), v.z()});
-    pieces.push_back({{"vertices", vertices}, {"triangles", piece.triangles}});
+// Fitting adds to the error what only measuring shows, so the search is told to do better until the
+// pieces are good enough or as many as may be.
+Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& options) {
+  Decomposition best;
+  for (const double share : {0.8, 0.6, 0.4, 0.2}) {
+    Decomposition result;
+    result.pieces = approximate_pieces(mesh, options, share * options.max_volume_error);
+    measure_volumes(mesh, result);
+    if (best.pieces.empty() || result.volume_error() < best.volume_error()) best = result;
+    const bool full = static_cast<int>(result.pieces.size()) >= options.max_pieces;
+    if (full || best.volume_error() <= options.max_volume_error) break;
   }
-  return {{"pieces", pieces},
-          {"mesh_volume_m3", result.mesh_volume_m3},
-          {"union_volume_m3", result.union_volume_m3},
-          {"excess_volume_m3", result.excess_volume_m3},
-          {"missing_volume_m3", result.missing_volume_m3},
-          {"surface_error_m", result.surface_error_m},
-          {"mean_surface_error_m", result.mean_surface_error_m}};
-}
-
-Decomposition from_json(const Json& json) {
-  Decomposition result;
-  for (const Json& source : json.at("pieces")) {
-    TriangleMesh& piece = result.pieces.emplace_back();
-    for (const Json& v : source.at("vertices")) {
-      piece.vertices.emplace_back(v.at(0).get<double>(), v.at(1).get<double>(),
-                                  v.at(2).get<double>());
-    }
-    piece.triangles = source.at("triangles").get<std::vector<Triangle>>();
-  }
-  result.mesh_volume_m3 = json.at("mesh_volume_m3");
-  result.union_volume_m3 = json.at("union_volume_m3");
-  result.excess_volume_m3 = json.at("excess_volume_m3");
-  result.missing_volume_m3 = json.at("missing_volume_m3");
-  result.surface_error_m = json.at("surface_error_m");
-  result.mean_surface_error_m = json.at("mean_surface_error_m");
-  result.from_cache = true;
-  return result;
-}
-
-// A hash line, then CBOR. Whatever does not match its hash is no cache entry and is made anew.
-std::optional<Decomposition> read_cache(const fs::path& file) {
-  std::error_code fault;
-  if (!fs::exists(file, fault)) return std::nullopt;
-  const std::string text = read_file(file);
-  const size_t end = text.find('\n');
-  if (end == std::string::npos || text.substr(0, end) != content_hash(text.substr(end + 1))) {
-    return std::nullopt;
-  }
-  return from_json(Json::from_cbor(text.substr(end + 1)));
-}
-
-void write_cache(const fs::path& file, const Decomposition& result) {
-  std::vector<uint8_t> cbor = Json::to_cbor(to_json(result));
-  const std::string body(cbor.begin(), cbor.end());
-  std::error_code fault;
-  fs::create_directories(file.parent_path(), fault);
-  if (fault) throw io_error(file.parent_path().string(), "cannot be created", fault.value());
-  write_file_atomically(file, content_hash(body) + "\n" + body);
+  return best;
 }
 
 }  // namespace
 
 Decomposition decompose(const TriangleMesh& mesh, const DecompositionOptions& options,
-                        const std::optional<fs::path>& cache_directory) {
+                        const std::optional<std::filesystem::path>& cache_directory) {
+  assert(options.max_pieces >= 1 && options.max_pieces <= 256);
+  assert(options.max_volume_error > 0);
+  assert(options.max_piece_vertices >= 8 && options.max_piece_vertices <= 255);
+
+  std::optional<DecompositionCache> cache;
+  if (cache_directory) {
+    cache.emplace(*cache_directory, mesh, options);
+    if (std::optional<Decomposition> stored = cache->load()) return *stored;
+  }
   Decomposition result;
   result.pieces = convex_groups(mesh);
-  if (!result.pieces.empty()) {
-    result.from_groups = true;
-    measure(mesh, result);
-    return result;
+  result.from_groups = !result.pieces.empty();
+  if (result.from_groups) {
+    measure_volumes(mesh, result);
+  } else {
+    require_solid(mesh);
+    result = approximate(mesh, options);
+    measure_surface(mesh, result);
   }
-  check_is_solid(mesh);
-  const std::optional<fs::path> file =
-      cache_directory ? std::optional(*cache_directory / cache_name(mesh, options)) : std::nullopt;
-  if (file) {
-    if (std::optional<Decomposition> cached = read_cache(*file)) return *std::move(cached);
-  }
-  result.pieces = cut_into_pieces(mesh, options);
-  measure(mesh, result);
-  if (file) write_cache(*file, result);
+  if (cache) cache->store(result);
   return result;
 }
 

@@ -8,12 +8,14 @@
 #include "geometry/cut_search.h"
 #include "geometry/hull_volume.h"
 
-#include <cstdio>
-#include <cstdlib>
 namespace pilesim {
 namespace {
 
-constexpr double kTie = 1e-9;  // of the solid's volume: smaller gains are rounding
+constexpr double kTie = 1e-9;         // of the solid's volume: smaller gains are rounding
+constexpr int kOversplit = 2;         // parts per part allowed, before merging
+constexpr int kMaxRounds = 4;         // of improvement
+constexpr double kWorthwhile = 0.02;  // share of the excess that a further round has to save
+constexpr double kFarApart = 1.3;     // joint hull over both hulls: no neighbours
 
 ConvexPart make_part(FacetedSolid solid) {
   ConvexPart part;
@@ -38,12 +40,15 @@ class Partition {
     min_gain_ = kTie * parts_.front().part.volume_m3;
   }
 
-  void bisect(int max_parts, double max_excess);
-  void merge();
-  bool recut_neighbours();
-  bool exchange();
   double excess() const;
-  size_t size() const { return parts_.size(); }
+  // Cuts the part with the largest excess until there are more parts than asked for.
+  void bisect();
+  // Merges the cheapest pairs until the parts are few enough and another merge would cost too much.
+  void merge();
+  // Searches the cut between each two neighbours anew.
+  void recut_neighbours();
+  // Merges the cheapest pair and cuts another part instead, if that gains.
+  bool exchange();
   std::vector<ConvexPart> take();
 
  private:
@@ -92,8 +97,10 @@ void Partition::cut(size_t index) {
   append(make_part(std::move(halves.above)));
 }
 
-void Partition::bisect(int max_parts, double max_excess) {
-  while (static_cast<int>(parts_.size()) < max_parts && excess() > max_excess) {
+void Partition::bisect() {
+  const auto limit = static_cast<size_t>(kOversplit * options_.max_parts);
+  // Half of the excess allowed leaves room for merges.
+  while (parts_.size() < limit && excess() > 0.5 * options_.max_excess_m3) {
     size_t worst = 0;
     for (size_t k = 1; k < parts_.size(); ++k) {
       if (parts_[k].part.excess() > parts_[worst].part.excess() + min_gain_) worst = k;
@@ -139,36 +146,33 @@ void Partition::merge() {
   }
 }
 
-bool Partition::recut_neighbours() {
-  bool improved = false;
+void Partition::recut_neighbours() {
   HullVolume hull;
+  const double relevant = kWorthwhile / 4 * excess() + min_gain_;
   for (size_t i = 0; i < parts_.size(); ++i) {
     for (size_t j = i + 1; j < parts_.size(); ++j) {
-      const auto ids = std::minmax(parts_[i].id, parts_[j].id);
-      if (std::ranges::find(settled_, std::pair<uint64_t, uint64_t>(ids)) != settled_.end())
-        continue;
       const ConvexPart& a = parts_[i].part;
       const ConvexPart& b = parts_[j].part;
-      if (a.excess() + b.excess() <= min_gain_) continue;
-      if (joint_hull_volume(a, b, hull) > 1.3 * (a.hull_volume_m3 + b.hull_volume_m3)) continue;
+      if (a.excess() + b.excess() <= relevant) continue;
+      const std::pair<uint64_t, uint64_t> ids = std::minmax(parts_[i].id, parts_[j].id);
+      if (std::ranges::find(settled_, ids) != settled_.end()) continue;
+      const double hulls = a.hull_volume_m3 + b.hull_volume_m3;
+      if (joint_hull_volume(a, b, hull) > kFarApart * hulls) continue;
       const FacetedSolid joint = united(a.solid, b.solid);
       const Cut cut = best_cut(joint);
-      if (cut.hull_volume_m3 < a.hull_volume_m3 + b.hull_volume_m3 - min_gain_) {
+      if (cut.hull_volume_m3 < hulls - min_gain_) {
         SplitSolid halves = split(joint, cut.plane);
         replace(i, make_part(std::move(halves.below)));
         replace(j, make_part(std::move(halves.above)));
-        improved = true;
       } else {
         settled_.push_back(ids);
       }
     }
   }
-  return improved;
 }
 
-// Merges where that costs little and cuts where it gains more.
 bool Partition::exchange() {
-  if (parts_.size() < 2) return false;
+  if (parts_.size() < 3) return false;
   const Merge pair = cheapest_merge();
   size_t best = 0;
   double best_gain = -1;
@@ -196,13 +200,15 @@ std::vector<ConvexPart> Partition::take() {
 std::vector<ConvexPart> partition_into_convex(const FacetedSolid& solid,
                                               const PartitionOptions& options) {
   Partition partition(solid, options);
-  partition.bisect(2 * options.max_parts, 0.5 * options.max_excess_m3);
+  partition.bisect();
   partition.merge();
-  for (int round = 0; round < 8; ++round) {
-    bool improved = partition.recut_neighbours();
-    while (partition.exchange()) improved = true;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double before = partition.excess();
+    partition.recut_neighbours();
+    while (partition.exchange()) {
+    }
     partition.merge();
-    if (!improved) break;
+    if (partition.excess() > (1 - kWorthwhile) * before) break;
   }
   return partition.take();
 }

@@ -8,8 +8,8 @@
 namespace pilesim {
 
 struct PartitionOptions {
-  int max_parts = 32;              // >= 1
-  double max_excess_m3 = 0;        // stop when the hulls' volumes exceed the parts' by less
+  int max_parts = 32;        // >= 1
+  double max_excess_m3 = 0;  // enough when the hulls exceed the parts by less in all
 };
 
 struct ConvexPart {
@@ -21,8 +21,10 @@ struct ConvexPart {
   double excess() const { return hull_volume_m3 - volume_m3; }
 };
 
-// The parts fill `solid` (closed) and do not overlap; their hulls overlap little. Deterministic.
-// Lengths are expected near 1: scale the solid so that its bounds are.
+// Few parts that fill `solid` (closed) and do not overlap; nor do their hulls, but for a little.
+// First the part with the largest excess is cut in two again and again, beyond the number of parts
+// that is allowed; then the pairs whose joint hull adds least are merged; then the cuts between
+// neighbours are searched anew and merges traded for cuts while that helps. Deterministic.
 std::vector<ConvexPart> partition_into_convex(const FacetedSolid& solid,
                                               const PartitionOptions& options);
 

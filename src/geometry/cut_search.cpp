@@ -11,13 +11,13 @@
 namespace pilesim {
 namespace {
 
-// Differences below this part of a volume are rounding: the earlier candidate stays, so that the
-// same shape at another scale is cut the same way.
+// Smaller differences, relative to the size of the part, are rounding: the earlier candidate stays,
+// so that the same shape at another scale is cut the same way.
 constexpr double kTie = 1e-9;
-constexpr int kOffsets = 11;          // planes tried along each direction
+constexpr int kOffsets = 11;  // planes tried along each direction
 constexpr size_t kReentrantEdges = 12;
-constexpr size_t kStarts = 6;         // candidates that are improved
-constexpr double kClearance = 1e-6;   // of the extent, between a plane and the face it extends
+constexpr size_t kStarts = 6;        // candidates that are improved
+constexpr double kClearance = 1e-6;  // of the extent, between a plane and the face it extends
 
 // The solid as the search needs it.
 struct CutProblem {
@@ -75,7 +75,16 @@ std::vector<Vec3> cutting_directions(const std::vector<Vec3>& vertices) {
   Mat3 covariance = Mat3::Zero();
   for (const Vec3& vertex : vertices) covariance += (vertex - mean) * (vertex - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
-  for (int k = 0; k < 3; ++k) directions.push_back(axes.eigenvectors().col(k));
+  // Axes of a round body are anything, so only those that stand out are used.
+  const Vec3 moments = axes.eigenvalues();
+  for (int k = 0; k < 3; ++k) {
+    const bool distinct = (k == 0 || moments[k] - moments[k - 1] > 0.01 * moments[2]) &&
+                          (k == 2 || moments[k + 1] - moments[k] > 0.01 * moments[2]);
+    Vec3 axis = axes.eigenvectors().col(k);
+    int largest = 0;
+    axis.cwiseAbs().maxCoeff(&largest);
+    if (distinct) directions.push_back(axis[largest] < 0 ? Vec3(-axis) : axis);
+  }
   return directions;
 }
 
@@ -86,7 +95,7 @@ struct ReentrantEdge {
 };
 
 // The edges at which the solid is most strongly concave, by length times sine of the angle.
-std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid) {
+std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid, double extent) {
   struct HalfEdge {
     uint64_t key;
     uint32_t edge, face;
@@ -109,10 +118,10 @@ std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid) {
     const Vec3& other_normal = solid.faces[half_edges[k + 1].face].normal;
     const Vec3& from = solid.vertices[edge.from];
     const double weight = -normal.cross(other_normal).dot(solid.vertices[edge.to] - from);
-    if (weight > 1e-6) result.push_back({weight, from, normal, other_normal});
+    if (weight > 1e-6 * extent) result.push_back({weight, from, normal, other_normal});
   }
-  std::ranges::stable_sort(result, [](const ReentrantEdge& a, const ReentrantEdge& b) {
-    return a.weight > b.weight * (1 + kTie);
+  std::ranges::stable_sort(result, std::ranges::greater{}, [&](const ReentrantEdge& edge) {
+    return std::round(edge.weight / (kTie * extent));
   });
   if (result.size() > kReentrantEdges) result.resize(kReentrantEdges);
   return result;
@@ -131,7 +140,7 @@ std::vector<Plane> candidate_planes(const FacetedSolid& solid, double extent) {
       planes.push_back({direction, low + (high - low) * k / (kOffsets + 1)});
     }
   }
-  for (const ReentrantEdge& edge : reentrant_edges(solid)) {
+  for (const ReentrantEdge& edge : reentrant_edges(solid, extent)) {
     for (const Vec3& normal : {edge.normal_a, edge.normal_b}) {
       for (const double side : {-1.0, 1.0}) {
         planes.push_back({normal, normal.dot(edge.point) + side * kClearance * extent});
@@ -182,15 +191,16 @@ Cut improved(const CutProblem& problem, Cut cut, const Vec3& pivot, Scratch& scr
 
 // The best candidates, no two nearly the same plane.
 std::vector<Cut> best_distinct(std::vector<Cut> cuts, double extent) {
-  std::ranges::stable_sort(
-      cuts, [](const Cut& a, const Cut& b) { return a.hull_volume_m3 < b.hull_volume_m3 * (1 - kTie); });
+  const double tie = kTie * extent * extent * extent;
+  std::ranges::stable_sort(cuts, {},
+                           [&](const Cut& cut) { return std::round(cut.hull_volume_m3 / tie); });
   std::vector<Cut> chosen;
   for (const Cut& cut : cuts) {
     const bool repeated = std::ranges::any_of(chosen, [&](const Cut& other) {
       const double cosine = cut.plane.normal.dot(other.plane.normal);
       return std::abs(cosine) > 0.95 &&
-             std::abs(cut.plane.offset - std::copysign(other.plane.offset, cosine * other.plane.offset)) <
-                 0.1 * extent;
+             std::abs(cut.plane.offset - std::copysign(other.plane.offset,
+                                                       cosine * other.plane.offset)) < 0.1 * extent;
     });
     if (!repeated) chosen.push_back(cut);
     if (chosen.size() == kStarts) break;

@@ -25,8 +25,9 @@ double HullVolume::compute(std::span<const Vec3> points) {
   const Vec3& origin = points[faces_.front().corner[0]];
   for (const Face& face : faces_) {
     if (face.removed) continue;
-    six_volumes += (points[face.corner[0]] - origin)
-                       .dot((points[face.corner[1]] - origin).cross(points[face.corner[2]] - origin));
+    six_volumes +=
+        (points[face.corner[0]] - origin)
+            .dot((points[face.corner[1]] - origin).cross(points[face.corner[2]] - origin));
   }
   return std::max(six_volumes / 6.0, 0.0);
 }
@@ -92,8 +93,15 @@ bool HullVolume::start_with_tetrahedron() {
 uint32_t HullVolume::add_face(uint32_t a, uint32_t b, uint32_t c) {
   const Vec3& corner = points_[a];
   const Vec3 normal = (points_[b] - corner).cross(points_[c] - corner).stableNormalized();
-  faces_.push_back({{a, b, c}, {kNone, kNone, kNone}, normal, normal.dot(corner), kNone, kNone, 0,
-                    false, false});
+  faces_.push_back({{a, b, c},
+                    {kNone, kNone, kNone},
+                    normal,
+                    normal.dot(corner),
+                    kNone,
+                    kNone,
+                    0,
+                    false,
+                    false});
   return static_cast<uint32_t>(faces_.size() - 1);
 }
 

@@ -12,8 +12,8 @@
 namespace pilesim {
 
 // Quickhull (Barber et al. 1996) in plain double arithmetic: points within 1e-10 of the extent of a
-// face are taken as on it, so volumes are good to about that relative to the extent cubed. Keeps its
-// memory from one call to the next; one object a thread.
+// face are taken as on it, so volumes are good to about that relative to the extent cubed. Keeps
+// its memory from one call to the next; one object a thread.
 class HullVolume {
  public:
   // Volume of the hull of `points` (finite).

@@ -24,7 +24,8 @@ std::vector<Edge> cancelled(std::vector<Edge> edges) {
     const auto [low, high] = undirected(*begin);
     int surplus = 0;
     auto end = begin;
-    for (; end != edges.end() && std::minmax((*end)[0], (*end)[1]) == std::minmax(low, high); ++end) {
+    for (; end != edges.end() && std::minmax((*end)[0], (*end)[1]) == std::minmax(low, high);
+         ++end) {
       surplus += (*end)[0] == low ? 1 : -1;
     }
     const Edge edge = surplus > 0 ? Edge{low, high} : Edge{high, low};

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <sstream>
+#include <tuple>
 
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
@@ -163,8 +163,9 @@ Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {
     const double volume = mass_properties(mesh).volume_m3;
     if (volume < 0) {
       found.inside_out.add([&] {
-        return "all triangles face inward: the volume is " + std::to_string(volume) +
-               " m^3 (triangle 0 shows its back to the outside)";
+        std::ostringstream text;
+        text << "all triangles face inward: the volume is " << volume << " m^3";
+        return text.str();
       });
     }
     return found;

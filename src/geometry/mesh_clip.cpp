@@ -27,15 +27,15 @@ class SideBuilder {
   void add_edge(uint32_t from, uint32_t to) { side_.edges.push_back({from, to}); }
   void add_cap_edge(uint32_t from, uint32_t to) { cap_.push_back({from, to}); }
   // Ends a face made of the edges added since the last one.
-  void end_face(const Vec3& normal) {
+  void end_face(const Vec3& normal, bool is_cap) {
     const uint32_t first =
         side_.faces.empty() ? 0 : side_.faces.back().first_edge + side_.faces.back().edge_count;
     const auto count = static_cast<uint32_t>(side_.edges.size()) - first;
-    if (count > 0) side_.faces.push_back({normal, first, count});
+    if (count > 0) side_.faces.push_back({normal, first, count, is_cap});
   }
   void add_cap(const Vec3& normal) {
     side_.edges.insert(side_.edges.end(), cap_.begin(), cap_.end());
-    end_face(normal);
+    end_face(normal, true);
   }
 
  private:
@@ -76,6 +76,35 @@ double FacetedSolid::volume() const {
   return six_volumes / 6.0;
 }
 
+double FacetedSolid::volume_above(const Plane& plane) const {
+  std::vector<double> distance(vertices.size());
+  for (size_t v = 0; v < distance.size(); ++v) distance[v] = plane.distance(vertices[v]);
+  // Seen from a point of the plane the cap has no volume, and seen from a point of the line in
+  // which a face meets the plane that side of the face has no area: neither needs to be built.
+  const Vec3 origin = plane.offset * plane.normal;
+  std::vector<std::pair<Vec3, Vec3>> above;  // what of the face's edges is above
+  double six_volumes = 0;
+  for (const Face& face : faces) {
+    above.clear();
+    Vec3 anchor = vertices[edges[face.first_edge].from];
+    for (uint32_t e = face.first_edge; e < face.first_edge + face.edge_count; ++e) {
+      const auto [from, to] = edges[e];
+      if (distance[from] < 0 && distance[to] < 0) continue;
+      if (distance[from] >= 0 && distance[to] >= 0) {
+        above.push_back({vertices[from], vertices[to]});
+        continue;
+      }
+      anchor = plane_crossing(vertices[from], distance[from], vertices[to], distance[to]);
+      above.push_back(distance[to] < 0 ? std::pair(vertices[from], anchor)
+                                       : std::pair(anchor, vertices[to]));
+    }
+    Vec3 twice_area = Vec3::Zero();
+    for (const auto& [from, to] : above) twice_area += (from - anchor).cross(to - anchor);
+    six_volumes += (anchor - origin).dot(twice_area);
+  }
+  return six_volumes / 6.0;
+}
+
 FacetedSolid faceted_solid(const TriangleMesh& mesh) {
   FacetedSolid solid;
   solid.vertices = mesh.vertices;
@@ -84,7 +113,7 @@ FacetedSolid faceted_solid(const TriangleMesh& mesh) {
   for (const Triangle& t : mesh.triangles) {
     const Vec3& a = mesh.vertices[t[0]];
     const Vec3 normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).stableNormalized();
-    solid.faces.push_back({normal, static_cast<uint32_t>(solid.edges.size()), 3});
+    solid.faces.push_back({normal, static_cast<uint32_t>(solid.edges.size()), 3, false});
     for (int k = 0; k < 3; ++k) solid.edges.push_back({t[k], t[(k + 1) % 3]});
   }
   return solid;
@@ -103,8 +132,8 @@ SplitSolid split(const FacetedSolid& solid, const Plane& plane) {
     const auto [entry, added] = crossings.try_emplace(static_cast<uint64_t>(low) << 32 | high);
     Crossing& crossing = entry->second;
     if (added) {
-      crossing.position = plane_crossing(solid.vertices[low], distance[low], solid.vertices[high],
-                                         distance[high]);
+      crossing.position =
+          plane_crossing(solid.vertices[low], distance[low], solid.vertices[high], distance[high]);
       crossing.below = below.new_vertex(crossing.position);
       crossing.above = above.new_vertex(crossing.position);
     }
@@ -150,8 +179,8 @@ SplitSolid split(const FacetedSolid& solid, const Plane& plane) {
       below.add_cap_edge(end.below, start.below);
       above.add_cap_edge(start.above, end.above);
     }
-    below.end_face(face.normal);
-    above.end_face(face.normal);
+    below.end_face(face.normal, face.is_cap);
+    above.end_face(face.normal, face.is_cap);
   }
   below.add_cap(plane.normal);
   above.add_cap(-plane.normal);
@@ -167,7 +196,8 @@ FacetedSolid united(const FacetedSolid& a, const FacetedSolid& b) {
     result.edges.push_back({edge.from + vertex_shift, edge.to + vertex_shift});
   }
   for (const Face& face : b.faces) {
-    result.faces.push_back({face.normal, face.first_edge + edge_shift, face.edge_count});
+    result.faces.push_back(face);
+    result.faces.back().first_edge += edge_shift;
   }
   return result;
 }

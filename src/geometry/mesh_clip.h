@@ -25,18 +25,19 @@ struct FacetedSolid {
   struct Face {
     Vec3 normal;  // unit, outward
     uint32_t first_edge, edge_count;
+    bool is_cap;  // made by a cut
   };
 
   std::vector<Vec3> vertices;
   std::vector<Edge> edges;  // each edge of the solid once in both directions
   std::vector<Face> faces;  // disjoint runs of `edges`, in order, covering all
 
-  double volume() const;
+  double volume() const;                          // m^3
+  double volume_above(const Plane& plane) const;  // m^3, of the part above
   bool empty() const { return faces.empty(); }
 };
 
-// `mesh` is closed with outward triangles; triangles without area are dropped only in the sense that
-// their normal is zero.
+// `mesh` is closed with outward triangles.
 FacetedSolid faceted_solid(const TriangleMesh& mesh);
 
 struct SplitSolid {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "core/parallel_for.h"
 #include "geometry/triangle_tree.h"
@@ -139,8 +138,8 @@ class TouchSearch {
   void search(uint32_t i, TouchingTriangles& found) const {
     Bounds box;
     for (const Vec3& corner : tree_.corners()[i]) box.extend(corner);
-    tree_.for_each_overlap(box, [&](uint32_t k) {
-      if (k <= i || !touch(i, k)) return;
+    tree_.for_each_near(box, i + 1, [&](uint32_t k) {
+      if (!touch(i, k)) return;
       const auto pair = std::minmax(tree_.triangles()[i], tree_.triangles()[k]);
       merge({.count = 1, .first = pair}, found);
     });

@@ -63,6 +63,23 @@ struct Facet {
   Vec3 normal;
 };
 
+bool thinner_than(const Polygon& polygon, double width) {
+  Vec3 doubled_area = Vec3::Zero();
+  double perimeter = 0;
+  for (size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3& from = polygon[k];
+    const Vec3& to = polygon[(k + 1) % polygon.size()];
+    doubled_area += (from - polygon[0]).cross(to - polygon[0]);
+    perimeter += (to - from).norm();
+  }
+  return doubled_area.norm() < width * perimeter;
+}
+
+bool touches(const Polygon& polygon, const Plane& plane, double tolerance) {
+  return std::ranges::any_of(
+      polygon, [&](const Vec3& p) { return std::abs(plane.distance(p)) <= tolerance; });
+}
+
 // Appends what of `facet` lies outside of `piece` by more than `margin`. Where the facet is flush
 // with one of the piece's own, facing the same way, it stays if `keep_flush`: of two such facets
 // one has to.
@@ -75,18 +92,26 @@ void subtract(const Facet& facet, const ConvexPiece& piece, double margin, bool 
     outside.push_back(facet);
     return;
   }
-  const size_t before = outside.size();
-  Polygon rest = polygon;
+  std::vector<Plane> planes;  // that cut the facet
+  Polygon covered = polygon;
   for (Plane plane : piece.planes) {
     plane.offset += keep_flush && plane.normal.dot(normal) > 1 - 1e-9 ? -margin : margin;
-    SplitPolygon parts = split(rest, plane);
-    if (!parts.above.empty()) outside.push_back({std::move(parts.above), normal});
-    rest = std::move(parts.below);
-    if (rest.empty()) {  // all outside: keep it whole
-      outside.resize(before);
+    SplitPolygon parts = split(covered, plane);
+    if (!parts.above.empty()) planes.push_back(plane);
+    covered = std::move(parts.below);
+    // A strip along a seam is there only because of the margin.
+    if (covered.empty() || thinner_than(covered, 4 * margin)) {
       outside.push_back(facet);
       return;
     }
+  }
+  // Only the planes that bound the covered part in the end cut pieces off.
+  Polygon rest = polygon;
+  for (const Plane& plane : planes) {
+    if (!touches(covered, plane, 1e-3 * margin)) continue;
+    SplitPolygon parts = split(rest, plane);
+    if (!parts.above.empty()) outside.push_back({std::move(parts.above), normal});
+    rest = std::move(parts.below);
   }
 }
 
@@ -184,8 +209,9 @@ TriangleMesh outer_surface(std::span<const TriangleMesh> pieces) {
 SurfaceDistance surface_distance(const TriangleMesh& a, const TriangleMesh& b) {
   const DistanceSum from_a = distance_from(a, TriangleTree(b));
   const DistanceSum from_b = distance_from(b, TriangleTree(a));
-  return {.hausdorff_m = std::max(from_a.greatest, from_b.greatest),
-          .mean_m = 0.5 * (from_a.distance_area / from_a.area + from_b.distance_area / from_b.area)};
+  return {
+      .hausdorff_m = std::max(from_a.greatest, from_b.greatest),
+      .mean_m = 0.5 * (from_a.distance_area / from_a.area + from_b.distance_area / from_b.area)};
 }
 
 }  // namespace pilesim

@@ -1,6 +1,7 @@
 // Bounding-box tree over the triangles of a mesh, for spatial searches.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -37,17 +38,19 @@ class TriangleTree {
   // Distance from `point` to the surface, m.
   double distance(const Vec3& point) const;
 
-  // Calls visit(i) for each triangle, in tree order, whose box meets `box`, borders included.
+  // Calls visit(i), in tree order, for the triangles from `first` on of all leaves whose box meets
+  // `box`, borders included: for each triangle that meets it, and some nearby.
   template <typename Visit>
-  void for_each_overlap(const Bounds& box, const Visit& visit) const {
+  void for_each_near(const Bounds& box, uint32_t first, const Visit& visit) const {
     for (uint32_t index = 0; index < nodes_.size();) {
       const Node& node = nodes_[index];
-      if (!node.box.intersects(box)) {
+      const uint32_t end = node.first + node.count;
+      if (end <= first || !node.box.intersects(box)) {
         index = after_[index];
         continue;
       }
       if (node.is_leaf()) {
-        for (uint32_t i = node.first; i < node.first + node.count; ++i) visit(i);
+        for (uint32_t i = std::max(first, node.first); i < end; ++i) visit(i);
       }
       ++index;
     }

@@ -164,20 +164,22 @@ void check_depth(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-LineIndex::LineIndex(std::string_view text) : text_(text), line_starts_{0} {
-  for (size_t at = text.find('\n'); at != text.npos; at = text.find('\n', at + 1)) {
-    line_starts_.push_back(at + 1);
+LineIndex::LineIndex(std::string_view text) : line_starts_{0} {
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\n') line_starts_.push_back(i + 1);
+    if ((static_cast<unsigned char>(text[i]) >> 6) == 2) continuations_.push_back(i);
   }
 }
 
 TextPosition LineIndex::position(size_t offset) const {
-  offset = std::min(offset, text_.size());
   const auto next_line = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
   const size_t start = *(next_line - 1);
-  const std::string_view before = text_.substr(start, offset - start);
-  const auto is_character_start = [](char c) { return (static_cast<unsigned char>(c) >> 6) != 2; };
+  const auto continuations_before = [&](size_t end) {
+    return std::lower_bound(continuations_.begin(), continuations_.end(), end);
+  };
+  const auto continuations = continuations_before(offset) - continuations_before(start);
   return {static_cast<int>(next_line - line_starts_.begin()),
-          1 + static_cast<int>(std::count_if(before.begin(), before.end(), is_character_start))};
+          1 + static_cast<int>(offset - start) - static_cast<int>(continuations)};
 }
 
 Json parse_json(const std::string& text, const std::string& file) {

@@ -17,15 +17,15 @@ struct TextPosition {
   int column = 0;  // from 1, in characters (UTF-8 code points)
 };
 
-// Finds positions in one text, which must outlive it.
+// Finds positions in one text.
 class LineIndex {
  public:
   explicit LineIndex(std::string_view text);
-  TextPosition position(size_t offset) const;
+  TextPosition position(size_t offset) const;  // offset <= size of the text
 
  private:
-  std::string_view text_;
-  std::vector<size_t> line_starts_;
+  std::vector<size_t> line_starts_;    // offsets
+  std::vector<size_t> continuations_;  // offsets of bytes that continue a UTF-8 character
 };
 
 // Throws Error(input) naming `file`, line and column if `text` is no JSON, is nested deeper than

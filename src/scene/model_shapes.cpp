@@ -13,8 +13,9 @@
 #include "geometry/mesh_check.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
+#include "geometry/solid_difference.h"
+#include "geometry/surface_distance.h"
 #include "scene/json_text.h"
-#include "scene/shape_error.h"
 
 namespace pilesim {
 
@@ -61,9 +62,15 @@ void finish(ModelShape& shape) {
       piece.pose.position -= centre;
     }
   }
-  double squared = 0;
-  for (const Vec3& vertex : shape.mesh.vertices) squared = std::max(squared, vertex.squaredNorm());
-  shape.bounding_radius = std::sqrt(squared);
+  for (const Vec3& vertex : shape.mesh.vertices) {
+    shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+  }
+  // Spheres that stand for a mesh may reach out of it.
+  for (const CollisionPiece& piece : shape.pieces) {
+    if (piece.kind != CollisionPiece::Kind::sphere) continue;
+    const double reach = piece.pose.position.norm() + piece.size.x();
+    shape.bounding_radius = std::max(shape.bounding_radius, reach);
+  }
   shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
 }
 
@@ -169,12 +176,8 @@ class MeshShapeBuilder {
 
   void add_hull() {
     TriangleMesh hull = simplified_hull(shape_.mesh.vertices, source_.hull_max_vertices);
-    const double volume = mass_properties(hull).volume_m3;
-    const double excess = volume / shape_.mass.volume_m3 - 1;
-    shape_.collision_report = "hull: 1 piece, " + std::to_string(hull.vertices.size()) +
-                              " vertices, volume " + percent(std::abs(excess)) +
-                              (excess < 0 ? " below" : " above") + " the mesh's, surface error " +
-                              metres(surface_error(hull, shape_.mesh));
+    shape_.collision_report =
+        "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors_of(hull);
     shape_.pieces.push_back(hull_piece(std::move(hull)));
   }
 
@@ -186,9 +189,8 @@ class MeshShapeBuilder {
     Decomposition decomposition = decompose(shape_.mesh, options, cache_directory());
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
-                              ", volume error " + percent(decomposition.volume_error()) +
-                              ", surface error " + metres(decomposition.surface_error_m) +
-                              " (mean " + metres(decomposition.mean_surface_error_m) + ')';
+                              errors(decomposition.volume_error(), decomposition.surface_error_m,
+                                     decomposition.mean_surface_error_m);
     for (TriangleMesh& piece : decomposition.pieces) {
       shape_.pieces.push_back(hull_piece(std::move(piece)));
     }
@@ -212,8 +214,20 @@ class MeshShapeBuilder {
     move(ball, centre);
     shape_.pieces.push_back(
         primitive_piece(CollisionPiece::Kind::sphere, Vec3::Constant(radius), centre));
-    shape_.collision_report = "sphere: 1 piece of equal volume, radius " + metres(radius) +
-                              ", surface error " + metres(surface_error(ball, shape_.mesh));
+    shape_.collision_report = "sphere: 1 piece of equal volume" + errors_of(ball);
+  }
+
+  // Of one convex piece in place of the mesh, measured as those of a decomposition are.
+  std::string errors_of(const TriangleMesh& piece) const {
+    const SolidDifference difference = solid_difference(shape_.mesh, {&piece, 1});
+    const SurfaceDistance distance = surface_distance(piece, shape_.mesh);
+    return errors((difference.excess_m3() + difference.missing_m3()) / difference.mesh_volume_m3,
+                  distance.hausdorff_m, distance.mean_m);
+  }
+
+  static std::string errors(double volume_error, double surface_error_m, double mean_error_m) {
+    return ", volume error " + percent(volume_error) + ", surface error " +
+           metres(surface_error_m) + " (mean " + metres(mean_error_m) + ')';
   }
 
   const MeshShape& source_;

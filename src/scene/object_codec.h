@@ -1,9 +1,8 @@
 // Objects as lists of fields, with alternatives chosen by the value of one key ("type").
 #pragma once
 
-#include <algorithm>
 #include <functional>
-#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,83 +12,83 @@
 
 namespace pilesim {
 
+// What is said of one key of an object, whatever it becomes.
+struct Key {
+  std::string name;
+  std::string expected;
+  bool is_required = false;
+  // Keys of one group set the same thing: at most one may stand, and if they are required, exactly
+  // one.
+  std::string group;
+};
+
 // One key of an object that becomes part of a T.
 template <class T>
 struct Field {
-  std::string key;
-  std::string expected;
-  bool is_required = false;
-  // Fields of one group set the same part of T: at most one may stand, and if they are required,
-  // exactly one.
-  std::string group;
+  Key key;
   std::function<void(const Json&, const Path&, T&, ReadContext&)> read;
   std::function<std::optional<Json>(const T&)> write;  // none: the key is left out
-  std::function<Json(const T& defaults)> schema;
+  Json schema;
+  std::function<Json(const T& defaults)> default_value;  // empty: there is none
 };
 
 template <class T>
 using Fields = std::vector<Field<T>>;
 
-// The part of a field that does not depend on how its member is reached.
-template <class T, class M>
-Field<T> documented(std::string key, const Codec<M>& codec, const std::string& description) {
-  Json schema = codec.schema;
-  schema["description"] = description;
-  Field<T> field;
-  field.key = std::move(key);
-  field.expected = codec.expected;
-  field.schema = [schema](const T&) { return schema; };
-  return field;
-}
+// `schema` with its description.
+Json described(Json schema, const std::string& description);
 
 // Not required; what stands there otherwise depends on the rest of the scene. `Access` takes a T&
 // to an M& and a const T& to a const M&: a pointer to member or a generic lambda.
 template <class T, class Access, class M>
-Field<T> derived_field(std::string key, Access access, Codec<M> codec,
+Field<T> derived_field(std::string key, Access access, const Codec<M>& codec,
                        const std::string& description) {
-  Field<T> field = documented<T>(std::move(key), codec, description);
-  field.read = [access, codec](const Json& json, const Path& path, T& object,
-                               ReadContext& context) {
-    codec.read(json, path, std::invoke(access, object), context);
+  Field<T> field;
+  field.key = {.name = std::move(key), .expected = codec.expected};
+  field.schema = described(codec.schema, description);
+  field.read = [access, read = codec.read](const Json& json, const Path& path, T& object,
+                                           ReadContext& context) {
+    read(json, path, std::invoke(access, object), context);
   };
-  field.write = [access, codec](const T& object) {
-    return std::optional<Json>(codec.write(std::invoke(access, object)));
+  field.write = [access, write = codec.write](const T& object) {
+    return std::optional<Json>(write(std::invoke(access, object)));
   };
   return field;
 }
 
 template <class T, class Access, class M>
-Field<T> required_field(std::string key, Access access, Codec<M> codec,
+Field<T> required_field(std::string key, Access access, const Codec<M>& codec,
                         const std::string& description) {
-  Field<T> field = derived_field<T>(std::move(key), access, std::move(codec), description);
-  field.is_required = true;
+  Field<T> field = derived_field<T>(std::move(key), access, codec, description);
+  field.key.is_required = true;
   return field;
 }
 
 // Not required; the value of a T{} is the default.
 template <class T, class Access, class M>
-Field<T> field(std::string key, Access access, Codec<M> codec, const std::string& description) {
+Field<T> field(std::string key, Access access, const Codec<M>& codec,
+               const std::string& description) {
   Field<T> field = derived_field<T>(std::move(key), access, codec, description);
-  field.schema = [access, codec, plain = field.schema](const T& defaults) {
-    Json schema = plain(defaults);
-    schema["default"] = codec.write(std::invoke(access, defaults));
-    return schema;
+  field.default_value = [access, write = codec.write](const T& defaults) {
+    return write(std::invoke(access, defaults));
   };
   return field;
 }
 
 // Not required; the member is a std::optional<M>.
 template <class T, class Access, class M>
-Field<T> optional_field(std::string key, Access access, Codec<M> codec,
+Field<T> optional_field(std::string key, Access access, const Codec<M>& codec,
                         const std::string& description) {
-  Field<T> field = documented<T>(std::move(key), codec, description);
-  field.read = [access, codec](const Json& json, const Path& path, T& object,
-                               ReadContext& context) {
-    codec.read(json, path, std::invoke(access, object).emplace(), context);
+  Field<T> field;
+  field.key = {.name = std::move(key), .expected = codec.expected};
+  field.schema = described(codec.schema, description);
+  field.read = [access, read = codec.read](const Json& json, const Path& path, T& object,
+                                           ReadContext& context) {
+    read(json, path, std::invoke(access, object).emplace(), context);
   };
-  field.write = [access, codec](const T& object) {
+  field.write = [access, write = codec.write](const T& object) {
     const std::optional<M>& member = std::invoke(access, object);
-    return member ? std::optional<Json>(codec.write(*member)) : std::nullopt;
+    return member ? std::optional<Json>(write(*member)) : std::nullopt;
   };
   return field;
 }
@@ -103,7 +102,7 @@ Field<T> input_only(Field<T> field) {
 
 template <class T>
 Field<T> in_group(std::string group, Field<T> field) {
-  field.group = std::move(group);
+  field.key.group = std::move(group);
   return field;
 }
 
@@ -135,6 +134,27 @@ struct ObjectDescription {
 
 namespace object_codec {
 
+// The part that does not depend on T.
+
+// The index of the name that `json` has for `choice_key`; names.size() and a report if it has none.
+size_t choose(const Json& json, const Path& path, const std::string& choice_key,
+              const std::vector<std::string>& names, ProblemLog& log);
+
+// Unknown keys. `choice_key` may be empty.
+void report_unknown_keys(const Json& json, const Path& path, const std::string& noun,
+                         const std::string& choice_key, const std::vector<const Key*>& keys,
+                         ProblemLog& log);
+
+// Missing keys, and keys that exclude one another.
+void report_missing_keys(const Json& json, const Path& path, const std::vector<const Key*>& keys,
+                         ProblemLog& log);
+
+// The schema of an object with these keys.
+Json object_schema(const std::vector<std::pair<const Key*, Json>>& keys);
+// The same for one of its alternatives.
+Json alternative_schema(Json schema, const std::string& choice_key, const std::string& name,
+                        const std::string& description);
+
 // The fields that an object with the given alternative (or none) has.
 template <class T>
 std::vector<const Field<T>*> fields_of(const ObjectDescription<T>& description,
@@ -147,163 +167,90 @@ std::vector<const Field<T>*> fields_of(const ObjectDescription<T>& description,
   return fields;
 }
 
-// The alternative that `json` names, selected in `value`; null and a report if it names none.
-template <class T>
-const Alternative<T>* choose(const ObjectDescription<T>& description, const Json& json,
-                             const Path& path, T& value, ReadContext& context) {
-  std::vector<std::string> names;
-  for (const Alternative<T>& alternative : description.alternatives) {
-    names.push_back(alternative.name);
-  }
-  const std::string expected = "one of " + quoted_list(names);
-  const auto choice = json.find(description.choice_key);
-  if (choice == json.end()) {
-    context.log.report(path, "has no \"" + description.choice_key + "\"", expected);
-    return nullptr;
-  }
-  const std::string name = choice->is_string() ? choice->template get<std::string>() : "";
-  for (const Alternative<T>& alternative : description.alternatives) {
-    if (choice->is_string() && alternative.name == name) {
-      alternative.select(value);
-      return &alternative;
-    }
-  }
-  context.log.report(path / description.choice_key, describe_value(*choice), expected,
-                     did_you_mean(name, names));
-  return nullptr;
-}
-
-template <class T>
-void report_unknown_keys(const ObjectDescription<T>& description,
-                         const std::vector<const Field<T>*>& fields, const Json& json,
-                         const Path& path, ReadContext& context) {
-  std::vector<std::string> known;
-  if (!description.choice_key.empty()) known.push_back(description.choice_key);
-  for (const Field<T>* field : fields) known.push_back(field->key);
-  for (const auto& [key, value] : json.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    std::string found = "is no key of " + description.noun;
-    if (!description.choice_key.empty()) {
-      found += " with " + description.choice_key + ' ' + json[description.choice_key].dump();
-    }
-    context.log.report_key(path / key, found, "one of " + quoted_list(known),
-                           did_you_mean(key, known));
-  }
-}
-
-// Missing keys, and keys that exclude one another.
-template <class T>
-void report_groups(const std::vector<const Field<T>*>& fields, const Json& json, const Path& path,
-                   ReadContext& context) {
-  for (size_t i = 0; i < fields.size(); ++i) {
-    const Field<T>& field = *fields[i];
-    std::string names = '"' + field.key + '"';
-    bool stands = json.contains(field.key);
-    bool is_first = true;
-    for (size_t j = 0; j < fields.size() && !field.group.empty(); ++j) {
-      if (j == i || fields[j]->group != field.group) continue;
-      is_first = is_first && i < j;
-      names += " or \"" + fields[j]->key + '"';
-      const bool other_stands = json.contains(fields[j]->key);
-      if (i < j && stands && other_stands) {
-        context.log.report_key(path / fields[j]->key, "stands beside \"" + field.key + '"',
-                               "one of the two, because both say the same");
-      }
-      stands = stands || other_stands;
-    }
-    if (field.is_required && !stands && is_first) {
-      context.log.report(path, "has no " + names, field.expected);
-    }
-  }
-}
-
 template <class T>
 Json schema_of(const ObjectDescription<T>& description, const Alternative<T>* alternative) {
   T defaults{};
-  Json schema = {{"type", "object"}};
-  Json properties = Json::object();
-  Json required = Json::array();
-  std::map<std::string, std::vector<const Field<T>*>> groups;
-  if (alternative != nullptr) {
-    alternative->select(defaults);
-    schema["description"] = alternative->description;
-    properties[description.choice_key] = {{"const", alternative->name}};
-    required.push_back(description.choice_key);
-  }
+  if (alternative != nullptr) alternative->select(defaults);
+  std::vector<std::pair<const Key*, Json>> keys;
   for (const Field<T>* field : fields_of(description, alternative)) {
-    properties[field->key] = field->schema(defaults);
-    if (!field->group.empty()) {
-      groups[field->group].push_back(field);
-    } else if (field->is_required) {
-      required.push_back(field->key);
+    keys.emplace_back(&field->key, field->schema);
+    if (field->default_value) keys.back().second["default"] = field->default_value(defaults);
+  }
+  return object_schema(keys);
+}
+
+template <class T>
+Json schema_of(const ObjectDescription<T>& description) {
+  if (description.choice_key.empty()) return schema_of<T>(description, nullptr);
+  Json alternatives = Json::array();
+  for (const Alternative<T>& alternative : description.alternatives) {
+    alternatives.push_back(alternative_schema(schema_of(description, &alternative),
+                                              description.choice_key, alternative.name,
+                                              alternative.description));
+  }
+  return {{"oneOf", std::move(alternatives)}};
+}
+
+template <class T>
+void read(const ObjectDescription<T>& description, const Json& json, const Path& path, T& value,
+          ReadContext& context) {
+  const Alternative<T>* alternative = nullptr;
+  if (!description.choice_key.empty()) {
+    std::vector<std::string> names;
+    for (const Alternative<T>& each : description.alternatives) names.push_back(each.name);
+    const size_t chosen = choose(json, path, description.choice_key, names, context.log);
+    if (chosen < names.size()) {
+      alternative = &description.alternatives[chosen];
+      alternative->select(value);
     }
   }
-  schema["properties"] = std::move(properties);
-  if (!required.empty()) schema["required"] = std::move(required);
-  schema["additionalProperties"] = false;
-  Json rules = Json::array();
-  for (const auto& [group, fields] : groups) {
-    Json each = Json::array();
-    Json all = Json::array();
-    for (const Field<T>* field : fields) {
-      each.push_back({{"required", Json::array({field->key})}});
-      all.push_back(field->key);
-    }
-    rules.push_back(fields.front()->is_required ? Json{{"oneOf", each}}
-                                                : Json{{"not", {{"required", all}}}});
+  std::vector<const Key*> keys;
+  for (const Field<T>* field : fields_of(description, alternative)) {
+    keys.push_back(&field->key);
+    const auto found = json.find(field->key.name);
+    if (found != json.end()) field->read(*found, path / field->key.name, value, context);
   }
-  if (!rules.empty()) schema["allOf"] = std::move(rules);
-  return schema;
+  report_missing_keys(json, path, keys, context.log);
+  // Which other keys may stand depends on the choice: without one, do not guess.
+  if (!description.choice_key.empty() && alternative == nullptr) return;
+  report_unknown_keys(json, path, description.noun, description.choice_key, keys, context.log);
+  if (description.finish) description.finish(json, path, value, context);
+}
+
+template <class T>
+Json write(const ObjectDescription<T>& description, const T& value) {
+  Json json = Json::object();
+  const Alternative<T>* selected = nullptr;
+  for (const Alternative<T>& alternative : description.alternatives) {
+    if (alternative.is_selected(value)) selected = &alternative;
+  }
+  if (selected != nullptr) json[description.choice_key] = selected->name;
+  for (const Field<T>* field : fields_of(description, selected)) {
+    if (std::optional<Json> member = field->write(value)) {
+      json[field->key.name] = std::move(*member);
+    }
+  }
+  return json;
 }
 
 }  // namespace object_codec
 
 template <class T>
-Codec<T> object(ObjectDescription<T> description) {
-  using namespace object_codec;
+Codec<T> object(const ObjectDescription<T>& description) {
   Codec<T> codec;
   codec.expected = "an object (" + description.noun + ")";
-  if (description.choice_key.empty()) {
-    codec.schema = schema_of<T>(description, nullptr);
-  } else {
-    Json alternatives = Json::array();
-    for (const Alternative<T>& alternative : description.alternatives) {
-      alternatives.push_back(schema_of(description, &alternative));
-    }
-    codec.schema = {{"oneOf", std::move(alternatives)}};
-  }
-  codec.read = [description, expected = codec.expected](const Json& json, const Path& path,
-                                                        T& value, ReadContext& context) {
+  codec.schema = object_codec::schema_of(description);
+  // Fields are many and codecs are copied into those that use them.
+  const auto shared = std::make_shared<const ObjectDescription<T>>(description);
+  codec.read = [shared, expected = codec.expected](const Json& json, const Path& path, T& value,
+                                                   ReadContext& context) {
     if (!json.is_object()) {
       context.log.report(path, describe_value(json), expected);
       return;
     }
-    const bool has_choice = !description.choice_key.empty();
-    const Alternative<T>* alternative =
-        has_choice ? choose(description, json, path, value, context) : nullptr;
-    const std::vector<const Field<T>*> fields = fields_of(description, alternative);
-    for (const Field<T>* field : fields) {
-      const auto found = json.find(field->key);
-      if (found != json.end()) field->read(*found, path / field->key, value, context);
-    }
-    report_groups(fields, json, path, context);
-    // Which other keys may stand depends on the choice: without one, do not guess.
-    if (has_choice && alternative == nullptr) return;
-    report_unknown_keys(description, fields, json, path, context);
-    if (description.finish) description.finish(json, path, value, context);
+    object_codec::read(*shared, json, path, value, context);
   };
-  codec.write = [description](const T& value) {
-    Json json = Json::object();
-    const Alternative<T>* selected = nullptr;
-    for (const Alternative<T>& alternative : description.alternatives) {
-      if (alternative.is_selected(value)) selected = &alternative;
-    }
-    if (selected != nullptr) json[description.choice_key] = selected->name;
-    for (const Field<T>* field : fields_of(description, selected)) {
-      if (std::optional<Json> member = field->write(value)) json[field->key] = std::move(*member);
-    }
-    return json;
-  };
+  codec.write = [shared](const T& value) { return object_codec::write(*shared, value); };
   return codec;
 }
 

@@ -49,6 +49,7 @@ void ProblemLog::report(const Path& path, std::string found, std::string expecte
                         std::string remedy) {
   findings_.push_back(
       {path.pointer(), false, std::move(found), std::move(expected), std::move(remedy)});
+  pointers_.insert(findings_.back().pointer);
 }
 
 void ProblemLog::report_key(const Path& path, std::string found, std::string expected,
@@ -60,16 +61,14 @@ void ProblemLog::report_key(const Path& path, std::string found, std::string exp
 bool ProblemLog::is_sound(const Path& path) const {
   if (findings_.empty()) return true;
   const std::string pointer = path.pointer();
-  return std::none_of(findings_.begin(), findings_.end(), [&](const Finding& finding) {
-    return finding.pointer == pointer || finding.pointer.starts_with(pointer + '/');
-  });
+  const std::string beginning = pointer + '/';
+  const auto below = pointers_.lower_bound(beginning);
+  return !pointers_.contains(pointer) &&
+         (below == pointers_.end() || !below->starts_with(beginning));
 }
 
 bool ProblemLog::is_sound_itself(const Path& path) const {
-  if (findings_.empty()) return true;
-  const std::string pointer = path.pointer();
-  return std::none_of(findings_.begin(), findings_.end(),
-                      [&](const Finding& finding) { return finding.pointer == pointer; });
+  return findings_.empty() || !pointers_.contains(path.pointer());
 }
 
 std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {

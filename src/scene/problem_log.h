@@ -1,8 +1,7 @@
 // Collects what is wrong with a JSON document while it is read, by place.
 #pragma once
 
-#include <filesystem>
-#include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -51,6 +50,7 @@ class ProblemLog {
 
  private:
   std::vector<Finding> findings_;
+  std::set<std::string> pointers_;  // of the findings
 };
 
 // `Did you mean "colour"?` with the nearest of `candidates` if one is close to `word` in spelling

@@ -10,28 +10,22 @@ namespace {
 Field<Scene> version_field() {
   const std::string expected = std::to_string(kSceneVersion);
   Field<Scene> field;
-  field.key = "version";
-  field.expected = expected;
-  field.is_required = true;
+  field.key = {.name = "version", .expected = expected, .is_required = true};
   field.read = [expected](const Json& json, const Path& path, Scene&, ReadContext& context) {
     if (json.is_number() && json.get<double>() == kSceneVersion) return;
     context.log.report(path, describe_value(json), expected);
   };
   field.write = [](const Scene&) { return std::optional<Json>(kSceneVersion); };
-  field.schema = [](const Scene&) {
-    return Json{{"const", kSceneVersion}, {"description", "The version of the scene format."}};
-  };
+  field.schema = described({{"const", kSceneVersion}}, "The version of the scene format.");
   return field;
 }
 
 Field<Scene> ignored_schema_field() {
   Field<Scene> field;
-  field.key = "$schema";
+  field.key.name = "$schema";
   field.read = [](const Json&, const Path&, Scene&, ReadContext&) {};
   field.write = [](const Scene&) { return std::optional<Json>(); };
-  field.schema = [](const Scene&) {
-    return Json{{"type", "string"}, {"description", "For editors; pilesim ignores it."}};
-  };
+  field.schema = described({{"type", "string"}}, "For editors; pilesim ignores it.");
   return field;
 }
 

@@ -43,7 +43,7 @@ TEST(TriangleTree, DistanceMatchesASearchThroughAllTriangles) {
   }
 }
 
-TEST(TriangleTree, FindsEveryOverlapOnce) {
+TEST(TriangleTree, FindsEachTriangleThatMeetsABoxOnce) {
   const TriangleMesh mesh = sphere_mesh(1, 3);
   const TriangleTree tree(mesh);
   for (uint64_t i = 0; i < 100; ++i) {
@@ -56,7 +56,7 @@ TEST(TriangleTree, FindsEveryOverlapOnce) {
       for (const uint32_t v : mesh.triangles[t]) triangle.extend(mesh.vertices[v]);
       if (triangle.intersects(box)) expected.insert(t);
     }
-    tree.for_each_overlap(box, [&](uint32_t k) {
+    tree.for_each_near(box, 0, [&](uint32_t k) {
       Bounds triangle;
       for (const Vec3& corner : tree.corners()[k]) triangle.extend(corner);
       if (triangle.intersects(box)) actual.insert(tree.triangles()[k]);

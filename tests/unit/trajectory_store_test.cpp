@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "../support/trajectory_fixture.h"
 #include "core/atomic_file.h"
 #include "core/hash.h"
 #include "core/subprocess.h"
 #include "trajectory/trajectory_layout.h"
-#include "trajectory_fixture.h"
 
 namespace pilesim {
 namespace {

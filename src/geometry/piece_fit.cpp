@@ -1,0 +1,117 @@
+#include "geometry/piece_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "geometry/convex_hull.h"
+
+namespace pilesim {
+namespace {
+
+struct Trim {
+  Vec3 normal;
+  double offset = 0;
+  double gain = 0;  // m^3 of error saved when last looked at
+};
+
+// A hull under the knife, and what is left of the part inside of it.
+struct Trimmed {
+  FacetedSolid hull, part;
+
+  // Of cutting off what is above the plane, m^3: air saved less solid lost.
+  double gain(const Plane& plane) const {
+    return hull.volume_above(plane) - 2 * part.volume_above(plane);
+  }
+};
+
+// The best depth along the trim's normal.
+Trim best_depth(const Trimmed& trimmed, const Vec3& normal, double max_depth) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Vec3& vertex : trimmed.hull.vertices) top = std::max(top, normal.dot(vertex));
+  Trim best{.normal = normal, .offset = top, .gain = 0};
+  const auto look_at = [&](double depth) {
+    const double gain = trimmed.gain({normal, top - depth});
+    if (gain > best.gain) best = {normal, top - depth, gain};
+  };
+  for (const double share : {0.03, 0.06, 0.12, 0.25, 0.5, 1.0}) look_at(share * max_depth);
+  const double coarse = top - best.offset;
+  if (coarse > 0) {
+    for (const double factor : {0.65, 0.8, 1.25, 1.55}) {
+      look_at(std::min(factor * coarse, max_depth));
+    }
+  }
+  return best;
+}
+
+std::vector<Vec3> facet_normals(const FacetedSolid& hull) {
+  std::vector<Vec3> normals;
+  for (const FacetedSolid::Face& face : hull.faces) {
+    const bool repeated = std::ranges::any_of(
+        normals, [&](const Vec3& other) { return face.normal.dot(other) > 1 - 1e-4; });
+    if (!repeated && !face.normal.isZero()) normals.push_back(face.normal);
+  }
+  return normals;
+}
+
+void trim(Trimmed& trimmed, const PieceFitOptions& options) {
+  std::vector<Trim> trims;
+  for (const Vec3& normal : facet_normals(trimmed.hull)) {
+    trims.push_back(best_depth(trimmed, normal, options.max_trim_m));
+  }
+  // Gains shrink with every cut, so the best is looked at again before it is made.
+  while (!trims.empty()) {
+    const auto best = std::ranges::max_element(trims, {}, &Trim::gain);
+    const double promised = best->gain;
+    if (promised <= options.min_gain_m3) return;
+    *best = best_depth(trimmed, best->normal, options.max_trim_m);
+    if (best->gain < 0.9 * promised) continue;
+    const Plane plane{best->normal, best->offset};
+    trimmed.hull = split(trimmed.hull, plane).below;
+    trimmed.part = split(trimmed.part, plane).below;
+    best->gain = 0;
+  }
+}
+
+bool lexicographically_less(const Vec3& a, const Vec3& b) {
+  return std::ranges::lexicographical_compare(a, b);
+}
+
+// Vertices of the hull where two cuts meet.
+std::vector<Vec3> seam_ends(const ConvexPart& part, const FacetedSolid& hull) {
+  const FacetedSolid& solid = part.solid;
+  std::vector<const Vec3*> cap_normal(solid.vertices.size(), nullptr);
+  std::vector<Vec3> ends;
+  for (const FacetedSolid::Face& face : solid.faces) {
+    if (!face.is_cap) continue;
+    for (uint32_t e = face.first_edge; e < face.first_edge + face.edge_count; ++e) {
+      const uint32_t v = solid.edges[e].from;
+      if (cap_normal[v] == nullptr) cap_normal[v] = &face.normal;
+      if (std::abs(cap_normal[v]->dot(face.normal)) < 0.999) ends.push_back(solid.vertices[v]);
+    }
+  }
+  std::vector<Vec3> corners = hull.vertices;
+  std::ranges::sort(corners, lexicographically_less);
+  std::ranges::sort(ends, lexicographically_less);
+  std::vector<Vec3> kept;
+  std::ranges::set_intersection(corners, ends, std::back_inserter(kept), lexicographically_less);
+  kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  return kept;
+}
+
+}  // namespace
+
+TriangleMesh fit_piece(const ConvexPart& part, const PieceFitOptions& options) {
+  Trimmed trimmed{faceted_solid(convex_hull(part.hull_points)), part.solid};
+  trim(trimmed, options);
+  TriangleMesh full = convex_hull(trimmed.hull.vertices);
+  if (full.vertices.size() <= static_cast<size_t>(options.max_vertices)) return full;
+  std::vector<Vec3> kept = seam_ends(part, trimmed.hull);
+  const int room = options.max_vertices - static_cast<int>(kept.size());
+  if (room < options.max_vertices / 2) return simplified_hull(full.vertices, options.max_vertices);
+  const TriangleMesh simple = simplified_hull(full.vertices, room);
+  kept.insert(kept.end(), simple.vertices.begin(), simple.vertices.end());
+  return convex_hull(kept);
+}
+
+}  // namespace pilesim

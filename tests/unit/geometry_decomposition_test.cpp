@@ -1,0 +1,263 @@
+#include "geometry/convex_decomposition.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "support/geometry_concave_shapes.h"
+#include "../geometry_shapes.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh_check.h"
+#include "geometry/primitives.h"
+
+namespace pilesim {
+namespace {
+
+using test::blob_mesh;
+using test::l_shape_mesh;
+using test::scaled;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Lt;
+using testing::SizeIs;
+
+double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
+
+double volume_sum(const std::vector<TriangleMesh>& pieces) {
+  double sum = 0;
+  for (const TriangleMesh& piece : pieces) sum += volume(piece);
+  return sum;
+}
+
+void expect_convex_pieces(const Decomposition& decomposition, int max_vertices) {
+  for (const TriangleMesh& piece : decomposition.pieces) {
+    EXPECT_THAT(find_mesh_defects(piece), IsEmpty());
+    EXPECT_LE(piece.vertices.size(), static_cast<size_t>(max_vertices));
+    const double volume_m3 = volume(piece);
+    EXPECT_GT(volume_m3, 0);
+    EXPECT_NEAR(volume(convex_hull(piece.vertices)), volume_m3,
+                1e-9 * decomposition.mesh_volume_m3);
+  }
+}
+
+TEST(Decomposition, ConvexMeshIsOnePiece) {
+  const TriangleMesh cube = box_mesh({1, 2, 3});
+  const Decomposition result = decompose(cube, {}, std::nullopt);
+  ASSERT_THAT(result.pieces, SizeIs(1));
+  EXPECT_THAT(result.pieces[0].vertices, SizeIs(8));
+  EXPECT_NEAR(volume(result.pieces[0]), 6.0, 1e-12);
+  EXPECT_DOUBLE_EQ(result.mesh_volume_m3, 6.0);
+  EXPECT_LT(result.volume_error(), 1e-9);
+  EXPECT_LT(result.surface_error_m, 1e-9);
+  EXPECT_FALSE(result.from_groups);
+  EXPECT_FALSE(result.from_cache);
+}
+
+TEST(Decomposition, LShapeIsTwoBoxes) {
+  const Decomposition result = decompose(l_shape_mesh(), {}, std::nullopt);
+  ASSERT_THAT(result.pieces, SizeIs(2));
+  EXPECT_LT(result.volume_error(), 1e-5);
+  EXPECT_NEAR(result.union_volume_m3, 3.0, 1e-3);
+  EXPECT_NEAR(volume_sum(result.pieces), 3.0, 1e-5);
+  EXPECT_LT(result.surface_error_m, 1e-4);
+}
+
+TEST(Decomposition, TorusIsWithinTheErrorAskedFor) {
+  const DecompositionOptions options;
+  const TriangleMesh torus = test::torus_mesh(1.0, 0.3, 32, 16);
+  const Decomposition result = decompose(torus, options, std::nullopt);
+  EXPECT_LE(result.pieces.size(), 32u);
+  EXPECT_LE(result.volume_error(), 0.05);
+  EXPECT_NEAR(result.mesh_volume_m3, volume(torus), 1e-12);
+  // The pieces overlap by next to nothing.
+  EXPECT_NEAR(volume_sum(result.pieces), result.union_volume_m3, 0.003 * result.mesh_volume_m3);
+  EXPECT_NEAR(result.union_volume_m3 - result.excess_volume_m3 + result.missing_volume_m3,
+              result.mesh_volume_m3, 0.001 * result.mesh_volume_m3);
+  EXPECT_LT(result.surface_error_m, 0.1);
+  EXPECT_LT(result.mean_surface_error_m, 0.02);
+  EXPECT_LT(result.mean_surface_error_m, result.surface_error_m);
+  expect_convex_pieces(result, options.max_piece_vertices);
+}
+
+TEST(Decomposition, MorePiecesFollowTheMeshMoreClosely) {
+  const TriangleMesh blob = blob_mesh(2);
+  double last_error = 1;
+  for (const int pieces : {1, 3, 9}) {
+    const DecompositionOptions options{.max_pieces = pieces, .max_volume_error = 1e-4};
+    const Decomposition result = decompose(blob, options, std::nullopt);
+    EXPECT_THAT(result.pieces, SizeIs(pieces));
+    EXPECT_THAT(result.volume_error(), Lt(last_error));
+    last_error = result.volume_error();
+    expect_convex_pieces(result, options.max_piece_vertices);
+  }
+  EXPECT_LT(last_error, 0.06);
+}
+
+TEST(Decomposition, StopsWhereTheErrorIsSmallEnough) {
+  const TriangleMesh blob = blob_mesh(2);
+  const Decomposition coarse = decompose(blob, {.max_volume_error = 0.1}, std::nullopt);
+  const Decomposition fine = decompose(blob, {.max_volume_error = 0.05}, std::nullopt);
+  EXPECT_LE(coarse.volume_error(), 0.1);
+  EXPECT_LE(fine.volume_error(), 0.05);
+  EXPECT_LT(coarse.pieces.size(), fine.pieces.size());
+  EXPECT_LE(fine.pieces.size(), 24u);
+}
+
+TEST(Decomposition, PiecesHaveFewVertices) {
+  const DecompositionOptions options{.max_volume_error = 0.1, .max_piece_vertices = 12};
+  const Decomposition result = decompose(blob_mesh(2), options, std::nullopt);
+  expect_convex_pieces(result, 12);
+}
+
+TEST(Decomposition, ScaleMakesNoDifference) {
+  const TriangleMesh blob = blob_mesh(2);
+  const DecompositionOptions options{.max_pieces = 6, .max_volume_error = 0.01};
+  const Decomposition reference = decompose(blob, options, std::nullopt);
+  for (const double factor : {1000.0, 1e-3}) {
+    const Decomposition result = decompose(scaled(blob, factor), options, std::nullopt);
+    ASSERT_EQ(result.pieces.size(), reference.pieces.size());
+    for (size_t k = 0; k < result.pieces.size(); ++k) {
+      const std::vector<Vec3>& vertices = result.pieces[k].vertices;
+      ASSERT_EQ(vertices.size(), reference.pieces[k].vertices.size());
+      for (size_t v = 0; v < vertices.size(); ++v) {
+        EXPECT_LT((vertices[v] / factor - reference.pieces[k].vertices[v]).norm(), 1e-9);
+      }
+    }
+    EXPECT_NEAR(result.volume_error(), reference.volume_error(), 1e-9);
+    EXPECT_NEAR(result.surface_error_m / factor, reference.surface_error_m, 1e-9);
+  }
+}
+
+// A bar along x with `groups` named groups: two boxes, the second shifted by `shift`.
+TriangleMesh two_boxes(double shift) {
+  const TriangleMesh box = box_mesh({1, 1, 1});
+  TriangleMesh mesh =
+      test::joined(box, test::moved(box, {.position = {shift, 0.1 * shift, 0}, .orientation = {}}));
+  mesh.groups = {{"left", 0, 12}, {"right", 12, 12}};
+  return mesh;
+}
+
+TEST(Decomposition, ConvexGroupsAreTakenAsTheyAre) {
+  const TriangleMesh mesh = two_boxes(0.5);
+  const Decomposition result = decompose(mesh, {}, std::nullopt);
+  EXPECT_TRUE(result.from_groups);
+  ASSERT_THAT(result.pieces, SizeIs(2));
+  EXPECT_EQ(result.pieces[0].vertices.size(), 8u);
+  EXPECT_EQ(result.pieces[1].vertices[0], mesh.vertices[mesh.triangles[12][0]]);
+  EXPECT_DOUBLE_EQ(result.mesh_volume_m3, 2.0);
+  const double overlap = 0.5 * 0.95;
+  EXPECT_NEAR(result.union_volume_m3, 2.0 - overlap, 1e-3);
+  EXPECT_NEAR(result.missing_volume_m3, overlap, 1e-3);
+  EXPECT_NEAR(result.excess_volume_m3, 0, 1e-12);
+  EXPECT_EQ(result.surface_error_m, 0);
+}
+
+TEST(Decomposition, GroupsThatAreNotConvexPiecesAreIgnored) {
+  TriangleMesh mesh = l_shape_mesh();
+  mesh.groups = {{"front", 0, 4}, {"back", 4, 16}};
+  const Decomposition result = decompose(mesh, {}, std::nullopt);
+  EXPECT_FALSE(result.from_groups);
+  EXPECT_THAT(result.pieces, SizeIs(2));
+}
+
+TEST(Decomposition, OpenMeshIsRefused) {
+  TriangleMesh mesh = l_shape_mesh();
+  mesh.triangles.pop_back();
+  try {
+    decompose(mesh, {}, std::nullopt);
+    FAIL() << "an open mesh was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), HasSubstr("edge"));
+    EXPECT_THAT(error.what(), HasSubstr("convex hull"));
+  }
+}
+
+class DecompositionCacheTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = std::filesystem::temp_directory_path() /
+                 ("pilesim_cache_test_" +
+                  std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::remove_all(directory_);
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  std::vector<std::filesystem::path> files() const {
+    std::vector<std::filesystem::path> result;
+    for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
+      result.push_back(entry.path());
+    }
+    return result;
+  }
+  Decomposition run() const { return decompose(mesh_, options_, directory_ / "deep"); }
+  std::filesystem::path only_file() const {
+    return std::filesystem::directory_iterator(directory_ / "deep")->path();
+  }
+
+  std::filesystem::path directory_;
+  TriangleMesh mesh_ = l_shape_mesh();
+  DecompositionOptions options_;
+};
+
+void expect_same(const Decomposition& a, const Decomposition& b) {
+  ASSERT_EQ(a.pieces.size(), b.pieces.size());
+  for (size_t k = 0; k < a.pieces.size(); ++k) {
+    EXPECT_EQ(a.pieces[k].vertices, b.pieces[k].vertices);
+    EXPECT_EQ(a.pieces[k].triangles, b.pieces[k].triangles);
+  }
+  EXPECT_EQ(a.mesh_volume_m3, b.mesh_volume_m3);
+  EXPECT_EQ(a.union_volume_m3, b.union_volume_m3);
+  EXPECT_EQ(a.excess_volume_m3, b.excess_volume_m3);
+  EXPECT_EQ(a.missing_volume_m3, b.missing_volume_m3);
+  EXPECT_EQ(a.surface_error_m, b.surface_error_m);
+  EXPECT_EQ(a.mean_surface_error_m, b.mean_surface_error_m);
+  EXPECT_EQ(a.from_groups, b.from_groups);
+}
+
+TEST_F(DecompositionCacheTest, GivesBackWhatWasComputed) {
+  const Decomposition computed = run();
+  EXPECT_FALSE(computed.from_cache);
+  const Decomposition cached = run();
+  EXPECT_TRUE(cached.from_cache);
+  expect_same(computed, cached);
+}
+
+TEST_F(DecompositionCacheTest, OtherMeshGroupsOrOptionsAreOtherEntries) {
+  run();
+  options_.max_pieces = 5;
+  EXPECT_FALSE(run().from_cache);
+  mesh_.groups = {{"all", 0, 20}};
+  EXPECT_FALSE(run().from_cache);
+  mesh_.vertices[0].x() += 0.01;
+  mesh_.vertices[6].x() += 0.01;
+  EXPECT_FALSE(run().from_cache);
+  directory_ /= "deep";
+  EXPECT_THAT(files(), SizeIs(4));
+}
+
+TEST_F(DecompositionCacheTest, DamagedFilesAreMadeAnew) {
+  const Decomposition computed = run();
+  const std::string whole = read_file(only_file());
+  std::string flipped = whole;
+  flipped[whole.size() / 2] ^= 0x10;
+  for (const std::string& damaged : {flipped, whole.substr(0, whole.size() / 2), std::string(),
+                                     whole.substr(0, 32), std::string("no cache at all")}) {
+    write_file_atomically(only_file(), damaged);
+    const Decomposition again = run();
+    EXPECT_FALSE(again.from_cache);
+    expect_same(computed, again);
+    EXPECT_EQ(read_file(only_file()), whole);
+  }
+}
+
+TEST_F(DecompositionCacheTest, DirectoryThatCannotBeMadeIsAnError) {
+  write_file_atomically(directory_, "a file");
+  EXPECT_THROW(run(), Error);
+}
+
+}  // namespace
+}  // namespace pilesim

@@ -1,0 +1,248 @@
+// Full disks, kill -9 and damaged stores.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "../support/small_disk.h"
+#include "../support/trajectory_fixture.h"
+#include "core/atomic_file.h"
+#include "core/subprocess.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+using test::error_text;
+using test::make_frame;
+using test::make_header;
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+void expect_valid_frames(const fs::path& store, size_t bodies, uint64_t frames) {
+  TrajectoryReader reader(store);
+  ASSERT_EQ(reader.frame_count(), frames);
+  TrajectoryFrame frame;
+  for (uint64_t i = 0; i < frames; ++i) {
+    reader.read(i, frame);
+    ASSERT_TRUE(test::equal(frame, make_frame(bodies, i))) << "frame " << i;
+  }
+}
+
+TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
+  test::on_a_small_disk(400 << 10, [](const test::SmallDisk& disk) {
+    constexpr size_t kBodies = 300;
+    const fs::path store = disk.directory / "trajectory.zarr";
+    TrajectoryWriter writer(store, make_header(kBodies));
+    uint64_t appended = 0;
+    const std::string text = error_text(
+        [&] {
+          while (appended < 1000) {
+            writer.append(make_frame(kBodies, appended));
+            ++appended;
+            writer.close();  // writes what it has, as the passing of a second does
+          }
+        },
+        ErrorKind::io);
+    EXPECT_THAT(text,
+                testing::ContainsRegex("cannot be (written|created): (No space left|File too)"));
+    EXPECT_GT(writer.frames_on_disk(), 5u);
+    EXPECT_EQ(writer.frames_on_disk(), appended - 1);
+    expect_valid_frames(store, kBodies, writer.frames_on_disk());
+    EXPECT_EQ(test::count_temporary_files(disk.directory), 0u);
+
+    // What was in memory is not lost either, once there is room.
+    disk.make_room();
+    writer.append(make_frame(kBodies, appended));
+    writer.close();
+    expect_valid_frames(store, kBodies, appended + 1);
+  });
+}
+
+TEST(TrajectoryFailure, FullDiskAtTheEndOfAChunkIsAnErrorOfEveryFurtherFrame) {
+  test::on_a_small_disk(1 << 20, [](const test::SmallDisk& disk) {
+    constexpr size_t kBodies = 20000;  // 6 frames a chunk
+    const fs::path store = disk.directory / "trajectory.zarr";
+    TrajectoryWriter writer(store, make_header(kBodies));
+    uint64_t index = 0;
+    const auto append = [&] {
+      for (; index < 20; ++index) writer.append(make_frame(kBodies, index));
+    };
+    error_text(append, ErrorKind::io);
+    error_text(append, ErrorKind::io);
+    expect_valid_frames(store, kBodies, 0);
+    disk.make_room();
+    ++index;  // its frame is in memory: the append that threw had taken it
+    append();
+    writer.close();
+    expect_valid_frames(store, kBodies, 20);
+  });
+}
+
+TEST(TrajectoryFailure, UnwritableDirectoryIsAnIoError) {
+  EXPECT_THAT(
+      error_text([] { TrajectoryWriter("/proc/trajectory.zarr", make_header(1)); }, ErrorKind::io),
+      HasSubstr("/proc/trajectory.zarr"));
+}
+
+// Writes frames one by one until it is killed.
+[[noreturn]] void write_for_ever(const fs::path& store, size_t bodies, int ready) {
+  TrajectoryWriter writer(store, make_header(bodies));
+  const bool told = write(ready, "r", 1) == 1;
+  for (uint64_t i = 0; told; ++i) {
+    writer.append(make_frame(bodies, i));
+    writer.close();
+  }
+  _exit(1);
+}
+
+TEST(TrajectoryFailure, Kill9LeavesAValidPrefix) {
+  constexpr int kRounds = 40;
+  constexpr size_t kBodies = 12;
+  std::string pattern = (fs::temp_directory_path() / "kill.XXXXXX").string();
+  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+  const fs::path directory = pattern;
+  std::vector<std::string> python = {
+      "/usr/bin/python3", "-c",
+      "import sys, zarr\n"
+      "for path in sys.argv[1:]:\n"
+      "    group = zarr.open(path, mode='r')\n"
+      "    print(min(len(group[name][:]) for name in ('position', 'orientation', 'state')))\n"};
+  std::string expected;
+  uint64_t most = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const fs::path store = directory / std::to_string(round);
+    int ready[2];
+    ASSERT_EQ(pipe(ready), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) write_for_ever(store, kBodies, ready[1]);
+    close(ready[1]);
+    char byte;
+    ASSERT_EQ(read(ready[0], &byte, 1), 1);
+    close(ready[0]);
+    Philox random(5, Stream::test, round);
+    std::this_thread::sleep_for(std::chrono::microseconds(random.index(60000)));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+
+    const uint64_t frames = TrajectoryReader(store).frame_count();
+    expect_valid_frames(store, kBodies, frames);
+    most = std::max(most, frames);
+    python.push_back(store);
+    expected += std::to_string(frames) + "\n";
+  }
+  EXPECT_GT(most, 5u) << "the writers were killed before they did anything";
+  EXPECT_EQ(run_program(python, "python3-zarr"), expected);
+  fs::remove_all(directory);
+}
+
+class DamagedTrajectory : public test::TrajectoryTest {
+ protected:
+  DamagedTrajectory() { write_store(3, 5); }
+
+  void change(const char* file, const std::function<void(nlohmann::ordered_json&)>& edit) {
+    auto json = nlohmann::ordered_json::parse(read_file(store_ / file));
+    edit(json);
+    write_file_atomically(store_ / file, json.dump());
+  }
+  std::string open_error(ErrorKind kind = ErrorKind::input) {
+    return error_text([&] { TrajectoryReader reader(store_); }, kind);
+  }
+  std::string read_error() {
+    TrajectoryReader reader(store_);
+    TrajectoryFrame frame;
+    return error_text([&] { reader.read(0, frame); }, ErrorKind::input);
+  }
+};
+
+TEST_F(DamagedTrajectory, NothingThere) {
+  EXPECT_EQ(error_text([] { TrajectoryReader reader("/no/where"); }, ErrorKind::input),
+            "/no/where: does not exist; expected a trajectory.zarr, or a directory that holds one. "
+            "Name the output directory of `pilesim simulate`");
+  fs::remove(store_ / ".zattrs");
+  EXPECT_THAT(open_error(), HasSubstr("holds no trajectory"));
+}
+
+TEST_F(DamagedTrajectory, OtherFormatOrVersion) {
+  change(".zattrs", [](auto& json) { json["format_version"] = 99; });
+  EXPECT_THAT(open_error(),
+              EndsWith(".zattrs: format_version is 99; expected 1. Run the simulation "
+                       "again with this version of pilesim"));
+  change(".zattrs", [](auto& json) { json["format"] = "xarray"; });
+  EXPECT_THAT(open_error(), HasSubstr("format is \"xarray\"; expected \"pilesim-trajectory\""));
+  write_file_atomically(store_ / ".zattrs", "[1, 2");
+  EXPECT_THAT(open_error(), HasSubstr(".zattrs: is not a JSON object"));
+}
+
+TEST_F(DamagedTrajectory, AttributesOfAWrongKind) {
+  change(".zattrs", [](auto& json) { json["frame_rate"] = "fast"; });
+  EXPECT_THAT(open_error(), HasSubstr("frame_rate is \"fast\"; expected frames a second"));
+  change(".zattrs", [](auto& json) { json["frame_rate"] = 0; });
+  EXPECT_THAT(open_error(), HasSubstr("expected a number above 0"));
+  change(".zattrs", [](auto& json) { json.erase("frame_rate"); });
+  EXPECT_THAT(open_error(), HasSubstr("frame_rate is missing"));
+}
+
+TEST_F(DamagedTrajectory, MissingArrayDescription) {
+  fs::remove(store_ / "orientation" / ".zarray");
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("orientation/.zarray: is missing from the trajectory"),
+                                  HasSubstr("Copy the whole directory again")));
+}
+
+TEST_F(DamagedTrajectory, ArrayOfAnotherShapeOrType) {
+  change("position/.zarray", [](auto& json) { json["shape"] = {5, 4, 3}; });
+  EXPECT_THAT(open_error(), HasSubstr("position/.zarray: shape is [5,4,3]; expected [5,3,3]"));
+  change("position/.zarray", [](auto& json) { json["shape"] = {5, 3}; });
+  EXPECT_THAT(open_error(), HasSubstr("shape is [5,3]; expected 3 numbers"));
+  change("position/.zarray", [](auto& json) { json["shape"] = {-5, 3, 3}; });
+  EXPECT_THAT(open_error(), HasSubstr("shape is [-5,3,3]"));
+  change("position/.zarray", [](auto& json) {
+    json["shape"] = {5, 3, 3};
+    json["dtype"] = "<f8";
+  });
+  EXPECT_THAT(open_error(), HasSubstr("dtype is \"<f8\"; expected \"<f4\""));
+  change("position/.zarray", [](auto& json) {
+    json["dtype"] = "<f4";
+    json["compressor"] = {{"id", "blosc"}};
+  });
+  EXPECT_THAT(open_error(), HasSubstr("compressor is {\"id\":\"blosc\"}; expected zstd"));
+}
+
+TEST_F(DamagedTrajectory, IndicesOutOfRange) {
+  change(".zattrs", [](auto& json) { json["shapes"].erase(1); });
+  EXPECT_THAT(open_error(), HasSubstr("body_shape: holds the index 1; expected indices below 1"));
+}
+
+TEST_F(DamagedTrajectory, BodyCountsThatDisagree) {
+  change(".zattrs", [](auto& json) { json["body_name"].push_back("one more"); });
+  EXPECT_THAT(open_error(), HasSubstr("body_shape: has 3 entries; expected 4"));
+}
+
+TEST_F(DamagedTrajectory, MissingChunk) {
+  fs::remove(store_ / "state" / "0.0");
+  EXPECT_THAT(read_error(), HasSubstr("state/0.0: is missing from the trajectory"));
+}
+
+TEST_F(DamagedTrajectory, TruncatedOrChangedChunk) {
+  const fs::path chunk = store_ / "position" / "0.0.0";
+  const std::string whole = read_file(chunk);
+  write_file_atomically(chunk, whole.substr(0, whole.size() / 2));
+  EXPECT_THAT(read_error(), AllOf(HasSubstr("position/0.0.0: is corrupt"),
+                                  HasSubstr("expected a zstd frame of 9216 bytes")));
+  std::string changed = whole;
+  changed[changed.size() / 2] ^= 1;
+  write_file_atomically(chunk, changed);
+  EXPECT_THAT(read_error(), HasSubstr("position/0.0.0: is corrupt"));
+  write_file_atomically(chunk, "");
+  EXPECT_THAT(read_error(), HasSubstr("not a zstd frame"));
+  write_file_atomically(chunk, read_file(store_ / "orientation" / "0.0.0"));
+  EXPECT_THAT(read_error(), HasSubstr("holds 12288 bytes"));
+}
+
+}  // namespace
+}  // namespace pilesim
