@@ -8,9 +8,20 @@
 namespace pilesim {
 namespace {
 
-float linear_from_srgb(uint8_t value) {
+double linear_from_srgb(uint8_t value) {
   const double s = value / 255.0;
-  return static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
+  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+PackedMaterial pack_material(const std::array<uint8_t, 3>& srgb, bool is_plane) {
+  // The kinds of surface.glsl.
+  constexpr uint8_t kGround = 128;
+  constexpr uint8_t kBody = 255;
+  PackedMaterial material{0, 0, 0, is_plane ? kGround : kBody};
+  for (size_t i = 0; i < 3; ++i) {
+    material[i] = static_cast<uint8_t>(std::lround(255 * std::sqrt(linear_from_srgb(srgb[i]))));
+  }
+  return material;
 }
 
 // A body to draw; sorted by batch, then from front to back.
@@ -48,7 +59,7 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
     const Quatf& q = frame.orientation[entry.body];
     list.instances.push_back(
-        {frame.position[entry.body], {q.x(), q.y(), q.z(), q.w()}, scene.colour[entry.body]});
+        {frame.position[entry.body], {q.x(), q.y(), q.z(), q.w()}, scene.material[entry.body]});
   }
 }
 
@@ -82,9 +93,9 @@ RenderScene::RenderScene(const TrajectoryHeader& header)
     meshes.push_back(make_render_mesh(source.vertices, source.triangles));
     is_plane.push_back(source.is_plane ? 1 : 0);
   }
-  colour.reserve(header.body_count());
-  for (const auto& c : header.body_colour) {
-    colour.emplace_back(linear_from_srgb(c[0]), linear_from_srgb(c[1]), linear_from_srgb(c[2]));
+  material.reserve(header.body_count());
+  for (size_t body = 0; body < shape.size(); ++body) {
+    material.push_back(pack_material(header.body_colour[body], is_plane[shape[body]] != 0));
   }
   std::vector<float> radii;
   for (size_t body = 0; body < shape.size(); ++body) {

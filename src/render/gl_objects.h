@@ -4,6 +4,7 @@
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -60,9 +61,10 @@ using GlVertexArray = GlObject<GlVertexArrayTraits>;
 GlTexture make_target(GLenum internal_format, int width, int height, int samples = 0,
                       GLint filter = GL_NEAREST);
 
-// A framebuffer of these (`colour` or `depth` 0: none). Throws Error(internal) if the driver cannot
-// draw into it.
-GlFramebuffer make_framebuffer(GLuint colour, GLuint depth, int samples = 0);
+// A framebuffer of these, fragment shader output i into `colours[i]` (`depth` 0: none). Throws
+// Error(internal) if the driver cannot draw into it.
+GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colours, GLuint depth = 0,
+                               int samples = 0);
 
 class GlProgram {
  public:
