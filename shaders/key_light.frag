@@ -6,9 +6,8 @@ uniform mat4 shadow_from_world;  // to [0,1]^3
 uniform vec3 shadow_extent;      // m, of the unit cube's edges
 uniform float shadow_reach;      // m, the widest penumbra's radius
 uniform sampler2D shadow_depth;
-uniform sampler2DShadow shadow_test;
 
-out vec2 result;  // visible share of the light; view distance, beyond everything where unknown
+out vec2 result;  // visible share of the light; nearness of where that is, 0 where unknown
 
 // Penumbra radius per distance from the caster: the tangent of half the light's angle.
 const float kLightSlope = 0.07;
@@ -16,7 +15,6 @@ const int kSearchTaps = 8;
 // The filter goes on to all its taps only where the first ones disagree.
 const int kFirstTaps = 6;
 const int kFilterTaps = 16;
-const float kUnknown = 6e4;
 // Taps are the plane's R2 sequence (Roberts 2018), of which each beginning is well spread, as area
 // and angle: turns by its second constant, in revolutions.
 const float kAreaStep = 0.7548776662;
@@ -48,7 +46,7 @@ void main() {
   // the loops below carry the early ways out.
   int taps = facing && mapped ? kSearchTaps : 0;
   vec2 direction = first_direction;
-  float area = 0.5;
+  float area = 0.0;  // the first tap looks straight at the light
   float blockers = 0.0;
   float blocker_depth = 0.0;
   vec2 search = shadow_reach / shadow_extent.xy;
@@ -62,10 +60,9 @@ void main() {
     area = fract(area + kAreaStep);
   }
 
-  // Without a blocker around, one small test decides.
-  taps = taps > 0 ? (blockers > 0.0 ? kFilterTaps : 1) : 0;
+  taps = blockers > 0.0 ? kFilterTaps : 0;
   float gap = max(at.z - blocker_depth / max(blockers, 1.0), 0.0) * shadow_extent.z;
-  float radius = blockers > 0.0 ? clamp(gap * kLightSlope, 1.2 * texel, shadow_reach) : 0.0;
+  float radius = clamp(gap * kLightSlope, 1.2 * texel, shadow_reach);
   vec2 spread = radius / shadow_extent.xy;
   direction = first_direction;
   area = 0.5;
@@ -74,10 +71,14 @@ void main() {
   for (int i = 0; i < taps; ++i) {
     if (i == kFirstTaps && (lit == 0.0 || lit == tried)) break;
     vec2 offset = sqrt(area) * direction * spread;
-    lit += texture(shadow_test, vec3(at.xy + offset, at.z + min(dot(slope, offset), 0.0)));
+    lit += step(at.z + min(dot(slope, offset), 0.0), texture(shadow_depth, at.xy + offset).r);
     tried += 1.0;
     direction = kTurn * direction;
     area = fract(area + kAreaStep);
   }
-  result = vec2(tried > 0.0 ? lit / tried : 1.0, facing ? away : kUnknown);
+  float share = tried > 0.0 ? lit / tried : 1.0;
+  // Towards the map's sides shadows fade away rather than break off.
+  vec2 to_side = min(at.xy, 1.0 - at.xy);
+  share = mix(1.0, share, clamp(25.0 * min(to_side.x, to_side.y), 0.0, 1.0));
+  result = vec2(share, facing ? nearness(away) : 0.0);
 }

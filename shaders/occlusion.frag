@@ -4,9 +4,10 @@ uniform sampler2D view_depth;   // m along the view axis
 uniform vec2 ray_scale;         // view-space ray of a pixel = (pixel * scale + offset, 1)
 uniform vec2 ray_offset;
 uniform float radius;           // m
+uniform float near_m;           // m, the view's near plane
 uniform float pixels_per_unit;  // pixels of this target that 1 m covers at 1 m
 
-out vec2 result;  // share of the surroundings that is visible; view distance
+out vec2 result;  // share of the surroundings that is visible; nearness (scene_view.glsl)
 
 const int kTaps = 14;
 // By the golden angle from one tap to the next.
@@ -29,7 +30,7 @@ vec3 smaller(vec3 a, vec3 b) { return abs(a.z) < abs(b.z) ? a : b; }
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   float z = texelFetch(view_depth, pixel, 0).r;
-  result = vec2(1.0, z);
+  result = vec2(1.0, near_m / z);
   if (z > kFarthest) return;
   float reach = min(radius * pixels_per_unit / z, kLargestRadius);
   if (reach < 1.0) return;

@@ -1,7 +1,7 @@
 // Lights what is seen, sample by sample, and makes a picture of it: filmic tone curve, vignette,
 // sRGB.
-uniform sampler2D key_light;  // visible share, view distance
-uniform sampler2D occlusion;  // half size: visible share, view distance
+uniform sampler2D key_light;  // visible share, nearness
+uniform sampler2D occlusion;  // half size: visible share, nearness
 uniform int samples;
 uniform float exposure;
 
@@ -23,12 +23,19 @@ float noise(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
-// What the half-size occlusion says around a pixel.
-struct Openness {
-  vec4 share, away, weight;
+// A share that was found for few points of the picture, at those around a pixel.
+struct Shares {
+  vec4 share, near, weight;
 };
 
-Openness openness_around(ivec2 pixel) {
+// From points at about the same distance.
+float share_at(Shares around, float near) {
+  vec4 alike = max(vec4(1e-3), 1.0 - 30.0 / max(near, 1e-4) * abs(around.near - near));
+  vec4 weight = around.weight * alike + 1e-5;
+  return dot(weight, around.share) / dot(weight, vec4(1.0));
+}
+
+Shares open_shares(ivec2 pixel) {
   ivec2 last = textureSize(occlusion, 0) - 1;
   ivec2 low = pixel / 2;
   ivec2 high = min(low + 1, last);
@@ -39,30 +46,29 @@ Openness openness_around(ivec2 pixel) {
   vec2 part = 0.5 * vec2(pixel - 2 * low);
   vec4 weight = vec4((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y),
                      (1.0 - part.x) * part.y, part.x * part.y);
-  return Openness(vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y), weight);
+  return Shares(vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y), weight);
 }
 
-// From texels at about the same distance.
-float open_share(Openness around, float away) {
-  vec4 alike = max(vec4(1e-3), 1.0 - 30.0 * abs(around.away - away) / away);
-  vec4 weight = around.weight * alike + 1e-5;
-  return dot(weight, around.share) / dot(weight, vec4(1.0));
+// The key light was looked up for one sample of each pixel: the neighbours know of the surfaces of
+// the other samples, and their different taps smooth the penumbra.
+Shares key_shares(ivec2 pixel, ivec2 last) {
+  vec2 own = texelFetch(key_light, pixel, 0).rg;
+  vec2 left = texelFetch(key_light, ivec2(max(pixel.x - 1, 0), pixel.y), 0).rg;
+  vec2 right = texelFetch(key_light, ivec2(min(pixel.x + 1, last.x), pixel.y), 0).rg;
+  vec2 above = texelFetch(key_light, ivec2(pixel.x, min(pixel.y + 1, last.y)), 0).rg;
+  return Shares(vec4(own.x, left.x, right.x, above.x), vec4(own.y, left.y, right.y, above.y),
+                vec4(0.4, 0.2, 0.2, 0.2));
 }
 
 void main() {
   // Rows of the image run from top to bottom, OpenGL's from bottom to top.
   ivec2 last = image_size() - 1;
   ivec2 pixel = ivec2(int(gl_FragCoord.x), last.y - int(gl_FragCoord.y));
-  Openness around = openness_around(pixel);
-  vec2 own = texelFetch(key_light, pixel, 0).rg;
-  vec2 left = texelFetch(key_light, max(pixel - ivec2(1, 0), ivec2(0)), 0).rg;
-  vec2 right = texelFetch(key_light, min(pixel + ivec2(1, 0), last), 0).rg;
-  vec2 below = texelFetch(key_light, max(pixel - ivec2(0, 1), ivec2(0)), 0).rg;
-  vec2 above = texelFetch(key_light, min(pixel + ivec2(0, 1), last), 0).rg;
-  vec4 side_share = vec4(left.x, right.x, below.x, above.x);
-  vec4 side_away = vec4(left.y, right.y, below.y, above.y);
-  vec3 ray = normalize(world_from_image * vec3(vec2(pixel) + 0.5, 1.0));
-  float ray_length = length(world_from_image * vec3(vec2(pixel) + 0.5, 1.0));
+  Shares open = open_shares(pixel);
+  Shares key = key_shares(pixel, last);
+  vec3 ray = world_from_image * vec3(vec2(pixel) + 0.5, 1.0);
+  float ray_length = length(ray);
+  ray /= ray_length;
 
   // Most pixels show one surface in all samples.
   vec2 first = texelFetch(scene_normal, pixel, 0).rg;
@@ -76,20 +82,10 @@ void main() {
     vec3 normal = decode_normal(texelFetch(scene_normal, pixel, i).rg);
     vec4 material = texelFetch(scene_material, pixel, i);
     float away = view_distance(pixel, i);
-    // The key light was looked up for the first sample of each pixel: for another surface, a
-    // neighbour that shows it knows better.
-    float share = own.x;
-    float difference = abs(own.y - away) - 0.002 * away;
-    vec4 side_difference = abs(side_away - away);
-    for (int side = 0; side < 4; ++side) {
-      bool closer = side_difference[side] < difference;
-      share = closer ? side_share[side] : share;
-      difference = closer ? side_difference[side] : difference;
-    }
+    float near = nearness(away);
     // Tone mapped before the average, so that edges against bright parts stay smooth.
-    sum += filmic(exposure *
-                  radiance(normal, material, ray, away * ray_length, share,
-                           open_share(around, away)));
+    sum += filmic(exposure * radiance(normal, material, ray, away * ray_length,
+                                      share_at(key, near), share_at(open, near)));
   }
   vec3 colour = sum / float(count);
   vec2 from_centre = (vec2(pixel) + 0.5) / vec2(last + 1) - 0.5;

@@ -134,30 +134,40 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (scene.drawn(frame, body)) lowest = std::min(lowest, frame.position[body].y());
   }
-  // Moving bodies say where the action is; where there are none, the others do.
-  std::array<std::vector<float>, 3> values;
-  for (const bool moving : {true, false}) {
-    if (!values[0].empty()) break;
-    for (size_t body = 0; body < scene.shape.size(); ++body) {
-      if (!scene.drawn(frame, body) || (scene.moves[body] != 0) != moving) continue;
-      const float radius = scene.radius(body);
-      const Vec3f& position = frame.position[body];
-      // A body out of view may still throw its shadow into it.
-      const float reach = radius + shadow_length * (position.y() - lowest);
-      if (!view.sees_sphere(position, reach)) continue;
-      const Vec3f centre = rotation * position;
-      for (int axis = 0; axis < 3; ++axis) {
-        values[axis].push_back(centre[axis] - radius);
-        values[axis].push_back(centre[axis] + radius);
+  // What the camera looks at: a landscape is not worth the shadows of what stands in it.
+  const Vec3f focus = rotation * (view.eye + view.focus_m * view.forward);
+  const float reach = 2 * view.focus_m * std::max(view.tan_half_width, view.tan_half_height);
+  std::array<std::vector<float>, 3> moving, fixed;
+  for (size_t body = 0; body < scene.shape.size(); ++body) {
+    if (!scene.drawn(frame, body)) continue;
+    const float radius = scene.radius(body);
+    const Vec3f& position = frame.position[body];
+    // A body out of view may still throw its shadow into it.
+    const float shadow = shadow_length * (position.y() - lowest);
+    if (!view.sees_sphere(position, radius + shadow)) continue;
+    const Vec3f centre = rotation * position;
+    auto& values = scene.moves[body] != 0 ? moving : fixed;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const float side : {-radius, radius}) {
+        values[axis].push_back(
+            std::clamp(centre[axis] + side, focus[axis] - reach, focus[axis] + reach));
       }
     }
   }
-  if (values[0].empty()) return make_light_view(Vec3f::Constant(-1), Vec3f::Constant(1));
-
-  // Casters may stand around the action (a crate): a margin on all sides.
-  const float margin = 1.5f * scene.typical_radius_m;
+  if (moving[0].empty() && fixed[0].empty()) {
+    return make_light_view(Vec3f::Constant(-1), Vec3f::Constant(1));
+  }
   std::array<Range, 3> range;
-  for (int axis = 0; axis < 3; ++axis) range[axis] = robust_range(values[axis]);
+  for (int axis = 0; axis < 3; ++axis) {
+    range[axis] = moving[axis].empty() ? Range{fixed[axis].front(), fixed[axis].front()}
+                                       : robust_range(moving[axis]);
+    // Few and large, fixed bodies count in full: a crate stands in nobody's middle 96 %.
+    for (const float value : fixed[axis]) {
+      range[axis].low = std::min(range[axis].low, value);
+      range[axis].high = std::max(range[axis].high, value);
+    }
+  }
+  const float margin = 0.5f * scene.typical_radius_m;
   const float wanted =
       std::max(range[0].high - range[0].low, range[1].high - range[1].low) + 2 * margin;
   // Sizes in steps of a fifth and places in whole texels: shadows stand still while bodies move.
@@ -169,9 +179,8 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
     low[axis] = std::floor((centre - 0.5f * width) / texel) * texel;
     high[axis] = low[axis] + width;
   }
-  const auto [nearest, farthest] = std::minmax_element(values[2].begin(), values[2].end());
-  low.z() = *nearest - width;
-  high.z() = *farthest + width;
+  low.z() = range[2].low - 0.5f * width;
+  high.z() = range[2].high + 0.5f * width;
   return make_light_view(low, high);
 }
 

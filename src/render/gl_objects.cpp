@@ -28,13 +28,6 @@ GLuint GlFramebufferTraits::create() {
 }
 void GlFramebufferTraits::destroy(GLuint name) { glDeleteFramebuffers(1, &name); }
 
-GLuint GlSamplerTraits::create() {
-  GLuint name = 0;
-  glGenSamplers(1, &name);
-  return name;
-}
-void GlSamplerTraits::destroy(GLuint name) { glDeleteSamplers(1, &name); }
-
 GLuint GlVertexArrayTraits::create() {
   GLuint name = 0;
   glGenVertexArrays(1, &name);
@@ -51,6 +44,7 @@ struct PixelFormat {
 // What glTexImage2D wants to hear of data it does not get.
 PixelFormat transfer_format(GLenum internal_format) {
   switch (internal_format) {
+    case GL_DEPTH_COMPONENT16:
     case GL_DEPTH_COMPONENT32F:
       return {GL_DEPTH_COMPONENT, GL_FLOAT};
     case GL_R32F:

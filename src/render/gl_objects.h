@@ -46,14 +46,9 @@ struct GlVertexArrayTraits {
   static GLuint create();
   static void destroy(GLuint name);
 };
-struct GlSamplerTraits {
-  static GLuint create();
-  static void destroy(GLuint name);
-};
 using GlTexture = GlObject<GlTextureTraits>;
 using GlBuffer = GlObject<GlBufferTraits>;
 using GlFramebuffer = GlObject<GlFramebufferTraits>;
-using GlSampler = GlObject<GlSamplerTraits>;
 using GlVertexArray = GlObject<GlVertexArrayTraits>;
 
 // A texture of one level that can be drawn into. `samples` 0: an ordinary 2-D texture, clamped to

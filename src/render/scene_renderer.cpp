@@ -19,7 +19,7 @@ namespace pilesim {
 namespace {
 
 // Simplified meshes may miss the true outline by this much.
-constexpr float kPixelError = 0.5f;
+constexpr float kPixelError = 1.0f;
 // The ground reaches this many times as far as where it has melted into the background.
 constexpr float kGroundReach = 30;
 constexpr float kExposure = 1.0f;
@@ -68,11 +68,11 @@ struct Programs {
   }
 };
 
-// Shadows as sharp as the picture: about one and a half texels for each of its pixels.
+// Shadows about as sharp as the picture: soft shadows wait for the cache most of the time, and a
+// larger map does not stay in it.
 int shadow_resolution(int width, int height) {
   constexpr int kStep = 256;
-  const int wanted = std::max(width, height) * 3 / 2;
-  return std::clamp((wanted + kStep - 1) / kStep * kStep, kStep, 4096);
+  return std::clamp((std::max(width, height) + kStep - 1) / kStep * kStep, kStep, 4096);
 }
 
 // Everything that is drawn into, for pictures of one size.
@@ -90,16 +90,16 @@ struct Targets {
   // `samples` 0: no multisampling.
   Targets(int width, int height, int samples)
       : shadow_size(shadow_resolution(width, height)),
-        shadow(make_target(GL_DEPTH_COMPONENT32F, shadow_size, shadow_size)),
+        shadow(make_target(GL_DEPTH_COMPONENT16, shadow_size, shadow_size)),
         shadow_frame(make_framebuffer({}, shadow.name())),
         normal(make_target(GL_RG16, width, height, samples)),
         material(make_target(GL_RGBA8, width, height, samples)),
         depth(make_target(GL_DEPTH_COMPONENT32F, width, height, samples)),
         scene_frame(make_framebuffer({normal.name(), material.name()}, depth.name(), samples)),
         half_depth(make_target(GL_R32F, (width + 1) / 2, (height + 1) / 2)),
-        half_occlusion(make_target(GL_RG16F, (width + 1) / 2, (height + 1) / 2)),
-        half_blurred(make_target(GL_RG16F, (width + 1) / 2, (height + 1) / 2)),
-        key_light(make_target(GL_RG16F, width, height)),
+        half_occlusion(make_target(GL_RG16, (width + 1) / 2, (height + 1) / 2)),
+        half_blurred(make_target(GL_RG16, (width + 1) / 2, (height + 1) / 2)),
+        key_light(make_target(GL_RG16, width, height)),
         half_depth_frame(make_framebuffer({half_depth.name()})),
         half_occlusion_frame(make_framebuffer({half_occlusion.name()})),
         half_blurred_frame(make_framebuffer({half_blurred.name()})),
@@ -140,7 +140,6 @@ struct SceneRenderer::State {
   std::optional<MeshBuffers> meshes;
   GlVertexArray ground_array, empty_array;
   GlBuffer ground_buffer;
-  GlSampler plain_sampler, comparing_sampler;
 
   DrawList visible, casters;
   LightView light;
@@ -148,7 +147,6 @@ struct SceneRenderer::State {
 
   State(const TrajectoryHeader& header, const RenderSettings& settings);
   ~State() { context.make_current(); }
-  void make_samplers();
   View view_of(const TrajectoryFrame& frame, const CameraKey& camera) const;
   float fade_distance(const TrajectoryFrame& frame, const View& view) const;
   void draw_pass(const TrajectoryFrame& frame, const View& view, Image& result);
@@ -181,26 +179,12 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
   glBindBuffer(GL_ARRAY_BUFFER, ground_buffer.name());
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
   glEnableVertexAttribArray(0);
-  make_samplers();
   for (Image* target : {&image, &pass_image}) {
     target->width = width;
     target->height = height;
     target->rgb.resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
   }
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-}
-
-void SceneRenderer::State::make_samplers() {
-  const auto configure = [](GLuint sampler, GLint filter) {
-    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, filter);
-    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
-    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  };
-  configure(plain_sampler.name(), GL_NEAREST);
-  configure(comparing_sampler.name(), GL_LINEAR);
-  glSamplerParameteri(comparing_sampler.name(), GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glSamplerParameteri(comparing_sampler.name(), GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
 }
 
 // Near and far as close to the bodies as the ground allows.
@@ -318,6 +302,7 @@ void SceneRenderer::State::set_scene_view(const GlProgram& program, const View& 
   const float range = view.far_m - view.near_m;
   glUniform2f(program.uniform("depth_to_view"), view.far_m * view.near_m / range,
               view.far_m / range);
+  glUniform1f(program.uniform("near_m"), view.near_m);
   set(program.uniform("eye"), view.eye);
   const Eigen::Matrix3f world_from_image =
       view.world_from_image(static_cast<float>(width), static_cast<float>(height));
@@ -337,6 +322,7 @@ void SceneRenderer::State::draw_occlusion(const View& view) {
   glUniform1i(program.uniform("view_depth"), kFirstUnit);
   glUniform2f(program.uniform("ray_scale"), scale_x, scale_y);
   glUniform2f(program.uniform("ray_offset"), -view.tan_half_width, -view.tan_half_height);
+  glUniform1f(program.uniform("near_m"), view.near_m);
   glUniform1f(program.uniform("radius"), 1.5f * scene.typical_radius_m);
   glUniform1f(program.uniform("pixels_per_unit"), 1 / scale_y);
   bind_texture(kFirstUnit, GL_TEXTURE_2D, targets->half_depth);
@@ -356,16 +342,9 @@ void SceneRenderer::State::draw_key_light(const View& view) {
   set(program.uniform("shadow_from_world"), light.shadow_from_world);
   set(program.uniform("shadow_extent"), light.extent);
   glUniform1f(program.uniform("shadow_reach"), scene.typical_radius_m);
-  // One texture, read plainly and through comparison.
   glUniform1i(program.uniform("shadow_depth"), kFourthUnit);
-  glUniform1i(program.uniform("shadow_test"), kFifthUnit);
   bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->shadow);
-  bind_texture(kFifthUnit, GL_TEXTURE_2D, targets->shadow);
-  glBindSampler(kFourthUnit, plain_sampler.name());
-  glBindSampler(kFifthUnit, comparing_sampler.name());
   draw_over_target(targets->key_light_frame, width, height);
-  glBindSampler(kFourthUnit, 0);
-  glBindSampler(kFifthUnit, 0);
 }
 
 void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View& view,
