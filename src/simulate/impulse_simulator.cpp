@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "simulate/bullet_broad_phase.h"
 #include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_piece_collision.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
 
@@ -89,7 +90,7 @@ class ImpulseSimulator final : public Simulator {
   StageTimer timer_;
 
   std::vector<BulletShape> shapes_;
-  btDefaultCollisionConfiguration configuration_;
+  PieceCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   BulletBroadPhase broad_phase_;
   BulletContactSolver solver_;
