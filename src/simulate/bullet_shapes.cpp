@@ -110,18 +110,33 @@ void BulletShape::add_pieces(const ModelShape& shape) {
     poses.push_back(to_bullet(pose));
     parts_.push_back(std::move(part));
   }
+  pieces_ = std::make_unique<ConvexPieces>();
+  btVector3 low(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  btVector3 high = -low;
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    btVector3 piece_low, piece_high;
+    parts_[i]->getAabb(poses[i], piece_low, piece_high);
+    pieces_->pieces.push_back(
+        {poses[i], parts_[i].get(), (piece_low + piece_high) / 2, (piece_high - piece_low) / 2});
+    low.setMin(piece_low);
+    high.setMax(piece_high);
+  }
+  pieces_->centre = (low + high) / 2;
+  pieces_->half_extent = (high - low) / 2;
   const bool in_place =
       poses[0].getOrigin().fuzzyZero() &&
       poses[0].getRotation().angleShortestPath(btQuaternion::getIdentity()) < 1e-12;
   if (parts_.size() == 1 && in_place) {
     collision_ = std::move(parts_[0]);
     parts_.clear();
+    collision_->setUserPointer(pieces_.get());
     return;
   }
   auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts_.size()));
   for (size_t i = 0; i < parts_.size(); ++i) compound->addChildShape(poses[i], parts_[i].get());
   compound->setMargin(margin);
   collision_ = std::move(compound);
+  collision_->setUserPointer(pieces_.get());
 }
 
 }  // namespace pilesim
