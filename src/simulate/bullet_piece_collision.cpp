@@ -202,7 +202,7 @@ btCollisionAlgorithmCreateFunc* PieceCollisionConfiguration::getCollisionAlgorit
     return type == COMPOUND_SHAPE_PROXYTYPE || btBroadphaseProxy::isConvex(type);
   };
   const auto is_general = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || type == CONVEX_HULL_SHAPE_PROXYTYPE;
+    return type == COMPOUND_SHAPE_PROXYTYPE || type == CUSTOM_CONVEX_SHAPE_TYPE;
   };
   // Boxes and spheres among themselves have better algorithms of their own.
   if (has_pieces(type_a) && has_pieces(type_b) && (is_general(type_a) || is_general(type_b))) {
