@@ -1,11 +1,10 @@
-in vec3 world_position;
 in vec3 world_normal;
-flat in vec3 albedo;
-out vec4 colour;
+flat in vec4 material;
+layout(location = 0) out vec2 normal_out;
+layout(location = 1) out vec4 material_out;
 
 void main() {
-  vec3 normal = normalize(world_normal);
   // The inside of an open mesh is lit like its outside.
-  if (!gl_FrontFacing) normal = -normal;
-  colour = shade(world_position, normal, albedo, 1.0);
+  normal_out = encode_normal(gl_FrontFacing ? world_normal : -world_normal);
+  material_out = material;
 }

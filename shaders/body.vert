@@ -2,19 +2,18 @@ layout(location = 0) in vec3 vertex_position;       // body frame
 layout(location = 1) in vec3 vertex_normal;         // body frame
 layout(location = 2) in vec3 instance_position;     // world
 layout(location = 3) in vec4 instance_orientation;  // x y z w
-layout(location = 4) in vec3 instance_colour;       // linear
+layout(location = 4) in vec4 instance_material;     // surface.glsl
 
 uniform mat4 clip_from_world;
 
-out vec3 world_position;
 out vec3 world_normal;
-flat out vec3 albedo;
+flat out vec4 material;
 
 vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 
 void main() {
-  world_position = instance_position + rotate(instance_orientation, vertex_position);
   world_normal = rotate(instance_orientation, vertex_normal);
-  albedo = instance_colour;
-  gl_Position = clip_from_world * vec4(world_position, 1.0);
+  material = instance_material;
+  vec3 position = instance_position + rotate(instance_orientation, vertex_position);
+  gl_Position = clip_from_world * vec4(position, 1.0);
 }

@@ -2,9 +2,4 @@ layout(location = 0) in vec3 vertex_position;  // world
 
 uniform mat4 clip_from_world;
 
-out vec3 world_position;
-
-void main() {
-  world_position = vertex_position;
-  gl_Position = clip_from_world * vec4(vertex_position, 1.0);
-}
+void main() { gl_Position = clip_from_world * vec4(vertex_position, 1.0); }

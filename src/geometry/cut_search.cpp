@@ -19,6 +19,9 @@ constexpr size_t kReentrantEdges = 12;
 constexpr size_t kStarts = 6;        // candidates that are improved
 constexpr double kClearance = 1e-6;  // of the extent, between a plane and the face it extends
 
+// Of the hulls by which cuts are compared while searching; the last comparison is exact.
+constexpr double kSearchCoarseness = 3e-3;
+
 // The solid as the search needs it.
 struct CutProblem {
   const std::vector<Vec3>& vertices;
@@ -32,7 +35,8 @@ struct Scratch {
   std::vector<Vec3> below, above;
 };
 
-double hull_volume_of_cut(const CutProblem& problem, const Plane& plane, Scratch& scratch) {
+double hull_volume_of_cut(const CutProblem& problem, const Plane& plane, Scratch& scratch,
+                          double coarseness = kSearchCoarseness) {
   scratch.below.clear();
   scratch.above.clear();
   scratch.distance.resize(problem.vertices.size());
@@ -53,8 +57,8 @@ double hull_volume_of_cut(const CutProblem& problem, const Plane& plane, Scratch
     scratch.below.push_back(crossing);
     scratch.above.push_back(crossing);
   }
-  const double below = scratch.hull.compute(scratch.below);
-  return below + scratch.hull.compute(scratch.above);
+  const double below = scratch.hull.compute(scratch.below, coarseness);
+  return below + scratch.hull.compute(scratch.above, coarseness);
 }
 
 std::vector<Vec3> cutting_directions(const std::vector<Vec3>& vertices) {
@@ -230,6 +234,7 @@ Cut best_cut(const FacetedSolid& solid) {
     Scratch scratch;
     for (size_t k = begin; k < end; ++k) {
       starts[k] = improved(problem, starts[k], bounds.center(), scratch);
+      starts[k].hull_volume_m3 = hull_volume_of_cut(problem, starts[k].plane, scratch, 0);
     }
   });
   Cut best = starts.front();

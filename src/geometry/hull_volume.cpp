@@ -8,12 +8,12 @@ namespace {
 constexpr uint32_t kNone = ~0u;
 }
 
-double HullVolume::compute(std::span<const Vec3> points) {
+double HullVolume::compute(std::span<const Vec3> points, double coarseness) {
   points_ = points;
   faces_.clear();
   next_outside_.assign(points.size(), kNone);
   face_from_.assign(points.size(), kNone);
-  if (!start_with_tetrahedron()) {
+  if (!start_with_tetrahedron(coarseness)) {
     faces_.clear();
     return 0;
   }
@@ -42,7 +42,7 @@ std::vector<uint32_t> HullVolume::vertices() const {
   return result;
 }
 
-bool HullVolume::start_with_tetrahedron() {
+bool HullVolume::start_with_tetrahedron(double coarseness) {
   if (points_.size() < 4) return false;
   Bounds bounds;
   for (const Vec3& point : points_) bounds.extend(point);
@@ -74,6 +74,8 @@ bool HullVolume::start_with_tetrahedron() {
   const auto [d, height] =
       farthest([&](const Vec3& p) { return std::abs((p - points_[a]).dot(normal)); });
   if (!(height > tolerance_)) return false;
+
+  outside_ = std::max(tolerance_, coarseness * height);
 
   const bool above = (points_[d] - points_[a]).dot(normal) > 0;
   const uint32_t second = above ? c : b;  // seen from d, a b c turns clockwise
@@ -110,7 +112,7 @@ void HullVolume::give_point(uint32_t point, uint32_t first_face, uint32_t end_fa
   for (uint32_t f = first_face; f < end_face; ++f) {
     Face& face = faces_[f];
     const double distance = face.normal.dot(points_[point]) - face.offset;
-    if (distance <= tolerance_) continue;
+    if (distance <= outside_) continue;
     next_outside_[point] = face.first_outside;
     face.first_outside = point;
     if (distance > face.farthest_distance) {

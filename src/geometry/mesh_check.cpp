@@ -156,6 +156,10 @@ struct Orientation {
   Finding nested{MeshDefectKind::self_touching};
 };
 
+// Of the diagonal: half of the distance within which triangles touch, so that nothing else lies
+// between.
+constexpr double kJustOutside = 5e-13;
+
 Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {
   Orientation found;
   const std::vector<uint32_t> pieces = largest_triangle_of_each_piece(mesh);
@@ -175,7 +179,7 @@ Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {
     const auto& [ia, ib, ic] = mesh.triangles[piece];
     const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
     const Vec3 normal = (b - a).cross(c - a).normalized();
-    const Vec3 outside = (a + b + c) / 3.0 + 1e-7 * diagonal * normal;
+    const Vec3 outside = (a + b + c) / 3.0 + kJustOutside * diagonal * normal;
     const double solids = inside.winding_number(outside);
     if (solids < -0.5) {
       found.inside_out.add(

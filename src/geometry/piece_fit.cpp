@@ -1,13 +1,18 @@
 #include "geometry/piece_fit.h"
 
 #include <algorithm>
-#include <array>
-#include <optional>
+#include <limits>
+#include <utility>
 
 #include "geometry/convex_hull.h"
+#include "geometry/hull_volume.h"
 
 namespace pilesim {
 namespace {
+
+constexpr size_t kGroundNormals = 24;
+// Smaller differences are rounding: the earlier point stays.
+constexpr double kTie = 1e-9;
 
 struct Trim {
   Vec3 normal;
@@ -44,19 +49,49 @@ Trim best_depth(const Trimmed& trimmed, const Vec3& normal, double max_depth) {
   return best;
 }
 
-std::vector<Vec3> facet_normals(const FacetedSolid& hull) {
+bool is_new(const std::vector<Vec3>& normals, const Vec3& normal, double least_distance) {
+  return !normal.isZero() && std::ranges::none_of(normals, [&](const Vec3& other) {
+    return normal.dot(other) > 1 - least_distance;
+  });
+}
+
+// Normals of the largest faces, in falling order of area.
+std::vector<Vec3> large_faces(const FacetedSolid& solid) {
+  std::vector<std::pair<double, Vec3>> by_area;
+  for (const FacetedSolid::Face& face : solid.faces) {
+    double area = 0;
+    const Vec3& corner = solid.vertices[solid.edges[face.first_edge].from];
+    for (uint32_t e = face.first_edge; e < face.first_edge + face.edge_count; ++e) {
+      area += (solid.vertices[solid.edges[e].from] - corner)
+                  .cross(solid.vertices[solid.edges[e].to] - corner)
+                  .dot(face.normal);
+    }
+    by_area.emplace_back(area, face.normal);
+  }
+  std::ranges::stable_sort(by_area, std::ranges::greater{}, &std::pair<double, Vec3>::first);
   std::vector<Vec3> normals;
-  for (const FacetedSolid::Face& face : hull.faces) {
-    const bool repeated = std::ranges::any_of(
-        normals, [&](const Vec3& other) { return face.normal.dot(other) > 1 - 1e-4; });
-    if (!repeated && !face.normal.isZero()) normals.push_back(face.normal);
+  for (const auto& [area, normal] : by_area) {
+    if (normals.size() == kGroundNormals) break;
+    if (is_new(normals, normal, 1e-3)) normals.push_back(normal);
+  }
+  return normals;
+}
+
+// Facets of the hull roof over hollows; large faces of the part say how the ground runs below.
+std::vector<Vec3> trim_normals(const Trimmed& trimmed) {
+  std::vector<Vec3> normals;
+  for (const FacetedSolid::Face& face : trimmed.hull.faces) {
+    if (is_new(normals, face.normal, 1e-4)) normals.push_back(face.normal);
+  }
+  for (const Vec3& normal : large_faces(trimmed.part)) {
+    if (is_new(normals, normal, 1e-4)) normals.push_back(normal);
   }
   return normals;
 }
 
 void trim(Trimmed& trimmed, const PieceFitOptions& options) {
   std::vector<Trim> trims;
-  for (const Vec3& normal : facet_normals(trimmed.hull)) {
+  for (const Vec3& normal : trim_normals(trimmed)) {
     trims.push_back(best_depth(trimmed, normal, options.max_trim_m));
   }
   // Gains shrink with every cut, so the best is looked at again before it is made.
@@ -101,17 +136,47 @@ std::vector<Vec3> seam_ends(const ConvexPart& part, const FacetedSolid& hull) {
 
 }  // namespace
 
+// `points` of a convex polytope so that their hull keeps most of its volume: after `kept` each time
+// the one that adds most.
+TriangleMesh most_of_the_hull(const std::vector<Vec3>& points, std::vector<Vec3> kept, int count) {
+  HullVolume hull;
+  // The first four by distance, so that there is a volume to add to.
+  while (kept.size() < 4 || hull.compute(kept) == 0) {
+    const auto farthest = std::ranges::max_element(points, {}, [&](const Vec3& point) {
+      double distance = std::numeric_limits<double>::infinity();
+      for (const Vec3& other : kept) distance = std::min(distance, (point - other).norm());
+      return distance;
+    });
+    kept.push_back(*farthest);
+    if (kept.size() > static_cast<size_t>(count)) break;
+  }
+  while (kept.size() < static_cast<size_t>(count)) {
+    double most = hull.compute(kept);
+    const Vec3* best = nullptr;
+    kept.emplace_back();
+    for (const Vec3& point : points) {
+      kept.back() = point;
+      const double volume = hull.compute(kept);
+      if (volume > most * (1 + kTie)) {
+        most = volume;
+        best = &point;
+      }
+    }
+    kept.pop_back();
+    if (best == nullptr) break;
+    kept.push_back(*best);
+  }
+  return convex_hull(kept);
+}
+
 TriangleMesh fit_piece(const ConvexPart& part, const PieceFitOptions& options) {
   Trimmed trimmed{faceted_solid(convex_hull(part.hull_points)), part.solid};
   trim(trimmed, options);
   TriangleMesh full = convex_hull(trimmed.hull.vertices);
   if (full.vertices.size() <= static_cast<size_t>(options.max_vertices)) return full;
   std::vector<Vec3> kept = seam_ends(part, trimmed.hull);
-  const int room = options.max_vertices - static_cast<int>(kept.size());
-  if (room < options.max_vertices / 2) return simplified_hull(full.vertices, options.max_vertices);
-  const TriangleMesh simple = simplified_hull(full.vertices, room);
-  kept.insert(kept.end(), simple.vertices.begin(), simple.vertices.end());
-  return convex_hull(kept);
+  if (kept.size() > static_cast<size_t>(options.max_vertices) / 2) kept.clear();
+  return most_of_the_hull(full.vertices, std::move(kept), options.max_vertices);
 }
 
 }  // namespace pilesim

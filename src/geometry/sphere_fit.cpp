@@ -75,6 +75,8 @@ class SphereFitter {
       });
       const auto best = std::max_element(gains.begin(), gains.end()) - gains.begin();
       spheres_.push_back(inscribed[static_cast<size_t>(best)]);
+      // At its best place at once: else the next one goes for the rim that this one leaves.
+      improve(spheres_.back());
       change_coverage(spheres_.back(), 1);
     }
   }

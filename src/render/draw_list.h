@@ -16,13 +16,16 @@ namespace pilesim {
 // kPresent, which rendering does not depend on.
 inline constexpr uint8_t kDrawnFlag = 1;
 
+// Colour and kind as the shaders have them (surface.glsl), 255 for 1.
+using PackedMaterial = std::array<uint8_t, 4>;
+
 // What a vertex shader gets of each body (body.vert).
 struct Instance {
   Vec3f position;                    // m, world
   std::array<float, 4> orientation;  // x y z w
-  Vec3f colour;                      // linear
+  PackedMaterial material;
 };
-static_assert(sizeof(Instance) == 40);
+static_assert(sizeof(Instance) == 32);
 
 // Instances of one level of one shape that lie one after another.
 struct DrawBatch {
@@ -40,12 +43,12 @@ struct DrawList {
 
 // The scene as the renderer keeps it, one entry a body or a shape of the trajectory.
 struct RenderScene {
-  std::vector<RenderMesh> meshes;  // (shape) without levels' triangles for planes
-  std::vector<uint8_t> is_plane;   // (shape)
-  std::vector<uint32_t> shape;     // (body)
-  std::vector<Vec3f> colour;       // (body) linear
-  std::vector<uint8_t> moves;      // (body)
-  float typical_radius_m = 1;      // median of the moving bodies' bounding radii
+  std::vector<RenderMesh> meshes;        // (shape) without levels' triangles for planes
+  std::vector<uint8_t> is_plane;         // (shape)
+  std::vector<uint32_t> shape;           // (body)
+  std::vector<PackedMaterial> material;  // (body)
+  std::vector<uint8_t> moves;            // (body)
+  float typical_radius_m = 1;            // median of the moving bodies' bounding radii
 
   explicit RenderScene(const TrajectoryHeader& header);
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }

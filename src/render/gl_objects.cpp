@@ -1,6 +1,7 @@
 #include "render/gl_objects.h"
 
 #include <array>
+#include <vector>
 
 #include "core/error.h"
 
@@ -27,13 +28,6 @@ GLuint GlFramebufferTraits::create() {
 }
 void GlFramebufferTraits::destroy(GLuint name) { glDeleteFramebuffers(1, &name); }
 
-GLuint GlSamplerTraits::create() {
-  GLuint name = 0;
-  glGenSamplers(1, &name);
-  return name;
-}
-void GlSamplerTraits::destroy(GLuint name) { glDeleteSamplers(1, &name); }
-
 GLuint GlVertexArrayTraits::create() {
   GLuint name = 0;
   glGenVertexArrays(1, &name);
@@ -50,12 +44,11 @@ struct PixelFormat {
 // What glTexImage2D wants to hear of data it does not get.
 PixelFormat transfer_format(GLenum internal_format) {
   switch (internal_format) {
+    case GL_DEPTH_COMPONENT16:
     case GL_DEPTH_COMPONENT32F:
       return {GL_DEPTH_COMPONENT, GL_FLOAT};
     case GL_R32F:
       return {GL_RED, GL_FLOAT};
-    case GL_R8:
-      return {GL_RED, GL_UNSIGNED_BYTE};
     default:
       return {GL_RGBA, GL_UNSIGNED_BYTE};
   }
@@ -103,16 +96,17 @@ GlTexture make_target(GLenum internal_format, int width, int height, int samples
   return texture;
 }
 
-GlFramebuffer make_framebuffer(GLuint colour, GLuint depth, int samples) {
+GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colours, GLuint depth, int samples) {
   const GLenum target = samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
   GlFramebuffer framebuffer;
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
-  if (colour != 0) {
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, target, colour, 0);
-  } else {
-    glDrawBuffer(GL_NONE);
-    glReadBuffer(GL_NONE);
+  std::vector<GLenum> outputs;
+  for (const GLuint colour : colours) {
+    outputs.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(outputs.size()));
+    glFramebufferTexture2D(GL_FRAMEBUFFER, outputs.back(), target, colour, 0);
   }
+  glDrawBuffers(static_cast<GLsizei>(outputs.size()), outputs.data());
+  glReadBuffer(outputs.empty() ? GL_NONE : outputs.front());
   if (depth != 0) glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, target, depth, 0);
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     throw Error(ErrorKind::internal, Problem{.found = "OSMesa cannot draw into a framebuffer "

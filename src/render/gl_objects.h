@@ -4,6 +4,7 @@
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -45,14 +46,9 @@ struct GlVertexArrayTraits {
   static GLuint create();
   static void destroy(GLuint name);
 };
-struct GlSamplerTraits {
-  static GLuint create();
-  static void destroy(GLuint name);
-};
 using GlTexture = GlObject<GlTextureTraits>;
 using GlBuffer = GlObject<GlBufferTraits>;
 using GlFramebuffer = GlObject<GlFramebufferTraits>;
-using GlSampler = GlObject<GlSamplerTraits>;
 using GlVertexArray = GlObject<GlVertexArrayTraits>;
 
 // A texture of one level that can be drawn into. `samples` 0: an ordinary 2-D texture, clamped to
@@ -60,9 +56,10 @@ using GlVertexArray = GlObject<GlVertexArrayTraits>;
 GlTexture make_target(GLenum internal_format, int width, int height, int samples = 0,
                       GLint filter = GL_NEAREST);
 
-// A framebuffer of these (`colour` or `depth` 0: none). Throws Error(internal) if the driver cannot
-// draw into it.
-GlFramebuffer make_framebuffer(GLuint colour, GLuint depth, int samples = 0);
+// A framebuffer of these, fragment shader output i into `colours[i]` (`depth` 0: none). Throws
+// Error(internal) if the driver cannot draw into it.
+GlFramebuffer make_framebuffer(std::initializer_list<GLuint> colours, GLuint depth = 0,
+                               int samples = 0);
 
 class GlProgram {
  public:

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "render/scene_renderer.h"
@@ -30,7 +31,9 @@ class VideoWriter {
   std::unique_ptr<State> state_;
 };
 
-// Pictures side by side, row by row, with a thin gap; all of one size. At most columns * rows.
-Image contact_sheet(const std::vector<Image>& pictures, int columns);
+// Pictures side by side, row by row, with a thin gap; all of one size. Each bears its label (ASCII)
+// in its lower left corner.
+Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::string>& labels,
+                    int columns);
 
 }  // namespace pilesim

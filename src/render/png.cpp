@@ -1,52 +1,60 @@
-#include <png.h>
+#include <zlib.h>
+
+#include <cstdlib>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "render/image_output.h"
 
+namespace {
+
+// For stb_image_write, whose own compressor takes three times as long for larger files: the stream,
+// to be freed with free(), or null.
+unsigned char* compress_for_stb(unsigned char* bytes, int count, int* compressed_count, int level) {
+  uLongf size = compressBound(static_cast<uLong>(count));
+  auto* compressed = static_cast<unsigned char*>(std::malloc(size));
+  if (compressed == nullptr) return nullptr;
+  if (compress2(compressed, &size, bytes, static_cast<uLong>(count), level) != Z_OK) {
+    std::free(compressed);
+    return nullptr;
+  }
+  *compressed_count = static_cast<int>(size);
+  return compressed;
+}
+
+}  // namespace
+
+#define STBIW_ZLIB_COMPRESS compress_for_stb
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb_image_write.h>
+
 namespace pilesim {
 namespace {
 
-void append_bytes(png_structp png, png_bytep bytes, size_t count) {
-  auto& file = *static_cast<std::string*>(png_get_io_ptr(png));
-  file.append(reinterpret_cast<const char*>(bytes), count);
+void append_bytes(void* file, void* bytes, int count) {
+  static_cast<std::string*>(file)->append(static_cast<const char*>(bytes),
+                                          static_cast<size_t>(count));
 }
 
-void no_flush(png_structp) {}
-
-[[noreturn]] void fail(png_structp, png_const_charp reason) {
-  throw Error(ErrorKind::internal, Problem{.found = std::string("libpng: ") + reason});
+// Files of 330 kB in 28 ms for 960x540: a tenth larger than what takes three times as long.
+bool configure_stb() {
+  stbi_write_png_compression_level = 2;
+  stbi_write_force_png_filter = 1;  // differences to the left
+  return true;
 }
-
-void no_warning(png_structp, png_const_charp) {}
-
-struct PngWriter {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, fail, no_warning);
-  png_infop info = png_create_info_struct(png);
-  PngWriter() = default;
-  PngWriter(const PngWriter&) = delete;
-  PngWriter& operator=(const PngWriter&) = delete;
-  ~PngWriter() { png_destroy_write_struct(&png, &info); }
-};
 
 }  // namespace
 
 void write_png(const Image& image, const std::filesystem::path& file) {
+  static const bool configured = configure_stb();
   std::string bytes;
-  PngWriter writer;
-  png_set_write_fn(writer.png, &bytes, append_bytes, no_flush);
-  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(image.width),
-               static_cast<png_uint_32>(image.height), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_set_sRGB(writer.png, writer.info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_compression_level(writer.png, 2);
-  png_write_info(writer.png, writer.info);
-  const size_t row_bytes = 3 * static_cast<size_t>(image.width);
-  for (int row = 0; row < image.height; ++row) {
-    png_write_row(writer.png, image.rgb.data() + static_cast<size_t>(row) * row_bytes);
+  if (!configured || stbi_write_png_to_func(append_bytes, &bytes, image.width, image.height, 3,
+                                            image.rgb.data(), 3 * image.width) == 0) {
+    throw Error(ErrorKind::internal,
+                Problem{.file = file.string(), .found = "not enough memory to compress a picture"});
   }
-  png_write_end(writer.png, writer.info);
   write_file_atomically(file, bytes);
 }
 

@@ -24,6 +24,12 @@ std::string frame_name(uint64_t frame) {
   return name;
 }
 
+std::string time_label(double time_s) {
+  char label[32];
+  std::snprintf(label, sizeof label, "%.2f s", time_s);
+  return label;
+}
+
 // Compresses and encodes on a thread of its own while the next frame is drawn. At most a few
 // pictures wait, so that memory stays bounded where encoding is the slower part.
 class PictureSink {
@@ -135,18 +141,20 @@ void draw_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera
   const size_t count =
       std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
   std::vector<Image> pictures;
+  std::vector<std::string> labels;
   TrajectoryFrame frame;
   for (size_t i = 0; i < count; ++i) {
     const uint64_t index =
         job.frames[count == 1 ? job.frames.size() - 1 : i * (job.frames.size() - 1) / (count - 1)];
     trajectory.read(index, frame);
     pictures.push_back(renderer.draw(frame, camera_of_frame(camera, trajectory.header(), index)));
+    labels.push_back(time_label(static_cast<double>(index) / trajectory.header().frame_rate));
     progress.update(i + 1);
     if (interrupted()) {
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
     }
   }
-  write_png(contact_sheet(pictures, columns), job.output / "sheet.png");
+  write_png(contact_sheet(pictures, labels, columns), job.output / "sheet.png");
 }
 
 // The number of frames drawn; fewer than asked where it was interrupted.

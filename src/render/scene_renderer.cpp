@@ -11,15 +11,15 @@
 #include "render/draw_list.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
+#include "render/mesh_buffers.h"
 #include "render/shaders.h"
 #include "render/view.h"
 
 namespace pilesim {
 namespace {
 
-constexpr int kShadowResolution = 2048;
 // Simplified meshes may miss the true outline by this much.
-constexpr float kPixelError = 0.5f;
+constexpr float kPixelError = 1.0f;
 // The ground reaches this many times as far as where it has melted into the background.
 constexpr float kGroundReach = 30;
 constexpr float kExposure = 1.0f;
@@ -28,6 +28,10 @@ constexpr float kExposure = 1.0f;
 constexpr GLuint kFirstUnit = 0;
 constexpr GLuint kSecondUnit = 1;
 constexpr GLuint kThirdUnit = 2;
+constexpr GLuint kFourthUnit = 3;
+constexpr GLuint kFifthUnit = 4;
+// What llvmpipe draws at once.
+constexpr int kDriverSamples = 4;
 
 std::string concatenate(std::initializer_list<std::string_view> parts) {
   std::string text;
@@ -38,55 +42,70 @@ std::string concatenate(std::initializer_list<std::string_view> parts) {
 struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
   GlProgram body{"body", shaders::body_vert,
-                 concatenate({shaders::lighting_glsl, shaders::body_frag})};
-  GlProgram ground{
-      "ground", shaders::ground_vert,
-      concatenate({shaders::background_glsl, shaders::lighting_glsl, shaders::ground_frag})};
-  GlProgram sky{"sky", shaders::screen_vert,
-                concatenate({shaders::background_glsl, shaders::sky_frag})};
+                 concatenate({shaders::surface_glsl, shaders::body_frag})};
+  GlProgram ground{"ground", shaders::ground_vert,
+                   concatenate({shaders::surface_glsl, shaders::ground_frag})};
   GlProgram occlusion_depth;
   GlProgram occlusion{"occlusion", shaders::screen_vert, shaders::occlusion_frag};
   GlProgram occlusion_blur{"occlusion_blur", shaders::screen_vert, shaders::occlusion_blur_frag};
-  GlProgram composite;
+  GlProgram key_light;
+  GlProgram picture;
 
   explicit Programs(bool multisample)
       : occlusion_depth("occlusion_depth", shaders::screen_vert,
-                        concatenate({define(multisample), shaders::view_depth_glsl,
+                        concatenate({define(multisample), shaders::scene_view_glsl,
                                      shaders::occlusion_depth_frag})),
-        composite(
-            "composite", shaders::screen_vert,
-            concatenate({define(multisample), shaders::view_depth_glsl, shaders::composite_frag})) {
-  }
+        key_light("key_light", shaders::screen_vert,
+                  concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
+                               shaders::key_light_frag})),
+        picture("picture", shaders::screen_vert,
+                concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
+                             shaders::background_glsl, shaders::lighting_glsl,
+                             shaders::picture_frag})) {}
 
   static std::string_view define(bool multisample) {
     return multisample ? "#define MULTISAMPLE\n" : "";
   }
 };
 
+// Shadows about as sharp as the picture: soft shadows wait for the cache most of the time, and a
+// larger map does not stay in it.
+int shadow_resolution(int width, int height) {
+  constexpr int kStep = 256;
+  return std::clamp((std::max(width, height) + kStep - 1) / kStep * kStep, kStep, 4096);
+}
+
 // Everything that is drawn into, for pictures of one size.
 struct Targets {
-  GlTexture shadow = make_target(GL_DEPTH_COMPONENT32F, kShadowResolution, kShadowResolution);
-  GlFramebuffer shadow_frame = make_framebuffer(0, shadow.name());
-  GlTexture colour, depth;
+  int shadow_size;  // texels
+  GlTexture shadow;
+  GlFramebuffer shadow_frame;
+  GlTexture normal, material, depth;
   GlFramebuffer scene_frame;
-  GlTexture half_depth, half_occlusion, half_blurred;
-  GlFramebuffer half_depth_frame, half_occlusion_frame, half_blurred_frame;
+  GlTexture half_depth, half_occlusion, half_blurred, key_light;
+  GlFramebuffer half_depth_frame, half_occlusion_frame, half_blurred_frame, key_light_frame;
   GlTexture display;
   GlFramebuffer display_frame;
 
   // `samples` 0: no multisampling.
   Targets(int width, int height, int samples)
-      : colour(make_target(GL_RGBA16F, width, height, samples)),
+      : shadow_size(shadow_resolution(width, height)),
+        shadow(make_target(GL_DEPTH_COMPONENT16, shadow_size, shadow_size)),
+        shadow_frame(make_framebuffer({}, shadow.name())),
+        normal(make_target(GL_RG16, width, height, samples)),
+        material(make_target(GL_RGBA8, width, height, samples)),
         depth(make_target(GL_DEPTH_COMPONENT32F, width, height, samples)),
-        scene_frame(make_framebuffer(colour.name(), depth.name(), samples)),
+        scene_frame(make_framebuffer({normal.name(), material.name()}, depth.name(), samples)),
         half_depth(make_target(GL_R32F, (width + 1) / 2, (height + 1) / 2)),
-        half_occlusion(make_target(GL_RG32F, (width + 1) / 2, (height + 1) / 2)),
-        half_blurred(make_target(GL_RG32F, (width + 1) / 2, (height + 1) / 2)),
-        half_depth_frame(make_framebuffer(half_depth.name(), 0)),
-        half_occlusion_frame(make_framebuffer(half_occlusion.name(), 0)),
-        half_blurred_frame(make_framebuffer(half_blurred.name(), 0)),
+        half_occlusion(make_target(GL_RG16, (width + 1) / 2, (height + 1) / 2)),
+        half_blurred(make_target(GL_RG16, (width + 1) / 2, (height + 1) / 2)),
+        key_light(make_target(GL_RG16, width, height)),
+        half_depth_frame(make_framebuffer({half_depth.name()})),
+        half_occlusion_frame(make_framebuffer({half_occlusion.name()})),
+        half_blurred_frame(make_framebuffer({half_blurred.name()})),
+        key_light_frame(make_framebuffer({key_light.name()})),
         display(make_target(GL_RGBA8, width, height)),
-        display_frame(make_framebuffer(display.name(), 0)) {}
+        display_frame(make_framebuffer({display.name()})) {}
 };
 
 void set(GLint uniform, const Vec3f& value) { glUniform3fv(uniform, 1, value.data()); }
@@ -99,41 +118,45 @@ void bind_texture(GLuint unit, GLenum target, const GlTexture& texture) {
   glBindTexture(target, texture.name());
 }
 
+// Pixel by pixel, into `a`.
+void average(Image& a, const Image& b) {
+  for (size_t i = 0; i < a.rgb.size(); ++i) {
+    a.rgb[i] = static_cast<uint8_t>((a.rgb[i] + b.rgb[i] + 1) / 2);
+  }
+}
+
 }  // namespace
 
 struct SceneRenderer::State {
   RenderScene scene;
   int width, height;
   int samples;  // of the multisample targets, 0: none
+  // Each is drawn with its own offset of the picture (pixels): more samples than the driver has.
+  std::vector<Eigen::Vector2f> passes = {Eigen::Vector2f::Zero()};
+  Eigen::Vector2f first_sample = {0.5f, 0.5f};  // of a pixel, from its lower left corner
   GlContext context;
   std::optional<Programs> programs;
   std::optional<Targets> targets;
-
-  // Vertices and indices of all meshes in two buffers; where each mesh begins in them.
-  GlVertexArray vertex_array;
-  GlBuffer vertex_buffer, index_buffer, instance_buffer;
-  std::vector<uint32_t> mesh_first_vertex, mesh_first_index;
+  std::optional<MeshBuffers> meshes;
   GlVertexArray ground_array, empty_array;
   GlBuffer ground_buffer;
-  GlSampler plain_sampler, comparing_sampler;
 
   DrawList visible, casters;
   LightView light;
-  Image image;
+  Image image, pass_image;
 
   State(const TrajectoryHeader& header, const RenderSettings& settings);
   ~State() { context.make_current(); }
-  void upload_meshes();
-  void make_samplers();
   View view_of(const TrajectoryFrame& frame, const CameraKey& camera) const;
-  void draw_instances(const DrawList& list);
+  float fade_distance(const TrajectoryFrame& frame, const View& view) const;
+  void draw_pass(const TrajectoryFrame& frame, const View& view, Image& result);
   void draw_shadow_map(const TrajectoryFrame& frame, const View& view);
-  void set_lighting(const GlProgram& program, const View& view);
-  void draw_bodies(const TrajectoryFrame& frame, const View& view);
-  void draw_ground(const TrajectoryFrame& frame, const View& view, const CameraKey& camera);
-  void draw_sky(const View& view);
+  void draw_surfaces(const TrajectoryFrame& frame, const View& view);
+  void draw_ground(const TrajectoryFrame& frame, const View& view);
+  void set_scene_view(const GlProgram& program, const View& view);
   void draw_occlusion(const View& view);
-  void compose(const View& view);
+  void draw_key_light(const View& view);
+  void draw_picture(const TrajectoryFrame& frame, const View& view, Image& result);
   void draw_over_target(const GlFramebuffer& frame, int target_width, int target_height);
 };
 
@@ -141,59 +164,27 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
     : scene(header),
       width(settings.size[0]),
       height(settings.size[1]),
-      samples(settings.samples > 1 ? settings.samples : 0) {
+      samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0) {
+  // The driver's four samples are a square lattice; a second pass fills the middle of its cells.
+  if (settings.samples > kDriverSamples)
+    passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
   programs.emplace(samples > 0);
   targets.emplace(width, height, samples);
-  upload_meshes();
-  make_samplers();
-  image.width = width;
-  image.height = height;
-  image.rgb.resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-}
-
-void SceneRenderer::State::upload_meshes() {
-  std::vector<RenderVertex> vertices;
-  std::vector<uint32_t> indices;
-  for (const RenderMesh& mesh : scene.meshes) {
-    mesh_first_vertex.push_back(static_cast<uint32_t>(vertices.size()));
-    mesh_first_index.push_back(static_cast<uint32_t>(indices.size()));
-    vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-    indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
+  if (samples > 0) {
+    glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
+    glGetMultisamplefv(GL_SAMPLE_POSITION, 0, first_sample.data());
   }
-  glBindVertexArray(vertex_array.name());
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, index_buffer.name());
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(uint32_t)),
-               indices.data(), GL_STATIC_DRAW);
-  glBindBuffer(GL_ARRAY_BUFFER, vertex_buffer.name());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(RenderVertex)),
-               vertices.data(), GL_STATIC_DRAW);
-  const auto offset = [](size_t bytes) { return reinterpret_cast<const void*>(bytes); };
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(RenderVertex),
-                        offset(offsetof(RenderVertex, position)));
-  glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(RenderVertex),
-                        offset(offsetof(RenderVertex, normal)));
-  for (GLuint attribute = 0; attribute < 5; ++attribute) {
-    glEnableVertexAttribArray(attribute);
-    if (attribute >= 2) glVertexAttribDivisor(attribute, 1);
-  }
+  meshes.emplace(scene.meshes);
   glBindVertexArray(ground_array.name());
   glBindBuffer(GL_ARRAY_BUFFER, ground_buffer.name());
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
   glEnableVertexAttribArray(0);
-}
-
-void SceneRenderer::State::make_samplers() {
-  const auto configure = [](GLuint sampler, GLint filter) {
-    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, filter);
-    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, filter);
-    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  };
-  configure(plain_sampler.name(), GL_NEAREST);
-  configure(comparing_sampler.name(), GL_LINEAR);
-  glSamplerParameteri(comparing_sampler.name(), GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glSamplerParameteri(comparing_sampler.name(), GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+  for (Image* target : {&image, &pass_image}) {
+    target->width = width;
+    target->height = height;
+    target->rgb.resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
+  }
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
 
 // Near and far as close to the bodies as the ground allows.
@@ -215,42 +206,12 @@ View SceneRenderer::State::view_of(const TrajectoryFrame& frame, const CameraKey
   return make_view(camera, aspect, nearest, std::max(2 * farthest, 400 * distance));
 }
 
-void SceneRenderer::State::draw_instances(const DrawList& list) {
-  glBindVertexArray(vertex_array.name());
-  glBindBuffer(GL_ARRAY_BUFFER, instance_buffer.name());
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(list.instances.size() * sizeof(Instance)),
-               list.instances.data(), GL_STREAM_DRAW);
-  for (const DrawBatch& batch : list.batches) {
-    const RenderMesh& mesh = scene.meshes[batch.shape];
-    const LevelOfDetail& level = mesh.levels[batch.level];
-    const size_t base = batch.first_instance * sizeof(Instance);
-    const auto offset = [&](size_t bytes) { return reinterpret_cast<const void*>(base + bytes); };
-    glVertexAttribPointer(2, 3, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                          offset(offsetof(Instance, position)));
-    glVertexAttribPointer(3, 4, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                          offset(offsetof(Instance, orientation)));
-    glVertexAttribPointer(4, 3, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                          offset(offsetof(Instance, colour)));
-    if (mesh.closed) {
-      glEnable(GL_CULL_FACE);
-    } else {
-      glDisable(GL_CULL_FACE);
-    }
-    const size_t first = mesh_first_index[batch.shape] + level.first_index;
-    glDrawElementsInstancedBaseVertex(
-        GL_TRIANGLES, static_cast<GLsizei>(level.index_count), GL_UNSIGNED_INT,
-        reinterpret_cast<const void*>(first * sizeof(uint32_t)),
-        static_cast<GLsizei>(batch.instance_count),
-        static_cast<GLint>(mesh_first_vertex[batch.shape] + level.first_vertex));
-  }
-  glDisable(GL_CULL_FACE);
-}
-
 void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const View& view) {
-  light = fit_light_view(scene, frame, view, kShadowResolution);
-  list_shadow_casters(scene, frame, light, kShadowResolution, casters);
+  const int size = targets->shadow_size;
+  light = fit_light_view(scene, frame, view, size);
+  list_shadow_casters(scene, frame, light, size, casters);
   glBindFramebuffer(GL_FRAMEBUFFER, targets->shadow_frame.name());
-  glViewport(0, 0, kShadowResolution, kShadowResolution);
+  glViewport(0, 0, size, size);
   glEnable(GL_DEPTH_TEST);
   glClear(GL_DEPTH_BUFFER_BIT);
   programs->shadow.use();
@@ -264,68 +225,60 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
   glEnable(GL_DEPTH_CLAMP);
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1.5f, 2.0f);
-  draw_instances(casters);
+  meshes->draw(casters);
   glDisable(GL_POLYGON_OFFSET_FILL);
   glDisable(GL_DEPTH_CLAMP);
 }
 
-void SceneRenderer::State::set_lighting(const GlProgram& program, const View& view) {
+void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const View& view) {
+  glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
+  glViewport(0, 0, width, height);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  list_visible_bodies(scene, frame, view, static_cast<float>(height), kPixelError, visible);
+  programs->body.use();
+  set(programs->body.uniform("clip_from_world"), view.clip_from_world);
+  meshes->draw(visible);
+  draw_ground(frame, view);
+  glDisable(GL_DEPTH_TEST);
+}
+
+// Of all planes the one that reaches farthest sets it.
+float SceneRenderer::State::fade_distance(const TrajectoryFrame& frame, const View& view) const {
+  float distance = 3 * view.focus_m;
+  for (size_t body = 0; body < scene.shape.size(); ++body) {
+    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kDrawnFlag) == 0) continue;
+    const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
+    distance = std::max(distance, 8 * normal.dot(view.eye - frame.position[body]));
+  }
+  return distance;
+}
+
+void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View& view) {
+  const GlProgram& program = programs->ground;
   program.use();
   set(program.uniform("clip_from_world"), view.clip_from_world);
-  set(program.uniform("eye"), view.eye);
-  set(program.uniform("to_light"), key_light_direction());
-  set(program.uniform("shadow_from_world"), light.shadow_from_world);
-  set(program.uniform("shadow_extent"), light.extent);
-  glUniform1f(program.uniform("shadow_reach"), scene.typical_radius_m);
-  glUniform1i(program.uniform("shadow_depth"), kFirstUnit);
-  glUniform1i(program.uniform("shadow_test"), kSecondUnit);
-}
-
-void SceneRenderer::State::draw_bodies(const TrajectoryFrame& frame, const View& view) {
-  list_visible_bodies(scene, frame, view, static_cast<float>(height), kPixelError, visible);
-  set_lighting(programs->body, view);
-  draw_instances(visible);
-}
-
-void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View& view,
-                                       const CameraKey& camera) {
-  set_lighting(programs->ground, view);
-  const GlProgram& program = programs->ground;
-  const auto distance = static_cast<float>((camera.target - camera.position).norm());
+  const float reach = kGroundReach * fade_distance(frame, view);
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kDrawnFlag) == 0) continue;
     const Quatf& q = frame.orientation[body];
     const Vec3f normal = q * Vec3f(0, 1, 0);
     const float eye_height = normal.dot(view.eye - frame.position[body]);
     if (eye_height <= 0) continue;  // seen from below there is nothing to see
-    const float fade_distance = std::max(8 * eye_height, 3 * distance);
     const Vec3f centre = view.eye - eye_height * normal;
-    const Vec3f along = kGroundReach * fade_distance * (q * Vec3f(1, 0, 0));
-    const Vec3f across = kGroundReach * fade_distance * (q * Vec3f(0, 0, 1));
+    const Vec3f along = reach * (q * Vec3f(1, 0, 0));
+    const Vec3f across = reach * (q * Vec3f(0, 0, 1));
     const std::array<Vec3f, 4> corners = {centre - along - across, centre + along - across,
                                           centre - along + across, centre + along + across};
     set(program.uniform("plane_normal"), normal);
-    set(program.uniform("plane_albedo"), scene.colour[body]);
-    glUniform1f(program.uniform("fade_distance"), fade_distance);
+    const Eigen::Vector4f material =
+        Eigen::Map<const Eigen::Matrix<uint8_t, 4, 1>>(scene.material[body].data()).cast<float>() /
+        255;
+    glUniform4fv(program.uniform("plane_material"), 1, material.data());
     glBindVertexArray(ground_array.name());
     glBindBuffer(GL_ARRAY_BUFFER, ground_buffer.name());
     glBufferData(GL_ARRAY_BUFFER, sizeof(corners), corners.data(), GL_STREAM_DRAW);
     glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
   }
-}
-
-void SceneRenderer::State::draw_sky(const View& view) {
-  programs->sky.use();
-  Eigen::Matrix3f world_from_screen;
-  world_from_screen.col(0) = view.tan_half_width * view.right;
-  world_from_screen.col(1) = view.tan_half_height * view.up;
-  world_from_screen.col(2) = view.forward;
-  glUniformMatrix3fv(programs->sky.uniform("world_from_screen"), 1, GL_FALSE,
-                     world_from_screen.data());
-  glDepthFunc(GL_LEQUAL);
-  glBindVertexArray(empty_array.name());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDepthFunc(GL_LESS);
 }
 
 void SceneRenderer::State::draw_over_target(const GlFramebuffer& frame, int target_width,
@@ -336,24 +289,30 @@ void SceneRenderer::State::draw_over_target(const GlFramebuffer& frame, int targ
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-namespace {
-// From the depth buffer's [0, 1] to metres along the view axis: x / (y - depth).
-void set_depth_to_view(const GlProgram& program, const View& view) {
+// The uniforms of scene_view.glsl; its textures go to the first three units.
+void SceneRenderer::State::set_scene_view(const GlProgram& program, const View& view) {
+  program.use();
+  const GLenum target = samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
+  glUniform1i(program.uniform("scene_depth"), kFirstUnit);
+  glUniform1i(program.uniform("scene_normal"), kSecondUnit);
+  glUniform1i(program.uniform("scene_material"), kThirdUnit);
+  bind_texture(kFirstUnit, target, targets->depth);
+  bind_texture(kSecondUnit, target, targets->normal);
+  bind_texture(kThirdUnit, target, targets->material);
   const float range = view.far_m - view.near_m;
   glUniform2f(program.uniform("depth_to_view"), view.far_m * view.near_m / range,
               view.far_m / range);
+  glUniform1f(program.uniform("near_m"), view.near_m);
+  set(program.uniform("eye"), view.eye);
+  const Eigen::Matrix3f world_from_image =
+      view.world_from_image(static_cast<float>(width), static_cast<float>(height));
+  glUniformMatrix3fv(program.uniform("world_from_image"), 1, GL_FALSE, world_from_image.data());
 }
-}  // namespace
 
 void SceneRenderer::State::draw_occlusion(const View& view) {
-  const GLenum target = samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
   const int half_width = (width + 1) / 2;
   const int half_height = (height + 1) / 2;
-  glDisable(GL_DEPTH_TEST);
-  programs->occlusion_depth.use();
-  glUniform1i(programs->occlusion_depth.uniform("scene_depth"), kFirstUnit);
-  set_depth_to_view(programs->occlusion_depth, view);
-  bind_texture(kFirstUnit, target, targets->depth);
+  set_scene_view(programs->occlusion_depth, view);
   draw_over_target(targets->half_depth_frame, half_width, half_height);
 
   const GlProgram& program = programs->occlusion;
@@ -363,6 +322,7 @@ void SceneRenderer::State::draw_occlusion(const View& view) {
   glUniform1i(program.uniform("view_depth"), kFirstUnit);
   glUniform2f(program.uniform("ray_scale"), scale_x, scale_y);
   glUniform2f(program.uniform("ray_offset"), -view.tan_half_width, -view.tan_half_height);
+  glUniform1f(program.uniform("near_m"), view.near_m);
   glUniform1f(program.uniform("radius"), 1.5f * scene.typical_radius_m);
   glUniform1f(program.uniform("pixels_per_unit"), 1 / scale_y);
   bind_texture(kFirstUnit, GL_TEXTURE_2D, targets->half_depth);
@@ -374,21 +334,41 @@ void SceneRenderer::State::draw_occlusion(const View& view) {
   draw_over_target(targets->half_blurred_frame, half_width, half_height);
 }
 
-void SceneRenderer::State::compose(const View& view) {
-  const GLenum target = samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D;
-  const GlProgram& program = programs->composite;
-  program.use();
-  set_depth_to_view(program, view);
-  glUniform1i(program.uniform("scene_colour"), kFirstUnit);
-  glUniform1i(program.uniform("scene_depth"), kSecondUnit);
-  glUniform1i(program.uniform("occlusion"), kThirdUnit);
+void SceneRenderer::State::draw_key_light(const View& view) {
+  const GlProgram& program = programs->key_light;
+  set_scene_view(program, view);
+  glUniform2fv(program.uniform("first_sample"), 1, first_sample.data());
+  set(program.uniform("to_light"), key_light_direction());
+  set(program.uniform("shadow_from_world"), light.shadow_from_world);
+  set(program.uniform("shadow_extent"), light.extent);
+  glUniform1f(program.uniform("shadow_reach"), scene.typical_radius_m);
+  glUniform1i(program.uniform("shadow_depth"), kFourthUnit);
+  bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->shadow);
+  draw_over_target(targets->key_light_frame, width, height);
+}
+
+void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View& view,
+                                        Image& result) {
+  const GlProgram& program = programs->picture;
+  set_scene_view(program, view);
+  set(program.uniform("to_light"), key_light_direction());
+  glUniform1f(program.uniform("fade_distance"), fade_distance(frame, view));
+  glUniform1i(program.uniform("key_light"), kFourthUnit);
+  glUniform1i(program.uniform("occlusion"), kFifthUnit);
   glUniform1i(program.uniform("samples"), std::max(1, samples));
   glUniform1f(program.uniform("exposure"), kExposure);
-  bind_texture(kFirstUnit, target, targets->colour);
-  bind_texture(kSecondUnit, target, targets->depth);
-  bind_texture(kThirdUnit, GL_TEXTURE_2D, targets->half_blurred);
+  bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->key_light);
+  bind_texture(kFifthUnit, GL_TEXTURE_2D, targets->half_blurred);
   draw_over_target(targets->display_frame, width, height);
-  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, result.rgb.data());
+}
+
+void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& view,
+                                     Image& result) {
+  draw_surfaces(frame, view);
+  draw_occlusion(view);
+  draw_key_light(view);
+  draw_picture(frame, view, result);
 }
 
 SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings)
@@ -399,24 +379,15 @@ SceneRenderer::~SceneRenderer() = default;
 const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& camera) {
   State& s = *state_;
   s.context.make_current();
-  const View view = s.view_of(frame, camera);
-  s.draw_shadow_map(frame, view);
-
-  glBindFramebuffer(GL_FRAMEBUFFER, s.targets->scene_frame.name());
-  glViewport(0, 0, s.width, s.height);
-  glClear(GL_DEPTH_BUFFER_BIT);
-  bind_texture(kFirstUnit, GL_TEXTURE_2D, s.targets->shadow);
-  bind_texture(kSecondUnit, GL_TEXTURE_2D, s.targets->shadow);
-  glBindSampler(kFirstUnit, s.plain_sampler.name());
-  glBindSampler(kSecondUnit, s.comparing_sampler.name());
-  s.draw_bodies(frame, view);
-  s.draw_ground(frame, view, camera);
-  s.draw_sky(view);
-  glBindSampler(kFirstUnit, 0);
-  glBindSampler(kSecondUnit, 0);
-
-  s.draw_occlusion(view);
-  s.compose(view);
+  const View centred = s.view_of(frame, camera);
+  s.draw_shadow_map(frame, centred);
+  for (size_t pass = 0; pass < s.passes.size(); ++pass) {
+    View view = centred;
+    view.shift(2 * s.passes[pass].x() / static_cast<float>(s.width),
+               2 * s.passes[pass].y() / static_cast<float>(s.height));
+    s.draw_pass(frame, view, pass == 0 ? s.image : s.pass_image);
+    if (pass > 0) average(s.image, s.pass_image);
+  }
   assert(glGetError() == GL_NO_ERROR);
   return s.image;
 }

@@ -7,7 +7,8 @@ namespace pilesim::shaders {
 
 extern const std::string_view background_glsl;
 extern const std::string_view lighting_glsl;
-extern const std::string_view view_depth_glsl;
+extern const std::string_view scene_view_glsl;
+extern const std::string_view surface_glsl;
 extern const std::string_view body_vert;
 extern const std::string_view body_frag;
 extern const std::string_view shadow_vert;
@@ -15,10 +16,10 @@ extern const std::string_view shadow_frag;
 extern const std::string_view ground_vert;
 extern const std::string_view ground_frag;
 extern const std::string_view screen_vert;
-extern const std::string_view sky_frag;
+extern const std::string_view key_light_frag;
 extern const std::string_view occlusion_depth_frag;
 extern const std::string_view occlusion_frag;
 extern const std::string_view occlusion_blur_frag;
-extern const std::string_view composite_frag;
+extern const std::string_view picture_frag;
 
 }  // namespace pilesim::shaders

@@ -17,6 +17,22 @@ Eigen::Vector2f View::project(const Vec3f& point, float width, float height) con
           (0.5f - 0.5f * clip.y() / clip.w()) * height};
 }
 
+Eigen::Matrix3f View::world_from_image(float width, float height) const {
+  const Vec3f across = tan_half_width * right;
+  const Vec3f upward = tan_half_height * up;
+  Eigen::Matrix3f matrix;
+  matrix.col(0) = 2 / width * across;
+  matrix.col(1) = 2 / height * upward;
+  matrix.col(2) = forward - (1 + offset.x()) * across - (1 + offset.y()) * upward;
+  return matrix;
+}
+
+void View::shift(float x, float y) {
+  clip_from_world.row(0) += x * clip_from_world.row(3);
+  clip_from_world.row(1) += y * clip_from_world.row(3);
+  offset += Eigen::Vector2f(x, y);
+}
+
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m) {
   View view;
   view.eye = camera.position.cast<float>();
@@ -29,6 +45,7 @@ View make_view(const CameraKey& camera, float aspect, float near_m, float far_m)
   view.tan_half_width = view.tan_half_height * aspect;
   view.near_m = near_m;
   view.far_m = far_m;
+  view.focus_m = static_cast<float>((camera.target - camera.position).norm());
 
   Eigen::Matrix4f view_from_world = Eigen::Matrix4f::Identity();
   view_from_world.block<1, 3>(0, 0) = view.right.transpose();

@@ -14,6 +14,8 @@ struct View {
   float tan_half_width = 1;       // of the field of view
   float tan_half_height = 1;
   float near_m = 0.1f, far_m = 100;
+  float focus_m = 1;                                 // from the eye to the camera's target
+  Eigen::Vector2f offset = Eigen::Vector2f::Zero();  // of the picture, of half its size
   std::array<Eigen::Vector4f, 5> planes;  // n.p + d >= 0 inside: left, right, bottom, top, near
 
   float depth_of(const Vec3f& point) const { return forward.dot(point - eye); }
@@ -21,6 +23,11 @@ struct View {
   // Column and row (from the top) of a point in front of the eye, in pixels of a picture of that
   // size; the middle of the first pixel is (0.5, 0.5).
   Eigen::Vector2f project(const Vec3f& point, float width, float height) const;
+  // From (column, row from the bottom, 1) in pixels to the ray there, 1 m long along `forward`.
+  Eigen::Matrix3f world_from_image(float width, float height) const;
+  // Moves the picture right and up by shares of half its size: less than what the planes, which
+  // stay, leave out.
+  void shift(float x, float y);
 };
 
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m);

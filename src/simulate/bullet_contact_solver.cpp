@@ -2,22 +2,6 @@
 
 namespace pilesim {
 
-namespace {
-
-// A contact rests where it is not deeper than this share of the body's radius and closes slower
-// than four times the body's rest speed.
-constexpr double kRestingDepth = 0.003;
-constexpr double kRestingSpeeds = 4;
-
-bool rests(const btRigidBody* body, double distance, double velocity) {
-  if (body == nullptr || body->getUserPointer() == nullptr) return true;
-  const auto& dynamic = *static_cast<const DynamicBody*>(body->getUserPointer());
-  return distance > -kRestingDepth * dynamic.bounding_radius &&
-         velocity > -kRestingSpeeds * dynamic.rest_speed;
-}
-
-}  // namespace
-
 // Of the two bodies along the contact's normal, before this step's forces; negative: closing.
 double BulletContactSolver::approach_velocity(const btSolverConstraint& contact) {
   const btSolverBody& a = m_tmpSolverBodyPool[contact.m_solverBodyIdA];
@@ -37,13 +21,6 @@ void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int 
     btSolverConstraint& contact = m_tmpSolverContactConstraintPool[i];
     const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
     const double velocity = approach_velocity(contact);
-    const auto rests_on = [&](int id) {
-      return rests(m_tmpSolverBodyPool[id].m_originalBody, point.getDistance(), velocity);
-    };
-    if (rests_on(contact.m_solverBodyIdA) && rests_on(contact.m_solverBodyIdB)) {
-      contact.m_rhs += contact.m_rhsPenetration;
-      contact.m_rhsPenetration = 0;
-    }
     const double restitution = point.m_combinedRestitution;
     if (restitution <= 0) continue;
     const bool outlives_gravity = -restitution * velocity > step_gravity;
@@ -53,6 +30,32 @@ void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int 
       contact.m_rhsPenetration = 0;  // the rebound parts them; a push would add to its energy
       bouncing_[static_cast<size_t>(i)] = 1;
     }
+  }
+}
+
+btScalar BulletContactSolver::solveSingleIteration(
+    int iteration, btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
+    int manifold_count, btTypedConstraint** constraints, int constraint_count,
+    const btContactSolverInfo& info, btIDebugDraw* draw) {
+  const btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
+      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info,
+      draw);
+  release_unloaded_friction();
+  return residual;
+}
+
+void BulletContactSolver::release_unloaded_friction() {
+  for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
+    btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[i];
+    const btSolverConstraint& contact = m_tmpSolverContactConstraintPool[friction.m_frictionIndex];
+    if (friction.m_appliedImpulse == 0 || contact.m_appliedImpulse > 0) continue;
+    btSolverBody& a = m_tmpSolverBodyPool[friction.m_solverBodyIdA];
+    btSolverBody& b = m_tmpSolverBodyPool[friction.m_solverBodyIdB];
+    a.internalApplyImpulse(friction.m_contactNormal1 * a.internalGetInvMass(),
+                           friction.m_angularComponentA, -friction.m_appliedImpulse);
+    b.internalApplyImpulse(friction.m_contactNormal2 * b.internalGetInvMass(),
+                           friction.m_angularComponentB, -friction.m_appliedImpulse);
+    friction.m_appliedImpulse = 0;
   }
 }
 

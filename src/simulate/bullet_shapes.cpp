@@ -22,6 +22,36 @@ bool is_diagonal(const Mat3& inertia) {
          std::abs(inertia(1, 2)) <= limit;
 }
 
+// A hull whose farthest vertex in a direction, which collision detection asks for all the time, is
+// found with vector instructions.
+class ConvexHull final : public btConvexHullShape {
+ public:
+  explicit ConvexHull(const std::vector<Vec3>& points)
+      : coordinates_(static_cast<Eigen::Index>(points.size()), 3) {
+    m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE;  // else Bullet takes its own way to the vertices
+    for (size_t i = 0; i < points.size(); ++i) {
+      addPoint(to_bullet(points[i]), false);
+      coordinates_.row(static_cast<Eigen::Index>(i)) = points[i];
+    }
+    recalcLocalAabb();
+  }
+
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    constexpr Eigen::Index kMost = 256;
+    assert(coordinates_.rows() <= kMost);
+    Eigen::Array<double, Eigen::Dynamic, 1, 0, kMost, 1> heights =
+        coordinates_.col(0) * direction.x() + coordinates_.col(1) * direction.y() +
+        coordinates_.col(2) * direction.z();
+    const double highest = heights.maxCoeff();
+    const double* const first = heights.data();
+    return m_unscaledPoints[static_cast<int>(std::find(first, first + heights.size(), highest) -
+                                             first)];
+  }
+
+ private:
+  Eigen::Array<double, Eigen::Dynamic, 3> coordinates_;  // m, a row for each vertex
+};
+
 // The largest sphere about `centre` within the hull.
 double inner_radius(const TriangleMesh& hull, const Vec3& centre) {
   double radius = std::numeric_limits<double>::infinity();
@@ -78,16 +108,15 @@ void BulletShape::add_pieces(const ModelShape& shape) {
     std::unique_ptr<btConvexShape> part;
     switch (piece.kind) {
       case CollisionPiece::Kind::hull: {
-        auto hull = std::make_unique<btConvexHullShape>();
         Vec3 centre = Vec3::Zero();
-        for (const Vec3& vertex : piece.hull.vertices) {
-          hull->addPoint(to_bullet(pose.apply(vertex)), false);
-          centre += vertex / static_cast<double>(piece.hull.vertices.size());
+        std::vector<Vec3> vertices = piece.hull.vertices;
+        for (Vec3& vertex : vertices) {
+          centre += vertex / static_cast<double>(vertices.size());
+          vertex = pose.apply(vertex);
         }
-        hull->recalcLocalAabb();
         inner = {to_bullet(pose.apply(centre)), inner_radius(piece.hull, centre)};
         pose = {};
-        part = std::move(hull);
+        part = std::make_unique<ConvexHull>(vertices);
         break;
       }
       case CollisionPiece::Kind::box:
@@ -110,18 +139,33 @@ void BulletShape::add_pieces(const ModelShape& shape) {
     poses.push_back(to_bullet(pose));
     parts_.push_back(std::move(part));
   }
+  pieces_ = std::make_unique<ConvexPieces>();
+  btVector3 low(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+  btVector3 high = -low;
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    btVector3 piece_low, piece_high;
+    parts_[i]->getAabb(poses[i], piece_low, piece_high);
+    pieces_->pieces.push_back(
+        {poses[i], parts_[i].get(), (piece_low + piece_high) / 2, (piece_high - piece_low) / 2});
+    low.setMin(piece_low);
+    high.setMax(piece_high);
+  }
+  pieces_->centre = (low + high) / 2;
+  pieces_->half_extent = (high - low) / 2;
   const bool in_place =
       poses[0].getOrigin().fuzzyZero() &&
       poses[0].getRotation().angleShortestPath(btQuaternion::getIdentity()) < 1e-12;
   if (parts_.size() == 1 && in_place) {
     collision_ = std::move(parts_[0]);
     parts_.clear();
+    collision_->setUserPointer(pieces_.get());
     return;
   }
   auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts_.size()));
   for (size_t i = 0; i < parts_.size(); ++i) compound->addChildShape(poses[i], parts_[i].get());
   compound->setMargin(margin);
   collision_ = std::move(compound);
+  collision_->setUserPointer(pieces_.get());
 }
 
 }  // namespace pilesim

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/model.h"
+#include "simulate/bullet_piece_collision.h"
 #include "simulate/bullet_types.h"
 
 namespace pilesim {
@@ -39,6 +40,7 @@ class BulletShape {
   // Before collision_, which refers to them.
   std::unique_ptr<btTriangleMesh> triangles_;
   std::vector<std::unique_ptr<btConvexShape>> parts_;
+  std::unique_ptr<ConvexPieces> pieces_;
   std::unique_ptr<btCollisionShape> collision_;
 };
 

@@ -61,7 +61,7 @@ TEST(MeshCheck, HoleIsAnOpenEdge) {
   TriangleMesh mesh = box_mesh({2, 2, 2});
   mesh.triangles.pop_back();  // (4, 7, 6)
   expect_only(mesh, MeshDefectKind::open_edge, 3,
-              "edge (4, 6) from (-1, -1, 1) to (-1, 1, 1) has one triangle only (1): the surface "
+              "edge (4, 6) from (-1, -1, 1) to (-1, 1, 1) has one triangle only (0): the surface "
               "is open there; 3 open edges in all");
 }
 

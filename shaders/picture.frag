@@ -1,0 +1,95 @@
+// Lights what is seen, sample by sample, and makes a picture of it: filmic tone curve, vignette,
+// sRGB.
+uniform sampler2D key_light;  // visible share, nearness
+uniform sampler2D occlusion;  // half size: visible share, nearness
+uniform int samples;
+uniform float exposure;
+
+out vec4 display;
+
+// Filmic curve per channel (a rational fit with a toe and a shoulder); 0 to 0, rising, below 1.
+vec3 filmic(vec3 x) {
+  const float a = 2.2, b = 0.04, c = 2.1, d = 0.62, e = 0.16;
+  return (x * (a * x + b)) / (x * (c * x + d) + e);
+}
+
+vec3 srgb(vec3 linear) {
+  vec3 low = 12.92 * linear;
+  vec3 high = 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055;
+  return mix(high, low, lessThanEqual(linear, vec3(0.0031308)));
+}
+
+float noise(vec2 pixel) {
+  return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
+}
+
+// A share that was found for few points of the picture, at those around a pixel.
+struct Shares {
+  vec4 share, near, weight;
+};
+
+// From points at about the same distance.
+float share_at(Shares around, float near) {
+  vec4 alike = max(vec4(1e-3), 1.0 - 30.0 / max(near, 1e-4) * abs(around.near - near));
+  vec4 weight = around.weight * alike + 1e-5;
+  return dot(weight, around.share) / dot(weight, vec4(1.0));
+}
+
+Shares open_shares(ivec2 pixel) {
+  ivec2 last = textureSize(occlusion, 0) - 1;
+  ivec2 low = pixel / 2;
+  ivec2 high = min(low + 1, last);
+  vec2 a = texelFetch(occlusion, low, 0).rg;
+  vec2 b = texelFetch(occlusion, ivec2(high.x, low.y), 0).rg;
+  vec2 c = texelFetch(occlusion, ivec2(low.x, high.y), 0).rg;
+  vec2 d = texelFetch(occlusion, high, 0).rg;
+  vec2 part = 0.5 * vec2(pixel - 2 * low);
+  vec4 weight = vec4((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y),
+                     (1.0 - part.x) * part.y, part.x * part.y);
+  return Shares(vec4(a.x, b.x, c.x, d.x), vec4(a.y, b.y, c.y, d.y), weight);
+}
+
+// The key light was looked up for one sample of each pixel: the neighbours know of the surfaces of
+// the other samples, and their different taps smooth the penumbra.
+Shares key_shares(ivec2 pixel, ivec2 last) {
+  vec2 own = texelFetch(key_light, pixel, 0).rg;
+  vec2 left = texelFetch(key_light, ivec2(max(pixel.x - 1, 0), pixel.y), 0).rg;
+  vec2 right = texelFetch(key_light, ivec2(min(pixel.x + 1, last.x), pixel.y), 0).rg;
+  vec2 above = texelFetch(key_light, ivec2(pixel.x, min(pixel.y + 1, last.y)), 0).rg;
+  return Shares(vec4(own.x, left.x, right.x, above.x), vec4(own.y, left.y, right.y, above.y),
+                vec4(0.4, 0.2, 0.2, 0.2));
+}
+
+void main() {
+  // Rows of the image run from top to bottom, OpenGL's from bottom to top.
+  ivec2 last = image_size() - 1;
+  ivec2 pixel = ivec2(int(gl_FragCoord.x), last.y - int(gl_FragCoord.y));
+  Shares open = open_shares(pixel);
+  Shares key = key_shares(pixel, last);
+  vec3 ray = world_from_image * vec3(vec2(pixel) + 0.5, 1.0);
+  float ray_length = length(ray);
+  ray /= ray_length;
+
+  // Most pixels show one surface in all samples.
+  vec2 first = texelFetch(scene_normal, pixel, 0).rg;
+  int count = 1;
+  for (int i = 1; i < samples; ++i) {
+    if (texelFetch(scene_normal, pixel, i).rg != first) count = samples;
+  }
+
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < count; ++i) {
+    vec3 normal = decode_normal(texelFetch(scene_normal, pixel, i).rg);
+    vec4 material = texelFetch(scene_material, pixel, i);
+    float away = view_distance(pixel, i);
+    float near = nearness(away);
+    // Tone mapped before the average, so that edges against bright parts stay smooth.
+    sum += filmic(exposure * radiance(normal, material, ray, away * ray_length,
+                                      share_at(key, near), share_at(open, near)));
+  }
+  vec3 colour = sum / float(count);
+  vec2 from_centre = (vec2(pixel) + 0.5) / vec2(last + 1) - 0.5;
+  colour *= 1.0 - 0.35 * dot(from_centre, from_centre);
+  // Half a step of noise keeps smooth gradients from banding in 8 bits.
+  display = vec4(srgb(colour) + (noise(gl_FragCoord.xy) - 0.5) / 255.0, 1.0);
+}

@@ -1,0 +1,25 @@
+// What is kept of the surface in each sample, for the passes that light it. Lighting is dear and
+// small triangles cover few samples each, so it waits until it is known what is seen.
+//   normal    octahedral (Meyer et al. 2010), to [0,1]^2
+//   material  square roots of linear red, green and blue; kind
+//   kind      0: sky, the targets' clear value; 128/255: ground; 1: body
+// llvmpipe reads texels of up to 32 bits several times as fast as larger ones.
+
+vec2 fold(vec2 v) {
+  return (1.0 - abs(v.yx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(v, vec2(0.0)));
+}
+
+// Of any vector but zero.
+vec2 encode_normal(vec3 n) {
+  n /= abs(n.x) + abs(n.y) + abs(n.z);
+  return 0.5 + 0.5 * (n.z >= 0.0 ? n.xy : fold(n.xy));
+}
+
+vec3 decode_normal(vec2 code) {
+  vec2 v = 2.0 * code - 1.0;
+  float z = 1.0 - abs(v.x) - abs(v.y);
+  return normalize(vec3(z >= 0.0 ? v : fold(v), z));
+}
+
+bool is_sky(float kind) { return kind < 0.25; }
+bool is_body(float kind) { return kind > 0.75; }

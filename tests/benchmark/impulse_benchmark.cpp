@@ -1,0 +1,202 @@
+// Time of the impulse mode beside a plain Bullet driver, both in one run:
+//   impulse_benchmark [BODIES [STEP_HZ [REPEATS [MESH]]]]
+// Hulls of 40 vertices of one mesh fall in a cubic grid onto a plane: 420 frames at 60 Hz. The
+// plain driver is the world of Bullet's manual: its default settings, one thread, the same hulls,
+// places, masses and steps.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <sys/resource.h>
+
+#include "core/error.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mesh_import.h"
+#include "report/machine_info.h"
+#include "simulate/bullet_types.h"
+#include "simulate/simulator.h"
+#include "support/small_model.h"
+
+namespace pilesim {
+namespace {
+
+constexpr int kFrames = 420;
+constexpr double kFrameRate = 60;
+constexpr int kHullVertices = 40;
+constexpr double kDiameter =
+    2;  // m, of a body's bounding ball: Bullet's defaults are made for such sizes
+
+struct Setup {
+  SmallModel small;
+  int step_hz;
+};
+
+// The mesh's hull about its centre of mass, scaled to the diameter above.
+ModelShape hull_shape(const std::string& file) {
+  ModelShape shape;
+  shape.name = file;
+  shape.mesh = simplified_hull(import_mesh(file).vertices, kHullVertices);
+  const Vec3 centre = mass_properties(shape.mesh).centre_of_mass;
+  double radius = 0;
+  for (Vec3& vertex : shape.mesh.vertices) radius = std::max(radius, (vertex -= centre).norm());
+  for (Vec3& vertex : shape.mesh.vertices) vertex *= kDiameter / 2 / radius;
+  shape.mass = mass_properties(shape.mesh);
+  shape.bounding_radius = kDiameter / 2;
+  shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
+  shape.pieces.push_back({CollisionPiece::Kind::hull, {}, {}, shape.mesh});
+  return shape;
+}
+
+void fill(Setup& setup, const ModelShape& shape, int bodies) {
+  SmallModel& m = setup.small;
+  m.scene.frame_rate = kFrameRate;
+  m.scene.step_s = 1.0 / setup.step_hz;
+  const uint32_t material = m.material(0.1, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  m.model.shapes.push_back(shape);
+  const auto index = static_cast<uint32_t>(m.model.shapes.size() - 1);
+  const int side = static_cast<int>(std::ceil(std::cbrt(bodies)));
+  for (int i = 0; i < bodies; ++i) {
+    const Vec3 cell(i % side, i / (side * side), i / side % side);
+    // Turned a little, each in its own way, so that columns do not stay columns.
+    const Quat turn(Eigen::AngleAxisd(0.7 * i, Vec3(std::sin(i), std::cos(i), 0.5).normalized()));
+    m.body(index, material, kDiameter * 1.1 * (cell + Vec3(0, 1, 0))).pose.orientation = turn;
+  }
+}
+
+struct Result {
+  double seconds = 0;
+  StageTimes stages;
+  double deepest_m = 0;
+  double kinetic_j = 0;
+};
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Result run_pilesim(const Setup& setup) {
+  const auto simulator = make_simulator(setup.small.scene, setup.small.model);
+  Result result;
+  const double start = now_s();
+  FrameStatistics last;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    last = simulator->step_frame();
+    result.stages += last.times;
+  }
+  result.seconds = now_s() - start;
+  result.deepest_m = last.deepest_penetration_m;
+  result.kinetic_j = last.kinetic_energy_j;
+  return result;
+}
+
+Result run_plain(const Setup& setup) {
+  const Model& model = setup.small.model;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broad_phase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broad_phase, &solver, &configuration);
+  world.setGravity(to_bullet(setup.small.scene.gravity));
+  btStaticPlaneShape plane({0, 1, 0}, 0);
+  btConvexHullShape hull;
+  for (const Vec3& vertex : model.shapes.back().mesh.vertices) hull.addPoint(to_bullet(vertex));
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  for (const ModelBody& source : model.bodies) {
+    const bool fixed = source.role == Role::fixed;
+    btCollisionShape* shape = fixed ? static_cast<btCollisionShape*>(&plane) : &hull;
+    btVector3 inertia(0, 0, 0);
+    if (!fixed) hull.calculateLocalInertia(source.mass_kg, inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(source.mass_kg, nullptr, shape, inertia);
+    info.m_startWorldTransform = to_bullet(source.pose);
+    info.m_friction = std::sqrt(0.5);
+    info.m_restitution = std::sqrt(0.1);
+    bodies.push_back(std::make_unique<btRigidBody>(info));
+    world.addRigidBody(bodies.back().get());
+  }
+  Result result;
+  const double start = now_s();
+  for (int frame = 0; frame < kFrames; ++frame) {
+    for (int step = 0; step < setup.step_hz / static_cast<int>(kFrameRate); ++step) {
+      world.stepSimulation(1.0 / setup.step_hz, 0);
+    }
+  }
+  result.seconds = now_s() - start;
+  for (const auto& body : bodies) {
+    if (body->getInvMass() > 0 && body->isActive()) {
+      result.kinetic_j += body->getLinearVelocity().length2() / (2 * body->getInvMass());
+    }
+  }
+  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      result.deepest_m =
+          std::max<double>(result.deepest_m, -manifold.getContactPoint(p).getDistance());
+    }
+  }
+  for (const auto& body : bodies) world.removeRigidBody(body.get());
+  return result;
+}
+
+const Result& median(std::vector<Result>& results) {
+  std::ranges::sort(results, {}, &Result::seconds);
+  return results[results.size() / 2];
+}
+
+void run(int argc, char** argv) {
+  const int bodies = argc > 1 ? std::atoi(argv[1]) : 100;
+  const int step_hz = argc > 2 ? std::atoi(argv[2]) : 240;
+  const int repeats = argc > 3 ? std::atoi(argv[3]) : 5;
+  const std::string mesh = argc > 4 ? argv[4] : PILESIM_SOURCE_DIR "/assets/rabbit.obj";
+  if (bodies < 1 || repeats < 1 || step_hz < kFrameRate || step_hz % 60 != 0) {
+    throw Error(ErrorKind::usage,
+                Problem{.found = "an argument out of range",
+                        .remedy = "impulse_benchmark [BODIES [STEP_HZ, a multiple of 60 [REPEATS "
+                                  "[MESH]]]]"});
+  }
+  Setup setup{{}, step_hz};
+  fill(setup, hull_shape(mesh), bodies);
+  std::vector<Result> ours, plain;
+  for (int i = 0; i < repeats; ++i) {
+    ours.push_back(run_pilesim(setup));
+    plain.push_back(run_plain(setup));
+  }
+  const Result& a = median(ours);
+  const Result& b = median(plain);
+  const MachineInfo machine = machine_info();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double steps = kFrames * step_hz / kFrameRate;
+  std::printf("%s, %s\n", machine.cpu.c_str(), machine.system.c_str());
+  std::printf("%d bodies, step 1/%d s, %d frames, median of %d\n", bodies, step_hz, kFrames,
+              repeats);
+  std::printf("pilesim       %8.2f s, ratio to plain Bullet %.2f\n", a.seconds,
+              a.seconds / b.seconds);
+  std::printf("plain Bullet  %8.2f s\n", b.seconds);
+  std::printf("ms a step     broad %.3f, narrow %.3f, solver %.3f, integration %.3f, other %.3f\n",
+              1e3 * a.stages.of(Stage::broad_phase) / steps,
+              1e3 * a.stages.of(Stage::narrow_phase) / steps,
+              1e3 * a.stages.of(Stage::solver) / steps,
+              1e3 * a.stages.of(Stage::integration) / steps, 1e3 * a.stages.other_s() / steps);
+  std::printf("at the end    deepest %.2g m (plain %.2g m), kinetic %.2g J (plain %.2g J)\n",
+              a.deepest_m, b.deepest_m, a.kinetic_j, b.kinetic_j);
+  std::printf("peak memory   %.0f MB, of both drivers\n",
+              static_cast<double>(usage.ru_maxrss) / 1024);
+}
+
+}  // namespace
+}  // namespace pilesim
+
+int main(int argc, char** argv) {
+  try {
+    pilesim::run(argc, argv);
+  } catch (const pilesim::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
