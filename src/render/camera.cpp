@@ -18,31 +18,40 @@ constexpr double kLeftOut = 0.02;
 // Bit 0 of a body's state in a trajectory.
 constexpr uint8_t kPresent = 1;
 
-double largest_radius(const TrajectoryHeader& header) {
+// Which bodies the picture is about: those that move or, without any, all that are not planes.
+std::vector<uint8_t> of_interest(const TrajectoryHeader& header) {
+  if (std::ranges::any_of(header.body_moves, [](uint8_t m) { return m != 0; })) {
+    return header.body_moves;
+  }
+  std::vector<uint8_t> solid;
+  for (const uint32_t shape : header.body_shape) solid.push_back(!header.shapes[shape].is_plane);
+  return solid;
+}
+
+double largest_radius(const TrajectoryHeader& header, const std::vector<uint8_t>& included) {
+  std::vector<uint8_t> used(header.shapes.size());
+  for (size_t body = 0; body < included.size(); ++body) {
+    if (included[body]) used[header.body_shape[body]] = 1;
+  }
   double radius = 0;
-  for (size_t body = 0; body < header.body_count(); ++body) {
-    if (!header.body_moves[body]) continue;
-    for (const Vec3f& v : header.shapes[header.body_shape[body]].vertices) {
+  for (size_t shape = 0; shape < used.size(); ++shape) {
+    if (!used[shape]) continue;
+    for (const Vec3f& v : header.shapes[shape].vertices) {
       radius = std::max<double>(radius, v.norm());
     }
   }
   return radius;
 }
 
-// Where moving bodies (or, without any, all bodies that are not planes) are over time.
-std::array<std::vector<double>, 3> sampled_positions(TrajectoryReader& trajectory) {
-  const TrajectoryHeader& header = trajectory.header();
-  const bool some_move = std::ranges::any_of(header.body_moves, [](uint8_t m) { return m != 0; });
+std::array<std::vector<double>, 3> sampled_positions(TrajectoryReader& trajectory,
+                                                     const std::vector<uint8_t>& included) {
   const uint64_t stride = std::max<uint64_t>(1, trajectory.frame_count() / kFramesLookedAt);
   std::array<std::vector<double>, 3> samples;
   TrajectoryFrame frame;
   for (uint64_t index = 0; index < trajectory.frame_count(); index += stride) {
     trajectory.read(index, frame);
-    for (size_t body = 0; body < header.body_count(); ++body) {
-      if ((frame.state[body] & kPresent) == 0) continue;
-      if (some_move ? !header.body_moves[body] : header.shapes[header.body_shape[body]].is_plane) {
-        continue;
-      }
+    for (size_t body = 0; body < included.size(); ++body) {
+      if (!included[body] || (frame.state[body] & kPresent) == 0) continue;
       for (int axis = 0; axis < 3; ++axis) {
         samples[static_cast<size_t>(axis)].push_back(frame.position[body][axis]);
       }
@@ -68,8 +77,9 @@ Bounds robust_bounds(std::array<std::vector<double>, 3> samples) {
 }  // namespace
 
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect) {
-  Bounds bounds = robust_bounds(sampled_positions(trajectory));
-  const double radius = std::max(1e-6, largest_radius(trajectory.header()));
+  const std::vector<uint8_t> included = of_interest(trajectory.header());
+  Bounds bounds = robust_bounds(sampled_positions(trajectory, included));
+  const double radius = std::max(1e-6, largest_radius(trajectory.header(), included));
   bounds.extend(Vec3(bounds.min() - Vec3::Constant(radius)));
   bounds.extend(Vec3(bounds.max() + Vec3::Constant(radius)));
 

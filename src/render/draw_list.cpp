@@ -70,15 +70,15 @@ struct Range {
 // All values if that is not more than twice as wide as the middle 96 % of them, else those and half
 // as much on either side: what rolled away must not blur the rest.
 Range robust_range(std::vector<float>& values) {
-  const auto nth = [&](double share) {
-    const auto at = values.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto left_out = static_cast<size_t>(0.02 * static_cast<double>(values.size()));
+  const auto nth = [&](size_t index) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(index);
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const Range all = {*least, *most};
-  const Range middle = {nth(0.02), nth(0.98)};
+  const Range middle = {nth(left_out), nth(values.size() - 1 - left_out)};
   const float width = middle.high - middle.low;
   return {std::max(all.low, middle.low - 0.5f * width),
           std::min(all.high, middle.high + 0.5f * width)};

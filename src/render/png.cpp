@@ -28,7 +28,7 @@ unsigned char* compress_for_stb(unsigned char* bytes, int count, int* compressed
 #define STB_IMAGE_WRITE_STATIC
 #define STBI_WRITE_NO_STDIO
 #define STB_IMAGE_WRITE_IMPLEMENTATION
-#include <stb_image_write.h>
+#include <stb/stb_image_write.h>
 
 namespace pilesim {
 namespace {

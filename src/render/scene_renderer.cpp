@@ -226,6 +226,7 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1.5f, 2.0f);
   meshes->draw(casters);
+  glDisable(GL_DEPTH_TEST);
   glDisable(GL_POLYGON_OFFSET_FILL);
   glDisable(GL_DEPTH_CLAMP);
 }
@@ -233,6 +234,7 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
 void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const View& view) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
   glViewport(0, 0, width, height);
+  glEnable(GL_DEPTH_TEST);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   list_visible_bodies(scene, frame, view, static_cast<float>(height), kPixelError, visible);
   programs->body.use();

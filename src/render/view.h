@@ -40,7 +40,7 @@ struct LightView {
 
 // Unit, from the scene to the key light.
 Vec3f key_light_direction();
-// World to the light's axes (x right, y up, z away from the light), a rotation.
+// World to the light's axes (x right, y up, z away from the light: left-handed, as depth is).
 Eigen::Matrix3f light_from_world();
 // `low` and `high` in the light's axes.
 LightView make_light_view(const Vec3f& low, const Vec3f& high);

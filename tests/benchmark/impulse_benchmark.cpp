@@ -103,6 +103,7 @@ Result run_plain(const Setup& setup) {
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher, &broad_phase, &solver, &configuration);
   world.setGravity(to_bullet(setup.small.scene.gravity));
+  world.getSolverInfo().m_numIterations = setup.small.scene.simulator.solver_iterations;
   btStaticPlaneShape plane({0, 1, 0}, 0);
   btConvexHullShape hull;
   for (const Vec3& vertex : model.shapes.back().mesh.vertices) hull.addPoint(to_bullet(vertex));

@@ -1,5 +1,5 @@
-// The folders of src/ depend on one another in one direction only. Checked on the includes, so that a
-// shortcut is seen in review and not years later.
+// The folders of src/ depend on one another in one direction only. Checked on the includes, so that
+// a shortcut is seen in review and not years later.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

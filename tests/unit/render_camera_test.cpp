@@ -1,0 +1,120 @@
+#include <gtest/gtest.h>
+
+#include "render/scene_renderer.h"
+#include "render/view.h"
+#include "support/render_fixture.h"
+
+namespace pilesim {
+namespace {
+
+using test::DrawnScene;
+
+Camera three_keys() {
+  return {
+      .keys = {{.time_s = 1, .position = {0, 1, 5}, .target = {0, 0, 0}, .field_of_view = 0.5},
+               {.time_s = 2, .position = {4, 1, 3}, .target = {1, 0, 0}, .field_of_view = 0.7},
+               {.time_s = 4, .position = {5, 3, 0}, .target = {1, 1, 0}, .field_of_view = 0.6}}};
+}
+
+TEST(CameraAt, PassesThroughItsKeys) {
+  const Camera camera = three_keys();
+  for (const CameraKey& key : camera.keys) {
+    const CameraKey at = camera_at(camera, key.time_s);
+    EXPECT_NEAR((at.position - key.position).norm(), 0, 1e-12);
+    EXPECT_NEAR((at.target - key.target).norm(), 0, 1e-12);
+    EXPECT_NEAR(at.field_of_view, key.field_of_view, 1e-12);
+  }
+}
+
+TEST(CameraAt, StandsStillOutsideOfItsKeys) {
+  const Camera camera = three_keys();
+  EXPECT_EQ(camera_at(camera, 0).position, camera.keys.front().position);
+  EXPECT_EQ(camera_at(camera, 9).position, camera.keys.back().position);
+}
+
+TEST(CameraAt, MovesWithoutKinksAndStartsAndStopsAtRest) {
+  const Camera camera = three_keys();
+  const double h = 1e-5;
+  const auto speed = [&](double from) -> Vec3 {
+    return (camera_at(camera, from + h).position - camera_at(camera, from).position) / h;
+  };
+  EXPECT_NEAR((speed(2) - speed(2 - h)).norm(), 0, 1e-2);
+  EXPECT_GT(speed(2).norm(), 1);
+  EXPECT_NEAR(speed(1).norm(), 0, 1e-2);
+  EXPECT_NEAR(speed(4 - h).norm(), 0, 1e-2);
+}
+
+TEST(CameraAt, IsHalfWayBetweenTwoKeysAtHalfTime) {
+  Camera camera = three_keys();
+  camera.keys.pop_back();
+  const CameraKey middle = camera_at(camera, 1.5);
+  EXPECT_NEAR((middle.position - Vec3(2, 1, 4)).norm(), 0, 1e-12);
+  EXPECT_NEAR(middle.field_of_view, 0.6, 1e-12);
+}
+
+class FrameAction : public test::ScratchTest {
+ protected:
+  CameraKey camera_of(const DrawnScene& scene, const std::vector<TrajectoryFrame>& frames,
+                      double aspect) {
+    TrajectoryWriter writer(directory_ / "trajectory.zarr", scene.header);
+    for (const TrajectoryFrame& frame : frames) writer.append(frame);
+    writer.close();
+    TrajectoryReader reader(directory_);
+    return frame_action(reader, aspect);
+  }
+
+  static void expect_in_picture(const CameraKey& camera, double aspect, const Vec3f& centre,
+                                float radius) {
+    const View view = make_view(camera, static_cast<float>(aspect), 0.01f, 1000);
+    for (const Vec3f& side : {view.right, view.up}) {
+      for (const float sign : {-1.0f, 1.0f}) {
+        const Eigen::Vector2f at = view.project(centre + sign * radius * side, 1, 1);
+        EXPECT_TRUE((at.array() > 0).all() && (at.array() < 1).all()) << at.transpose();
+      }
+    }
+  }
+};
+
+TEST_F(FrameAction, ShowsAllThatMovesAtAnyAspect) {
+  DrawnScene scene;
+  for (int i = 0; i < 5; ++i) {
+    scene.add(1, Vec3f(static_cast<float>(2 * i - 4), 0.5f, static_cast<float>(i % 2)), test::kRed,
+              true);
+  }
+  TrajectoryFrame later = scene.frame;
+  later.position[3].y() = 6;
+  for (const double aspect : {0.5, 1.0, 1.78}) {
+    std::filesystem::remove_all(directory_ / "trajectory.zarr");
+    const CameraKey camera = camera_of(scene, {scene.frame, later}, aspect);
+    for (size_t body = 1; body < scene.frame.position.size(); ++body) {
+      expect_in_picture(camera, aspect, scene.frame.position[body], 0.5f);
+      expect_in_picture(camera, aspect, later.position[body], 0.5f);
+    }
+    EXPECT_GT(camera.position.y(), 0);
+  }
+}
+
+TEST_F(FrameAction, DoesNotFollowASingleRunaway) {
+  DrawnScene scene;
+  for (int i = 0; i < 100; ++i) {
+    scene.add(2, Vec3f(0.4f * static_cast<float>(i % 10), 0.2f, 0.4f * static_cast<float>(i) / 10),
+              test::kRed, true);
+  }
+  const CameraKey near = camera_of(scene, {scene.frame}, 1.5);
+  std::filesystem::remove_all(directory_ / "trajectory.zarr");
+  scene.frame.position[50].x() = 500;
+  const CameraKey with_runaway = camera_of(scene, {scene.frame}, 1.5);
+  EXPECT_LT((with_runaway.position - with_runaway.target).norm(),
+            1.2 * (near.position - near.target).norm());
+}
+
+TEST_F(FrameAction, LooksAtWhatStandsStillWhereNothingMoves) {
+  DrawnScene scene;
+  scene.add(2, {30, 0.2f, -7}, test::kRed, false);
+  const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
+  expect_in_picture(camera, 1.5, scene.frame.position[1], 0.2f);
+  EXPECT_LT((camera.target - Vec3(30, 0.2, -7)).norm(), 0.5);
+}
+
+}  // namespace
+}  // namespace pilesim

@@ -1,0 +1,137 @@
+#include "render/draw_list.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "core/philox.h"
+#include "support/render_fixture.h"
+
+namespace pilesim {
+namespace {
+
+using test::DrawnScene;
+
+constexpr float kHeight = 540;  // pixels
+
+View view_from(const Vec3& position, const Vec3& target) {
+  return make_view({.position = position, .target = target}, 16.0f / 9, 0.05f, 1000);
+}
+
+TEST(VisibleBodies, AreThoseInTheScene) {
+  DrawnScene drawn;
+  drawn.add(1, {0, 1, 0}, test::kRed, true);
+  drawn.add(1, {0, 1, 0}, test::kRed, true);
+  drawn.add(1, {0, 1, 40}, test::kRed, true);  // behind the camera
+  drawn.frame.state[2] = 0;                    // not released yet
+  const RenderScene scene(drawn.header);
+  DrawList list;
+  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kHeight, 1, list);
+  EXPECT_EQ(list.instances.size(), 1u);  // nor the plane
+  EXPECT_GT(list.triangle_count, 0u);
+}
+
+TEST(VisibleBodies, LevelsMissLessThanThePixelError) {
+  for (uint32_t i = 0; i < 100; ++i) {
+    Philox random(4, Stream::test, i, 0);
+    DrawnScene drawn;
+    const double distance = std::pow(10, random.uniform(0, 2.5));
+    drawn.add(1, {0, 0, static_cast<float>(-distance)}, test::kRed, true);
+    const RenderScene scene(drawn.header);
+    const View view = view_from({0, 0, 0}, {0, 0, -1});
+    const auto pixels = static_cast<float>(random.uniform(0.2, 2));
+    DrawList list;
+    list_visible_bodies(scene, drawn.frame, view, kHeight, pixels, list);
+    ASSERT_EQ(list.batches.size(), 1u);
+    const auto& levels = scene.meshes[1].levels;
+    const size_t level = list.batches[0].level;
+    const auto depth = static_cast<float>(distance) - 0.5f;  // of its nearest point
+    const float pixel_m = 2 * view.tan_half_height * depth / kHeight;
+    if (level > 0) {
+      EXPECT_LE(levels[level].error_m, pixels * pixel_m * 1.001f);
+    }
+    if (level + 1 < levels.size()) {
+      EXPECT_GE(levels[level + 1].error_m, pixels * pixel_m * 0.999f);
+    }
+  }
+}
+
+TEST(VisibleBodies, RunFromFrontToBackInEachBatch) {
+  DrawnScene drawn;
+  for (const float z : {-3.0f, 2.0f, -7.0f, 0.0f, 1.0f}) drawn.add(2, {0, 1, z}, test::kRed, true);
+  const RenderScene scene(drawn.header);
+  DrawList list;
+  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kHeight, 1, list);
+  ASSERT_EQ(list.instances.size(), 5u);
+  for (size_t i = 1; i < 5; ++i) {
+    EXPECT_LT(list.instances[i].position.z(), list.instances[i - 1].position.z());
+  }
+}
+
+bool in_map(const LightView& light, const Vec3f& centre, float radius) {
+  const Vec3f at = (light.shadow_from_world * centre.homogeneous()).head<3>();
+  const Vec3f r = radius * light.extent.cwiseInverse();
+  return (at.head<2>().array() > r.head<2>().array()).all() &&
+         (at.head<2>().array() < 1 - r.head<2>().array()).all();
+}
+
+TEST(LightViewFit, HoldsWhatStandsStillInView) {
+  DrawnScene drawn;
+  drawn.add(1, {2, 0.5f, 0}, test::kRed, false);
+  for (const int moving : {0, 1, 30, 200}) {
+    DrawnScene with = drawn;
+    for (int i = 0; i < moving; ++i) {
+      with.add(2, {-1 + 0.001f * static_cast<float>(i), 0.2f, 0}, test::kRed, true);
+    }
+    const RenderScene scene(with.header);
+    const LightView light =
+        fit_light_view(scene, with.frame, view_from({0, 3, 8}, {0, 0.5, 0}), 1024);
+    EXPECT_TRUE(in_map(light, {2, 0.5f, 0}, 0.5f)) << moving << " moving bodies";
+    if (moving > 0) {
+      EXPECT_TRUE(in_map(light, {-1, 0.2f, 0}, 0.3f)) << moving << " moving bodies";
+    }
+  }
+}
+
+TEST(LightViewFit, IsNotStretchedByALandscape) {
+  DrawnScene drawn;
+  drawn.header.shapes.push_back(test::cube_shape(1000));
+  drawn.add(3, {0, -500, 0}, test::kGrey, false);
+  drawn.add(2, {0, 0.2f, 0}, test::kRed, true);
+  const RenderScene scene(drawn.header);
+  const LightView light = fit_light_view(scene, drawn.frame, view_from({0, 2, 5}, {0, 0, 0}), 1024);
+  EXPECT_LT(light.extent.x(), 30);
+  EXPECT_TRUE(in_map(light, {0, 0.2f, 0}, 0.35f));
+}
+
+TEST(LightViewFit, StandsStillWhileBodiesMoveALittle) {
+  DrawnScene drawn;
+  drawn.add(1, {-1, 0.5f, 0}, test::kRed, true);
+  drawn.add(1, {1, 0.5f, 0}, test::kRed, true);
+  const RenderScene scene(drawn.header);
+  const View view = view_from({0, 3, 8}, {0, 0.5, 0});
+  constexpr int kTexels = 1024;
+  const LightView before = fit_light_view(scene, drawn.frame, view, kTexels);
+  drawn.frame.position[2].x() += 0.003f;
+  const LightView after = fit_light_view(scene, drawn.frame, view, kTexels);
+  EXPECT_EQ(before.extent.x(), after.extent.x());
+  // A fixed point moves by whole texels.
+  const Vec3f moved =
+      kTexels * (after.shadow_from_world.col(3) - before.shadow_from_world.col(3)).head<3>();
+  EXPECT_NEAR(moved.x(), std::round(moved.x()), 2e-3);
+  EXPECT_NEAR(moved.y(), std::round(moved.y()), 2e-3);
+}
+
+TEST(ShadowCasters, AreThoseOverTheMap) {
+  DrawnScene drawn;
+  drawn.add(1, {0, 0.5f, 0}, test::kRed, true);
+  drawn.add(1, {100, 0.5f, 0}, test::kRed, true);
+  const RenderScene scene(drawn.header);
+  const LightView light = make_light_view(Vec3f::Constant(-2), Vec3f::Constant(2));
+  DrawList list;
+  list_shadow_casters(scene, drawn.frame, light, 512, list);
+  EXPECT_EQ(list.instances.size(), 1u);
+}
+
+}  // namespace
+}  // namespace pilesim

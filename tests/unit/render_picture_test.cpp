@@ -1,0 +1,166 @@
+// What pictures show, without golden files: colours where they belong.
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/philox.h"
+#include "render/scene_renderer.h"
+#include "render/view.h"
+#include "support/render_fixture.h"
+
+namespace pilesim {
+namespace {
+
+using test::Colour;
+using test::DrawnScene;
+using test::pixel;
+
+float brightness(const Colour& c) { return c.mean(); }
+bool is_red(const Colour& c) { return c.x() > 0.35f && c.x() > 2 * c.y() && c.x() > 2 * c.z(); }
+
+struct Picture {
+  CameraKey camera;
+  Image image;
+
+  // Where `point` is in the picture.
+  Colour at(const Vec3f& point) const {
+    const View view = make_view(
+        camera, static_cast<float>(image.width) / static_cast<float>(image.height), 0.1f, 100);
+    const Eigen::Vector2f p =
+        view.project(point, static_cast<float>(image.width), static_cast<float>(image.height));
+    EXPECT_TRUE(p.x() >= 0 && p.x() < static_cast<float>(image.width) && p.y() >= 0 &&
+                p.y() < static_cast<float>(image.height))
+        << p.transpose();
+    return pixel(image, static_cast<int>(p.x()), static_cast<int>(p.y()));
+  }
+};
+
+Picture draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 2> size,
+             int samples) {
+  SceneRenderer renderer(scene.header, {.size = size, .samples = samples});
+  return {camera, renderer.draw(scene.frame, camera)};
+}
+
+// A red sphere that touches the ground.
+DrawnScene red_sphere(bool moves) {
+  DrawnScene scene;
+  scene.add(1, {0, 0.5f, 0}, test::kRed, moves);
+  return scene;
+}
+
+// On the ground, `distance` from the sphere's foot along the shadow's direction.
+Vec3f along_shadow(float distance) {
+  Vec3f away = -key_light_direction();
+  away.y() = 0;
+  return distance * away.normalized();
+}
+
+class PictureOfASphere : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Samples, PictureOfASphere, testing::Values(1, 2, 4, 8));
+
+TEST_P(PictureOfASphere, ShowsItOnItsShadowBelowTheSky) {
+  for (const bool moves : {true, false}) {
+    const Picture picture =
+        draw(red_sphere(moves), test::front_camera({0, 0.5, 0}, 6), {160, 120}, GetParam());
+    EXPECT_TRUE(is_red(picture.at({0, 0.5f, 0.5f}))) << picture.at({0, 0.5f, 0.5f}).transpose();
+    // The sphere's shadow centre is where the light ray through its centre meets the ground.
+    const Vec3f light = key_light_direction();
+    const float reach = 0.5f * std::sqrt(1 - light.y() * light.y()) / light.y();
+    const Colour shadow = picture.at(along_shadow(reach + 0.35f));
+    const Colour lit = picture.at(along_shadow(-1.2f));
+    EXPECT_LT(brightness(shadow), 0.9f * brightness(lit)) << "moves " << moves;
+    EXPECT_LT((lit.maxCoeff() - lit.minCoeff()), 0.1f);  // grey ground
+    const Colour sky = pixel(picture.image, 80, 2);
+    EXPECT_GT(sky.z(), sky.x());
+  }
+}
+
+TEST(Picture, TheLitSideIsBrighter) {
+  const Picture picture = draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 4), {160, 120}, 4);
+  const Vec3f centre(0, 0.5f, 0);
+  const Vec3f to_eye(0, 0.25f, 1);
+  const Vec3f light = key_light_direction();
+  const Vec3f lit = centre + 0.45f * (light + to_eye.normalized()).normalized();
+  const Vec3f dark =
+      centre + 0.45f * (Vec3f(-light.x(), -light.y(), light.z()) + to_eye).normalized();
+  EXPECT_GT(picture.at(lit).x(), 1.15f * picture.at(dark).x());
+}
+
+TEST(Picture, MoreSamplesComeCloserToTheTruth) {
+  DrawnScene scene;
+  scene.add(2, {0, 0.3f, 0}, {20, 20, 20}, true, Quatf(Eigen::AngleAxisf(0.4f, Vec3f(0, 0, 1))));
+  const auto at_size = [&](int scale, int samples) {
+    return draw(scene, test::front_camera({0, 0.3, 0}, 3), {120 * scale, 90 * scale}, samples)
+        .image;
+  };
+  const Image large = at_size(4, 4);
+  // Mean difference from the picture of four times the size, averaged over 4 x 4 pixels.
+  const auto error = [&](int samples) {
+    const Image image = at_size(1, samples);
+    double sum = 0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        Colour mean = Colour::Zero();
+        for (int i = 0; i < 16; ++i) mean += pixel(large, 4 * x + i % 4, 4 * y + i / 4) / 16;
+        sum += std::pow(brightness(mean - pixel(image, x, y)), 2);
+      }
+    }
+    return sum;
+  };
+  const double one = error(1), four = error(4), eight = error(8);
+  EXPECT_LT(four, 0.5 * one);
+  EXPECT_LT(eight, 1.05 * four);
+}
+
+TEST(Picture, IsTheSameAgainAndFromAnotherRenderer) {
+  DrawnScene scene;
+  for (uint32_t i = 0; i < 60; ++i) {
+    Philox random(9, Stream::test, i, 0);
+    const Vec3 place = 1.5 * random.direction() + Vec3(0, 1.5, 0);
+    scene.add(1 + i % 2, place.cast<float>(), {static_cast<uint8_t>(4 * i), 90, 160}, i % 5 != 0,
+              random.rotation().cast<float>());
+  }
+  const CameraKey camera = test::front_camera({0, 1, 0}, 7);
+  SceneRenderer first(scene.header, {.size = {95, 71}, .samples = 4});
+  SceneRenderer second(scene.header, {.size = {95, 71}, .samples = 4});
+  const Image once = first.draw(scene.frame, camera);
+  first.draw(scene.frame, test::front_camera({0, 3, 0}, 4));
+  EXPECT_EQ(first.draw(scene.frame, camera).rgb, once.rgb);
+  EXPECT_EQ(second.draw(scene.frame, camera).rgb, once.rgb);
+}
+
+TEST(Picture, OddAndTinySizes) {
+  for (const std::array<int, 2> size : {std::array{1, 1}, {3, 2}, {63, 47}, {5, 200}}) {
+    const Picture picture = draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 3), size, 4);
+    EXPECT_EQ(picture.image.width, size[0]);
+    EXPECT_EQ(picture.image.height, size[1]);
+    EXPECT_EQ(picture.image.rgb.size(), static_cast<size_t>(3 * size[0] * size[1]));
+    // The sphere covers the middle of the larger ones.
+    if (size[0] * size[1] > 100) {
+      EXPECT_TRUE(is_red(pixel(picture.image, size[0] / 2, size[1] / 2)));
+    }
+  }
+}
+
+TEST(Picture, ShowsBothSidesOfAnOpenMesh) {
+  DrawnScene scene;
+  TrajectoryShape sheet{.name = "sheet"};
+  sheet.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  scene.header.shapes.push_back(sheet);
+  scene.add(3, {0, 1.2f, 0}, test::kRed, true);
+  for (const double side : {1.0, -1.0}) {
+    const Picture picture =
+        draw(scene, {.position = {0, 1.2, 4 * side}, .target = {0, 1.2, 0}}, {64, 48}, 4);
+    EXPECT_TRUE(is_red(picture.at({0, 1.2f, 0})));
+  }
+}
+
+TEST(Picture, AnEmptySceneIsSkyOverGround) {
+  const DrawnScene scene;
+  const Picture picture = draw(scene, test::front_camera({0, 0.5, 0}, 4), {80, 60}, 4);
+  EXPECT_GT(brightness(pixel(picture.image, 40, 55)), 0.5f);
+  EXPECT_GT(brightness(pixel(picture.image, 40, 3)), 0.5f);
+}
+
+}  // namespace
+}  // namespace pilesim

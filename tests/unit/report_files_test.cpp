@@ -1,0 +1,102 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/atomic_file.h"
+#include "report/report_json.h"
+#include "report/report_writer.h"
+
+namespace pilesim {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+// Ten frames that take 1 to 10 ms, of which the solver has half.
+SimulationReport ten_frames() {
+  SimulationReport report;
+  report.command = "simulate";
+  report.scene_name = "boxes <b>& \"spheres\"</b>";
+  report.scene_file = "scene.json";
+  report.changed_options = R"({"/seed": 3})";
+  report.mode = "impulse";
+  report.step_s = 1.0 / 240;
+  report.body_diameter_m = 0.5;
+  report.dynamic_bodies = 4;
+  report.collision_shapes = {"box: exact"};
+  for (uint64_t i = 0; i < 10; ++i) {
+    FrameRow row;
+    row.frame = i;
+    row.time_s = static_cast<double>(i) / 60;
+    row.steps = i == 0 ? 0 : 4;
+    row.times.total_s = 1e-3 * static_cast<double>(i + 1);
+    row.times.seconds[static_cast<size_t>(Stage::solver)] = row.times.total_s / 2;
+    row.bodies_present = 5;
+    row.bodies_awake = 9 - static_cast<uint32_t>(i);
+    row.deepest_penetration_m = i == 4 ? 0.05 : 0.01;
+    row.kinetic_energy_j = 1.0 / static_cast<double>(i + 1);
+    report.rows.push_back(row);
+  }
+  return report;
+}
+
+TEST(ReportJson, AddsUpWhatTheFramesSay) {
+  const nlohmann::ordered_json figures = report_json(ten_frames());
+  EXPECT_EQ(figures["counts"]["frames"], 10);
+  EXPECT_EQ(figures["counts"]["steps"], 36);
+  EXPECT_EQ(figures["counts"]["awake_at_end"], 0);
+  EXPECT_EQ(figures["settled"], true);
+  EXPECT_DOUBLE_EQ(figures["penetration"]["deepest_m"], 0.05);
+  EXPECT_DOUBLE_EQ(figures["penetration"]["deepest_at_end_m"], 0.01);
+  EXPECT_DOUBLE_EQ(figures["penetration"]["deepest_diameters"], 0.1);
+  // Frame 0 is the state that the scene starts in: what it cost is setting up, not simulating.
+  const auto& stages = figures["time"]["stages"];
+  EXPECT_NEAR(stages["solver"]["total_s"].get<double>(), 0.027, 1e-12);
+  EXPECT_NEAR(stages["other"]["total_s"].get<double>(), 0.027, 1e-12);
+  EXPECT_NEAR(stages["all"]["total_s"].get<double>(), 0.054, 1e-12);
+}
+
+TEST(TimingCsvTest, HasAColumnForEachNumberAndARowForEachFrame) {
+  const fs::path file = fs::path(testing::TempDir()) / "pilesim_timing.csv";
+  const SimulationReport report = ten_frames();
+  {
+    TimingCsv csv(file);
+    for (const FrameRow& row : report.rows) csv.append(row);
+  }
+  std::istringstream lines(read_file(file));
+  std::string line;
+  ASSERT_TRUE(std::getline(lines, line));
+  const auto columns = std::ranges::count(line, ',');
+  EXPECT_THAT(line, testing::StartsWith("frame,time_s,steps,total_ms,broad_phase_ms"));
+  for (size_t i = 0; i < report.rows.size(); ++i) {
+    ASSERT_TRUE(std::getline(lines, line));
+    EXPECT_EQ(std::ranges::count(line, ','), columns);
+    EXPECT_THAT(line, testing::StartsWith(std::to_string(i) + ","));
+  }
+  EXPECT_FALSE(std::getline(lines, line));
+  fs::remove(file);
+}
+
+TEST(ReportPage, StandsAloneAndEscapesNames) {
+  const fs::path directory = fs::path(testing::TempDir()) / "pilesim_report";
+  fs::create_directories(directory);
+  write_report(ten_frames(), directory);
+  const std::string page = read_file(directory / "report.html");
+  EXPECT_THAT(page, Not(HasSubstr("<b>& ")));
+  EXPECT_THAT(page, HasSubstr("&lt;b&gt;&amp;"));
+  EXPECT_THAT(page, HasSubstr("<svg"));
+  for (const char* outside : {"src=\"http", "href=\"http", "<link", "<script src"}) {
+    EXPECT_THAT(page, Not(HasSubstr(outside)));
+  }
+  const auto figures = nlohmann::ordered_json::parse(read_file(directory / "report.json"));
+  EXPECT_EQ(figures["scene"]["name"], ten_frames().scene_name);
+  fs::remove_all(directory);
+}
+
+}  // namespace
+}  // namespace pilesim
