@@ -45,13 +45,13 @@ struct TrialRequest {
 };
 
 struct TrialResult {
-  bool kept = false;       // else the rest means nothing
-  bool unsettled = false;  // stopped after kMostImpacts: v_n is set to 0 if it was below
-  uint16_t impacts = 0;    // 0 for TrialKind::height
-  double height_m = 0;     // of the centre of mass at the first contact
-  Vec3 spin_before;        // at contact; differs from the request's if that spreads
-  Vec3 velocity;           // m/s, after the last impact
-  Vec3 spin;               // rad/s, after the last impact
+  bool kept = false;                // else the rest means nothing
+  bool unsettled = false;           // stopped after kMostImpacts: v_n is set to 0 if it was below
+  uint16_t impacts = 0;             // 0 for TrialKind::height
+  double height_m = 0;              // of the centre of mass at the first contact
+  Vec3 spin_before = Vec3::Zero();  // at contact; differs from the request's if that spreads
+  Vec3 velocity = Vec3::Zero();     // m/s, after the last impact
+  Vec3 spin = Vec3::Zero();         // rad/s, after the last impact
 };
 inline constexpr int kMostImpacts = 1000;
 
