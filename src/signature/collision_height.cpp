@@ -1,8 +1,10 @@
 #include "signature/collision_height.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/parallel_for.h"
+#include "signature/table_fit.h"
 
 namespace pilesim {
 namespace {
@@ -42,20 +44,30 @@ TrialRequest request_of(const CollisionHeightTable& table, size_t cell, double g
   TrialRequest request;
   request.velocity = Vec3(0, ratio ? -1 : -std::cos(spin), 0);
   request.spin = (ratio ? spin : std::sin(spin) / gyration_m) * direction;
+  request.start = TrialStart::launch;
   request.spread = ratio ? SpinSpread::everywhere : SpinSpread::fixed;
   request.object = kHeightObjects + cell;
   return request;
 }
 
+// (spin, tilt)
+std::array<float, 2> keys_of(TableLayout layout, float gyration_m, const Vec3f& normal,
+                             const Vec3f& velocity, const Vec3f& spin) {
+  const float w = spin.norm();
+  if (layout == TableLayout::dissertation) return {w / velocity.norm(), 0};
+  const float cosine = w > 0 ? std::clamp(spin.dot(normal) / w, -1.0F, 1.0F) : 1.0F;
+  return {std::atan2(gyration_m * w, -velocity.dot(normal)), std::acos(cosine)};
+}
+
+// fit_table() never interpolates along its first axis.
+const Axis kOneNode{.name = "all", .nodes = {0}};
+
 }  // namespace
 
 CollisionHeight collision_height(const CollisionHeightTable& table, float gyration_m,
                                  const Vec3f& normal, const Vec3f& velocity, const Vec3f& spin) {
-  const float w = spin.norm();
-  const bool ratio = table.layout == TableLayout::dissertation;
-  const float key = ratio ? w / velocity.norm() : std::atan2(gyration_m * w, -velocity.dot(normal));
-  const float cosine = w > 0 ? std::clamp(spin.dot(normal) / w, -1.0F, 1.0F) : 1.0F;
-  const AxisPlace a = locate(table.spin, key), b = locate(table.tilt, std::acos(cosine));
+  const std::array<float, 2> keys = keys_of(table.layout, gyration_m, normal, velocity, spin);
+  const AxisPlace a = locate(table.spin, keys[0]), b = locate(table.tilt, keys[1]);
   CollisionHeight height{0, 0};
   for (const auto& [i, wi] :
        {std::pair(a.low, 1 - a.high_weight), std::pair(a.high, a.high_weight)}) {
@@ -75,27 +87,36 @@ CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayo
   heights_only.kind = TrialKind::height;
   const double gyration = setup.body->gyration_m;
   CollisionHeightTable table = empty_table(layout, gyration);
-  parallel_for(table.cell_count(), 1, [&](size_t begin, size_t end) {
+  const size_t cells = table.cell_count();
+  Measurements data;
+  data.first.resize(cells * trials);
+  data.keys.resize(2 * cells * trials);
+  data.values.resize(cells * trials);
+  parallel_for(cells, 1, [&](size_t begin, size_t end) {
     std::vector<TrialResult> results;
     for (size_t cell = begin; cell < end; ++cell) {
       TrialRequest request = request_of(table, cell, gyration);
-      request.count = candidates_for(*setup.body, request, trials);
+      request.count = trials;
       run_trials(heights_only, std::span(&request, 1), results);
-      uint32_t count = 0;
-      double mean = 0, squares = 0;
-      for (const TrialResult& result : results) {
-        if (!result.kept) continue;
-        const double apart = result.height_m - mean;
-        mean += apart / ++count;
-        squares += apart * (result.height_m - mean);
+      for (size_t k = 0, row = cell * trials; k < trials; ++k, ++row) {
+        auto keys = keys_of(layout, static_cast<float>(gyration), Vec3f::UnitY(),
+                            request.velocity.cast<float>(), results[k].spin_before.cast<float>());
+        if (request.spin.isZero()) keys[1] = table.tilt.nodes[cell % table.tilt.size()];
+        std::copy(keys.begin(), keys.end(), &data.keys[2 * row]);
+        data.values[row] = static_cast<float>(results[k].height_m);
       }
-      const double deviation = count > 1 ? std::sqrt(squares / (count - 1)) : 0;
-      table.trials[cell] = count;
-      table.mean_m[cell] = static_cast<float>(mean);
-      table.deviation_m[cell] = static_cast<float>(deviation);
-      table.error_m[cell] = static_cast<float>(deviation / std::sqrt(std::max(1U, count)));
     }
   });
+  const std::array axes = {kOneNode, table.spin, table.tilt};
+  const TableFit fit = fit_table(axes, 1, data);
+  for (size_t cell = 0; cell < cells; ++cell) {
+    const double n = std::max(2.0, fit.trials[cell]);
+    const double variance = fit.covariance[cell] * n / (n - 1);
+    table.trials[cell] = static_cast<float>(fit.trials[cell]);
+    table.mean_m[cell] = static_cast<float>(fit.mean[cell]);
+    table.deviation_m[cell] = static_cast<float>(std::sqrt(variance));
+    table.error_m[cell] = static_cast<float>(std::sqrt(variance / n));
+  }
   return table;
 }
 

@@ -19,7 +19,7 @@ struct CollisionHeightTable {
   TableLayout layout = TableLayout::scale_free;
   Axis spin;
   Axis tilt;
-  std::vector<uint32_t> trials;    // (cells)
+  std::vector<float> trials;       // (cells) effective number
   std::vector<float> mean_m;       // (cells)
   std::vector<float> deviation_m;  // (cells)
   std::vector<float> error_m;      // (cells) standard error of the mean
@@ -37,7 +37,7 @@ CollisionHeight collision_height(const CollisionHeightTable& table, float gyrati
 inline constexpr uint32_t kDissertationHeightTrials = 100;
 inline constexpr uint32_t kHeightTrials = 256;
 
-// Measures the table, in parallel, with `trials` a cell in the mean.
+// Measures the table, in parallel, with `trials` launched a cell.
 CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayout layout,
                                               uint32_t trials);
 

@@ -117,6 +117,7 @@ class TrialCrew : public FlightCrew {
         Trial& trial = trials_[lane];
         trial.result = results_++;
         *trial.result = {};
+        if (request.start == TrialStart::launch) return launch(request, point, trial, flight);
         if (place(request, point, trial, flight)) return true;
       }
     }
@@ -125,16 +126,18 @@ class TrialCrew : public FlightCrew {
 
   bool ended(size_t lane, FlightEnd end, uint32_t vertex, Flight& flight) override {
     Trial& trial = trials_[lane];
-    if (trial.backwards) {
+    if (trial.phase == Phase::backwards) {
       if (end != FlightEnd::gone) return next(lane, flight);
-      trial.backwards = false;
-      trial.result->kept = true;
-      if (setup_.kind == TrialKind::height) return next(lane, flight);
       flight = trial.contact;
       vertex = trial.vertex;
+      meet(trial, flight);
+    } else if (trial.phase == Phase::approach) {
+      assert(end == FlightEnd::contact);
+      meet(trial, flight);
     } else if (end != FlightEnd::contact) {
-      return finish(trial) && next(lane, flight);
+      return finish(lane, flight);
     }
+    if (setup_.kind == TrialKind::height) return next(lane, flight);
     const double approach = apply_contact_impulse(*setup_.body, setup_.material, vertex, flight);
     TrialResult& result = *trial.result;
     ++result.impacts;
@@ -143,53 +146,71 @@ class TrialCrew : public FlightCrew {
     result.unsettled = result.impacts == kMostImpacts;
     const bool done = setup_.kind == TrialKind::micro || result.unsettled ||
                       approach < kStill * trial.first_speed;
-    if (!done) return true;
-    return finish(trial) && next(lane, flight);
+    return done ? finish(lane, flight) : true;
   }
 
  private:
+  enum class Phase { approach, backwards, impacts };
   struct Trial {
     TrialResult* result;
-    bool backwards;
-    uint32_t vertex;
+    Phase phase;
     double first_speed;
+    // Of a trial that flies backwards.
+    uint32_t vertex;
     Flight contact;
   };
+
+  static void orient(const Point& point, Flight& flight) {
+    flight.normal = unit_vector(point[0], point[1]);
+    const Vec3 side = across(flight.normal);
+    const double angle = 2 * kPi * point[2];
+    flight.x_axis = std::cos(angle) * side + std::sin(angle) * flight.normal.cross(side);
+    flight.time_s = 0;
+  }
+
+  bool launch(const TrialRequest& request, const Point& point, Trial& trial, Flight& flight) const {
+    orient(point, flight);
+    flight.spin = flight.to_body(candidate_spin(request, point));
+    flight.velocity = request.velocity;
+    flight.height = setup_.body->outer_radius_m;
+    trial.phase = Phase::approach;
+    return true;
+  }
+
+  // The first contact.
+  void meet(Trial& trial, const Flight& flight) const {
+    trial.phase = Phase::impacts;
+    trial.first_speed = flight.velocity.norm() + flight.spin.norm() * setup_.body->gyration_m;
+    trial.result->kept = true;
+    trial.result->height_m = flight.height;
+    trial.result->spin_before = flight.world_spin();
+  }
 
   // Sets the body on its lowest vertex in a random orientation and starts the flight backwards;
   // false if the candidate is dropped because it moves away or approaches too slowly.
   bool place(const TrialRequest& request, const Point& point, Trial& trial, Flight& flight) const {
     const ContactBody& body = *setup_.body;
-    const Vec3 spin = candidate_spin(request, point);
-    flight.normal = unit_vector(point[0], point[1]);
+    orient(point, flight);
     const Support support = lowest_vertex(body, flight.normal);
-    const Vec3 side = across(flight.normal);
-    const double angle = 2 * kPi * point[2];
-    flight.x_axis = std::cos(angle) * side + std::sin(angle) * flight.normal.cross(side);
-    flight.spin = flight.to_body(spin);
+    flight.spin = flight.to_body(candidate_spin(request, point));
     flight.velocity = request.velocity;
     flight.height = support.height_m;
-    flight.time_s = 0;
     const Vec3& r = body.vertices[support.vertex];
     const double approach = -request.velocity.y() - flight.normal.dot(flight.spin.cross(r));
     if (approach <= point[3] * bound_) return false;
     trial.contact = flight;
     trial.vertex = support.vertex;
-    trial.backwards = true;
-    trial.first_speed = request.velocity.norm() + spin.norm() * body.gyration_m;
-    trial.result->height_m = support.height_m;
-    trial.result->spin_before = spin;
+    trial.phase = Phase::backwards;
     flight.velocity = -flight.velocity;
     flight.spin = -flight.spin;
     return true;
   }
 
-  bool finish(const Trial& trial) const {
+  bool finish(size_t lane, Flight& flight) {
+    TrialResult& result = *trials_[lane].result;
     // Only a macro trial that was stopped can still move down.
-    if (setup_.kind == TrialKind::macro) {
-      trial.result->velocity.y() = std::max(0.0, trial.result->velocity.y());
-    }
-    return true;
+    if (setup_.kind == TrialKind::macro) result.velocity.y() = std::max(0.0, result.velocity.y());
+    return next(lane, flight);
   }
 
   const TrialSetup& setup_;

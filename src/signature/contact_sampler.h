@@ -1,8 +1,11 @@
 // Trials: a body that flies freely into a plane, at the moment it touches, and what comes of it.
 //
-// A trial is asked for by velocity and spin AT CONTACT, because that is what a simulator knows; a
-// freely turning body precesses, so the spin it was launched with is another one. What is random is
-// the orientation. Its distribution is the one in a uniform stream of bodies of every orientation
+// The body is launched out of reach of the plane in a random orientation with a velocity and a
+// spin. A freely turning body precesses, so the spin at contact is another one: the result tells
+// it, because that is what a simulator knows.
+//
+// To have exactly a given spin AT CONTACT, which costs many times more, the trial can start there.
+// The distribution of the orientation is the one in a uniform stream of bodies of every orientation
 // and spin (uniform in phase space, which free motion preserves): an orientation occurs at contact
 // in proportion to the speed at which the lowest vertex approaches the plane, if the body could get
 // there without touching before. So a candidate orientation is drawn uniformly, kept in proportion
@@ -33,11 +36,17 @@ enum class SpinSpread {
   everywhere  // any direction
 };
 
+enum class TrialStart {
+  launch,   // velocity and spin are those of the launch; every candidate is kept
+  contact,  // at contact; only the fraction contact_acceptance() of the candidates is kept
+};
+
 // Candidates [first, first + count) of one collision configuration. World axes: y is the plane's
 // normal, velocity.y < 0.
 struct TrialRequest {
-  Vec3 velocity;  // m/s, at contact
-  Vec3 spin;      // rad/s, at contact
+  Vec3 velocity;  // m/s
+  Vec3 spin;      // rad/s
+  TrialStart start = TrialStart::contact;
   SpinSpread spread = SpinSpread::fixed;
   uint64_t object = 0;  // names the random sequence; requests with equal objects repeat each other
   uint32_t first = 0;
@@ -49,7 +58,7 @@ struct TrialResult {
   bool unsettled = false;           // stopped after kMostImpacts: v_n is set to 0 if it was below
   uint16_t impacts = 0;             // 0 for TrialKind::height
   double height_m = 0;              // of the centre of mass at the first contact
-  Vec3 spin_before = Vec3::Zero();  // at contact; differs from the request's if that spreads
+  Vec3 spin_before = Vec3::Zero();  // at contact
   Vec3 velocity = Vec3::Zero();     // m/s, after the last impact
   Vec3 spin = Vec3::Zero();         // rad/s, after the last impact
 };
@@ -62,7 +71,7 @@ struct TrialSetup {
   uint64_t seed = 1;
 };
 
-// The mean fraction of candidates that are kept, in (0, 1].
+// The mean fraction of candidates that are kept, in (0, 1], of a request that starts at contact.
 double contact_acceptance(const ContactBody& body, const TrialRequest& request);
 
 // The number of candidates that keeps `trials` of them in the mean.

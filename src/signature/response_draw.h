@@ -15,7 +15,8 @@ enum class DrawModel {
   particle,  // no table: a particle's bounce, the spin kept
   diagonal,  // normal distributions, component by component (all that the dissertation's table has)
   full,      // a normal distribution with the full covariance
-  exemplars,  // a response that was met in one of the cells around, moved to the mean here
+  exemplars,  // what a response that was met near a cell around had over the mean there, over the
+              // mean here
 };
 inline DrawModel best_model(const ResponseTable& table) {
   if (table.exemplar_count > 0) return DrawModel::exemplars;
@@ -45,27 +46,10 @@ struct ResponseSpread {
   std::array<float, 16> weights;          // of the corners, sum 1
 };
 
-namespace draw_detail {
-
-inline std::array<float, 4> keys_of(const ResponseTable& table, float gyration_m, const Vec3f& v,
-                                    const Vec3f& w) {
-  const float speed = v.norm(), spin = w.norm();
-  const float theta = std::atan2(std::hypot(v.x(), v.z()), -v.y());
-  const float cosine = speed * spin > 0 ? v.dot(w) / (speed * spin) : 1.0F;
-  const float phi = std::acos(std::clamp(cosine, -1.0F, 1.0F));
-  if (table.layout == TableLayout::dissertation) return {theta, phi, speed, spin};
-  // Along z cross v, and along z; in the working frame v.z = 0.
-  const float side = w.x() * -v.y() + w.y() * v.x();
-  const float psi = std::atan2(w.z() * speed, side);
-  return {theta, phi, psi, std::atan2(gyration_m * spin, speed)};
-}
-
-}  // namespace draw_detail
-
 // `v` and `w` in the working frame.
 inline ResponseSpread interpolate(const ResponseTable& table, float gyration_m, const Vec3f& v,
                                   const Vec3f& w) {
-  const std::array<float, 4> keys = draw_detail::keys_of(table, gyration_m, v, w);
+  const std::array<float, 4> keys = response_keys(table, gyration_m, v, w);
   std::array<AxisPlace, 4> place;
   for (size_t i = 0; i < 4; ++i) place[i] = locate(table.axes[i], keys[i]);
   ResponseSpread result{};
@@ -134,7 +118,7 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
     const size_t exemplar = cell * table.exemplar_count + random.index(table.exemplar_count);
     for (Eigen::Index i = 0; i < 6; ++i) {
       const auto k = static_cast<size_t>(i);
-      response(i) += kExemplarUnit * table.exemplars[6 * exemplar + k] - table.mean[6 * cell + k];
+      response(i) += kExemplarUnit * table.exemplars[6 * exemplar + k];
     }
   } else {
     Vector6 normal_draw;

@@ -7,7 +7,9 @@
 // z cross v towards z.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -36,13 +38,14 @@ inline constexpr float kExemplarUnit = 1.0F / 8192;
 struct ResponseTable {
   TableLayout layout = TableLayout::scale_free;
   std::array<Axis, 4> axes;
-  std::vector<uint32_t> trials;  // (cells)
-  std::vector<float> mean;       // (cells, 6)
+  std::vector<float> trials;  // (cells) effective number: a trial counts for the cells around it
+  std::vector<float> mean;    // (cells, 6)
   // Standard deviations (cells, 6) in the dissertation's layout; else the lower Cholesky factor of
   // the covariance (cells, 21).
   std::vector<float> spread;
   std::vector<float> mean_error;  // (cells, 6), standard error of `mean`
-  // Whole responses met in the cell, in kExemplarUnit: (cells, exemplar_count, 6). Optional.
+  // What responses met near the cell had over the mean there, in kExemplarUnit:
+  // (cells, exemplar_count, 6). Optional.
   uint32_t exemplar_count = 0;
   std::vector<int16_t> exemplars;
 
@@ -69,6 +72,21 @@ CellConfiguration cell_configuration(const ResponseTable& table, size_t cell, do
 
 // The spin at angle phi to the velocity and azimuth psi about it.
 Vec3 spin_direction(double theta, double phi, double psi);
+
+// The keys of a collision: velocity and spin in its working frame (velocity.z = 0). psi is 0 where
+// the spin is along the velocity.
+inline std::array<float, 4> response_keys(const ResponseTable& table, float gyration_m,
+                                          const Vec3f& v, const Vec3f& w) {
+  const float speed = v.norm(), spin = w.norm();
+  const float theta = std::atan2(std::hypot(v.x(), v.z()), -v.y());
+  const float cosine = speed * spin > 0 ? v.dot(w) / (speed * spin) : 1.0F;
+  const float phi = std::acos(std::clamp(cosine, -1.0F, 1.0F));
+  if (table.layout == TableLayout::dissertation) return {theta, phi, speed, spin};
+  // Components along z cross v, and along z.
+  const float side = w.x() * -v.y() + w.y() * v.x();
+  const float psi = std::atan2(w.z() * speed, side);
+  return {theta, phi, psi, std::atan2(gyration_m * spin, speed)};
+}
 
 // Where a collision of a particle, which has no extent, would take it: Newton's restitution and
 // Coulomb's friction. Working frame.

@@ -144,7 +144,7 @@ CollisionHeightTable heights_of(const json& j) {
                              .spin = axis_of(j.at("spin")),
                              .tilt = axis_of(j.at("tilt"))};
   const size_t cells = table.cell_count();
-  table.trials = from_array<uint32_t>(j, "trials", cells);
+  table.trials = from_array<float>(j, "trials", cells);
   table.mean_m = from_array<float>(j, "mean_m", cells);
   table.deviation_m = from_array<float>(j, "deviation_m", cells);
   table.error_m = from_array<float>(j, "error_m", cells);
@@ -166,7 +166,7 @@ ResponseTable responses_of(const json& j) {
   if (axes.size() != table.axes.size()) damaged(std::to_string(axes.size()) + " axes", "4");
   for (size_t i = 0; i < table.axes.size(); ++i) table.axes[i] = axis_of(axes[i]);
   const size_t cells = table.cell_count();
-  table.trials = from_array<uint32_t>(j, "trials", cells);
+  table.trials = from_array<float>(j, "trials", cells);
   table.mean = from_array<float>(j, "mean", 6 * cells);
   table.spread = from_array<float>(j, "spread", table.spread_size() * cells);
   table.mean_error = from_array<float>(j, "mean_error", 6 * cells);
@@ -317,50 +317,30 @@ Signature read_signature(const std::filesystem::path& file) {
 }
 
 void write_partial_sampling(const PartialSampling& partial, const std::filesystem::path& file) {
-  std::vector<uint32_t> counts;  // candidates, trials, exemplar values
-  std::vector<double> moments;   // mean (6), products (21)
-  std::vector<int16_t> exemplars;
-  for (const CellMoments& cell : partial.cells) {
-    counts.insert(counts.end(),
-                  {cell.candidates, cell.trials, static_cast<uint32_t>(cell.exemplars.size())});
-    moments.insert(moments.end(), cell.mean.begin(), cell.mean.end());
-    moments.insert(moments.end(), cell.products.begin(), cell.products.end());
-    exemplars.insert(exemplars.end(), cell.exemplars.begin(), cell.exemplars.end());
-  }
+  const SamplingState& state = partial.state;
   write_cbor({{"format", kPartialFormat},
               {"version", kSignatureVersion},
               {"fingerprint", partial.fingerprint},
-              {"cells", partial.cells.size()},
-              {"exemplar_values", exemplars.size()},
-              {"counts", to_array(counts)},
-              {"moments", to_array(moments)},
-              {"exemplars", to_array(exemplars)}},
+              {"cells", state.launched.size()},
+              {"trials", state.responses.first.size()},
+              {"launched", to_array(state.launched)},
+              {"wanted", to_array(state.wanted)},
+              {"first_node", to_array(state.responses.first)},
+              {"keys", to_array(state.responses.keys)},
+              {"responses", to_array(state.responses.values)}},
              file);
 }
 
 PartialSampling read_partial_sampling(const std::filesystem::path& file) {
   return read_cbor(file, kPartialFormat, [](const json& document) {
-    const size_t cells = document.at("cells");
-    const auto counts = from_array<uint32_t>(document, "counts", 3 * cells);
-    const auto moments = from_array<double>(document, "moments", (6 + kFactorSize) * cells);
-    const auto exemplars =
-        from_array<int16_t>(document, "exemplars", document.at("exemplar_values").get<size_t>());
+    const size_t cells = document.at("cells"), trials = document.at("trials");
     PartialSampling partial{.fingerprint = document.at("fingerprint")};
-    size_t next_exemplar = 0;
-    for (size_t i = 0; i < cells; ++i) {
-      CellMoments cell{.candidates = counts[3 * i], .trials = counts[3 * i + 1]};
-      const double* values = moments.data() + (6 + kFactorSize) * i;
-      std::copy_n(values, 6, cell.mean.begin());
-      std::copy_n(values + 6, kFactorSize, cell.products.begin());
-      const size_t count = counts[3 * i + 2];
-      if (count > exemplars.size() - next_exemplar) {
-        damaged("fewer exemplars than its cells count", "a complete file");
-      }
-      const auto first = exemplars.begin() + static_cast<std::ptrdiff_t>(next_exemplar);
-      cell.exemplars.assign(first, first + static_cast<std::ptrdiff_t>(count));
-      next_exemplar += count;
-      partial.cells.push_back(std::move(cell));
-    }
+    SamplingState& state = partial.state;
+    state.launched = from_array<uint32_t>(document, "launched", cells);
+    state.wanted = from_array<uint32_t>(document, "wanted", cells);
+    state.responses.first = from_array<uint32_t>(document, "first_node", trials);
+    state.responses.keys = from_array<float>(document, "keys", 3 * trials);
+    state.responses.values = from_array<float>(document, "responses", 6 * trials);
     return partial;
   });
 }

@@ -18,10 +18,10 @@ void write_signature(const Signature& signature, const std::filesystem::path& fi
 // another format version.
 Signature read_signature(const std::filesystem::path& file);
 
-// An interrupted run: the cells so far, and the text that names what was being measured.
+// An interrupted run: the trials so far, and the text that names what was being measured.
 struct PartialSampling {
   std::string fingerprint;
-  std::vector<CellMoments> cells;
+  SamplingState state;
 };
 void write_partial_sampling(const PartialSampling& partial, const std::filesystem::path& file);
 PartialSampling read_partial_sampling(const std::filesystem::path& file);

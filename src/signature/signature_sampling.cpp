@@ -83,14 +83,15 @@ void take_up(const SignatureOptions& options, const std::string& print, TableSam
   const std::filesystem::path& file = options.partial_file;
   if (options.discard_partial || file.empty() || !std::filesystem::exists(file)) return;
   PartialSampling partial = read_partial_sampling(file);
-  if (partial.fingerprint != print || partial.cells.size() != sampler.cells().size()) {
+  if (partial.fingerprint != print ||
+      partial.state.launched.size() != sampler.state().launched.size()) {
     throw Error(ErrorKind::usage,
                 {.file = file.string(),
                  .found = "an interrupted run with other settings or another mesh",
                  .expected = "one to go on with",
                  .remedy = "Repeat its settings, remove the file, or start anew with --force."});
   }
-  sampler.restore(std::move(partial.cells));
+  sampler.restore(std::move(partial.state));
 }
 
 ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup& setup) {
@@ -107,7 +108,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
     const bool go_on = !interrupted();
     const bool save = !go_on || seconds_since(saved) > kCheckpoint_s;
     if (save && !options.partial_file.empty()) {
-      write_partial_sampling({print, sampler.cells()}, options.partial_file);
+      write_partial_sampling({print, sampler.state()}, options.partial_file);
       saved = Clock::now();
     }
     return go_on;

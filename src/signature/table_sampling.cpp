@@ -10,13 +10,16 @@
 namespace pilesim {
 namespace {
 
-constexpr size_t kCellsPerTask = 16;     // of a parallel loop
-constexpr size_t kCellsPerSlice = 1024;  // between two pauses
-// A cell's spread needs a few trials at least; the number kept varies around the one asked for.
-constexpr uint32_t kFewestTrials = 8;
-constexpr uint32_t kMostTrials = 1000000;
+constexpr size_t kWorkPerTask = 16;          // cells of a parallel loop's chunk
+constexpr size_t kLaunchesPerSlice = 40960;  // between two pauses
+// A cell's spread needs a few trials at least.
+constexpr double kFewestTrials = 4;
+constexpr uint32_t kMostLaunches = 1000000;  // of one cell
 // Variances below this, relative to the largest, are rounding.
 constexpr double kRounding = 1e-12;
+
+// Sine of the angle between spin and velocity below which the azimuth means nothing.
+constexpr float kNoAzimuth = 1e-3F;
 
 size_t lower_index(size_t row, size_t column) { return row * (row + 1) / 2 + column; }
 
@@ -43,13 +46,15 @@ std::array<double, kFactorSize> semidefinite_factor(const std::array<double, kFa
 
 TableSampler::TableSampler(const TrialSetup& setup, const ResponseTable& table,
                            const TableSampling& sampling)
-    : setup_(setup), table_(table), sampling_(sampling), cells_(table.cell_count()) {
+    : setup_(setup), table_(table), sampling_(sampling) {
   assert(sampling.trials_per_cell >= 2);
+  state_.launched.assign(table.cell_count(), 0);
+  state_.wanted.assign(table.cell_count(), sampling.trials_per_cell);
 }
 
-void TableSampler::restore(std::vector<CellMoments> cells) {
-  assert(cells.size() == cells_.size());
-  cells_ = std::move(cells);
+void TableSampler::restore(SamplingState state) {
+  assert(state.launched.size() == table_.cell_count());
+  state_ = std::move(state);
 }
 
 TrialRequest TableSampler::request_of(size_t cell) const {
@@ -57,131 +62,174 @@ TrialRequest TableSampler::request_of(size_t cell) const {
   TrialRequest request;
   request.velocity = at.velocity;
   request.spin = at.spin;
+  request.start = TrialStart::launch;
   request.object = cell;
-  request.first = cells_[cell].candidates;
+  request.first = state_.launched[cell];
   if (table_.layout == TableLayout::dissertation) request.spread = SpinSpread::cone;
   return request;
 }
 
-double TableSampler::relative_error(size_t cell) const {
-  const CellMoments& moments = cells_[cell];
+// One trial's measurements into row `at`.
+void TableSampler::record(const TrialRequest& request, size_t cell, const TrialResult& result,
+                          size_t at) {
   const double k = setup_.body->gyration_m;
-  const CellConfiguration at = cell_configuration(table_, cell, k);
+  const Vec3& spin = result.spin_before;
+  const std::array<uint32_t, 4> index = table_.cell_index(cell);
+  std::array<float, 4> keys = response_keys(table_, static_cast<float>(k),
+                                            request.velocity.cast<float>(), spin.cast<float>());
   const bool raw = table_.layout == TableLayout::dissertation;
-  const double spin_unit = raw ? k : 1;
-  double variance = 0;
-  for (size_t i = 0; i < 6; ++i) {
-    const double unit = i < 3 ? 1 : spin_unit;
-    variance += unit * unit * moments.products[lower_index(i, i)];
+  const auto node = [&](size_t axis) { return table_.axes[axis].nodes[index[axis]]; };
+  // Where the contact has no such angle, the launch says for which cell it was.
+  if (spin.isZero()) keys[1] = node(1);
+  if (raw) {
+    keys[2] = node(2);
+  } else if (std::sin(keys[1]) < kNoAzimuth || spin.isZero()) {
+    keys[2] = node(2);
   }
-  const double measure2 = raw ? at.velocity.squaredNorm() + k * k * at.spin.squaredNorm() : 1;
-  const double n = moments.trials;
-  return std::sqrt(variance / (n * (n - 1)) / measure2);
-}
+  state_.responses.first[at] = index[0];
+  std::copy_n(keys.begin() + 1, 3, &state_.responses.keys[3 * at]);
 
-std::vector<TableSampler::Work> TableSampler::next_round() const {
-  std::vector<Work> work;
-  for (size_t cell = 0; cell < cells_.size(); ++cell) {
-    const CellMoments& moments = cells_[cell];
-    uint32_t wanted = 0;
-    if (moments.candidates == 0) {
-      wanted = sampling_.trials_per_cell;
-    } else if (moments.trials < std::min(kFewestTrials, sampling_.trials_per_cell)) {
-      wanted = kFewestTrials;
-    } else if (sampling_.target_error > 0 && moments.trials < kMostTrials) {
-      const double excess = relative_error(cell) / sampling_.target_error;
-      // The error is only estimated: at most three times as many trials at once.
-      if (excess > 1) {
-        const double more = moments.trials * std::min(excess * excess - 1, 2.0);
-        wanted = static_cast<uint32_t>(std::ceil(std::max(more, 1.0)));
-      }
-    }
-    if (wanted > 0) {
-      work.push_back({cell, candidates_for(*setup_.body, request_of(cell), wanted)});
-    }
+  const double measure =
+      raw ? 1 : std::sqrt(request.velocity.squaredNorm() + k * k * spin.squaredNorm());
+  Vec3 v = result.velocity / measure;
+  if (raw) {
+    v -= particle_response(request.velocity, setup_.material.restitution, setup_.material.friction);
   }
-  return work;
-}
-
-void TableSampler::add(const TrialResult& result, CellMoments& cell, const Vec3& particle) const {
-  const bool raw = table_.layout == TableLayout::dissertation;
-  const Vec3 v = raw ? Vec3(result.velocity - particle) : result.velocity;
-  const Vec3 w = raw ? result.spin : Vec3(setup_.body->gyration_m * result.spin);
-  const std::array<double, 6> response = {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()};
-  ++cell.trials;
-  std::array<double, 6> before;
-  for (size_t i = 0; i < 6; ++i) {
-    before[i] = response[i] - cell.mean[i];
-    cell.mean[i] += before[i] / cell.trials;
-  }
-  for (size_t i = 0; i < 6; ++i) {
-    for (size_t j = 0; j <= i; ++j) {
-      cell.products[lower_index(i, j)] += before[i] * (response[j] - cell.mean[j]);
-    }
-  }
-  if (cell.exemplars.size() < 6 * sampling_.exemplars) {
-    for (const double r : response) {
-      const double units = std::clamp(std::round(r / kExemplarUnit), -32767.0, 32767.0);
-      cell.exemplars.push_back(static_cast<int16_t>(units));
-    }
+  const Vec3 w = result.spin * ((raw ? 1 : k) / measure);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    state_.responses.values[6 * at + static_cast<size_t>(i)] = static_cast<float>(v(i));
+    state_.responses.values[6 * at + 3 + static_cast<size_t>(i)] = static_cast<float>(w(i));
   }
 }
 
-void TableSampler::run_cells(std::span<const Work> work) {
+void TableSampler::run_slice(std::span<const Work> work) {
+  // Where each piece of work begins in the order of launches.
+  std::vector<size_t> begin = {state_.responses.first.size()};
+  for (const Work& w : work) begin.push_back(begin.back() + w.count);
+  state_.responses.first.resize(begin.back());
+  state_.responses.keys.resize(3 * begin.back());
+  state_.responses.values.resize(6 * begin.back());
   std::vector<TrialRequest> requests;
   for (const Work& w : work) {
     requests.push_back(request_of(w.cell));
-    requests.back().count = w.candidates;
+    requests.back().count = w.count;
+    state_.launched[w.cell] += w.count;
   }
-  std::vector<TrialResult> results;
-  run_trials(setup_, requests, results);
-  auto result = results.begin();
-  for (size_t i = 0; i < work.size(); ++i) {
-    CellMoments& cell = cells_[work[i].cell];
-    const Vec3 particle = particle_response(requests[i].velocity, setup_.material.restitution,
-                                            setup_.material.friction);
-    for (uint32_t k = 0; k < work[i].candidates; ++k, ++result) {
-      if (result->kept) add(*result, cell, particle);
+  parallel_for(work.size(), kWorkPerTask, [&](size_t from, size_t to) {
+    std::vector<TrialResult> results;
+    run_trials(setup_, std::span(requests).subspan(from, to - from), results);
+    auto result = results.begin();
+    for (size_t i = from; i < to; ++i) {
+      for (uint32_t k = 0; k < work[i].count; ++k, ++result) {
+        record(requests[i], work[i].cell, *result, begin[i] + k);
+      }
     }
-    cell.candidates += work[i].candidates;
-  }
+  });
 }
 
-bool TableSampler::run(const std::function<bool(uint64_t, uint64_t)>& pause) {
-  uint64_t done = 0;
-  for (const CellMoments& cell : cells_) done += cell.trials;
-  for (std::vector<Work> work = next_round(); !work.empty(); work = next_round()) {
-    uint64_t expected = done;
-    for (const Work& w : work) {
-      expected += static_cast<uint64_t>(w.candidates *
-                                        contact_acceptance(*setup_.body, request_of(w.cell)));
+// Launches what is wanted; false if it was stopped.
+bool TableSampler::run_round(const std::function<bool(uint64_t, uint64_t)>& pause) {
+  uint64_t expected = 0;
+  for (const uint32_t wanted : state_.wanted) expected += wanted;
+  std::vector<Work> work;
+  uint32_t planned = 0;
+  for (uint32_t cell = 0; cell <= state_.wanted.size(); ++cell) {
+    const bool end = cell == state_.wanted.size();
+    if (planned >= kLaunchesPerSlice || (end && planned > 0)) {
+      run_slice(work);
+      work.clear();
+      planned = 0;
+      if (!pause(state_.responses.first.size(), expected)) return false;
     }
-    for (size_t begin = 0; begin < work.size(); begin += kCellsPerSlice) {
-      const auto slice =
-          std::span(work).subspan(begin, std::min(kCellsPerSlice, work.size() - begin));
-      parallel_for(slice.size(), kCellsPerTask,
-                   [&](size_t from, size_t to) { run_cells(slice.subspan(from, to - from)); });
-      for (const Work& w : slice) {
-        done += static_cast<uint64_t>(w.candidates *
-                                      contact_acceptance(*setup_.body, request_of(w.cell)));
-      }
-      if (!pause(std::min(done, expected), expected)) return false;
-    }
+    if (end) break;
+    const uint32_t left = state_.wanted[cell] - state_.launched[cell];
+    if (left > 0) work.push_back({cell, left});
+    planned += left;
   }
   return true;
 }
 
+double TableSampler::relative_error(size_t cell) const {
+  const double k = setup_.body->gyration_m;
+  const bool raw = table_.layout == TableLayout::dissertation;
+  double variance = 0;
+  for (size_t i = 0; i < 6; ++i) {
+    const double unit = raw && i >= 3 ? k : 1;
+    variance += unit * unit * fit_.covariance[kFactorSize * cell + lower_index(i, i)];
+  }
+  const CellConfiguration at = cell_configuration(table_, cell, k);
+  const double measure2 = raw ? at.velocity.squaredNorm() + k * k * at.spin.squaredNorm() : 1;
+  return std::sqrt(variance / (std::max(1.0, fit_.trials[cell] - 1) * measure2));
+}
+
+// Sets what the next round launches; false if there is no need of one.
+bool TableSampler::plan_round() {
+  bool any = false;
+  for (size_t cell = 0; cell < state_.wanted.size(); ++cell) {
+    const uint32_t launched = state_.launched[cell];
+    double growth = fit_.trials[cell] < kFewestTrials ? 2 : 1;
+    if (sampling_.target_error > 0 && fit_.trials[cell] > 0) {
+      // The error is only estimated: at most four times as many trials at once.
+      const double excess = relative_error(cell) / sampling_.target_error;
+      growth = std::max(growth, std::min(excess * excess, 4.0));
+    }
+    if (growth <= 1 || launched >= kMostLaunches) continue;
+    state_.wanted[cell] =
+        std::min(kMostLaunches, static_cast<uint32_t>(std::ceil(launched * growth)));
+    any = true;
+  }
+  return any;
+}
+
+bool TableSampler::run(const std::function<bool(uint64_t, uint64_t)>& pause) {
+  do {
+    if (!run_round(pause)) return false;
+    fit_ = fit_table(table_.axes, 6, state_.responses);
+  } while (plan_round());
+  return true;
+}
+
+// The residuals of trials next to each cell; where there are too few, those of trials around it,
+// then the same ones again.
+void TableSampler::add_exemplars(ResponseTable& table) const {
+  const size_t wanted = table.exemplar_count = sampling_.exemplars;
+  std::vector<std::vector<uint32_t>> near(table.cell_count()), around(table.cell_count());
+  for (uint32_t i = 0; i < state_.responses.first.size(); ++i) {
+    const TableCorners at =
+        table_corners(table.axes, state_.responses.first[i], &state_.responses.keys[3 * i]);
+    const auto* heaviest = std::max_element(at.weight.begin(), at.weight.begin() + at.count);
+    for (size_t c = 0; c < at.count; ++c) {
+      auto& list = (&at.weight[c] == heaviest ? near : around)[at.cell[c]];
+      if (list.size() < wanted) list.push_back(i);
+    }
+  }
+  table.exemplars.reserve(6 * wanted * table.cell_count());
+  for (size_t cell = 0; cell < table.cell_count(); ++cell) {
+    std::vector<uint32_t>& list = near[cell];
+    list.insert(list.end(), around[cell].begin(), around[cell].end());
+    for (size_t k = 0; k < wanted; ++k) {
+      const float* residual = &fit_.residuals[6 * list[k % list.size()]];
+      for (size_t i = 0; i < 6; ++i) {
+        const float units = std::round(residual[i] / kExemplarUnit);
+        table.exemplars.push_back(static_cast<int16_t>(std::clamp(units, -32767.0F, 32767.0F)));
+      }
+    }
+  }
+}
+
 ResponseTable TableSampler::table() const {
   ResponseTable table = table_;
-  for (const CellMoments& cell : cells_) {
-    const double n = cell.trials;
+  for (size_t cell = 0; cell < table.cell_count(); ++cell) {
+    const double n = fit_.trials[cell];
     std::array<double, kFactorSize> covariance;
-    for (size_t i = 0; i < kFactorSize; ++i) covariance[i] = cell.products[i] / (n - 1);
-    table.trials.push_back(cell.trials);
+    for (size_t i = 0; i < kFactorSize; ++i) {
+      covariance[i] = fit_.covariance[kFactorSize * cell + i] * n / std::max(1.0, n - 1);
+    }
+    table.trials.push_back(static_cast<float>(n));
     for (size_t i = 0; i < 6; ++i) {
       const double variance = covariance[lower_index(i, i)];
-      table.mean.push_back(static_cast<float>(cell.mean[i]));
-      table.mean_error.push_back(static_cast<float>(std::sqrt(variance / n)));
+      table.mean.push_back(static_cast<float>(fit_.mean[6 * cell + i]));
+      table.mean_error.push_back(static_cast<float>(std::sqrt(variance / std::max(1.0, n))));
       if (table.layout == TableLayout::dissertation) {
         table.spread.push_back(static_cast<float>(std::sqrt(variance)));
       }
@@ -191,15 +239,7 @@ ResponseTable TableSampler::table() const {
       table.spread.push_back(static_cast<float>(f));
     }
   }
-  if (sampling_.exemplars > 0) {
-    // Cells that met fewer than wanted repeat theirs in turn.
-    table.exemplar_count = sampling_.exemplars;
-    for (const CellMoments& cell : cells_) {
-      for (size_t i = 0; i < 6 * sampling_.exemplars; ++i) {
-        table.exemplars.push_back(cell.exemplars[i % cell.exemplars.size()]);
-      }
-    }
-  }
+  if (sampling_.exemplars > 0) add_exemplars(table);
   return table;
 }
 
