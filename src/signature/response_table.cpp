@@ -48,7 +48,7 @@ ResponseTable make_table(TableLayout layout, double gyration_m) {
   table.layout = layout;
   if (layout == TableLayout::dissertation) {
     table.axes = {even_axis("theta", "rad", 0, kSteepest, 7), even_axis("phi", "rad", 0, kPi, 10),
-                  squared_axis("speed", "m/s", 1.0 / 26, kTopSpeed_m_s, 26),
+                  squared_axis("speed", "m/s", 0.15, kTopSpeed_m_s, 26),
                   squared_axis("spin", "rad/s", 0, kTopSpeed_m_s / gyration_m, 16)};
   } else {
     Axis psi = even_axis("psi", "rad", -kPi, kPi, 13);
