@@ -8,6 +8,7 @@
 
 #include "core/philox.h"
 #include "signature/contact_impulse.h"
+#include "signature/flight_reach.h"
 #include "signature/free_flight.h"
 
 namespace pilesim {
@@ -172,7 +173,7 @@ class TrialCrew : public FlightCrew {
     orient(point, flight);
     flight.spin = flight.to_body(candidate_spin(request, point));
     flight.velocity = request.velocity;
-    flight.height = setup_.body->outer_radius_m;
+    flight.height = reach_of_flight(*setup_.body, flight);
     trial.phase = Phase::approach;
     return true;
   }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "signature/flight_reach.h"
+
 namespace pilesim {
 namespace {
 
@@ -21,8 +23,8 @@ constexpr double kResolved = 1e-12;  // a contact's predicted height is known th
 constexpr double kStill = 1e-12;
 // Turn by one step, rad; see contact_body.cpp.
 constexpr double kLongestTurn = 0.5;
-// A body that rises so slowly that it needs more steps than this (hundreds of turns) is gone.
-constexpr int kMostSteps = 4096;
+// A body that rises so slowly that it needs more steps than this (dozens of turns) is gone.
+constexpr int kMostSteps = 512;
 
 // --- Rotation, in lanes --------------------------------------------------------------------------
 
@@ -263,6 +265,7 @@ struct LaneState {
   Flight flight;  // axes and spin live in Lanes while it flies
   uint32_t hint = 0;
   int steps = 0;
+  double reach_m = 0;  // of this flight
   bool active = false;
   Step step{};
 };
@@ -292,7 +295,7 @@ void store_lane(const Lanes& lanes, size_t lane, Flight& flight) {
 bool is_gone(const ContactBody& body, const LaneState& state, const Vec3& spin) {
   const double rise = state.flight.velocity.y();
   if (rise < 0) return false;
-  if (state.flight.height >= body.outer_radius_m || state.steps > kMostSteps) return true;
+  if (state.flight.height >= state.reach_m || state.steps > kMostSteps) return true;
   // Energy is kept, so the spin never exceeds sqrt(2 E / I1).
   const double most = body.inertia_m2.dot(spin.cwiseAbs2()) / body.inertia_m2.x();
   return rise * rise > most * body.reach_m * body.reach_m;
@@ -339,6 +342,8 @@ void advance(const ContactBody& body, Lanes& lanes, std::array<LaneState, kFligh
       turn<4>(body.euler, lanes, at);
     } else if (widest < 0.1 * 0.1) {
       turn<6>(body.euler, lanes, at);
+    } else if (widest < 0.25 * 0.25) {
+      turn<8>(body.euler, lanes, at);
     } else {
       turn<10>(body.euler, lanes, at);
     }
@@ -408,6 +413,7 @@ void fly(const ContactBody& body, FlightCrew& crew) {
     state.active = more;
     if (!more) return;
     ++active;
+    state.reach_m = reach_of_flight(body, state.flight);
     load_lane(state.flight, lanes, lane);
   };
   for (size_t lane = 0; lane < kFlightLanes && more; ++lane) board(lane);
@@ -423,6 +429,7 @@ void fly(const ContactBody& body, FlightCrew& crew) {
       store_lane(lanes, lane, state.flight);
       if (crew.ended(lane, state.step.end, state.step.vertex, state.flight)) {
         load_lane(state.flight, lanes, lane);
+        state.reach_m = reach_of_flight(body, state.flight);
         state.steps = 0;
         state.hint = state.step.vertex;
       } else {

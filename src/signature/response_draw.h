@@ -75,18 +75,17 @@ inline ResponseSpread interpolate(const ResponseTable& table, float gyration_m, 
 }
 
 // The physical limits of a response, in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the
-// body moves away from the plane and has gained nothing. A response inside is not touched. One
-// outside is moved towards the mean, which keeps its direction from it, then into what is left.
+// body moves away from the plane and has gained nothing. A response outside is moved to the nearest
+// one inside.
 struct DrawLimits {
   bool energy_gain = false;  // before it was limited
   bool inward = false;
 };
-inline DrawLimits limit_response(const Vector6& mean, Vector6& response) {
+inline DrawLimits limit_response(Vector6& response) {
   const DrawLimits limits{response.squaredNorm() > 1, response(1) < 0};
-  if (response(1) < 0) response(1) = 0;
+  response(1) = std::max(0.0F, response(1));
   const float size = response.norm();
   if (size > 1) response /= size;
-  (void)mean;
   return limits;
 }
 
@@ -136,15 +135,12 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
       }
     }
   }
-  Vector6 mean = here.mean;
   if (raw) {
-    for (Vector6* r : {&response, &mean}) {
-      r->head<3>() = (r->head<3>() + particle) / measure;
-      r->tail<3>() *= gyration_m / measure;
-    }
+    response.head<3>() = (response.head<3>() + particle) / measure;
+    response.tail<3>() *= gyration_m / measure;
   }
   ResponseDraw draw;
-  draw.limits = limit_response(mean, response);
+  draw.limits = limit_response(response);
   draw.velocity = frame.to_world(measure * response.head<3>());
   draw.spin = frame.to_world(measure / gyration_m * response.tail<3>());
   return draw;
