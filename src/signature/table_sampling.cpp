@@ -189,8 +189,9 @@ bool TableSampler::run(const std::function<bool(uint64_t, uint64_t)>& pause) {
   return true;
 }
 
-// The residuals of trials next to each cell; where there are too few, those of trials around it,
-// then the same ones again.
+// The residuals of trials next to each cell, spread evenly over their list; where there are too
+// few, those of trials around it, too, then the same ones again. They are centred, since the mean
+// is known better than from them.
 void TableSampler::add_exemplars(ResponseTable& table) const {
   const size_t wanted = table.exemplar_count = sampling_.exemplars;
   std::vector<std::vector<uint32_t>> near(table.cell_count()), around(table.cell_count());
@@ -199,18 +200,28 @@ void TableSampler::add_exemplars(ResponseTable& table) const {
         table_corners(table.axes, state_.responses.first[i], &state_.responses.keys[3 * i]);
     const auto* heaviest = std::max_element(at.weight.begin(), at.weight.begin() + at.count);
     for (size_t c = 0; c < at.count; ++c) {
-      auto& list = (&at.weight[c] == heaviest ? near : around)[at.cell[c]];
-      if (list.size() < wanted) list.push_back(i);
+      (&at.weight[c] == heaviest ? near : around)[at.cell[c]].push_back(i);
     }
   }
   table.exemplars.reserve(6 * wanted * table.cell_count());
   for (size_t cell = 0; cell < table.cell_count(); ++cell) {
     std::vector<uint32_t>& list = near[cell];
-    list.insert(list.end(), around[cell].begin(), around[cell].end());
+    if (list.size() < wanted) {
+      list.insert(list.end(), around[cell].begin(), around[cell].end());
+    }
+    const size_t stride = std::max<size_t>(1, list.size() / wanted);
+    std::vector<std::array<float, 6>> chosen(wanted);
+    std::array<float, 6> mean{};
     for (size_t k = 0; k < wanted; ++k) {
-      const float* residual = &fit_.residuals[6 * list[k % list.size()]];
+      const float* residual = &fit_.residuals[6 * list[k * stride % list.size()]];
       for (size_t i = 0; i < 6; ++i) {
-        const float units = std::round(residual[i] / kExemplarUnit);
+        chosen[k][i] = residual[i];
+        mean[i] += residual[i] / static_cast<float>(wanted);
+      }
+    }
+    for (const std::array<float, 6>& exemplar : chosen) {
+      for (size_t i = 0; i < 6; ++i) {
+        const float units = std::round((exemplar[i] - mean[i]) / kExemplarUnit);
         table.exemplars.push_back(static_cast<int16_t>(std::clamp(units, -32767.0F, 32767.0F)));
       }
     }
