@@ -11,6 +11,7 @@
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mesh_check.h"
+#include "geometry/mesh_group.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "geometry/solid_difference.h"
@@ -72,22 +73,6 @@ void finish(ModelShape& shape) {
     shape.bounding_radius = std::max(shape.bounding_radius, reach);
   }
   shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
-}
-
-TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
-  TriangleMesh part;
-  std::map<uint32_t, uint32_t> new_index;
-  for (uint32_t i = 0; i < group.triangle_count; ++i) {
-    Triangle triangle = mesh.triangles[group.first_triangle + i];
-    for (uint32_t& vertex : triangle) {
-      const auto [entry, is_new] =
-          new_index.emplace(vertex, static_cast<uint32_t>(part.vertices.size()));
-      if (is_new) part.vertices.push_back(mesh.vertices[vertex]);
-      vertex = entry->second;
-    }
-    part.triangles.push_back(triangle);
-  }
-  return part;
 }
 
 bool is_convex_solid(const TriangleMesh& mesh) {

@@ -7,6 +7,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/mesh_group.h"
 
 namespace pilesim {
 namespace {
@@ -75,6 +76,25 @@ void use_principal_frame(ContactBody& body, const Mat3& inertia, TriangleMesh& h
   for (Vec3& v : hull.vertices) v = to_body * v;
 }
 
+// Where triangles cross, the hull and, nearly, the mass are still defined; and closed groups that
+// touch are no proper solid as one mesh, but together they have both.
+std::vector<MeshDefect> solid_defects(const TriangleMesh& mesh) {
+  const auto severe = [](const TriangleMesh& part) {
+    std::vector<MeshDefect> defects = find_mesh_defects(part);
+    std::erase_if(defects, [](const MeshDefect& defect) {
+      return defect.kind == MeshDefectKind::self_touching;
+    });
+    return defects;
+  };
+  std::vector<MeshDefect> defects = severe(mesh);
+  const bool closed_groups =
+      mesh.groups.size() > 1 &&
+      std::all_of(mesh.groups.begin(), mesh.groups.end(),
+                  [&](const MeshGroup& group) { return severe(group_mesh(mesh, group)).empty(); });
+  if (closed_groups) defects.clear();
+  return defects;
+}
+
 }  // namespace
 
 void check_material(const ContactMaterial& material) {
@@ -94,9 +114,7 @@ void check_material(const ContactMaterial& material) {
 
 ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_name) {
   std::vector<Problem> problems;
-  for (const MeshDefect& defect : find_mesh_defects(mesh)) {
-    // Where triangles cross, the hull and, nearly, the mass are still defined.
-    if (defect.kind == MeshDefectKind::self_touching) continue;
+  for (const MeshDefect& defect : solid_defects(mesh)) {
     problems.push_back({.file = mesh_name,
                         .found = defect.text,
                         .expected = "a closed surface with outward triangles",

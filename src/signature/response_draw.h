@@ -74,18 +74,18 @@ inline ResponseSpread interpolate(const ResponseTable& table, float gyration_m, 
   return result;
 }
 
-// The physical limits of a response, in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the
-// body moves away from the plane and has gained nothing. A response outside is moved to the nearest
-// one inside.
+// The limits of a response in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the body
+// moves away from the plane and gains no more than `most_growth`. One outside is moved to the
+// nearest one inside.
 struct DrawLimits {
   bool energy_gain = false;  // before it was limited
   bool inward = false;
 };
-inline DrawLimits limit_response(Vector6& response) {
-  const DrawLimits limits{response.squaredNorm() > 1, response(1) < 0};
+inline DrawLimits limit_response(float most_growth, Vector6& response) {
+  const DrawLimits limits{response.norm() > most_growth, response(1) < 0};
   response(1) = std::max(0.0F, response(1));
   const float size = response.norm();
-  if (size > 1) response /= size;
+  if (size > most_growth) response *= most_growth / size;
   return limits;
 }
 
@@ -140,7 +140,7 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
     response.tail<3>() *= gyration_m / measure;
   }
   ResponseDraw draw;
-  draw.limits = limit_response(response);
+  draw.limits = limit_response(table.most_growth, response);
   draw.velocity = frame.to_world(measure * response.head<3>());
   draw.spin = frame.to_world(measure / gyration_m * response.tail<3>());
   return draw;

@@ -44,6 +44,9 @@ struct ResponseTable {
   // the covariance (cells, 21).
   std::vector<float> spread;
   std::vector<float> mean_error;  // (cells, 6), standard error of `mean`
+  // How far sqrt(v^2 + k^2 w^2) can grow, at least 1: a thin body that rolls off has a fast spin of
+  // little energy, since k stands for all axes. Draws are held below it.
+  float most_growth = 1;
   // What responses met near the cell had over the mean there, in kExemplarUnit:
   // (cells, exemplar_count, 6). Optional.
   uint32_t exemplar_count = 0;

@@ -40,6 +40,8 @@ std::vector<size_t> roll_to_rest(const TriangleMesh& hull, const std::vector<Res
 // Joins poses whose `up` lie within `angle` (radians) of a likelier one, adding probabilities, and
 // drops those below `least_probability`. A smooth body rests on many faces that nobody could tell
 // apart.
+inline constexpr double kRestPoseAngle = radians(5);
+inline constexpr double kLeastRestProbability = 0.05;  // of section 3.2.3.3
 std::vector<RestPose> cluster_rest_poses(const std::vector<RestPose>& poses, double angle,
                                          double least_probability);
 

@@ -157,7 +157,8 @@ json to_json(const ResponseTable& table) {
   return {{"layout", to_name(kLayouts, table.layout)}, {"axes", axes},
           {"trials", to_array(table.trials)},          {"mean", to_array(table.mean)},
           {"spread", to_array(table.spread)},          {"mean_error", to_array(table.mean_error)},
-          {"exemplar_count", table.exemplar_count},    {"exemplars", to_array(table.exemplars)}};
+          {"most_growth", table.most_growth},          {"exemplar_count", table.exemplar_count},
+          {"exemplars", to_array(table.exemplars)}};
 }
 
 ResponseTable responses_of(const json& j) {
@@ -170,6 +171,7 @@ ResponseTable responses_of(const json& j) {
   table.mean = from_array<float>(j, "mean", 6 * cells);
   table.spread = from_array<float>(j, "spread", table.spread_size() * cells);
   table.mean_error = from_array<float>(j, "mean_error", 6 * cells);
+  table.most_growth = j.at("most_growth");
   table.exemplar_count = j.at("exemplar_count");
   table.exemplars = from_array<int16_t>(j, "exemplars", 6 * cells * table.exemplar_count);
   return table;

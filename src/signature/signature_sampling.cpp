@@ -6,8 +6,10 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
+#include "signature/rest_poses.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {
@@ -137,6 +139,22 @@ AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup
   return measure_accuracy(setup, signature.heights, models, *options.accuracy);
 }
 
+std::vector<KnownRestPose> geometric_rest_poses(const TriangleMesh& mesh, const ContactBody& body) {
+  TriangleMesh hull = convex_hull(mesh.vertices);
+  for (Vec3& v : hull.vertices) v -= body.centre_of_mass;
+  std::vector<KnownRestPose> known;
+  for (const RestPose& pose :
+       cluster_rest_poses(stable_rest_poses(hull), kRestPoseAngle, kLeastRestProbability)) {
+    known.push_back({.up = pose.up,
+                     .height_m = pose.height_m,
+                     .probability = pose.probability,
+                     .probability_low = pose.probability,
+                     .probability_high = pose.probability,
+                     .source = "geometry"});
+  }
+  return known;
+}
+
 }  // namespace
 
 TableSampling default_sampling(TableLayout layout) {
@@ -160,7 +178,8 @@ SignatureRun sample_signature(const SignatureOptions& options) {
                    .seed = options.seed,
                    .sampling = options.sampling,
                    .heights = sample_collision_heights(setup, options.layout, height_trials),
-                   .responses = sample_responses(options, setup)};
+                   .responses = sample_responses(options, setup),
+                   .rest_poses = geometric_rest_poses(mesh, body)};
   run.sampling_s = seconds_since(start);
   start = Clock::now();
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);

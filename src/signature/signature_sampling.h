@@ -37,7 +37,8 @@ TableSampling default_sampling(TableLayout layout);
 
 // Throws Error(usage) for settings out of range or that contradict each other, Error(input) for a
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
-// `partial_file`. Rest poses are left empty.
+// `partial_file`. Rest poses are
+// those that follow from geometry.
 SignatureRun sample_signature(const SignatureOptions& options);
 
 }  // namespace pilesim

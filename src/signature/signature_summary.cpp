@@ -75,6 +75,10 @@ std::string responses_text(const Signature& s) {
       format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
              std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",
              std::sqrt(squares[1] / cells), raw ? " rad/s" : ", in units of sqrt(v^2 + k^2 w^2)");
+  if (t.most_growth > 1) {
+    text +=
+        format("  sqrt(v^2 + k^2 w^2) grows up to %.3g times (99%% of trials)\n", t.most_growth);
+  }
   if (t.exemplar_count > 0) text += format("  %u exemplars a cell\n", t.exemplar_count);
   return text;
 }

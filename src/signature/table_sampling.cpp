@@ -18,6 +18,7 @@ constexpr uint32_t kMostLaunches = 1000000;  // of one cell
 // Variances below this, relative to the largest, are rounding.
 constexpr double kRounding = 1e-12;
 
+constexpr double kRareGrowth = 0.01;
 // Sine of the angle between spin and velocity below which the azimuth means nothing.
 constexpr float kNoAzimuth = 1e-3F;
 
@@ -40,6 +41,17 @@ std::array<double, kFactorSize> semidefinite_factor(const std::array<double, kFa
     }
   }
   return l;
+}
+
+// The size of a response that only kRareGrowth of them exceed, at least 1.
+float most_growth(const Measurements& responses) {
+  std::vector<float> sizes;
+  for (size_t at = 0; at < responses.values.size(); at += 6) {
+    sizes.push_back(Eigen::Map<const Vector6>(&responses.values[at]).norm());
+  }
+  const auto rank = static_cast<ptrdiff_t>((1 - kRareGrowth) * static_cast<double>(sizes.size()));
+  std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
+  return std::max(1.0F, sizes[static_cast<size_t>(rank)]);
 }
 
 }  // namespace
@@ -250,6 +262,7 @@ ResponseTable TableSampler::table() const {
       table.spread.push_back(static_cast<float>(f));
     }
   }
+  if (table.layout == TableLayout::scale_free) table.most_growth = most_growth(state_.responses);
   if (sampling_.exemplars > 0) add_exemplars(table);
   return table;
 }

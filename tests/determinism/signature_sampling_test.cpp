@@ -36,7 +36,7 @@ TEST_F(Signatures, DoNotDependOnThreads) {
     write_signature(sample_signature(options).signature, file);
     files.push_back(read_file(file));
   }
-  EXPECT_GT(files[0].size(), 100000);
+  EXPECT_GT(files[0].size(), 100000U);
   EXPECT_EQ(files[0], files[1]);
 }
 
