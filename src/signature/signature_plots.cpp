@@ -120,8 +120,9 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
             number(100 * p.probability_low) + " " + number(100 * p.probability_high) + "\n";
     char up[80];
     std::snprintf(up, sizeof up, "(%.2f, %.2f, %.2f)", p.up.x(), p.up.y(), p.up.z());
-    labels += (i > 0 ? ", '" : "'") + std::string(up) + "\\n" + p.source + "\\nh " +
-              number(p.height_m) + " m' " + std::to_string(i);
+    // Double quotes: gnuplot breaks lines only in those.
+    labels += (i > 0 ? ", \"" : "\"") + std::string(up) + "\\n" + p.source + "\\nh " +
+              number(p.height_m) + " m\" " + std::to_string(i);
   }
   return draw(file, 180 + 110 * static_cast<int>(poses.size()), 420,
               "set title 'Rest poses: up in the mesh frame'\nset boxwidth 0.6\n"

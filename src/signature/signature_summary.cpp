@@ -46,7 +46,7 @@ std::string heights_text(const CollisionHeightTable& t) {
   const auto trials = std::accumulate(t.trials.begin(), t.trials.end(), 0.0);
   const auto [low, high] = std::minmax_element(t.mean_m.begin(), t.mean_m.end());
   const float error = *std::max_element(t.error_m.begin(), t.error_m.end());
-  return format("collision height: %s layout, %.0f trials, keys %s, %s\n",
+  return format("collision height: %s layout, %.0f effective trials, keys %s, %s\n",
                 layout_name(t.layout).c_str(), trials, axis_text(t.spin).c_str(),
                 axis_text(t.tilt).c_str()) +
          format("  mean %.4g .. %.4g m, standard error at most %.2g m\n", *low, *high, error);
@@ -54,7 +54,6 @@ std::string heights_text(const CollisionHeightTable& t) {
 
 std::string responses_text(const Signature& s) {
   const ResponseTable& t = s.responses;
-  const auto trials = std::accumulate(t.trials.begin(), t.trials.end(), 0.0);
   const auto [fewest, most] = std::minmax_element(t.trials.begin(), t.trials.end());
   // Standard error of the mean velocity and of the mean spin, root mean square over cells.
   double squares[2] = {0, 0};
@@ -69,8 +68,8 @@ std::string responses_text(const Signature& s) {
       static_cast<unsigned long long>(s.seed));
   text += "  keys";
   for (const Axis& axis : t.axes) text += " " + axis_text(axis);
-  text += format("\n  %zu cells, %.0f trials, %.0f .. %.0f a cell\n", t.cell_count(), trials,
-                 *fewest, *most);
+  text += format("\n  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest,
+                 *most);
   text +=
       format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
              std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",
