@@ -112,6 +112,8 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
   // the step before, before it drops those that slid away: with a threshold of its four points or
   // fewer a sliding box would now and then stand on one corner for a step.
   configuration_.setPlaneConvexMultipointIterations(3, MANIFOLD_CACHE_SIZE + 1);
+  // Against triangles too: with one point a step, what hits a wall fast spins instead of stopping.
+  configuration_.setConvexConvexMultipointIterations(3, MANIFOLD_CACHE_SIZE);
   world_.setGravity(to_bullet(scene.gravity));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;

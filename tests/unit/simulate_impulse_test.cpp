@@ -189,6 +189,73 @@ TEST(Impulse, ABulletDoesNotPassAThinWall) {
   }
 }
 
+// A concave wall of triangles, as a container has.
+TEST(Impulse, ABulletDoesNotPassAThinSheetOfTriangles) {
+  for (const double speed : {20.0, 100.0, 400.0}) {
+    SmallModel m;
+    m.scene.gravity = Vec3::Zero();
+    const uint32_t material = m.material(0, 0.5);
+    const uint32_t wall = m.box({0.01, 2, 2});
+    m.model.shapes[wall].pieces.clear();
+    m.model.shapes[wall].collides_as_mesh = true;
+    m.body(wall, material, Vec3::Zero(), Role::fixed);
+    m.body(m.sphere(0.02), material, {-1, 0.1, 0}).linear_velocity = {speed, 0, 0};
+    m.body(m.box({0.04, 0.04, 0.04}), material, {-1, -0.3, 0}).linear_velocity = {speed, 0, 0};
+    const auto simulator = make_simulator(m.scene, m.model);
+    run(*simulator, 60);
+    EXPECT_LT(simulator->states().position[1].x(), 0) << speed;
+    EXPECT_LT(simulator->states().position[2].x(), 0) << speed;
+  }
+}
+
+// Nothing holds the plate: it takes the bullet's momentum with it.
+TEST(Impulse, ABulletTakesAThinPlateWithIt) {
+  SmallModel m;
+  m.scene.gravity = Vec3::Zero();
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.box({0.01, 1, 1}), material, Vec3::Zero());
+  m.body(m.sphere(0.02), material, {-1, 0, 0}).linear_velocity = {200, 0, 0};
+  const double plate_kg = m.model.bodies[0].mass_kg;
+  const double bullet_kg = m.model.bodies[1].mass_kg;
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 60);
+  const double together = 200 * bullet_kg / (bullet_kg + plate_kg);
+  EXPECT_LT(simulator->states().position[1].x(), simulator->states().position[0].x());
+  EXPECT_NEAR(simulator->states().linear_velocity[0].x(), together, 0.01 * together);
+}
+
+SmallModel box_on_a_belt(double friction, double belt_speed, double motion_s) {
+  SmallModel m;
+  const uint32_t material = m.material(0, friction);
+  ModelBody& belt = m.body(m.box({40, 0.2, 2}), material, {0, -0.1, 0}, Role::kinematic);
+  belt.motion = {{0, {{0, -0.1, 0}}}, {motion_s, {{belt_speed * motion_s, -0.1, 0}}}};
+  m.body(m.box(Vec3::Constant(0.2)), material, {0, 0.1, 0});
+  return m;
+}
+
+// What stands on a moving body is dragged along at mu g until it is as fast.
+TEST(Impulse, AKinematicBodyDragsWhatLiesOnIt) {
+  constexpr double kFriction = 0.2;
+  constexpr double kSpeed = 1;
+  const SmallModel m = box_on_a_belt(kFriction, kSpeed, 10);
+  const auto simulator = make_simulator(m.scene, m.model);
+  const double slips_s = kSpeed / (kFriction * kGravity);  // 0.51 s
+  run(*simulator, 15);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), kFriction * kGravity * 0.25, 0.01);
+  run(*simulator, 105);
+  const double way = kSpeed * (2 - slips_s / 2);
+  EXPECT_NEAR(simulator->states().position[1].x(), way, 0.01 * way);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), kSpeed, 1e-3);
+}
+
+TEST(Impulse, WhatLiesOnAKinematicBodyStopsAndSleepsAfterIt) {
+  const SmallModel m = box_on_a_belt(0.8, 0.5, 1);
+  const auto simulator = make_simulator(m.scene, m.model);
+  EXPECT_EQ(run(*simulator, 300).bodies_awake, 0);
+  // It slips for 0.5 / (0.8 g) when the belt starts, and as long when the belt stops.
+  EXPECT_NEAR(simulator->states().position[1].x(), 0.5, 5e-3);
+}
+
 TEST(Impulse, AHingedRodSwingsWithThePeriodOfACompoundPendulum) {
   SmallModel m;
   const uint32_t material = m.material(0, 0);
