@@ -19,8 +19,6 @@ namespace {
 
 // Boxes that are this many reaches apart are listed already.
 constexpr double kListedReaches = 2;
-// Pieces that touch keep the contact points they have until they moved by this many reaches.
-constexpr double kStillReaches = 0.02;
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());
@@ -97,11 +95,7 @@ void PieceCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* a
   if (list_slack_m_ < 0) list_pairs(b_from_a);
   for (PiecePair& pair : pairs_) {
     pair.slack_m -= motion;
-    if (pair.slack_m <= 0) {
-      collide(pair, pose_a, pose_b, info, *result);
-    } else if (pair.manifold != nullptr) {
-      refresh(pair, *result);
-    }
+    if (pair.slack_m <= 0) collide(pair, pose_a, pose_b, info, *result);
   }
 }
 
@@ -189,12 +183,6 @@ void PieceCollisionAlgorithm::collide(PiecePair& pair, const btTransform& a, con
     result.addContactPoint(closest.normal_on_b, closest.point_on_b, closest.distance);
   }
   if (pair.manifold == nullptr) return;
-  pair.slack_m = kStillReaches * reach_;
-  refresh(pair, result);
-}
-
-// Brings the contact points to where the bodies are now, and drops those that came apart.
-void PieceCollisionAlgorithm::refresh(const PiecePair& pair, btManifoldResult& result) {
   result.setPersistentManifold(pair.manifold);
   result.refreshContactPoints();
   result.setPersistentManifold(nullptr);

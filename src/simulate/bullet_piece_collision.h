@@ -43,7 +43,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   struct PiecePair {
     uint32_t a, b;    // pieces
     btVector3 apart;  // from b to a in the frame of body a, any length; zero: not known yet
-    double slack_m;   // motion until they may come within reach, or until the next look
+    double slack_m;   // motion until they may come within reach
     btPersistentManifold* manifold;
   };
 
@@ -52,7 +52,6 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   bool are_apart(PiecePair& pair, const btTransform& a, const btTransform& b) const;
   void collide(PiecePair& pair, const btTransform& a, const btTransform& b,
                const btDispatcherInfo& info, btManifoldResult& result);
-  void refresh(const PiecePair& pair, btManifoldResult& result);
   void release(PiecePair& pair);
 
   const ConvexPieces& a_;
