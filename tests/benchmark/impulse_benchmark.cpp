@@ -1,8 +1,8 @@
 // Time of the impulse mode beside a plain Bullet driver, both in one run:
-//   impulse_benchmark [BODIES [STEP_HZ [REPEATS [MESH]]]]
+//   impulse_benchmark [BODIES [STEP_HZ [SWEEPS [REPEATS [MESH]]]]]
 // Hulls of 40 vertices of one mesh fall in a cubic grid onto a plane: 420 frames at 60 Hz. The
 // plain driver is the world of Bullet's manual: its default settings, one thread, the same hulls,
-// places, masses and steps.
+// places, masses, steps and sweeps of the solver (Bullet's default is 10, pilesim's 20).
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -152,15 +152,17 @@ const Result& median(std::vector<Result>& results) {
 void run(int argc, char** argv) {
   const int bodies = argc > 1 ? std::atoi(argv[1]) : 100;
   const int step_hz = argc > 2 ? std::atoi(argv[2]) : 240;
-  const int repeats = argc > 3 ? std::atoi(argv[3]) : 5;
-  const std::string mesh = argc > 4 ? argv[4] : PILESIM_SOURCE_DIR "/assets/rabbit.obj";
-  if (bodies < 1 || repeats < 1 || step_hz < kFrameRate || step_hz % 60 != 0) {
+  Setup setup{{}, step_hz};
+  int& sweeps = setup.small.scene.simulator.solver_iterations;
+  if (argc > 3) sweeps = std::atoi(argv[3]);
+  const int repeats = argc > 4 ? std::atoi(argv[4]) : 5;
+  const std::string mesh = argc > 5 ? argv[5] : PILESIM_SOURCE_DIR "/assets/rabbit.obj";
+  if (bodies < 1 || sweeps < 1 || repeats < 1 || step_hz < kFrameRate || step_hz % 60 != 0) {
     throw Error(ErrorKind::usage,
                 Problem{.found = "an argument out of range",
-                        .remedy = "impulse_benchmark [BODIES [STEP_HZ, a multiple of 60 [REPEATS "
-                                  "[MESH]]]]"});
+                        .remedy = "impulse_benchmark [BODIES [STEP_HZ, a multiple of 60 [SWEEPS "
+                                  "[REPEATS [MESH]]]]]"});
   }
-  Setup setup{{}, step_hz};
   fill(setup, hull_shape(mesh), bodies);
   std::vector<Result> ours, plain;
   for (int i = 0; i < repeats; ++i) {
@@ -174,8 +176,8 @@ void run(int argc, char** argv) {
   getrusage(RUSAGE_SELF, &usage);
   const double steps = kFrames * step_hz / kFrameRate;
   std::printf("%s, %s\n", machine.cpu.c_str(), machine.system.c_str());
-  std::printf("%d bodies, step 1/%d s, %d frames, median of %d\n", bodies, step_hz, kFrames,
-              repeats);
+  std::printf("%d bodies, step 1/%d s, %d sweeps, %d frames, median of %d\n", bodies, step_hz,
+              sweeps, kFrames, repeats);
   std::printf("pilesim       %8.2f s, ratio to plain Bullet %.2f\n", a.seconds,
               a.seconds / b.seconds);
   std::printf("plain Bullet  %8.2f s\n", b.seconds);
