@@ -1,5 +1,6 @@
 #include "simulate/bullet_world.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "simulate/bullet_shapes.h"
@@ -218,25 +219,32 @@ void BulletWorld::updateActivationState(btScalar step_s) {
 
 namespace {
 
-// Turns about principal axis `axis` (index in the body frame) over time `h`: the other components
-// of the angular momentum turn against it. tan(x) is taken as x + x^3/3, which keeps the turn a
-// rotation to rounding and gives the same bits in every C library.
-void turn_about(int axis, double moment, double h, btVector3& momentum, btQuaternion& orientation) {
-  const int next = (axis + 1) % 3;
-  const int last = (axis + 2) % 3;
-  const double half_angle = momentum[axis] / moment * h / 2;
-  const double t = half_angle * (1 + half_angle * half_angle / 3);
-  const double inverse = 1 / (1 + t * t);
-  const double cosine = (1 - t * t) * inverse;
-  const double sine = 2 * t * inverse;
-  const double a = momentum[next];
-  const double b = momentum[last];
-  momentum[next] = cosine * a + sine * b;
-  momentum[last] = cosine * b - sine * a;
-  btVector3 half(0, 0, 0);
-  half[axis] = t;
-  // Not normalised: the caller does so once.
-  orientation *= btQuaternion(half.x(), half.y(), half.z(), 1);
+// The turn by a rotation vector, in rad. Of a small part of the angle by a series, then doubled:
+// a rotation to rounding at any angle, and the same bits with every C library.
+btQuaternion turn_by(btVector3 rotation) {
+  constexpr double kSmall = 0.25;  // of half the angle: the next term of the series is 3e-7
+  int doublings = 0;
+  rotation /= 2;
+  while (rotation.length2() > kSmall * kSmall) {
+    rotation /= 2;
+    ++doublings;
+  }
+  const double x2 = rotation.length2();
+  rotation *= 1 + x2 * (1.0 / 3 + x2 * (2.0 / 15 + x2 * (17.0 / 315)));  // tan(x) / x
+  btQuaternion turn(rotation.x(), rotation.y(), rotation.z(), 1);
+  turn.normalize();
+  for (; doublings > 0; --doublings) turn *= turn;
+  return turn;
+}
+
+// Lets one term of the energy, rate L^2 / 2 along a principal axis, act for h: the body turns about
+// that axis and the momentum, seen from the body, turns against it.
+void turn_about(int axis, double rate, double h, btVector3& momentum, btQuaternion& orientation) {
+  btVector3 rotation(0, 0, 0);
+  rotation[axis] = rate * momentum[axis] * h;
+  const btQuaternion turn = turn_by(rotation);
+  momentum = quatRotate(turn.inverse(), momentum);
+  orientation *= turn;
 }
 
 }  // namespace
@@ -245,11 +253,28 @@ void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orient
                    btVector3& angular_velocity) {
   const btMatrix3x3 before(orientation);
   btVector3 momentum = (angular_velocity * before) * inertia;  // v * M is M^T v
-  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
-  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
-  turn_about(2, inertia.z(), step_s, momentum, orientation);
-  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
-  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
+  // The energy is |L|^2 / (2 I) with the middle moment I, and what the other two axes differ from
+  // it. The first term turns the body about L, exactly; of the others the smaller is the outer.
+  const int small = inertia.minAxis();
+  const int large = inertia.maxAxis() == small ? (small + 1) % 3 : inertia.maxAxis();
+  const int middle = 3 - small - large;
+  const double middle_rate = 1 / inertia[middle];
+  const double small_rate = 1 / inertia[small] - middle_rate;
+  const double large_rate = 1 / inertia[large] - middle_rate;
+  const btVector3 space_momentum = before * momentum;
+  // Of bodies that spin fast in parts, by angles that keep the energy's error small.
+  constexpr double kLargestTurn = 0.15;
+  constexpr double kMostParts = 64;
+  const double turn = step_s * std::max(std::abs(small_rate * momentum[small]),
+                                        std::abs(large_rate * momentum[large]));
+  const double parts = std::min(kMostParts, 1 + std::floor(turn / kLargestTurn));
+  const double part_s = step_s / parts;
+  for (int i = 0; i < static_cast<int>(parts); ++i) {
+    turn_about(large, large_rate, part_s / 2, momentum, orientation);
+    turn_about(small, small_rate, part_s, momentum, orientation);
+    turn_about(large, large_rate, part_s / 2, momentum, orientation);
+  }
+  orientation = turn_by(space_momentum * (middle_rate * step_s)) * orientation;
   orientation.normalize();
   angular_velocity = btMatrix3x3(orientation) * (momentum / inertia);
 }

@@ -32,10 +32,10 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   bool sleeping_ = true;
 };
 
-// Free rotation of a rigid body over step_s: Strang splitting into turns about the principal axes.
-// Keeps the angular momentum in space to rounding and the energy to a bounded error of second
-// order. `inertia` holds the principal moments of the body's axes; the angular velocity is in the
-// world frame.
+// Free rotation of a rigid body over step_s: Strang splitting into a turn about the angular
+// momentum and turns about two principal axes. Keeps the angular momentum in space to rounding and
+// the energy to a bounded error of second order; exact for bodies with two equal moments. `inertia`
+// holds the principal moments of the body's axes; the angular velocity is in the world frame.
 void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orientation,
                    btVector3& angular_velocity);
 

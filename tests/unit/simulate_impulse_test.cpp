@@ -134,6 +134,30 @@ TEST(Impulse, AFreeBodyKeepsItsAngularMomentumAndEnergy) {
   expect_error("energy_relative", end.kinetic_energy_j / energy - 1, 1e-3);
 }
 
+// Needles, pencils and cards have moments that differ a thousandfold.
+TEST(Impulse, ThinBodiesGainNoEnergyInFlight) {
+  for (const Vec3& size : {Vec3(0.002, 0.2, 0.002), Vec3(0.008, 0.2, 0.009), Vec3(0.09, 0.06, 3e-4),
+                           Vec3(0.2, 0.001, 0.1)}) {
+    for (const double turn_rate : {10.0, 100.0, 1000.0}) {
+      SmallModel m;
+      m.scene.gravity = Vec3::Zero();
+      const uint32_t material = m.material(0, 0);
+      m.body(m.box(size), material, Vec3::Zero()).angular_velocity =
+          turn_rate * Vec3(1, 2, 3).normalized();
+      const auto simulator = make_simulator(m.scene, m.model);
+      const double energy = simulator->statistics().kinetic_energy_j;
+      double most = 0, least = 1;
+      for (int i = 0; i < 300; ++i) {
+        const double ratio = simulator->step_frame().kinetic_energy_j / energy;
+        most = std::max(most, ratio);
+        least = std::min(least, ratio);
+      }
+      EXPECT_LT(most, 1.02) << size.transpose() << " at " << turn_rate;
+      EXPECT_GT(least, 0.98) << size.transpose() << " at " << turn_rate;
+    }
+  }
+}
+
 // A symmetric top: its axis goes round the angular momentum at L / I_across.
 TEST(Impulse, ATopPrecessesAtItsRate) {
   SmallModel m;
