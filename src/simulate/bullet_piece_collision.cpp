@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wall"
@@ -186,29 +185,6 @@ void PieceCollisionAlgorithm::collide(PiecePair& pair, const btTransform& a, con
   result.setPersistentManifold(pair.manifold);
   result.refreshContactPoints();
   result.setPersistentManifold(nullptr);
-}
-
-btCollisionAlgorithm* PieceCollisionConfiguration::Create::CreateCollisionAlgorithm(
-    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
-    const btCollisionObjectWrapper* b) {
-  void* place = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(PieceCollisionAlgorithm));
-  return new (place) PieceCollisionAlgorithm(info, *a->getCollisionObject(),
-                                             *b->getCollisionObject(), depth_solver);
-}
-
-btCollisionAlgorithmCreateFunc* PieceCollisionConfiguration::getCollisionAlgorithmCreateFunc(
-    int type_a, int type_b) {
-  const auto has_pieces = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || btBroadphaseProxy::isConvex(type);
-  };
-  const auto is_general = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || type == CUSTOM_CONVEX_SHAPE_TYPE;
-  };
-  // Boxes and spheres among themselves have better algorithms of their own.
-  if (has_pieces(type_a) && has_pieces(type_b) && (is_general(type_a) || is_general(type_b))) {
-    return &create_;
-  }
-  return btDefaultCollisionConfiguration::getCollisionAlgorithmCreateFunc(type_a, type_b);
 }
 
 }  // namespace pilesim

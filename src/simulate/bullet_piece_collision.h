@@ -67,26 +67,4 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   std::vector<PiecePair> former_;
 };
 
-// Stock Bullet's, with the algorithm above for bodies of pieces.
-class PieceCollisionConfiguration final : public btDefaultCollisionConfiguration {
- public:
-  PieceCollisionConfiguration() : btDefaultCollisionConfiguration(room_for_the_algorithm()) {}
-  btCollisionAlgorithmCreateFunc* getCollisionAlgorithmCreateFunc(int type_a, int type_b) override;
-
- private:
-  static btDefaultCollisionConstructionInfo room_for_the_algorithm() {
-    btDefaultCollisionConstructionInfo info;
-    info.m_customCollisionAlgorithmMaxElementSize = sizeof(PieceCollisionAlgorithm);
-    return info;
-  }
-  struct Create final : btCollisionAlgorithmCreateFunc {
-    explicit Create(btConvexPenetrationDepthSolver& solver) : depth_solver(solver) {}
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                   const btCollisionObjectWrapper* a,
-                                                   const btCollisionObjectWrapper* b) override;
-    btConvexPenetrationDepthSolver& depth_solver;
-  };
-  Create create_{*m_pdSolver};
-};
-
 }  // namespace pilesim

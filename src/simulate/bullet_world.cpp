@@ -198,7 +198,8 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     if (body.isStaticOrKinematicObject()) continue;
     DynamicBody& dynamic = *dynamic_of(body);
     const bool supported = dynamic.supported || dynamic.hinged;
-    dynamic.supported = false;
+    const bool sunk = dynamic.sunk;  // position corrections move it still
+    dynamic.supported = dynamic.sunk = false;
     if (body.getActivationState() == ISLAND_SLEEPING) {
       body.setLinearVelocity(btVector3(0, 0, 0));
       body.setAngularVelocity(btVector3(0, 0, 0));
@@ -207,7 +208,7 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     const bool slow =
         body.getLinearVelocity().length2() < dynamic.rest_speed * dynamic.rest_speed &&
         body.getAngularVelocity().length2() < dynamic.rest_turn_rate * dynamic.rest_turn_rate;
-    if (!sleeping_ || !slow) {
+    if (!sleeping_ || !slow || sunk) {
       body.setDeactivationTime(0);
     } else if (supported) {
       body.setDeactivationTime(body.getDeactivationTime() + step_s);

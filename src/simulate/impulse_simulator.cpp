@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "simulate/bullet_broad_phase.h"
+#include "simulate/bullet_collision_configuration.h"
 #include "simulate/bullet_contact_solver.h"
-#include "simulate/bullet_piece_collision.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
 
@@ -25,8 +26,24 @@ constexpr double kRestTime = 3.0;
 // Share of the smallest extent that a body may travel in a step without being swept.
 constexpr double kFastMotion = 0.25;
 
-// Penetrations fall by e in this time.
-constexpr double kPositionTime = 0.04;
+// Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
+constexpr double kRestDepth = 0.02;
+
+// Penetrations fall by e in this time, again in sqrt(r / g), of the smallest body.
+constexpr double kPositionTime = 0.3;
+
+double position_time_s(const Scene& scene, const Model& model) {
+  double radius = std::numeric_limits<double>::infinity();
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    radius = std::min(radius, model.shapes[body.shape].bounding_radius);
+  }
+  // Where nothing falls, as if a body 10 cm wide did.
+  constexpr double kUsualTime = 0.02;
+  const double gravity = scene.gravity.norm();
+  return gravity > 0 && std::isfinite(radius) ? kPositionTime * std::sqrt(radius / gravity)
+                                              : kUsualTime;
+}
 
 // Times within this share of a step are the same time.
 constexpr double kSameTime = 1e-6;
@@ -90,7 +107,7 @@ class ImpulseSimulator final : public Simulator {
   StageTimer timer_;
 
   std::vector<BulletShape> shapes_;
-  PieceCollisionConfiguration configuration_;
+  BulletCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   BulletBroadPhase broad_phase_;
   BulletContactSolver solver_;
@@ -108,12 +125,6 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
       records_(model.bodies.size()) {
-  // A body on a plane gets several contact points in every step. Bullet decides on the points of
-  // the step before, before it drops those that slid away: with a threshold of its four points or
-  // fewer a sliding box would now and then stand on one corner for a step.
-  configuration_.setPlaneConvexMultipointIterations(3, MANIFOLD_CACHE_SIZE + 1);
-  // Against triangles too: with one point a step, what hits a wall fast spins instead of stopping.
-  configuration_.setConvexConvexMultipointIterations(3, MANIFOLD_CACHE_SIZE);
   world_.setGravity(to_bullet(scene.gravity));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;
@@ -125,7 +136,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
   // lies keeps still.
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0;
-  info.m_erp2 = -std::expm1(-step_s_ / kPositionTime);
+  info.m_erp2 = -std::expm1(-step_s_ / position_time_s(scene, model));
   info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;  // BulletContactSolver bounces
   solver_.setRandSeed(0);
 
@@ -208,6 +219,7 @@ void ImpulseSimulator::set_up_dynamic(uint32_t index, btRigidBody& body) {
   dynamic.rest_speed = kRestSpeed * std::sqrt(gravity * radius);
   dynamic.rest_turn_rate = dynamic.rest_speed / radius;
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
+  dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();
   body.setUserPointer(&dynamic);
   body.setLinearVelocity(to_bullet(states_.linear_velocity[index]));

@@ -134,6 +134,47 @@ TEST(Impulse, AFreeBodyKeepsItsAngularMomentumAndEnergy) {
   expect_error("energy_relative", end.kinetic_energy_j / energy - 1, 1e-3);
 }
 
+uint32_t cylinder(SmallModel& m, double radius, double height) {
+  const uint32_t index = m.box({2 * radius, height, 2 * radius});
+  ModelShape& shape = m.model.shapes[index];
+  shape.name = "cylinder";
+  shape.mass = cylinder_mass_properties(radius, height);
+  shape.bounding_radius = std::hypot(radius, height / 2);
+  shape.pieces = {{CollisionPiece::Kind::cylinder, {}, {radius, height, radius}, {}}};
+  return index;
+}
+
+TEST(Impulse, ACanRollsOnAtItsSpeed) {
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  constexpr double kRadius = 0.03;
+  ModelBody& can = m.body(cylinder(m, kRadius, 0.1), material, {0, kRadius, 0});
+  can.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+  can.linear_velocity = {0.3, 0, 0};
+  can.angular_velocity = {0, 0, -0.3 / kRadius};
+  const auto simulator = make_simulator(m.scene, m.model);
+  const double energy = simulator->statistics().kinetic_energy_j;
+  const FrameStatistics end = run(*simulator, 600);
+  expect_error("energy_relative", end.kinetic_energy_j / energy - 1, 0.01);
+  expect_error("penetration_m", end.deepest_penetration_m, 1e-4);
+}
+
+TEST(Impulse, ThinRodsAndPencilsLieOnThePlane) {
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  const Quat lying(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+  m.body(m.box({0.002, 0.2, 0.002}), material, {0, 0.001, 0}).pose.orientation = lying;
+  m.body(m.box({0.002, 0.2, 0.002}), material, {0.5, 0.1, 0}).pose.orientation = lying;
+  m.body(cylinder(m, 0.004, 0.18), material, {1, 0.1, 0}).pose.orientation = lying;
+  m.body(cylinder(m, 0.012, 0.002), material, {1.5, 0.1, 0});
+  const auto simulator = make_simulator(m.scene, m.model);
+  const FrameStatistics end = run(*simulator, 240);
+  expect_error("penetration_m", end.deepest_penetration_m, 5e-5);
+  EXPECT_EQ(end.bodies_awake, 0);
+}
+
 // Needles, pencils and cards have moments that differ a thousandfold.
 TEST(Impulse, ThinBodiesGainNoEnergyInFlight) {
   for (const Vec3& size : {Vec3(0.002, 0.2, 0.002), Vec3(0.008, 0.2, 0.009), Vec3(0.09, 0.06, 3e-4),
