@@ -21,6 +21,7 @@ struct Options {
   std::string size;
   int samples = 0;
   std::string sheet;
+  bool no_video = false;
   RunOptions run;
 };
 
@@ -91,6 +92,7 @@ void render(const Options& options) {
                 .frames = selected_frames(options.frames, trajectory.frame_count()),
                 .settings = scene.render,
                 .camera = scene.camera,
+                .video = !options.no_video,
                 .force = options.run.force};
   if (!options.size.empty()) job.settings.size = parse_pair(options.size, "--size");
   if (options.samples > 0) job.settings.samples = options.samples;
@@ -125,6 +127,7 @@ void add_render_command(CLI::App& app) {
                    "Draw one picture of evenly spaced frames, sheet.png, and nothing else")
       ->check(check_pair, "")
       ->type_name("COLUMNSxROWS");
+  command->add_flag("--no-video", options->no_video, "Write the PNG frames only; needs no ffmpeg");
   command
       ->add_option("--set", options->overrides,
                    "Override a value of the camera or of render: --set /camera/position/1=2")

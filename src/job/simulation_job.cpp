@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
-#include <string_view>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
@@ -135,6 +134,7 @@ bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter&
 
 SimulationSummary run_simulation(const SimulationJob& job) {
   const Clock::time_point start = Clock::now();
+  const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
@@ -142,8 +142,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
-  constexpr std::string_view kOurs[] = {"trajectory.zarr", "timing.csv"};
-  prepare_output_directory(job.output, job.force, kOurs);
+  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  install_interrupt_handler();
+  remove_output(replaced);
+  make_output_directory(job.output);
   TrajectoryWriter writer(job.output / "trajectory.zarr", make_header(loaded, model));
   TimingCsv timing(job.output / "timing.csv");
   try {

@@ -55,6 +55,13 @@ class Render(CommandTest):
         video = probe(self.dir / "out/video.mp4")
         self.assertEqual((video["width"] % 2, video["height"] % 2), (0, 0))
 
+    def test_existing_pictures_are_refused_before_anything_else(self):
+        self.succeed("render", "out", "--frames", "0")
+        # Framing reads the whole trajectory; one that cannot be read tells what comes first.
+        for chunk in (self.dir / "out/trajectory.zarr/position").glob("[0-9]*"):
+            chunk.write_bytes(b"damaged")
+        self.expect_exit(2, "render", "out", "--frames", "0")
+
     def test_contact_sheet(self):
         self.succeed("render", "out", "--sheet", "3x2")
         width, height = png_size(self.dir / "out/sheet.png")
@@ -102,6 +109,24 @@ class Render(CommandTest):
         self.assertIn("ffmpeg", result.stderr)
         self.assertIn("apt", result.stderr)
         self.assertFalse((self.dir / "out/video.mp4").exists())
+
+    def test_ffmpeg_missing_costs_no_old_pictures(self):
+        self.succeed("render", "out", "--frames", "0-2")
+        before = tree_bytes(self.dir / "out")
+        environment = {**os.environ, "PATH": str(self.dir)}
+        self.expect_exit(4, "render", "out", "--force", env=environment)
+        self.assertEqual(tree_bytes(self.dir / "out"), before)
+
+    def test_pictures_without_a_video(self):
+        self.succeed("render", "out", "--frames", "0-2")
+        video = (self.dir / "out/video.mp4").read_bytes()
+        environment = {**os.environ, "PATH": str(self.dir)}
+        arguments = ("render", "out", "--frames", "2-3", "--no-video", "--force")
+        result = self.succeed(*arguments, env=environment)
+        self.assertIn("frames: 2 frames", result.stdout)
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, ["frame.0002.png", "frame.0003.png"])
+        self.assertEqual((self.dir / "out/video.mp4").read_bytes(), video)
 
 
 if __name__ == "__main__":
