@@ -47,6 +47,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
+static_assert(kPresent == kStatePresent, "what is stored is what the renderer reads");
+
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
   frame.orientation.resize(states.size());
@@ -158,7 +160,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
-  write_report(report, job.output);
+  const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
     throw Error(
@@ -173,6 +175,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
                             .collision_shapes = report.collision_shapes};
+  if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =
         std::max(summary.deepest_penetration_m, row.deepest_penetration_m);

@@ -25,6 +25,7 @@ struct SimulationSummary {
   double deepest_penetration_m = 0;
   uint32_t awake_at_end = 0;
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 
 // An `output` with results in it is refused first of all. Loads and checks everything before it is

@@ -165,6 +165,16 @@ class Accidents(CommandTest):
         self.assertFalse((self.dir / "out").exists())
         self.assertEqual(tree_bytes(cache), {})
 
+    def test_gnuplot_missing_costs_the_charts_only(self):
+        environment = {**os.environ, "PATH": str(self.dir)}
+        result = self.succeed("simulate", self.write_scene(), "-o", "out", env=environment)
+        self.assertRegex(result.stderr, r"^pilesim: warning: .*no charts.*gnuplot.*apt install")
+        self.assertIn("16 frames", result.stdout)
+        page = (self.dir / "out/report.html").read_text()
+        self.assertIn("no charts", page)
+        self.assertIn("gnuplot", page)
+        self.assertIn("Time by stage", page)
+
     def frames_on_disk(self):
         store = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")
         count = min(store[name].shape[0] for name in ("position", "orientation", "state"))
