@@ -128,7 +128,8 @@ void draw_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
     }
   }
-  write_png(contact_sheet(pictures, labels, columns), job.output / kSheetFile);
+  write_png(contact_sheet(pictures, labels, std::min(columns, static_cast<int>(count))),
+            job.output / kSheetFile);
 }
 
 // The number of frames drawn; fewer than asked where it was interrupted.
