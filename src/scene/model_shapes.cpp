@@ -10,7 +10,6 @@
 
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
-#include "geometry/mesh_check.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "geometry/solid_difference.h"
@@ -106,13 +105,7 @@ class MeshShapeBuilder {
     if (defects.empty() || is_made_of_convex_groups()) return true;
     const bool has_hull = defects.front().kind != MeshDefectKind::empty;
     if (source_.use_hull_if_not_solid && has_hull) return false;
-    std::vector<Problem> problems;
-    for (const MeshDefect& defect : defects) {
-      problems.push_back({.file = source_.file.string(),
-                          .pointer = pointer_,
-                          .found = defect.text,
-                          .expected = "a closed mesh with outward triangles"});
-    }
+    std::vector<Problem> problems = defect_problems(defects, source_.file, pointer_);
     if (has_hull) {
       problems.back().remedy =
           R"(Mend the mesh, or set "use_hull_if_not_solid": true in the shape to simulate its hull)";
@@ -286,6 +279,19 @@ const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double 
   const auto found = meshes_.find(key);
   return found != meshes_.end() ? found->second
                                 : meshes_.emplace(key, import_mesh(file, scale)).first->second;
+}
+
+std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
+                                     const std::filesystem::path& file,
+                                     const std::string& pointer) {
+  std::vector<Problem> problems;
+  for (const MeshDefect& defect : defects) {
+    problems.push_back({.file = file.string(),
+                        .pointer = pointer,
+                        .found = defect.text,
+                        .expected = "a closed mesh with outward triangles"});
+  }
+  return problems;
 }
 
 std::optional<std::filesystem::path> cache_directory() {

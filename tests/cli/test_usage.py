@@ -78,6 +78,34 @@ class Validate(CommandTest):
         for line in lines:
             self.assertRegex(line, r"scene\.json:\d+:\d+: /")
 
+    def test_missing_meshes_are_named_with_all_else(self):
+        def spoil(scene):
+            scene["duration_s"] = -1
+            scene["shapes"]["rabbit"] = {"type": "mesh", "file": "rabbit.obj"}
+            scene["shapes"]["crate"] = {"type": "mesh", "file": "crate.obj"}
+            scene["emitters"].append(
+                {
+                    "type": "volume",
+                    "file": "heart.obj",
+                    "spacing": 0.1,
+                    "shape": "box",
+                    "material": "wood",
+                }
+            )
+
+        result = self.expect_exit(3, "validate", self.write_scene(spoil))
+        lines = result.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 4, result.stderr)
+        for part in ("/duration_s", "/shapes/rabbit/file", "/shapes/crate/file", "/emitters/1/file"):
+            self.assertRegex(result.stderr, r"scene\.json:\d+:\d+: " + part)
+        self.assertIn("heart.obj", result.stderr)
+
+    def test_a_missing_mesh_makes_the_scene_invalid(self):
+        def spoil(scene):
+            scene["shapes"]["box"] = {"type": "mesh", "file": "rabbit.obj"}
+
+        self.expect_exit(3, "validate", self.write_scene(spoil))
+
     def test_syntax_error_has_line_and_column(self):
         (self.dir / "scene.json").write_text('{\n  "version": 1,\n  "name" "x"\n}\n')
         result = self.expect_exit(3, "validate", "scene.json")

@@ -209,5 +209,31 @@ TEST_F(SceneModel, AVolumeWithoutRoomIsAnError) {
   EXPECT_THROW(build(shapes, replaced(volume, "INDEX", "1000")), Error);
 }
 
+TEST_F(SceneModel, AVolumeNeedsAClosedMesh) {
+  const std::string emitter = R"("bodies": [], "emitters": [{"type": "volume", "file": "FILE",
+    "spacing": 0.7, "shape": "ball", "material": "m"}])";
+  const std::string ball = R"("ball": {"type": "sphere", "radius": 0.1})";
+  EXPECT_EQ(build(ball, replaced(emitter, "FILE", "box.obj")).bodies.size(), 2u * 3u * 5u);
+  try {
+    build(ball, replaced(emitter, "FILE", "open.obj"));
+    FAIL() << "took a mesh with a hole";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), HasSubstr("open.obj: /emitters/0: "));
+    EXPECT_THAT(error.what(), HasSubstr("expected a closed mesh"));
+  }
+}
+
+TEST_F(SceneModel, FaultyMeshesOfShapesAndEmittersAreNamedTogether) {
+  try {
+    build(R"("a": {"type": "mesh", "file": "open.obj"})", R"("bodies": [], "emitters": [
+      {"type": "volume", "file": "open.obj", "spacing": 0.5, "shape": "a", "material": "m"}])");
+    FAIL() << "took meshes with holes";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/shapes/a"));
+    EXPECT_THAT(error.what(), HasSubstr("/emitters/0"));
+  }
+}
+
 }  // namespace
 }  // namespace pilesim
