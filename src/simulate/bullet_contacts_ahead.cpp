@@ -69,6 +69,10 @@ class ContactsAhead::Pair {
   }
 
   void add_pieces(const ConvexPiece& piece, const ConvexPiece& other) {
+    const btVector3 between =
+        a_.getWorldTransform() * piece.centre - b_.getWorldTransform() * other.centre;
+    const double reach = piece.half_extent.length() + other.half_extent.length() + way_m_;
+    if (between.length2() > reach * reach) return;
     const btTransform other_pose = b_.getWorldTransform() * other.pose;
     const std::optional<ClosestPoints> c = closest(piece, *other.shape, other_pose);
     if (!c) return;

@@ -24,7 +24,7 @@ constexpr double kRestSpeed = 0.03;
 constexpr double kRestTime = 3.0;
 
 // Share of the smallest extent that a body may move in a step and meet others at a small depth.
-constexpr double kFastMotion = 0.25;
+constexpr double kFastMotion = 0.4;
 
 // Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
 constexpr double kRestDepth = 0.02;
