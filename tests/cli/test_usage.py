@@ -33,11 +33,20 @@ class Usage(CommandTest):
             ["simulate", scene, "-o", "out", "--seed", "x"],
             ["render", "out", "--size", "64"],
             ["render", "out", "--frames", "5-1"],
+            ["render", "out", "--frames", "-3"],
+            ["render", "out", "--set", "/duration_s=99"],
+            ["render", "out", "--set", "/rendering=1"],
+            ["simulate", scene, "-o", "out", "--set", "seed=3"],
+            ["validate", scene, "--set", "/seed"],
         ):
             result = self.expect_exit(2, *arguments)
             self.assertEqual(result.stdout, "", arguments)
             self.assertNotEqual(result.stderr, "", arguments)
         self.assertFalse((self.dir / "out").exists())
+
+    def test_a_wrong_value_names_its_option_once(self):
+        result = self.expect_exit(2, "render", "out", "--frames", "5-1")
+        self.assertEqual(result.stderr.count("--frames"), 1, result.stderr)
 
     def test_a_full_disk_behind_stdout_is_an_error(self):
         with open("/dev/full", "w") as full:
