@@ -140,10 +140,8 @@ class ModelBuilder {
     body.shape = shape_index_.at(source.shape);
     body.material = material_index_.at(source.material);
     const ModelShape& shape = model_.shapes[body.shape];
-    for (const MotionKey& key : source.motion) {
-      body.motion.push_back({key.time_s, body_frame(shape, key.pose)});
-    }
-    body.pose = body.motion.empty() ? body_frame(shape, source.pose) : body.motion.front().pose;
+    body.motion = source.motion;
+    body.pose = body_frame(shape, source.motion.empty() ? source.pose : source.motion.front().pose);
     body.linear_velocity = source.linear_velocity;
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;

@@ -42,7 +42,8 @@ btCollisionAlgorithm* BulletCollisionConfiguration::CreatePlane::CreateCollision
 btCollisionAlgorithmCreateFunc* BulletCollisionConfiguration::getCollisionAlgorithmCreateFunc(
     int type_a, int type_b) {
   const auto has_pieces = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || btBroadphaseProxy::isConvex(type);
+    return type == COMPOUND_SHAPE_PROXYTYPE ||
+           (btBroadphaseProxy::isConvex(type) && type != TRIANGLE_SHAPE_PROXYTYPE);
   };
   // Boxes and spheres among themselves have better algorithms of their own.
   const auto is_general = [](int type) {

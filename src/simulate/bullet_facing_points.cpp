@@ -90,19 +90,26 @@ void append_facing_points(const ConvexPiece& piece, const btTransform& pose, con
   }
 }
 
-void keep_widest_four(const Plane& plane, double same_height, std::vector<FacingPoint>& points) {
+void keep_widest_four(const Plane& plane, std::vector<FacingPoint>& points) {
   if (points.size() <= 4) return;
-  const auto best = [&](const auto& value) {
-    const auto weighted = [&](const FacingPoint& p) { return p.weight * value(p); };
-    return static_cast<size_t>(std::ranges::max_element(points, {}, weighted) - points.begin());
-  };
   const double lowest = std::ranges::min(points, {}, &FacingPoint::height).height;
-  const size_t first = best([&](const FacingPoint& p) { return p.height <= lowest + same_height; });
-  const auto from_first = [&](const FacingPoint& p) { return p.point - points[first].point; };
-  const size_t far = best([&](const FacingPoint& p) { return from_first(p).length2(); });
-  const btVector3 across = plane.normal.cross(from_first(points[far]));
-  const size_t left = best([&](const FacingPoint& p) { return across.dot(from_first(p)); });
-  const size_t right = best([&](const FacingPoint& p) { return -across.dot(from_first(p)); });
+  // Of two places as far out the lower one carries the body.
+  const auto best = [&](const auto& width) {
+    const auto value = [&](const FacingPoint& p) {
+      return width(p) - (p.height - lowest) + p.favour_m;
+    };
+    return static_cast<size_t>(std::ranges::max_element(points, {}, value) - points.begin());
+  };
+  const size_t first = best([](const FacingPoint&) { return 0.0; });
+  const auto offset = [&](const FacingPoint& p) {
+    const btVector3 from_first = p.point - points[first].point;
+    return from_first - plane.normal * plane.normal.dot(from_first);
+  };
+  const size_t far = best([&](const FacingPoint& p) { return offset(p).length(); });
+  btVector3 across = plane.normal.cross(offset(points[far]));
+  if (across.length2() > 0) across.normalize();
+  const size_t left = best([&](const FacingPoint& p) { return across.dot(offset(p)); });
+  const size_t right = best([&](const FacingPoint& p) { return -across.dot(offset(p)); });
   std::array<size_t, 4> kept = {first, far, left, right};
   std::ranges::sort(kept);
   const auto end = std::ranges::unique(kept).begin();

@@ -15,10 +15,10 @@ struct Plane {
 };
 
 struct FacingPoint {
-  btVector3 point;    // m, world, on the piece's surface, margin included
-  double height;      // m above the plane, negative below
-  int id;             // the same point of the piece keeps its id from step to step
-  double weight = 1;  // more than 1 for points that should rather be kept
+  btVector3 point;      // m, world, on the piece's surface, margin included
+  double height;        // m above the plane, negative below
+  int id;               // the same point of the piece keeps its id from step to step
+  double favour_m = 0;  // a base narrower by this is as good if it keeps the point
 };
 
 // Appends the points below `most_height` through which a piece in a body at `pose` can rest on the
@@ -29,8 +29,7 @@ inline constexpr int kFacingIds = 256;
 void append_facing_points(const ConvexPiece& piece, const btTransform& pose, const Plane& plane,
                           double most_height, int first_id, std::vector<FacingPoint>& points);
 
-// Keeps four at most, in order of their ids: the lowest and those that span the widest base.
-// Heights that differ by less than `same_height` count as the same.
-void keep_widest_four(const Plane& plane, double same_height, std::vector<FacingPoint>& points);
+// Keeps four at most, in the order they have: the lowest and those that span the widest base.
+void keep_widest_four(const Plane& plane, std::vector<FacingPoint>& points);
 
 }  // namespace pilesim

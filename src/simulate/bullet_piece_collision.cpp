@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wall"
-#pragma GCC diagnostic ignored "-Wextra"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#pragma GCC diagnostic ignored "-Wshadow"
-#pragma GCC diagnostic ignored "-Wconversion"
-#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
-#pragma GCC diagnostic pop
+#include "simulate/bullet_closest_points.h"
 
 namespace pilesim {
 
@@ -32,21 +25,6 @@ bool boxes_meet(const btVector3& centre_a, const btVector3& half_a, const btVect
 btVector3 turned_extent(const btMatrix3x3& absolute, const btVector3& half) {
   return {absolute[0].dot(half), absolute[1].dot(half), absolute[2].dot(half)};
 }
-
-// The point that GJK finds, if any is within its reach.
-struct ClosestPoint final : btDiscreteCollisionDetectorInterface::Result {
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal, const btVector3& point, btScalar gap) override {
-    found = true;
-    normal_on_b = normal;
-    point_on_b = point;
-    distance = gap;
-  }
-  bool found = false;
-  btVector3 normal_on_b, point_on_b;
-  btScalar distance = 0;
-};
 
 }  // namespace
 
@@ -84,7 +62,7 @@ void PieceCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 
 void PieceCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* a,
                                                const btCollisionObjectWrapper* b,
-                                               const btDispatcherInfo& info,
+                                               const btDispatcherInfo& /*info*/,
                                                btManifoldResult* result) {
   const btTransform& pose_a = a->getWorldTransform();
   const btTransform& pose_b = b->getWorldTransform();
@@ -94,7 +72,7 @@ void PieceCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* a
   if (list_slack_m_ < 0) list_pairs(b_from_a);
   for (PiecePair& pair : pairs_) {
     pair.slack_m -= motion;
-    if (pair.slack_m <= 0) collide(pair, pose_a, pose_b, info, *result);
+    if (pair.slack_m <= 0) collide(pair, pose_a, pose_b, *result);
   }
 }
 
@@ -156,30 +134,23 @@ bool PieceCollisionAlgorithm::are_apart(PiecePair& pair, const btTransform& a,
 }
 
 void PieceCollisionAlgorithm::collide(PiecePair& pair, const btTransform& a, const btTransform& b,
-                                      const btDispatcherInfo& info, btManifoldResult& result) {
+                                      btManifoldResult& result) {
   const ConvexPiece& piece_a = a_.pieces[pair.a];
   const ConvexPiece& piece_b = b_.pieces[pair.b];
-  btGjkPairDetector::ClosestPointInput input;
-  input.m_transformA = a * piece_a.pose;
-  input.m_transformB = b * piece_b.pose;
-  if (are_apart(pair, input.m_transformA, input.m_transformB)) {
+  const btTransform pose_a = a * piece_a.pose;
+  const btTransform pose_b = b * piece_b.pose;
+  if (are_apart(pair, pose_a, pose_b)) {
     release(pair);
     return;
   }
   pair.slack_m = 0;
-  const double margins =
-      piece_a.shape->getMarginNonVirtual() + piece_b.shape->getMarginNonVirtual();
-  input.m_maximumDistanceSquared = (reach_ + margins) * (reach_ + margins);
-  btVoronoiSimplexSolver simplex;
-  btGjkPairDetector detector(piece_a.shape, piece_b.shape, &simplex, &depth_solver_);
-  ClosestPoint closest;
-  detector.getClosestPoints(input, closest, info.m_debugDraw);
-  // GJK's direction leads from b to a; it is zero where the pieces overlap deeply.
-  pair.apart = detector.getCachedSeparatingAxis() * a.getBasis();
-  if (closest.found) {
+  const std::optional<ClosestPoints> closest = closest_points(
+      *piece_a.shape, pose_a, *piece_b.shape, pose_b, reach_, &depth_solver_, &pair.apart);
+  pair.apart = pair.apart * a.getBasis();
+  if (closest) {
     if (pair.manifold == nullptr) pair.manifold = m_dispatcher->getNewManifold(&body_a_, &body_b_);
     result.setPersistentManifold(pair.manifold);
-    result.addContactPoint(closest.normal_on_b, closest.point_on_b, closest.distance);
+    result.addContactPoint(closest->normal_on_b, closest->point_on_b, closest->distance);
   }
   if (pair.manifold == nullptr) return;
   result.setPersistentManifold(pair.manifold);

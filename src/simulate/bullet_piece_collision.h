@@ -35,7 +35,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
                         const btDispatcherInfo& info, btManifoldResult* result) override;
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1;  // BulletWorld sweeps fast bodies itself
+    return 1;  // fast bodies get their contacts ahead
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
@@ -51,7 +51,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   void list_pairs(const btTransform& b_from_a);
   bool are_apart(PiecePair& pair, const btTransform& a, const btTransform& b) const;
   void collide(PiecePair& pair, const btTransform& a, const btTransform& b,
-               const btDispatcherInfo& info, btManifoldResult& result);
+               btManifoldResult& result);
   void release(PiecePair& pair);
 
   const ConvexPieces& a_;

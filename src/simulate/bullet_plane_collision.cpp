@@ -9,11 +9,10 @@ namespace {
 
 // Of the smallest extent: thin bodies must not reach the plane with their far side.
 constexpr double kReachShare = 0.1;
-// Heights that differ by this share of the reach are the same, so that rounding does not choose
-// other points in each step.
-constexpr double kSameHeight = 0.01;
-// Another point takes the place of a contact only if it widens the base by more than this.
-constexpr double kFavour = 1.1;
+// Another point takes the place of a contact only if it is lower or farther out by this share of
+// the reach. With a third of it bodies with many points near the plane, which take turns, never
+// rest.
+constexpr double kFavour = 0.3;
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());
@@ -87,9 +86,9 @@ void PlaneCollisionAlgorithm::collect_points(const Plane& plane) {
   for (int i = 0; manifold_ != nullptr && i < manifold_->getNumContacts(); ++i) {
     const auto contact =
         std::ranges::find(points_, manifold_->getContactPoint(i).m_index0, &FacingPoint::id);
-    if (contact != points_.end()) contact->weight = kFavour;
+    if (contact != points_.end()) contact->favour_m = kFavour * reach_;
   }
-  keep_widest_four(plane, kSameHeight * reach_, points_);
+  keep_widest_four(plane, points_);
 }
 
 void PlaneCollisionAlgorithm::write_contacts(const Plane& plane) {

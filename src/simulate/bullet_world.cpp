@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/bullet_shapes.h"
-
 namespace pilesim {
 
 namespace {
@@ -12,11 +10,6 @@ namespace {
 DynamicBody* dynamic_of(const btCollisionObject& object) {
   return static_cast<DynamicBody*>(object.getUserPointer());
 }
-
-// Of the radius of the inner sphere: what is left is the depth at which a swept body meets what it
-// hits, so that contacts arise there, while a body that slides along a surface is not stopped by
-// it.
-constexpr double kSweptShare = 0.8;
 
 // Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go.
 void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
@@ -31,28 +24,6 @@ void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
     pair.m_algorithm = nullptr;
   }
 }
-
-// The closest hit on the way of a swept sphere that the sphere is moving against.
-class SweepCallback : public btCollisionWorld::ClosestConvexResultCallback {
- public:
-  SweepCallback(const btCollisionObject& self, const btVector3& from, const btVector3& to)
-      : ClosestConvexResultCallback(from, to), self_(self), motion_(to - from) {}
-  bool needsCollision(btBroadphaseProxy* proxy) const override {
-    return proxy->m_clientObject != &self_ && ClosestConvexResultCallback::needsCollision(proxy);
-  }
-  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool in_world) override {
-    const btVector3 normal =
-        in_world
-            ? result.m_hitNormalLocal
-            : result.m_hitCollisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
-    if (result.m_hitFraction <= 0 || normal.dot(motion_) >= 0) return 1;
-    return ClosestConvexResultCallback::addSingleResult(result, in_world);
-  }
-
- private:
-  const btCollisionObject& self_;
-  btVector3 motion_;
-};
 
 }  // namespace
 
@@ -73,6 +44,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
     dispatch.m_deterministicOverlappingPairs = false;
     getDispatcher()->dispatchAllCollisionPairs(getPairCache(), dispatch, getDispatcher());
     dispatch.m_deterministicOverlappingPairs = true;
+    contacts_ahead_.add(getPairCache()->getOverlappingPairArray(), step_s);
   }
   {
     StageTimer::Scope scope(timer, Stage::solver);
@@ -80,6 +52,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
     calculateSimulationIslands();
     solveConstraints(getSolverInfo());
     clearForces();
+    contacts_ahead_.clear();
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -99,6 +72,7 @@ void BulletWorld::wake_neighbours(const btRigidBody& body) {
 }
 
 void BulletWorld::updateAabbs() {
+  const double step_s = getSolverInfo().m_timeStep;
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
     btRigidBody& body = *m_nonStaticRigidBodies[i];
     if (!body.isActive()) continue;
@@ -107,8 +81,22 @@ void BulletWorld::updateAabbs() {
     shape.getAabb(body.getWorldTransform(), min, max);
     const double reach = shape.getContactBreakingThreshold(gContactBreakingThreshold);
     const btVector3 margin(reach, reach, reach);
-    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min - margin, max + margin,
-                                   m_dispatcher1);
+    min -= margin;
+    max += margin;
+    // Of fast bodies and of what may hit others fast: all that they can meet in the step.
+    const DynamicBody* dynamic = dynamic_of(body);
+    const double way = farthest_way(body, step_s);
+    if (dynamic == nullptr || way > dynamic->fast_motion_m) {
+      const btVector3 motion = body.getLinearVelocity() * step_s;
+      const double turning = way - motion.length();
+      min += btVector3(std::min(motion.x(), 0.0), std::min(motion.y(), 0.0),
+                       std::min(motion.z(), 0.0)) -
+             btVector3(turning, turning, turning);
+      max += btVector3(std::max(motion.x(), 0.0), std::max(motion.y(), 0.0),
+                       std::max(motion.z(), 0.0)) +
+             btVector3(turning, turning, turning);
+    }
+    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
   }
 }
 
@@ -148,48 +136,19 @@ void BulletWorld::integrate(DynamicBody& dynamic, double step_s) {
   btVector3 motion = body.getLinearVelocity() * step_s;
   // A body that nothing held in this step follows its parabola exactly.
   if (!dynamic.supported && !dynamic.hinged) motion -= body.getGravity() * (step_s * step_s / 2);
-  double fraction = 1;
-  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
-    fraction = free_fraction(dynamic, from, motion);
-  }
   btQuaternion orientation = from.getRotation();
   btVector3 angular_velocity = body.getAngularVelocity();
   if (dynamic.hinged) {
     const double rate = angular_velocity.length();
     if (rate > 0) {
-      orientation = btQuaternion(angular_velocity / rate, rate * step_s * fraction) * orientation;
+      orientation = btQuaternion(angular_velocity / rate, rate * step_s) * orientation;
       orientation.normalize();
     }
   } else {
-    rotate_freely(body.getLocalInertia(), step_s * fraction, orientation, angular_velocity);
+    rotate_freely(body.getLocalInertia(), step_s, orientation, angular_velocity);
     body.setAngularVelocity(angular_velocity);
   }
-  body.proceedToTransform(btTransform(orientation, from.getOrigin() + motion * fraction));
-  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
-    // The next fast body must find this one where it is now.
-    btVector3 min, max;
-    body.getAabb(min, max);
-    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
-  }
-}
-
-// How much of `motion` the body can make until one of its inner spheres touches something.
-double BulletWorld::free_fraction(const DynamicBody& dynamic, const btTransform& from,
-                                  const btVector3& motion) {
-  double fraction = 1;
-  for (const InnerSphere& sphere : *dynamic.inner_spheres) {
-    const btVector3 start = from * sphere.centre;
-    btSphereShape shape(kSweptShare * sphere.radius);
-    SweepCallback callback(*dynamic.body, start, start + motion);
-    const btBroadphaseProxy& proxy = *dynamic.body->getBroadphaseHandle();
-    callback.m_collisionFilterGroup = proxy.m_collisionFilterGroup;
-    callback.m_collisionFilterMask = proxy.m_collisionFilterMask;
-    const btTransform begin(btQuaternion::getIdentity(), start);
-    const btTransform end(btQuaternion::getIdentity(), start + motion);
-    convexSweepTest(&shape, begin, end, callback, 0);
-    fraction = std::min<double>(fraction, callback.m_closestHitFraction);
-  }
-  return fraction;
+  body.proceedToTransform(btTransform(orientation, from.getOrigin() + motion));
 }
 
 void BulletWorld::updateActivationState(btScalar step_s) {
@@ -223,10 +182,11 @@ namespace {
 // The turn by a rotation vector, in rad. Of a small part of the angle by a series, then doubled:
 // a rotation to rounding at any angle, and the same bits with every C library.
 btQuaternion turn_by(btVector3 rotation) {
-  constexpr double kSmall = 0.25;  // of half the angle: the next term of the series is 3e-7
+  constexpr double kSmall = 0.25;     // of half the angle: the next term of the series is 3e-7
+  constexpr int kMostDoublings = 64;  // of any finite turn that is worth the name
   int doublings = 0;
   rotation /= 2;
-  while (rotation.length2() > kSmall * kSmall) {
+  while (rotation.length2() > kSmall * kSmall && doublings < kMostDoublings) {
     rotation /= 2;
     ++doublings;
   }

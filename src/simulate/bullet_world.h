@@ -3,6 +3,7 @@
 
 #include "core/stage_timer.h"
 #include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_contacts_ahead.h"
 #include "simulate/bullet_types.h"
 
 namespace pilesim {
@@ -26,9 +27,8 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
  private:
   void integrate(DynamicBody& dynamic, double step_s);
-  double free_fraction(const DynamicBody& dynamic, const btTransform& from,
-                       const btVector3& motion);
 
+  ContactsAhead contacts_ahead_{*m_dispatcher1};
   bool sleeping_ = true;
 };
 

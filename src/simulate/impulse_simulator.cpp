@@ -23,8 +23,8 @@ namespace {
 constexpr double kRestSpeed = 0.03;
 constexpr double kRestTime = 3.0;
 
-// Share of the smallest extent that a body may travel in a step without being swept.
-constexpr double kFastMotion = 0.25;
+// Share of the smallest extent that a body may move in a step and meet others at a small depth.
+constexpr double kFastMotion = 0.4;
 
 // Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
 constexpr double kRestDepth = 0.02;
@@ -48,7 +48,8 @@ double position_time_s(const Scene& scene, const Model& model) {
 // Times within this share of a step are the same time.
 constexpr double kSameTime = 1e-6;
 
-Pose pose_at(const std::vector<MotionKey>& keys, double time_s) {
+// Of the shape's own frame.
+Pose key_pose(const std::vector<MotionKey>& keys, double time_s) {
   const auto after = std::ranges::upper_bound(keys, time_s, {}, &MotionKey::time_s);
   if (after == keys.begin()) return keys.front().pose;
   if (after == keys.end()) return keys.back().pose;
@@ -56,6 +57,12 @@ Pose pose_at(const std::vector<MotionKey>& keys, double time_s) {
   const double share = (time_s - a.time_s) / (after->time_s - a.time_s);
   return {a.pose.position + share * (after->pose.position - a.pose.position),
           a.pose.orientation.slerp(share, after->pose.orientation)};
+}
+
+// Of the body frame, whose origin is the centre of mass.
+Pose pose_at(const ModelShape& shape, const std::vector<MotionKey>& keys, double time_s) {
+  const Pose pose = key_pose(keys, time_s);
+  return {pose.apply(shape.origin_offset), pose.orientation};
 }
 
 // The turn from one orientation to another as an axis times an angle, world frame.
@@ -214,7 +221,6 @@ void ImpulseSimulator::set_up_dynamic(uint32_t index, btRigidBody& body) {
   const double radius = shape.bounding_radius;
   DynamicBody& dynamic = dynamic_[index];
   dynamic.body = &body;
-  dynamic.inner_spheres = &shapes_[source.shape].inner_spheres();
   dynamic.fast_motion_m = kFastMotion * shape.smallest_extent;
   dynamic.rest_speed = kRestSpeed * std::sqrt(gravity * radius);
   dynamic.rest_turn_rate = dynamic.rest_speed / radius;
@@ -280,8 +286,9 @@ void ImpulseSimulator::move_kinematic_bodies() {
     const ModelBody& source = model_.bodies[index];
     if (!record.body || source.motion.empty()) continue;
     btRigidBody& body = *record.body;
-    const Pose now = pose_at(source.motion, time_s_);
-    const Pose then = pose_at(source.motion, time_s_ + step_s_);
+    const ModelShape& shape = model_.shapes[source.shape];
+    const Pose now = pose_at(shape, source.motion, time_s_);
+    const Pose then = pose_at(shape, source.motion, time_s_ + step_s_);
     const Vec3 velocity = (then.position - now.position) / step_s_;
     const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s_;
     body.setWorldTransform(
@@ -324,7 +331,7 @@ void ImpulseSimulator::read_states() {
     if (body == nullptr || source.role == Role::fixed) continue;
     if (source.role == Role::kinematic) {
       if (!source.motion.empty()) {
-        const Pose pose = pose_at(source.motion, time_s_);
+        const Pose pose = pose_at(model_.shapes[source.shape], source.motion, time_s_);
         states_.position[i] = pose.position;
         states_.orientation[i] = pose.orientation;
       }
@@ -333,8 +340,10 @@ void ImpulseSimulator::read_states() {
       states_.orientation[i] = from_bullet(body->getWorldTransform().getRotation()) *
                                shapes_[source.shape].body_from_bullet().conjugate();
     }
-    states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
-    states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
+    if ((states_.flags[i] & kHeld) == 0) {  // a held body keeps the velocities it will start with
+      states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
+      states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
+    }
     const bool asleep = !body->isStaticOrKinematicObject() && !body->isActive();
     states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
     if (asleep) states_.flags[i] |= kAsleep;
