@@ -190,14 +190,14 @@ TEST_F(SceneModel, EmittedBodiesFollowTheOthers) {
   EXPECT_EQ(model.events[1].bodies, (std::vector<uint32_t>{1, 2, 3}));
 }
 
-TEST_F(SceneModel, MotionIsOfTheBodyFrame) {
+TEST_F(SceneModel, MotionStaysInTheShapesFrameAndStartsTheBody) {
   const Model model = build(R"("box": {"type": "mesh", "file": "box.obj", "collision": "mesh"})",
                             R"("bodies": [{"shape": "box", "material": "m", "role": "kinematic",
     "motion": [{"time_s": 0, "position": [1, 0, 0]},
                {"time_s": 2, "position": [0, 7, 0], "rotation_deg": [0, 180, 0]}]}])");
   const ModelBody& body = model.bodies[0];
   EXPECT_NEAR((body.pose.position - Vec3(11, 0, 0)).norm(), 0, kRounding);
-  EXPECT_NEAR((body.motion[1].pose.position - Vec3(-10, 7, 0)).norm(), 0, kRounding);
+  EXPECT_NEAR((body.motion[1].pose.position - Vec3(0, 7, 0)).norm(), 0, kRounding);
 }
 
 TEST_F(SceneModel, AVolumeWithoutRoomIsAnError) {
