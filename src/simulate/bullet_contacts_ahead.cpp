@@ -120,7 +120,7 @@ class ContactsAhead::Pair {
       return p.height <= 0 || p.height + velocity.dot(plane.normal) * step_s_ >= 0;
     });
     if (points.empty()) return;
-    keep_widest_four(plane, points);
+    keep_widest_four(plane, 1, points);
     if (points.size() > 1) {
       // Where the points' mean stops the body first, little is left to the points, and a few sweeps
       // of the solver suffice.

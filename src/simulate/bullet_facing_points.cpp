@@ -90,27 +90,26 @@ void append_facing_points(const ConvexPiece& piece, const btTransform& pose, con
   }
 }
 
-void keep_widest_four(const Plane& plane, std::vector<FacingPoint>& points) {
+void keep_widest_four(const Plane& plane, double prefer_low, std::vector<FacingPoint>& points) {
   if (points.size() <= 4) return;
+  btVector3 u, v;
+  btPlaneSpace1(plane.normal, u, v);
+  // Not along the edges that models have: two corners would be equally far out.
+  constexpr double kCosine = 0.955, kSine = 0.296;
+  const btVector3 first = kCosine * u + kSine * v;
+  const btVector3 second = kCosine * v - kSine * u;
   const double lowest = std::ranges::min(points, {}, &FacingPoint::height).height;
-  // Of two places as far out the lower one carries the body.
-  const auto best = [&](const auto& width) {
+  std::array<size_t, 4> kept;
+  for (size_t i = 0; const btVector3& outward : {first, -first, second, -second}) {
     const auto value = [&](const FacingPoint& p) {
-      return width(p) - (p.height - lowest) + p.favour_m;
+      return outward.dot(p.point) - prefer_low * (p.height - lowest) + p.favour_m;
     };
-    return static_cast<size_t>(std::ranges::max_element(points, {}, value) - points.begin());
-  };
-  const size_t first = best([](const FacingPoint&) { return 0.0; });
-  const auto offset = [&](const FacingPoint& p) {
-    const btVector3 from_first = p.point - points[first].point;
-    return from_first - plane.normal * plane.normal.dot(from_first);
-  };
-  const size_t far = best([&](const FacingPoint& p) { return offset(p).length(); });
-  btVector3 across = plane.normal.cross(offset(points[far]));
-  if (across.length2() > 0) across.normalize();
-  const size_t left = best([&](const FacingPoint& p) { return across.dot(offset(p)); });
-  const size_t right = best([&](const FacingPoint& p) { return -across.dot(offset(p)); });
-  std::array<size_t, 4> kept = {first, far, left, right};
+    kept[i++] = static_cast<size_t>(std::ranges::max_element(points, {}, value) - points.begin());
+  }
+  const auto height = [&](size_t i) { return points[i].height; };
+  const auto low = static_cast<size_t>(std::ranges::min_element(points, {}, &FacingPoint::height) -
+                                       points.begin());
+  if (std::ranges::find(kept, low) == kept.end()) *std::ranges::max_element(kept, {}, height) = low;
   std::ranges::sort(kept);
   const auto end = std::ranges::unique(kept).begin();
   size_t count = 0;

@@ -29,7 +29,8 @@ inline constexpr int kFacingIds = 256;
 void append_facing_points(const ConvexPiece& piece, const btTransform& pose, const Plane& plane,
                           double most_height, int first_id, std::vector<FacingPoint>& points);
 
-// Keeps four at most, in the order they have: the lowest and those that span the widest base.
-void keep_widest_four(const Plane& plane, std::vector<FacingPoint>& points);
+// Keeps four at most, in the order they have: the lowest and those that span the widest base. A
+// point that is higher than another by 1 mm must be `prefer_low` mm farther out to be kept instead.
+void keep_widest_four(const Plane& plane, double prefer_low, std::vector<FacingPoint>& points);
 
 }  // namespace pilesim

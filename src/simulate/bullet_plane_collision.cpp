@@ -9,10 +9,11 @@ namespace {
 
 // Of the smallest extent: thin bodies must not reach the plane with their far side.
 constexpr double kReachShare = 0.1;
-// Another point takes the place of a contact only if it is lower or farther out by this share of
-// the reach. With a third of it bodies with many points near the plane, which take turns, never
-// rest.
-constexpr double kFavour = 0.3;
+// Another point takes the place of a contact only if it is better by this share of the reach, so
+// that rounding does not choose other points in each step.
+constexpr double kFavour = 0.01;
+// What lies on a plane is carried by its lowest points.
+constexpr double kPreferLow = 20;
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());
@@ -88,7 +89,7 @@ void PlaneCollisionAlgorithm::collect_points(const Plane& plane) {
         std::ranges::find(points_, manifold_->getContactPoint(i).m_index0, &FacingPoint::id);
     if (contact != points_.end()) contact->favour_m = kFavour * reach_;
   }
-  keep_widest_four(plane, points_);
+  keep_widest_four(plane, kPreferLow, points_);
 }
 
 void PlaneCollisionAlgorithm::write_contacts(const Plane& plane) {
