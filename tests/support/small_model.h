@@ -1,6 +1,8 @@
 // Models made by hand, for tests of simulators: no files, no loader.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "geometry/primitives.h"
@@ -42,6 +44,18 @@ struct SmallModel {
     shape.bounding_radius = radius;
     shape.smallest_extent = 2 * radius;
     shape.pieces.push_back({CollisionPiece::Kind::sphere, {}, Vec3::Constant(radius), {}});
+    return add(std::move(shape));
+  }
+
+  // About its y axis.
+  uint32_t cylinder(double radius, double height) {
+    ModelShape shape;
+    shape.name = "cylinder";
+    shape.mesh = cylinder_mesh(radius, height);
+    shape.mass = cylinder_mass_properties(radius, height);
+    shape.bounding_radius = std::hypot(radius, height / 2);
+    shape.smallest_extent = std::min(2 * radius, height);
+    shape.pieces.push_back({CollisionPiece::Kind::cylinder, {}, {radius, height, radius}, {}});
     return add(std::move(shape));
   }
 
