@@ -1,8 +1,6 @@
 // Which algorithm finds the contacts of a pair of shapes.
 #pragma once
 
-#include <algorithm>
-
 #include "simulate/bullet_piece_collision.h"
 #include "simulate/bullet_plane_collision.h"
 

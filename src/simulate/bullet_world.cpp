@@ -89,12 +89,11 @@ void BulletWorld::updateAabbs() {
     if (dynamic == nullptr || way > dynamic->fast_motion_m) {
       const btVector3 motion = body.getLinearVelocity() * step_s;
       const double turning = way - motion.length();
-      min += btVector3(std::min(motion.x(), 0.0), std::min(motion.y(), 0.0),
-                       std::min(motion.z(), 0.0)) -
-             btVector3(turning, turning, turning);
-      max += btVector3(std::max(motion.x(), 0.0), std::max(motion.y(), 0.0),
-                       std::max(motion.z(), 0.0)) +
-             btVector3(turning, turning, turning);
+      const btVector3 around(turning, turning, turning);
+      min.setMin(min + motion);
+      max.setMax(max + motion);
+      min -= around;
+      max += around;
     }
     m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
   }

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
+#include "geometry/convex_hull.h"
 #include "geometry/primitives.h"
 #include "scene/model.h"
 
@@ -56,6 +58,22 @@ struct SmallModel {
     shape.bounding_radius = std::hypot(radius, height / 2);
     shape.smallest_extent = std::min(2 * radius, height);
     shape.pieces.push_back({CollisionPiece::Kind::cylinder, {}, {radius, height, radius}, {}});
+    return add(std::move(shape));
+  }
+
+  // The hull of `points`, its centre of mass in the origin.
+  uint32_t hull(const std::vector<Vec3>& points) {
+    ModelShape shape;
+    shape.name = "hull";
+    shape.mesh = convex_hull(points);
+    const Vec3 centre = mass_properties(shape.mesh).centre_of_mass;
+    for (Vec3& vertex : shape.mesh.vertices) {
+      vertex -= centre;
+      shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+    }
+    shape.mass = mass_properties(shape.mesh);
+    shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
+    shape.pieces.push_back({CollisionPiece::Kind::hull, {}, Vec3::Zero(), shape.mesh});
     return add(std::move(shape));
   }
 

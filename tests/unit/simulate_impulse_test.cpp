@@ -7,7 +7,9 @@
 #include <iomanip>
 #include <sstream>
 #include <string>
+#include <vector>
 
+#include "core/philox.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
@@ -351,6 +353,26 @@ TEST(Impulse, APileSleepsAndWakesWhenItsSupportLeaves) {
   EXPECT_NEAR(simulator->states().position[2].y(), 0.3, 2e-3);
   run(*simulator, 120);
   EXPECT_NEAR(simulator->states().position[2].y(), 0.1, 2e-3);
+}
+
+// Faces that are flat but for a millimetre: the plane is near more points than a manifold holds.
+TEST(Impulse, UnevenSlabsComeToRest) {
+  SmallModel m;
+  const uint32_t material = m.material(0.2, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  Philox random(1, Stream::test, 0);
+  constexpr int kBodies = 144;
+  for (int i = 0; i < kBodies; ++i) {
+    std::vector<Vec3> points(24);
+    for (size_t k = 0; k < points.size(); ++k) {
+      const double angle = 2 * kPi * random.uniform();
+      const double height = 0.05 + 0.001 * random.uniform();
+      points[k] = {0.1 * std::cos(angle), k % 2 == 0 ? height : -height, 0.1 * std::sin(angle)};
+    }
+    m.body(m.hull(points), material, {1.0 * (i % 12), 0.2, 1.0 * (i / 12)});
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  EXPECT_EQ(run(*simulator, 600).bodies_awake, 0);
 }
 
 // Lengths times s, times times sqrt(s): the same motion.
