@@ -1,12 +1,10 @@
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <regex>
 
-#include "core/error.h"
+#include "frame_range.h"
 #include "options.h"
 #include "render/render_job.h"
 #include "scene/scene.h"
@@ -14,12 +12,6 @@
 
 namespace pilesim {
 namespace {
-
-struct FrameRange {
-  uint64_t first = 0;
-  std::optional<uint64_t> last;  // none: to the end
-  uint64_t step = 1;
-};
 
 struct Options {
   std::string input;
@@ -40,42 +32,6 @@ std::array<int, 2> parse_pair(const std::string& text, const std::string& option
     throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 4x3");
   }
   return pair;
-}
-
-// "7", "1-100", "30-" or "1-100x2".
-FrameRange parse_range(const std::string& text) {
-  static const std::regex kRange(R"((\d{1,9})(-(\d{1,9})?(x(\d{1,9}))?)?)");
-  std::smatch part;
-  const bool is_range = std::regex_match(text, part, kRange);
-  FrameRange range;
-  if (is_range) {
-    range.first = std::stoull(part[1]);
-    if (!part[2].matched) range.last = range.first;
-    if (part[3].matched) range.last = std::stoull(part[3]);
-    if (part[5].matched) range.step = std::stoull(part[5]);
-  }
-  if (!is_range || range.step == 0 || range.last.value_or(range.first) < range.first) {
-    throw CLI::ValidationError("--frames", "'" + text +
-                                               "' is not FRAME, FIRST-LAST, FIRST- or one of the "
-                                               "latter two with xSTEP");
-  }
-  return range;
-}
-
-// The frames of `range`, out of 0 .. count - 1.
-std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count) {
-  if (count == 0) {
-    throw Error(ErrorKind::input, Problem{.found = "the trajectory holds no frames"});
-  }
-  const uint64_t last = range.last.value_or(count - 1);
-  if (range.first >= count || last >= count) {
-    throw CLI::ValidationError("--frames", std::to_string(std::max(range.first, last)) +
-                                               " is not within 0-" + std::to_string(count - 1) +
-                                               ", the frames of the trajectory");
-  }
-  std::vector<uint64_t> frames;
-  for (uint64_t frame = range.first; frame <= last; frame += range.step) frames.push_back(frame);
-  return frames;
 }
 
 // What else a scene says was used up by the simulation.
@@ -119,7 +75,8 @@ void add_render_command(CLI::App& app) {
                       "Directory for frames/, video.mp4 and sheet.png (default: the input)");
   command
       ->add_option_function<std::string>(
-          "--frames", [options](const std::string& text) { options->frames = parse_range(text); },
+          "--frames",
+          [options](const std::string& text) { options->frames = parse_frame_range(text); },
           "Frames to draw: 7, 10-90, 10- or 10-90x2 (default: all)")
       ->type_name("FIRST-LASTxSTEP");
   command
