@@ -6,7 +6,6 @@
 #include <exception>
 
 #include "core/error.h"
-#include "core/interrupt.h"
 #include "options.h"
 
 namespace {
@@ -48,7 +47,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  pilesim::install_interrupt_handler();
   try {
     return run(argc, argv);
   } catch (const pilesim::Error& error) {

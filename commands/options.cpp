@@ -6,13 +6,22 @@
 
 namespace pilesim {
 
-void add_scene_options(CLI::App& command, SceneOptions& options) {
-  command.add_option("scene", options.file, "The scene file (JSON)")->required();
-  command
-      .add_option("--set", options.overrides,
-                  "Override a value: --set /simulator/sleeping=false (repeatable)")
+void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
+                         const std::string& description) {
+  const auto check = [](const std::string& argument) -> std::string {
+    if (argument.starts_with('/') && argument.find('=') != argument.npos) return {};
+    return "'" + argument + "' is not /POINTER=VALUE; write for example /simulator/sleeping=false";
+  };
+  command.add_option("--set", overrides, description)
+      ->check(check, "")
       ->type_name("/POINTER=VALUE")
       ->allow_extra_args(false);
+}
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("scene", options.file, "The scene file (JSON)")->required();
+  add_override_option(command, options.overrides,
+                      "Override a value: --set /simulator/sleeping=false (repeatable)");
   command.add_option_function<uint64_t>(
       "--seed",
       [&options](uint64_t seed) { options.overrides.push_back("/seed=" + std::to_string(seed)); },

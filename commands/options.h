@@ -9,6 +9,10 @@
 
 namespace pilesim {
 
+// --set, whose form is checked while parsing.
+void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
+                         const std::string& description);
+
 struct SceneOptions {
   std::string file;
   std::vector<std::string> overrides;  // --set, and --seed as one more

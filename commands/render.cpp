@@ -1,13 +1,13 @@
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
-#include "core/error.h"
+#include "frame_range.h"
 #include "options.h"
 #include "render/render_job.h"
+#include "scene/scene.h"
 #include "scene/scene_loader.h"
 
 namespace pilesim {
@@ -15,86 +15,48 @@ namespace {
 
 struct Options {
   std::string input;
-  std::string output;
+  std::optional<std::string> output;
   std::vector<std::string> overrides;
-  std::string frames;
-  std::string size;
-  int samples = 0;
-  std::string sheet;
+  FrameRange frames;
+  std::optional<std::array<int, 2>> sheet;
+  bool no_video = false;
   RunOptions run;
 };
 
-// "64x48" as two positive numbers.
+// "4x3" as two numbers from 1 on.
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
   std::array<int, 2> pair{};
   int length = 0;
   if (std::sscanf(text.c_str(), "%6dx%6d%n", &pair[0], &pair[1], &length) != 2 ||
       static_cast<size_t>(length) != text.size() || pair[0] < 1 || pair[1] < 1) {
-    throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 960x540");
+    throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 4x3");
   }
   return pair;
 }
 
-struct FrameRange {
-  unsigned first = 0, last = 0, step = 1;
-};
-
-// "7", "1-100" or "1-100x2".
-FrameRange parse_range(const std::string& text) {
-  FrameRange range;
-  int ends[3] = {};
-  std::sscanf(text.c_str(), "%9u%n-%9u%nx%9u%n", &range.first, &ends[0], &range.last, &ends[1],
-              &range.step, &ends[2]);
-  if (ends[1] == 0) range.last = range.first;
-  const int end = std::max({ends[0], ends[1], ends[2]});
-  if (end == 0 || static_cast<size_t>(end) != text.size() || range.step == 0 ||
-      range.last < range.first) {
-    throw CLI::ValidationError("--frames",
-                               "'" + text + "' is not FRAME, FIRST-LAST or FIRST-LASTxSTEP");
+// What else a scene says was used up by the simulation.
+void check_override(const std::string& argument) {
+  for (const std::string place : {"/camera", "/render"}) {
+    if (argument.starts_with(place + "/") || argument.starts_with(place + "=")) return;
   }
-  return range;
-}
-
-// The frames that `text` names, out of 0 .. count - 1; empty: all.
-std::vector<uint64_t> selected_frames(const std::string& text, uint64_t count) {
-  const FrameRange range =
-      text.empty() ? FrameRange{0, static_cast<unsigned>(count - 1), 1} : parse_range(text);
-  if (range.last >= count) {
-    throw CLI::ValidationError("--frames", "'" + text + "' is not within 0-" +
-                                               std::to_string(count - 1) +
-                                               ", the frames of the trajectory");
-  }
-  std::vector<uint64_t> frames;
-  for (uint64_t frame = range.first; frame <= range.last; frame += range.step) {
-    frames.push_back(frame);
-  }
-  return frames;
-}
-
-// Checks while parsing, before anything is opened.
-std::string check_pair(const std::string& text) {
-  parse_pair(text, "a size");
-  return {};
-}
-std::string check_range(const std::string& text) {
-  parse_range(text);
-  return {};
+  throw CLI::ValidationError("--set", "'" + argument + "' has no effect on pictures; expected " +
+                                          "/camera or /render, or a value in them");
 }
 
 void render(const Options& options) {
+  for (const std::string& argument : options.overrides) check_override(argument);
   TrajectoryReader trajectory(options.input);
   const Scene scene =
       parse_scene(trajectory.header().resolved_scene,
                   std::filesystem::path(options.input) / "trajectory.zarr", options.overrides)
           .scene;
-  RenderJob job{.output = options.output.empty() ? options.input : options.output,
+  RenderJob job{.output = options.output.value_or(options.input),
                 .frames = selected_frames(options.frames, trajectory.frame_count()),
+                .sheet = options.sheet,
                 .settings = scene.render,
                 .camera = scene.camera,
+                .video = !options.no_video,
                 .force = options.run.force};
-  if (!options.size.empty()) job.settings.size = parse_pair(options.size, "--size");
-  if (options.samples > 0) job.settings.samples = options.samples;
-  if (!options.sheet.empty()) job.sheet = parse_pair(options.sheet, "--sheet");
 
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
@@ -111,30 +73,47 @@ void add_render_command(CLI::App& app) {
   command->add_option("input", options->input, "What simulate wrote: a directory")->required();
   command->add_option("-o,--output", options->output,
                       "Directory for frames/, video.mp4 and sheet.png (default: the input)");
-  command->add_option("--frames", options->frames, "Frames to draw (default: all)")
-      ->check(check_range, "")
+  command
+      ->add_option_function<std::string>(
+          "--frames",
+          [options](const std::string& text) { options->frames = parse_frame_range(text); },
+          "Frames to draw: 7, 10-90, 10- or 10-90x2 (default: all)")
       ->type_name("FIRST-LASTxSTEP");
   command
-      ->add_option("--size", options->size, "Size of the picture in pixels (default: the scene's)")
-      ->check(check_pair, "")
+      ->add_option_function<std::string>(
+          "--size",
+          [options](const std::string& text) {
+            const auto [width, height] = parse_pair(text, "--size");
+            options->overrides.push_back("/render/size=[" + std::to_string(width) + "," +
+                                         std::to_string(height) + "]");
+          },
+          "Size of the picture in pixels; the same as --set /render/size=[WIDTH,HEIGHT]")
       ->type_name("WIDTHxHEIGHT");
-  command->add_option("--samples", options->samples, "Anti-aliasing samples (default: the scene's)")
-      ->check(CLI::IsMember({1, 2, 4, 8}));
   command
-      ->add_option("--sheet", options->sheet,
-                   "Draw one picture of evenly spaced frames, sheet.png, and nothing else")
-      ->check(check_pair, "")
-      ->type_name("COLUMNSxROWS");
-  command
-      ->add_option("--set", options->overrides,
-                   "Override a value of the camera or of render: --set /camera/position/1=2")
-      ->type_name("/POINTER=VALUE")
-      ->allow_extra_args(false);
+      ->add_option_function<int>(
+          "--samples",
+          [options](int samples) {
+            options->overrides.push_back("/render/samples=" + std::to_string(samples));
+          },
+          "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
+      ->type_name("N");
+  CLI::Option* sheet =
+      command
+          ->add_option_function<std::string>(
+              "--sheet",
+              [options](const std::string& text) { options->sheet = parse_pair(text, "--sheet"); },
+              "Draw one picture of evenly spaced frames, sheet.png, and nothing else")
+          ->type_name("COLUMNSxROWS");
+  command->add_flag("--no-video", options->no_video, "Write the PNG frames only; needs no ffmpeg")
+      ->excludes(sheet);
+  add_override_option(*command, options->overrides,
+                      "Override a value of the camera or of render: --set /render/samples=8");
   add_run_options(*command, options->run);
   command->footer(R"(
 Examples:
   pilesim render out/crate
   pilesim render out/crate --sheet 4x3
+  pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
   pilesim render out/crate --set '/camera={"position": [3, 2, 4], "target": [0, 0.5, 0]}')");
   command->callback([options] { render(*options); });

@@ -27,6 +27,9 @@ void simulate(const Options& options) {
                       .force = options.run.force,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress});
   if (options.run.quiet) return;
+  for (const std::string& line : summary.warnings) {
+    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
+  }
   for (const std::string& line : summary.collision_shapes) std::printf("%s\n", line.c_str());
   std::printf(
       "%s: %llu frames (%.2f s) of %llu bodies in %.1f s; %u awake at the end; deepest penetration "

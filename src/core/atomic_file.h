@@ -14,13 +14,10 @@ namespace pilesim {
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
+// Appends all of `text` to an open file; `path` names it in the Error(io).
+void write_all(int descriptor, const std::string& path, std::string_view text);
+
 // The whole file; throws Error(io).
 std::string read_file(const std::filesystem::path& path);
-
-// Makes `directory` ready to be written into. An existing, non-empty one is refused (Error usage,
-// naming --force) unless `force`, which removes it first. Refuses to remove what does not look like
-// an output of pilesim: a directory without any of `known_entries`.
-void prepare_output_directory(const std::filesystem::path& directory, bool force,
-                              std::span<const std::string_view> known_entries);
 
 }  // namespace pilesim

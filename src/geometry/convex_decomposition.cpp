@@ -42,17 +42,6 @@ bool is_convex_solid(const TriangleMesh& mesh) {
   return HullVolume().compute(mesh.vertices) - volume <= kConvexTolerance * volume;
 }
 
-// The groups as pieces, if there are two at least and each is closed and convex.
-std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh) {
-  if (mesh.groups.size() < 2) return {};
-  std::vector<TriangleMesh> pieces;
-  for (const MeshGroup& group : mesh.groups) {
-    pieces.push_back(group_mesh(mesh, group));
-    if (!is_convex_solid(pieces.back())) return {};
-  }
-  return pieces;
-}
-
 // Takes a mesh to bounds near 1 about the origin and back. The factor is a power of two, so that
 // nothing is rounded by it.
 struct Normalisation {
@@ -134,6 +123,16 @@ Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& 
 }
 
 }  // namespace
+
+std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh) {
+  if (mesh.groups.size() < 2) return {};
+  std::vector<TriangleMesh> pieces;
+  for (const MeshGroup& group : mesh.groups) {
+    pieces.push_back(group_mesh(mesh, group));
+    if (!is_convex_solid(pieces.back())) return {};
+  }
+  return pieces;
+}
 
 Decomposition decompose(const TriangleMesh& mesh, const DecompositionOptions& options,
                         const std::optional<std::filesystem::path>& cache_directory) {

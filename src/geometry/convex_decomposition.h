@@ -36,8 +36,12 @@ struct Decomposition {
   double volume_error() const { return (excess_volume_m3 + missing_volume_m3) / mesh_volume_m3; }
 };
 
-// `mesh` is a proper solid (find_mesh_defects is empty), or one with two groups or more that are
-// each closed and convex: those are taken as they are, whatever the options. Otherwise the mesh is
+// The mesh's groups as pieces, where there are two at least and each is closed and convex;
+// otherwise none. Such pieces make a solid even where they touch or overlap.
+std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh);
+
+// `mesh` is a proper solid (find_mesh_defects is empty), or one with convex_groups: those are
+// taken as they are, whatever the options. Otherwise the mesh is
 // cut by planes where that saves most of the volume that convex
 // hulls of the parts have too much, and each piece is fitted between its part and the hull.
 // Where max_pieces do not suffice for max_volume_error the best found is returned: look at

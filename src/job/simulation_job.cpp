@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
-#include <string_view>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
@@ -47,6 +46,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   }
   return header;
 }
+
+static_assert(kPresent == kStatePresent, "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
@@ -135,6 +136,7 @@ bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter&
 
 SimulationSummary run_simulation(const SimulationJob& job) {
   const Clock::time_point start = Clock::now();
+  const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
@@ -142,8 +144,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
-  constexpr std::string_view kOurs[] = {"trajectory.zarr", "timing.csv"};
-  prepare_output_directory(job.output, job.force, kOurs);
+  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  install_interrupt_handler();
+  remove_output(replaced);
+  make_output_directory(job.output);
   TrajectoryWriter writer(job.output / "trajectory.zarr", make_header(loaded, model));
   TimingCsv timing(job.output / "timing.csv");
   try {
@@ -156,7 +160,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
-  write_report(report, job.output);
+  const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
     throw Error(
@@ -171,6 +175,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
                             .collision_shapes = report.collision_shapes};
+  if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =
         std::max(summary.deepest_penetration_m, row.deepest_penetration_m);

@@ -13,7 +13,7 @@ struct SimulationJob {
   std::filesystem::path scene_file;
   std::filesystem::path output;        // directory; see write order in run_simulation()
   std::vector<std::string> overrides;  // "/json/pointer=value"
-  bool force = false;                  // replace an output that is there
+  bool force = false;                  // replace the output of an earlier run
   ProgressMode progress = ProgressMode::automatic;
 };
 
@@ -24,14 +24,15 @@ struct SimulationSummary {
   double wall_s = 0;
   double deepest_penetration_m = 0;
   uint32_t awake_at_end = 0;
-  std::vector<std::string>
-      collision_shapes;  // one line a shape, with the error of its approximation
+  std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 
-// Loads and checks everything before `output` is touched, then writes trajectory.zarr and
-// timing.csv frame by frame and report.json and report.html at the end. Ctrl-C between frames ends
-// the run early with a complete, shorter result and then throws Error(interrupted). Any other fault
-// leaves the frames written so far and says how many they are.
+// An `output` with results in it is refused first of all. Loads and checks everything before it is
+// touched, then takes over SIGINT and SIGTERM, removes the earlier results and writes
+// trajectory.zarr and timing.csv frame by frame and report.json and report.html at the end. Ctrl-C
+// between frames ends the run early with a complete, shorter result and then throws
+// Error(interrupted). Any other fault leaves the frames written so far and says how many they are.
 SimulationSummary run_simulation(const SimulationJob& job);
 
 }  // namespace pilesim

@@ -12,10 +12,6 @@
 
 namespace pilesim {
 
-// Bit of TrajectoryFrame::state: the body is in the scene. The same as simulate/body_state.h's
-// kPresent, which rendering does not depend on.
-inline constexpr uint8_t kDrawnFlag = 1;
-
 // Colour and kind as the shaders have them (surface.glsl), 255 for 1.
 using PackedMaterial = std::array<uint8_t, 4>;
 
@@ -54,7 +50,7 @@ struct RenderScene {
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.
   bool drawn(const TrajectoryFrame& frame, size_t body) const {
-    return (frame.state[body] & kDrawnFlag) != 0 && is_plane[shape[body]] == 0;
+    return (frame.state[body] & kStatePresent) != 0 && is_plane[shape[body]] == 0;
   }
 };
 

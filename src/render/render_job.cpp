@@ -5,11 +5,15 @@
 #include <cstdio>
 #include <deque>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <set>
+#include <span>
 #include <thread>
 
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/output_directory.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
 
@@ -18,10 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string frame_name(uint64_t frame) {
+fs::path frame_file(const fs::path& output, uint64_t frame) {
   char name[48];
   std::snprintf(name, sizeof name, "frame.%04llu.png", static_cast<unsigned long long>(frame));
-  return name;
+  return output / "frames" / name;
 }
 
 std::string time_label(double time_s) {
@@ -34,8 +38,9 @@ std::string time_label(double time_s) {
 // pictures wait, so that memory stays bounded where encoding is the slower part.
 class PictureSink {
  public:
-  PictureSink(fs::path frames, VideoWriter& video)
-      : frames_(std::move(frames)), video_(video), worker_([this] { work(); }) {}
+  // Without a video, pictures only.
+  PictureSink(fs::path output, VideoWriter* video)
+      : output_(std::move(output)), video_(video), worker_([this] { work(); }) {}
 
   ~PictureSink() {
     if (worker_.joinable()) end();
@@ -80,8 +85,8 @@ class PictureSink {
         queue_.pop_front();
         changed_.notify_all();
         lock.unlock();
-        write_png(image, frames_ / frame_name(frame));
-        video_.append(image);
+        write_png(image, frame_file(output_, frame));
+        if (video_ != nullptr) video_->append(image);
       }
     } catch (...) {
       const std::lock_guard lock(mutex_);
@@ -90,8 +95,8 @@ class PictureSink {
     }
   }
 
-  fs::path frames_;
-  VideoWriter& video_;
+  fs::path output_;
+  VideoWriter* video_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::pair<uint64_t, Image>> queue_;
@@ -99,37 +104,6 @@ class PictureSink {
   std::exception_ptr fault_;
   std::thread worker_;  // last: starts when the rest is there
 };
-
-bool is_frame(const fs::path& file) {
-  const std::string name = file.filename().string();
-  return name.starts_with("frame.") && name.ends_with(".png");
-}
-
-// Refuses, or removes with `force`, the pictures of an earlier run.
-void clear_place(const fs::path& output, const RenderJob& job) {
-  std::error_code fault;
-  std::vector<fs::path> old;
-  if (job.sheet) {
-    if (fs::exists(output / "sheet.png")) old.push_back(output / "sheet.png");
-  } else {
-    if (fs::exists(output / "video.mp4")) old.push_back(output / "video.mp4");
-    for (const auto& entry : fs::directory_iterator(output / "frames", fault)) {
-      if (is_frame(entry.path())) old.push_back(entry.path());
-    }
-  }
-  if (!old.empty() && !job.force) {
-    throw Error(ErrorKind::usage,
-                Problem{.file = old.front().string(),
-                        .found = "exists already",
-                        .remedy = "Name another directory with -o, or pass --force to replace it"});
-  }
-  for (const fs::path& file : old) {
-    if (!fs::remove(file, fault)) throw io_error(file.string(), "cannot be removed", fault.value());
-  }
-  const fs::path directory = job.sheet ? output : output / "frames";
-  fs::create_directories(directory, fault);
-  if (fault) throw io_error(directory.string(), "cannot be created", fault.value());
-}
 
 CameraKey camera_of_frame(const Camera& camera, const TrajectoryHeader& header, uint64_t frame) {
   return camera_at(camera, static_cast<double>(frame) / header.frame_rate);
@@ -154,13 +128,14 @@ void draw_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
     }
   }
-  write_png(contact_sheet(pictures, labels, columns), job.output / "sheet.png");
+  write_png(contact_sheet(pictures, labels, std::min(columns, static_cast<int>(count))),
+            job.output / kSheetFile);
 }
 
 // The number of frames drawn; fewer than asked where it was interrupted.
 size_t draw_frames(TrajectoryReader& trajectory, const RenderJob& job, const Camera& camera,
-                   SceneRenderer& renderer, VideoWriter& video, Progress& progress) {
-  PictureSink sink(job.output / "frames", video);
+                   SceneRenderer& renderer, VideoWriter* video, Progress& progress) {
+  PictureSink sink(job.output, video);
   TrajectoryFrame frame;
   size_t drawn = 0;
   for (const uint64_t index : job.frames) {
@@ -173,41 +148,80 @@ size_t draw_frames(TrajectoryReader& trajectory, const RenderJob& job, const Cam
   return drawn;
 }
 
+// Starts ffmpeg before anything is replaced: it may be missing.
+std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate) {
+  if (!job.video) return nullptr;
+  const uint64_t step = job.frames.size() > 1 ? job.frames[1] - job.frames[0] : 1;
+  make_output_directory(job.output);
+  return std::make_unique<VideoWriter>(job.output / kVideoFile, job.settings.size[0],
+                                       job.settings.size[1],
+                                       frame_rate / static_cast<double>(step));
+}
+
+// Of the pictures that were there before, those that this run has not replaced.
+void remove_outdated(std::span<const fs::path> before, const RenderJob& job, size_t drawn) {
+  std::set<fs::path> current = {job.output / kVideoFile};
+  for (size_t i = 0; i < drawn; ++i) current.insert(frame_file(job.output, job.frames[i]));
+  std::vector<fs::path> outdated;
+  for (const fs::path& file : before) {
+    if (!current.contains(file)) outdated.push_back(file);
+  }
+  remove_output(outdated);
+}
+
+// Frames and video. The old ones stay until the new ones take their places.
+RenderSummary render_frames(TrajectoryReader& trajectory, const RenderJob& job,
+                            const Camera& camera, SceneRenderer& renderer,
+                            std::span<const fs::path> before, ProgressMode mode) {
+  const auto video = start_video(job, trajectory.header().frame_rate);
+  make_output_directory(job.output / "frames");
+  Progress progress(mode, "render", job.frames.size(), "frames");
+  RenderSummary summary;
+  summary.frames = draw_frames(trajectory, job, camera, renderer, video.get(), progress);
+  if (video) video->finish();
+  remove_outdated(before, job, summary.frames);
+  summary.result = (job.output / (video ? kVideoFile : "frames")).string();
+  if (summary.frames < job.frames.size()) {
+    throw Error(ErrorKind::interrupted,
+                Problem{.file = summary.result,
+                        .found = "interrupted; holds the first " + std::to_string(summary.frames) +
+                                 " of " + std::to_string(job.frames.size()) + " frames"});
+  }
+  return summary;
+}
+
+RenderSummary render_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera& camera,
+                           SceneRenderer& renderer, ProgressMode mode) {
+  const auto [columns, rows] = *job.sheet;
+  RenderSummary summary;
+  summary.frames =
+      std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
+  make_output_directory(job.output);
+  Progress progress(mode, "render", summary.frames, "frames");
+  draw_sheet(trajectory, job, camera, renderer, progress);
+  summary.result = (job.output / kSheetFile).string();
+  return summary;
+}
+
 }  // namespace
 
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode mode) {
   const auto start = std::chrono::steady_clock::now();
-  const auto [width, height] = job.settings.size;
+  std::vector<std::string_view> own = {kFrameFiles};
+  if (job.video) own.push_back(kVideoFile);
+  if (job.sheet) own = {kSheetFile};
+  const std::vector<fs::path> before = claim_output(job.output, own, job.force);
+
   Camera camera = job.camera;
   if (camera.keys.empty()) {
+    const auto [width, height] = job.settings.size;
     camera.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
   }
   SceneRenderer renderer(trajectory.header(), job.settings);
-  RenderSummary summary;
-  if (job.sheet) {
-    clear_place(job.output, job);
-    summary.frames = std::min(job.frames.size(), static_cast<size_t>((*job.sheet)[0]) *
-                                                     static_cast<size_t>((*job.sheet)[1]));
-    Progress progress(mode, "render", summary.frames, "frames");
-    draw_sheet(trajectory, job, camera, renderer, progress);
-    summary.result = (job.output / "sheet.png").string();
-  } else {
-    const uint64_t step = job.frames.size() > 1 ? job.frames[1] - job.frames[0] : 1;
-    clear_place(job.output, job);
-    VideoWriter video(job.output / "video.mp4", width, height,
-                      trajectory.header().frame_rate / static_cast<double>(step));
-    Progress progress(mode, "render", job.frames.size(), "frames");
-    summary.frames = draw_frames(trajectory, job, camera, renderer, video, progress);
-    video.finish();
-    summary.result = (job.output / "video.mp4").string();
-    if (summary.frames < job.frames.size()) {
-      throw Error(
-          ErrorKind::interrupted,
-          Problem{.file = summary.result,
-                  .found = "interrupted; holds the first " + std::to_string(summary.frames) +
-                           " of " + std::to_string(job.frames.size()) + " frames"});
-    }
-  }
+  install_interrupt_handler();
+  RenderSummary summary = job.sheet
+                              ? render_sheet(trajectory, job, camera, renderer, mode)
+                              : render_frames(trajectory, job, camera, renderer, before, mode);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return summary;
 }

@@ -20,19 +20,22 @@ struct RenderJob {
   std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
   RenderSettings settings;
   Camera camera;       // without keys: frame_action()
+  bool video = true;   // false: PNG frames only, and a video that is there stays
   bool force = false;  // replace pictures that are there
 };
 
 struct RenderSummary {
-  std::string result;  // what to look at: the video, or the sheet
+  std::string result;  // what to look at: the video, the frames or the sheet
   size_t frames = 0;
   double wall_s = 0;
 };
 
 // Writes frames/frame.####.png, numbered as in the trajectory, and video.mp4, which plays at the
 // trajectory's speed whatever frames are left out. Drawing, PNG compression and video encoding
-// overlap. Pictures that exist are refused (Error usage) without `force`. Ctrl-C finishes the video
-// with the frames so far and throws Error(interrupted).
+// overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
+// stays until a new one takes its place, and what is left of them at the end is removed. Takes over
+// SIGINT and SIGTERM: Ctrl-C finishes the video with the frames so far and throws
+// Error(interrupted).
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
 
 }  // namespace pilesim

@@ -1,21 +1,12 @@
-#include <cstdio>
 #include <string>
 #include <system_error>
 
 #include "core/error.h"
 #include "core/subprocess.h"
+#include "core/text.h"
 #include "render/image_output.h"
 
 namespace pilesim {
-namespace {
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
-}  // namespace
 
 struct VideoWriter::State {
   std::filesystem::path file;
@@ -42,7 +33,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, int width, int heigh
       "-video_size",
       std::to_string(width) + "x" + std::to_string(height),
       "-framerate",
-      number(frame_rate),
+      with_digits(frame_rate, 9),
       "-i",
       "-",
       "-vf",

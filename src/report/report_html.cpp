@@ -1,7 +1,8 @@
 #include "report/report_html.h"
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "core/text.h"
 
 namespace pilesim {
 namespace {
@@ -45,11 +46,7 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-std::string number(double value, int digits = 3) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
+std::string number(double value) { return with_digits(value, 3); }
 
 std::string text_of(const Json& value) {
   return escaped(value.is_string() ? value.get<std::string>() : value.dump());
@@ -110,7 +107,8 @@ std::string line_list(const std::string& title, const Json& lines) {
 
 }  // namespace
 
-std::string report_html(const Json& figures, const std::vector<Chart>& charts) {
+std::string report_html(const Json& figures, const std::vector<Chart>& charts,
+                        const std::string& missing) {
   const std::string name = text_of(figures["scene"]["name"]);
   std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
                      name + "</title><style>" + kStyle + "</style></head><body>\n<h1>" + name +
@@ -121,6 +119,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts) {
     html += "<p><b>Interrupted:</b> shorter than the scene asks for.</p>\n";
   }
   html += key_figures(figures);
+  if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
   html += stage_table(figures["time"]["stages"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);

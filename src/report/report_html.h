@@ -9,7 +9,9 @@
 
 namespace pilesim {
 
-// `figures` is what report_json() gave.
-std::string report_html(const nlohmann::ordered_json& figures, const std::vector<Chart>& charts);
+// `figures` is what report_json() gave. `missing` says in plain text why there are no charts; empty
+// where there are.
+std::string report_html(const nlohmann::ordered_json& figures, const std::vector<Chart>& charts,
+                        const std::string& missing);
 
 }  // namespace pilesim

@@ -6,11 +6,11 @@
 
 #include <cassert>
 #include <cerrno>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/text.h"
 #include "report/charts.h"
 #include "report/report_html.h"
 #include "report/report_json.h"
@@ -18,21 +18,7 @@
 namespace pilesim {
 namespace {
 
-void write_line(int descriptor, const std::string& path, const std::string& line) {
-  size_t done = 0;
-  while (done < line.size()) {
-    const ssize_t written = write(descriptor, line.data() + done, line.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) throw io_error(path, "cannot be written", errno);
-    done += static_cast<size_t>(written);
-  }
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+std::string number(double value) { return with_digits(value, 9); }
 
 }  // namespace
 
@@ -44,10 +30,10 @@ TimingCsv::TimingCsv(const std::filesystem::path& file)
   for (size_t stage = 0; stage < kStageCount; ++stage) {
     header += "," + std::string(stage_name(static_cast<Stage>(stage))) + "_ms";
   }
-  write_line(descriptor_, path_,
-             header +
-                 ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
-                 "kinetic_energy_j,potential_energy_j\n");
+  write_all(descriptor_, path_,
+            header +
+                ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
+                "kinetic_energy_j,potential_energy_j\n");
 }
 
 TimingCsv::~TimingCsv() { close(descriptor_); }
@@ -60,15 +46,23 @@ void TimingCsv::append(const FrameRow& row) {
           std::to_string(row.bodies_awake) + "," + std::to_string(row.contacts) + "," +
           number(row.deepest_penetration_m) + "," + number(row.kinetic_energy_j) + "," +
           number(row.potential_energy_j) + "\n";
-  write_line(descriptor_, path_, line);
+  write_all(descriptor_, path_, line);
 }
 
-void write_report(const SimulationReport& report, const std::filesystem::path& directory) {
+std::string write_report(const SimulationReport& report, const std::filesystem::path& directory) {
   assert(!report.rows.empty());
   const nlohmann::ordered_json figures = report_json(report);
   write_file_atomically(directory / "report.json", figures.dump(2) + "\n");
-  write_file_atomically(directory / "report.html",
-                        report_html(figures, simulation_charts(report.rows)));
+  std::vector<Chart> charts;
+  std::string missing;
+  try {
+    charts = simulation_charts(report.rows);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::io) throw;
+    missing = std::string("report.html has no charts: ") + error.what();
+  }
+  write_file_atomically(directory / "report.html", report_html(figures, charts, missing));
+  return missing;
 }
 
 uint64_t peak_memory_bytes() {

@@ -58,9 +58,10 @@ class TimingCsv {
   std::string path_;
 };
 
-// report.json and report.html (self-contained, SVG charts by gnuplot; without gnuplot: Error(io)
-// that names the package). Throws Error(io).
-void write_report(const SimulationReport& report, const std::filesystem::path& directory);
+// report.json and report.html (self-contained, SVG charts by gnuplot). Where gnuplot is missing or
+// fails the page says so in place of the charts, and what is returned tells why, naming the
+// package; else it is empty. Throws Error(io).
+std::string write_report(const SimulationReport& report, const std::filesystem::path& directory);
 
 // Of this process so far, from the kernel.
 uint64_t peak_memory_bytes();

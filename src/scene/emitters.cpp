@@ -4,13 +4,13 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <unordered_map>
 
 #include "core/error.h"
 #include "core/parallel_for.h"
 #include "core/philox.h"
 #include "geometry/inside_test.h"
+#include "scene/scene_format.h"
 
 namespace pilesim {
 
@@ -188,7 +188,8 @@ std::vector<Vec3> start_positions(const Emitter& emitter, const Dice& dice, doub
     return std::vector<Vec3>(count, stream->position);
   }
   assert(volume_mesh != nullptr);
-  const size_t limit = count == 0 ? std::numeric_limits<size_t>::max() : count;
+  // One more than a scene may have is enough to tell that there are too many.
+  const size_t limit = count == 0 ? static_cast<size_t>(kMostBodies) + 1 : count;
   return volume_positions(std::get<VolumeSource>(emitter.source), limit, *volume_mesh);
 }
 

@@ -63,6 +63,10 @@ class ModelBuilder {
       model_.materials.push_back(material);
     }
     build_shapes();
+    for (size_t i = 0; i < scene_.emitters.size(); ++i) {
+      problems_.attempt([&] { check_volume(scene_.emitters[i], i); });
+    }
+    problems_.throw_if_any();
     for (const Body& body : scene_.bodies) add_body(body);
     for (size_t i = 0; i < scene_.emitters.size(); ++i) {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
@@ -81,7 +85,35 @@ class ModelBuilder {
       shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
       problems_.attempt([&] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
     }
-    problems_.throw_if_any();
+  }
+
+  // That the mesh of a volume has an inside. What touches itself or has slivers still has one.
+  void check_volume(const Emitter& emitter, size_t index) {
+    const auto* volume = std::get_if<VolumeSource>(&emitter.source);
+    if (volume == nullptr) return;
+    const std::string pointer = emitter_pointer(index);
+    std::vector<MeshDefect> defects;
+    try {
+      defects = find_mesh_defects(meshes_.load(volume->file, volume->scale));
+    } catch (const Error& error) {
+      throw at_pointer(error, pointer);
+    }
+    std::erase_if(defects, [](const MeshDefect& defect) {
+      return defect.kind == MeshDefectKind::degenerate ||
+             defect.kind == MeshDefectKind::non_manifold ||
+             defect.kind == MeshDefectKind::self_touching;
+    });
+    if (!defects.empty()) {
+      throw Error(ErrorKind::input, defect_problems(defects, volume->file, pointer));
+    }
+  }
+
+  static std::string emitter_pointer(size_t index) { return "/emitters/" + std::to_string(index); }
+
+  static Error at_pointer(const Error& error, const std::string& pointer) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) problem.pointer = pointer;
+    return {error.kind(), std::move(problems)};
   }
 
   // Palette, mass and index of a body whose shape, material and role are set.
@@ -108,10 +140,8 @@ class ModelBuilder {
     body.shape = shape_index_.at(source.shape);
     body.material = material_index_.at(source.material);
     const ModelShape& shape = model_.shapes[body.shape];
-    for (const MotionKey& key : source.motion) {
-      body.motion.push_back({key.time_s, body_frame(shape, key.pose)});
-    }
-    body.pose = body.motion.empty() ? body_frame(shape, source.pose) : body.motion.front().pose;
+    body.motion = source.motion;
+    body.pose = body_frame(shape, source.motion.empty() ? source.pose : source.motion.front().pose);
     body.linear_velocity = source.linear_velocity;
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;
@@ -121,7 +151,7 @@ class ModelBuilder {
   }
 
   void add_emitter(const Emitter& emitter, size_t index) {
-    const std::string pointer = "/emitters/" + std::to_string(index);
+    const std::string pointer = emitter_pointer(index);
     double radius = 0;
     for (const std::string& name : emitter.shapes) {
       radius = std::max(radius, model_.shapes[shape_index_.at(name)].bounding_radius);
@@ -133,9 +163,7 @@ class ModelBuilder {
           volume == nullptr ? nullptr : &meshes_.load(volume->file, volume->scale);
       emitted = unroll(emitter, index, scene_.seed, radius, mesh);
     } catch (const Error& error) {
-      std::vector<Problem> problems = error.problems();
-      for (Problem& problem : problems) problem.pointer = pointer;
-      throw Error(error.kind(), std::move(problems));
+      throw at_pointer(error, pointer);
     }
     check_emitted(emitter, pointer, emitted.size());
     first_body_[emitter.name] = {static_cast<uint32_t>(model_.bodies.size()),
@@ -163,12 +191,15 @@ class ModelBuilder {
                           .found = "emits no body: no lattice point is inside the mesh",
                           .expected = "a spacing that suits the size of the mesh"});
     }
-    if (model_.bodies.size() + count > static_cast<size_t>(kMostBodies)) {
-      throw Error(
-          ErrorKind::input,
-          Problem{.pointer = pointer,
-                  .found = "\"" + emitter.name + "\" emits " + std::to_string(count) + " bodies",
-                  .expected = "at most " + std::to_string(kMostBodies) + " in the scene"});
+    const auto most = static_cast<size_t>(kMostBodies);
+    if (model_.bodies.size() + count > most) {
+      // unroll() stops there.
+      const std::string emitted =
+          count > most ? "more than " + std::to_string(most) : std::to_string(count);
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer,
+                          .found = "\"" + emitter.name + "\" emits " + emitted + " bodies",
+                          .expected = "at most " + std::to_string(kMostBodies) + " in the scene"});
     }
   }
 

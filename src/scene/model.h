@@ -50,7 +50,7 @@ struct ModelBody {
   bool held = false;
   double start_s = kFromTheStart;  // appears at the first step at or after this
   std::optional<Hinge> hinge;
-  std::vector<MotionKey> motion;  // poses of the body frame
+  std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
   Colour colour;
   double mass_kg = 0;  // 0 for fixed and kinematic bodies
 };

@@ -10,8 +10,6 @@
 
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
-#include "geometry/mesh_check.h"
-#include "geometry/mesh_group.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "geometry/solid_difference.h"
@@ -75,21 +73,6 @@ void finish(ModelShape& shape) {
   shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
 }
 
-bool is_convex_solid(const TriangleMesh& mesh) {
-  constexpr double kRounding = 1e-6;
-  if (!find_mesh_defects(mesh).empty()) return false;
-  const double hull_volume = mass_properties(convex_hull(mesh.vertices)).volume_m3;
-  return mass_properties(mesh).volume_m3 >= (1 - kRounding) * hull_volume;
-}
-
-// Closed convex pieces that touch are no proper solid as one mesh, but their union is one.
-bool is_made_of_convex_groups(const TriangleMesh& mesh) {
-  return mesh.groups.size() > 1 &&
-         std::all_of(mesh.groups.begin(), mesh.groups.end(), [&](const MeshGroup& group) {
-           return is_convex_solid(group_mesh(mesh, group));
-         });
-}
-
 class MeshShapeBuilder {
  public:
   MeshShapeBuilder(const MeshShape& source, const TriangleMesh& mesh, const std::string& pointer)
@@ -107,6 +90,7 @@ class MeshShapeBuilder {
     } else if (is_solid()) {
       shape_.mass = mass_properties(shape_.mesh);
       add_pieces();
+      shape_.collision_report += warning_;
     } else {
       use_hull();
     }
@@ -118,22 +102,28 @@ class MeshShapeBuilder {
   // Throws for an improper solid unless its hull is to be used.
   bool is_solid() {
     const std::vector<MeshDefect> defects = find_mesh_defects(shape_.mesh);
-    if (defects.empty()) return true;
-    if (is_made_of_convex_groups(shape_.mesh)) return true;
+    if (defects.empty() || is_made_of_convex_groups()) return true;
     const bool has_hull = defects.front().kind != MeshDefectKind::empty;
     if (source_.use_hull_if_not_solid && has_hull) return false;
-    std::vector<Problem> problems;
-    for (const MeshDefect& defect : defects) {
-      problems.push_back({.file = source_.file.string(),
-                          .pointer = pointer_,
-                          .found = defect.text,
-                          .expected = "a closed mesh with outward triangles"});
-    }
+    std::vector<Problem> problems = defect_problems(defects, source_.file, pointer_);
     if (has_hull) {
       problems.back().remedy =
           R"(Mend the mesh, or set "use_hull_if_not_solid": true in the shape to simulate its hull)";
     }
     throw Error(ErrorKind::input, std::move(problems));
+  }
+
+  // Such a mesh touches itself, yet its mass is right unless groups overlap: that is counted twice.
+  bool is_made_of_convex_groups() {
+    constexpr double kNoticed = 1e-3;  // solid_difference errs by half of it
+    const std::vector<TriangleMesh> groups = convex_groups(shape_.mesh);
+    if (groups.empty()) return false;
+    const double sum_m3 = mass_properties(shape_.mesh).volume_m3;
+    const double overlap = 1 - solid_difference(shape_.mesh, groups).union_volume_m3 / sum_m3;
+    if (overlap > kNoticed) {
+      warning_ = "; its groups overlap: " + percent(overlap) + " of its mass is counted twice";
+    }
+    return true;
   }
 
   void use_hull() {
@@ -218,6 +208,7 @@ class MeshShapeBuilder {
   const MeshShape& source_;
   const std::string& pointer_;
   ModelShape shape_;
+  std::string warning_;
 };
 
 ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh mesh,
@@ -288,6 +279,19 @@ const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double 
   const auto found = meshes_.find(key);
   return found != meshes_.end() ? found->second
                                 : meshes_.emplace(key, import_mesh(file, scale)).first->second;
+}
+
+std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
+                                     const std::filesystem::path& file,
+                                     const std::string& pointer) {
+  std::vector<Problem> problems;
+  for (const MeshDefect& defect : defects) {
+    problems.push_back({.file = file.string(),
+                        .pointer = pointer,
+                        .found = defect.text,
+                        .expected = "a closed mesh with outward triangles"});
+  }
+  return problems;
 }
 
 std::optional<std::filesystem::path> cache_directory() {

@@ -7,9 +7,11 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "geometry/mesh.h"
+#include "geometry/mesh_check.h"
 #include "scene/model.h"
 #include "scene/scene.h"
 
@@ -28,6 +30,10 @@ class MeshLibrary {
 // Where decompositions are kept: $XDG_CACHE_HOME/pilesim, else ~/.cache/pilesim; none if neither is
 // known or writable.
 std::optional<std::filesystem::path> cache_directory();
+
+// The defects as problems of `file`, named at `pointer`.
+std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
+                                     const std::filesystem::path& file, const std::string& pointer);
 
 // The shape called `name`. Throws Error naming its JSON pointer and, for meshes, the file.
 ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes);

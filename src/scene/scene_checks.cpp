@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <set>
 
 #include "scene/codec.h"
@@ -323,7 +324,35 @@ class Checker {
   std::map<std::string, size_t> bodies_, emitters_;  // name -> first index
 };
 
+void check_mesh_file(const std::filesystem::path& file, const Path& path, ProblemLog& log) {
+  if (file.empty()) return;  // reported when it was read
+  std::error_code ignored;
+  const auto status = std::filesystem::status(file, ignored);
+  const std::string found = "is " + quoted(file.lexically_normal().string());
+  if (status.type() == std::filesystem::file_type::not_found) {
+    log.report(path, found + ", which does not exist", "a mesh file");
+  } else if (std::filesystem::is_directory(status)) {
+    log.report(path, found + ", a directory", "a mesh file");
+  }
+}
+
 }  // namespace
+
+void check_mesh_files(const Scene& scene, ProblemLog& log) {
+  const Path root;
+  const Path shapes = root / "shapes";
+  for (const auto& [name, shape] : scene.shapes) {
+    const Path place = shapes / name;
+    const auto* mesh = std::get_if<MeshShape>(&shape);
+    if (mesh != nullptr) check_mesh_file(mesh->file, place / "file", log);
+  }
+  const Path emitters = root / "emitters";
+  for (size_t i = 0; i < scene.emitters.size(); ++i) {
+    const Path place = emitters / i;
+    const auto* volume = std::get_if<VolumeSource>(&scene.emitters[i].source);
+    if (volume != nullptr) check_mesh_file(volume->file, place / "file", log);
+  }
+}
 
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();

@@ -11,4 +11,7 @@ namespace pilesim {
 // those is not checked.
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log);
 
+// That the mesh files of shapes and emitters are there.
+void check_mesh_files(const Scene& scene, ProblemLog& log);
+
 }  // namespace pilesim

@@ -169,10 +169,10 @@ void collect_changes(const Json& json, const Json& defaults, const std::string& 
   }
 }
 
-}  // namespace
+enum class MeshFiles { must_exist, may_be_elsewhere };
 
-LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
-                        std::span<const std::string> overrides) {
+LoadedScene read_scene(const std::string& text, const std::filesystem::path& file,
+                       std::span<const std::string> overrides, MeshFiles mesh_files) {
   Json document = parse_json(text, file.string());
   std::vector<Problem> problems = repeated_keys(text, file.string());
 
@@ -191,6 +191,7 @@ LoadedScene parse_scene(const std::string& text, const std::filesystem::path& fi
   LoadedScene loaded;
   scene_codec().read(document, Path(), loaded.scene, context);
   check_scene(loaded.scene, document, context.log);
+  if (mesh_files == MeshFiles::must_exist) check_mesh_files(loaded.scene, context.log);
 
   if (!context.log.findings().empty()) {
     const Locator locator(text, file.string(), changes, context.log.findings());
@@ -217,8 +218,15 @@ LoadedScene parse_scene(const std::string& text, const std::filesystem::path& fi
   return loaded;
 }
 
+}  // namespace
+
+LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
+                        std::span<const std::string> overrides) {
+  return read_scene(text, file, overrides, MeshFiles::may_be_elsewhere);
+}
+
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-  return parse_scene(read_file(file), file, overrides);
+  return read_scene(read_file(file), file, overrides, MeshFiles::must_exist);
 }
 
 std::string scene_schema() {

@@ -20,11 +20,12 @@ struct LoadedScene {
 // `overrides` are "/json/pointer=value" (value as JSON, or taken as a string if it is none),
 // applied before checking. Throws Error(io), or Error(input) with one Problem for each thing wrong:
 // file, pointer, line:column, what was found, what is expected, and "did you mean" for unknown keys
-// and names. Paths in a scene are relative to its file.
+// and names. Paths in a scene are relative to its file; mesh files must be there.
 LoadedScene load_scene(const std::filesystem::path& file,
                        std::span<const std::string> overrides = {});
 
-// The same from text; `file` names it in messages and gives the directory of relative paths.
+// The same from text; `file` names it in messages and gives the directory of relative paths. Mesh
+// files are not looked for: a stored scene may be drawn where they are not.
 LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
                         std::span<const std::string> overrides = {});
 

@@ -67,7 +67,10 @@ btScalar BulletContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject** 
     for (const int id : {contact.m_solverBodyIdA, contact.m_solverBodyIdB}) {
       const btRigidBody* body = m_tmpSolverBodyPool[id].m_originalBody;
       if (body == nullptr || body->getUserPointer() == nullptr) continue;
-      static_cast<DynamicBody*>(body->getUserPointer())->supported = true;
+      DynamicBody& dynamic = *static_cast<DynamicBody*>(body->getUserPointer());
+      dynamic.supported = true;
+      const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
+      if (-point.getDistance() > dynamic.rest_depth_m) dynamic.sunk = true;
     }
   }
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);

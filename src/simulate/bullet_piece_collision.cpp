@@ -2,16 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wall"
-#pragma GCC diagnostic ignored "-Wextra"
-#pragma GCC diagnostic ignored "-Wpedantic"
-#pragma GCC diagnostic ignored "-Wshadow"
-#pragma GCC diagnostic ignored "-Wconversion"
-#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
-#pragma GCC diagnostic pop
+#include "simulate/bullet_closest_points.h"
 
 namespace pilesim {
 
@@ -19,8 +11,6 @@ namespace {
 
 // Boxes that are this many reaches apart are listed already.
 constexpr double kListedReaches = 2;
-// Pieces that touch keep the contact points they have until they moved by this many reaches.
-constexpr double kStillReaches = 0.02;
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());
@@ -35,21 +25,6 @@ bool boxes_meet(const btVector3& centre_a, const btVector3& half_a, const btVect
 btVector3 turned_extent(const btMatrix3x3& absolute, const btVector3& half) {
   return {absolute[0].dot(half), absolute[1].dot(half), absolute[2].dot(half)};
 }
-
-// The point that GJK finds, if any is within its reach.
-struct ClosestPoint final : btDiscreteCollisionDetectorInterface::Result {
-  void setShapeIdentifiersA(int, int) override {}
-  void setShapeIdentifiersB(int, int) override {}
-  void addContactPoint(const btVector3& normal, const btVector3& point, btScalar gap) override {
-    found = true;
-    normal_on_b = normal;
-    point_on_b = point;
-    distance = gap;
-  }
-  bool found = false;
-  btVector3 normal_on_b, point_on_b;
-  btScalar distance = 0;
-};
 
 }  // namespace
 
@@ -87,7 +62,7 @@ void PieceCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 
 void PieceCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* a,
                                                const btCollisionObjectWrapper* b,
-                                               const btDispatcherInfo& info,
+                                               const btDispatcherInfo& /*info*/,
                                                btManifoldResult* result) {
   const btTransform& pose_a = a->getWorldTransform();
   const btTransform& pose_b = b->getWorldTransform();
@@ -97,11 +72,7 @@ void PieceCollisionAlgorithm::processCollision(const btCollisionObjectWrapper* a
   if (list_slack_m_ < 0) list_pairs(b_from_a);
   for (PiecePair& pair : pairs_) {
     pair.slack_m -= motion;
-    if (pair.slack_m <= 0) {
-      collide(pair, pose_a, pose_b, info, *result);
-    } else if (pair.manifold != nullptr) {
-      refresh(pair, *result);
-    }
+    if (pair.slack_m <= 0) collide(pair, pose_a, pose_b, *result);
   }
 }
 
@@ -163,64 +134,28 @@ bool PieceCollisionAlgorithm::are_apart(PiecePair& pair, const btTransform& a,
 }
 
 void PieceCollisionAlgorithm::collide(PiecePair& pair, const btTransform& a, const btTransform& b,
-                                      const btDispatcherInfo& info, btManifoldResult& result) {
+                                      btManifoldResult& result) {
   const ConvexPiece& piece_a = a_.pieces[pair.a];
   const ConvexPiece& piece_b = b_.pieces[pair.b];
-  btGjkPairDetector::ClosestPointInput input;
-  input.m_transformA = a * piece_a.pose;
-  input.m_transformB = b * piece_b.pose;
-  if (are_apart(pair, input.m_transformA, input.m_transformB)) {
+  const btTransform pose_a = a * piece_a.pose;
+  const btTransform pose_b = b * piece_b.pose;
+  if (are_apart(pair, pose_a, pose_b)) {
     release(pair);
     return;
   }
   pair.slack_m = 0;
-  const double margins =
-      piece_a.shape->getMarginNonVirtual() + piece_b.shape->getMarginNonVirtual();
-  input.m_maximumDistanceSquared = (reach_ + margins) * (reach_ + margins);
-  btVoronoiSimplexSolver simplex;
-  btGjkPairDetector detector(piece_a.shape, piece_b.shape, &simplex, &depth_solver_);
-  ClosestPoint closest;
-  detector.getClosestPoints(input, closest, info.m_debugDraw);
-  // GJK's direction leads from b to a; it is zero where the pieces overlap deeply.
-  pair.apart = detector.getCachedSeparatingAxis() * a.getBasis();
-  if (closest.found) {
+  const std::optional<ClosestPoints> closest = closest_points(
+      *piece_a.shape, pose_a, *piece_b.shape, pose_b, reach_, &depth_solver_, &pair.apart);
+  pair.apart = pair.apart * a.getBasis();
+  if (closest) {
     if (pair.manifold == nullptr) pair.manifold = m_dispatcher->getNewManifold(&body_a_, &body_b_);
     result.setPersistentManifold(pair.manifold);
-    result.addContactPoint(closest.normal_on_b, closest.point_on_b, closest.distance);
+    result.addContactPoint(closest->normal_on_b, closest->point_on_b, closest->distance);
   }
   if (pair.manifold == nullptr) return;
-  pair.slack_m = kStillReaches * reach_;
-  refresh(pair, result);
-}
-
-// Brings the contact points to where the bodies are now, and drops those that came apart.
-void PieceCollisionAlgorithm::refresh(const PiecePair& pair, btManifoldResult& result) {
   result.setPersistentManifold(pair.manifold);
   result.refreshContactPoints();
   result.setPersistentManifold(nullptr);
-}
-
-btCollisionAlgorithm* PieceCollisionConfiguration::Create::CreateCollisionAlgorithm(
-    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
-    const btCollisionObjectWrapper* b) {
-  void* place = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(PieceCollisionAlgorithm));
-  return new (place) PieceCollisionAlgorithm(info, *a->getCollisionObject(),
-                                             *b->getCollisionObject(), depth_solver);
-}
-
-btCollisionAlgorithmCreateFunc* PieceCollisionConfiguration::getCollisionAlgorithmCreateFunc(
-    int type_a, int type_b) {
-  const auto has_pieces = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || btBroadphaseProxy::isConvex(type);
-  };
-  const auto is_general = [](int type) {
-    return type == COMPOUND_SHAPE_PROXYTYPE || type == CUSTOM_CONVEX_SHAPE_TYPE;
-  };
-  // Boxes and spheres among themselves have better algorithms of their own.
-  if (has_pieces(type_a) && has_pieces(type_b) && (is_general(type_a) || is_general(type_b))) {
-    return &create_;
-  }
-  return btDefaultCollisionConfiguration::getCollisionAlgorithmCreateFunc(type_a, type_b);
 }
 
 }  // namespace pilesim

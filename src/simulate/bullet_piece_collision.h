@@ -35,7 +35,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
                         const btDispatcherInfo& info, btManifoldResult* result) override;
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1;  // BulletWorld sweeps fast bodies itself
+    return 1;  // fast bodies get their contacts ahead
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
@@ -43,7 +43,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   struct PiecePair {
     uint32_t a, b;    // pieces
     btVector3 apart;  // from b to a in the frame of body a, any length; zero: not known yet
-    double slack_m;   // motion until they may come within reach, or until the next look
+    double slack_m;   // motion until they may come within reach
     btPersistentManifold* manifold;
   };
 
@@ -51,8 +51,7 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   void list_pairs(const btTransform& b_from_a);
   bool are_apart(PiecePair& pair, const btTransform& a, const btTransform& b) const;
   void collide(PiecePair& pair, const btTransform& a, const btTransform& b,
-               const btDispatcherInfo& info, btManifoldResult& result);
-  void refresh(const PiecePair& pair, btManifoldResult& result);
+               btManifoldResult& result);
   void release(PiecePair& pair);
 
   const ConvexPieces& a_;
@@ -66,28 +65,6 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   double list_slack_m_ = -1;      // motion until `pairs_` may miss one
   std::vector<PiecePair> pairs_;  // by a, then b
   std::vector<PiecePair> former_;
-};
-
-// Stock Bullet's, with the algorithm above for bodies of pieces.
-class PieceCollisionConfiguration final : public btDefaultCollisionConfiguration {
- public:
-  PieceCollisionConfiguration() : btDefaultCollisionConfiguration(room_for_the_algorithm()) {}
-  btCollisionAlgorithmCreateFunc* getCollisionAlgorithmCreateFunc(int type_a, int type_b) override;
-
- private:
-  static btDefaultCollisionConstructionInfo room_for_the_algorithm() {
-    btDefaultCollisionConstructionInfo info;
-    info.m_customCollisionAlgorithmMaxElementSize = sizeof(PieceCollisionAlgorithm);
-    return info;
-  }
-  struct Create final : btCollisionAlgorithmCreateFunc {
-    explicit Create(btConvexPenetrationDepthSolver& solver) : depth_solver(solver) {}
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                   const btCollisionObjectWrapper* a,
-                                                   const btCollisionObjectWrapper* b) override;
-    btConvexPenetrationDepthSolver& depth_solver;
-  };
-  Create create_{*m_pdSolver};
 };
 
 }  // namespace pilesim

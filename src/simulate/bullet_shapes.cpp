@@ -52,19 +52,6 @@ class ConvexHull final : public btConvexHullShape {
   Eigen::Array<double, Eigen::Dynamic, 3> coordinates_;  // m, a row for each vertex
 };
 
-// The largest sphere about `centre` within the hull.
-double inner_radius(const TriangleMesh& hull, const Vec3& centre) {
-  double radius = std::numeric_limits<double>::infinity();
-  for (const Triangle& t : hull.triangles) {
-    const Vec3& a = hull.vertices[t[0]];
-    const Vec3 normal = (hull.vertices[t[1]] - a).cross(hull.vertices[t[2]] - a);
-    if (normal.squaredNorm() > 0) {
-      radius = std::min(radius, normal.normalized().dot(a - centre));
-    }
-  }
-  return radius;
-}
-
 }  // namespace
 
 BulletShape::BulletShape(const ModelShape& shape) {
@@ -104,38 +91,28 @@ void BulletShape::add_pieces(const ModelShape& shape) {
   std::vector<btTransform> poses;
   for (const CollisionPiece& piece : shape.pieces) {
     Pose pose{turn * piece.pose.position, turn * piece.pose.orientation};
-    InnerSphere inner{to_bullet(pose.position), 0};
     std::unique_ptr<btConvexShape> part;
     switch (piece.kind) {
       case CollisionPiece::Kind::hull: {
-        Vec3 centre = Vec3::Zero();
         std::vector<Vec3> vertices = piece.hull.vertices;
-        for (Vec3& vertex : vertices) {
-          centre += vertex / static_cast<double>(vertices.size());
-          vertex = pose.apply(vertex);
-        }
-        inner = {to_bullet(pose.apply(centre)), inner_radius(piece.hull, centre)};
+        for (Vec3& vertex : vertices) vertex = pose.apply(vertex);
         pose = {};
         part = std::make_unique<ConvexHull>(vertices);
         break;
       }
       case CollisionPiece::Kind::box:
         part = std::make_unique<btBoxShape>(to_bullet(Vec3(piece.size / 2)));
-        inner.radius = piece.size.minCoeff() / 2;
         break;
       case CollisionPiece::Kind::sphere:
         // The margin of a sphere is its radius.
         part = std::make_unique<btSphereShape>(piece.size.x());
-        inner.radius = piece.size.x();
         break;
       case CollisionPiece::Kind::cylinder:
         part = std::make_unique<btCylinderShape>(
             btVector3(piece.size.x(), piece.size.y() / 2, piece.size.z()));
-        inner.radius = std::min(piece.size.x(), piece.size.y() / 2);
         break;
     }
     if (piece.kind != CollisionPiece::Kind::sphere) part->setMargin(margin);
-    inner_spheres_.push_back(inner);
     poses.push_back(to_bullet(pose));
     parts_.push_back(std::move(part));
   }

@@ -10,12 +10,6 @@
 
 namespace pilesim {
 
-// A sphere inside the material. Fast bodies sweep theirs so as not to pass through others.
-struct InnerSphere {
-  btVector3 centre;  // m, the shape's Bullet frame
-  double radius;     // m
-};
-
 // Bullet wants a diagonal inertia, so its frame of a shape is the body frame turned to the
 // principal axes: body_from_bullet takes a point of the Bullet frame to the body frame. The origin
 // is the centre of mass in both.
@@ -28,15 +22,12 @@ class BulletShape {
   const Quat& body_from_bullet() const { return body_from_bullet_; }
   // Principal moments of a body of this shape, kg m^2; zero for shapes without volume.
   btVector3 inertia(double mass_kg) const { return inertia_per_kg_ * mass_kg; }
-  // One for each convex piece; none for planes and triangle meshes, which do not move freely.
-  const std::vector<InnerSphere>& inner_spheres() const { return inner_spheres_; }
 
  private:
   void add_pieces(const ModelShape& shape);
 
   Quat body_from_bullet_ = Quat::Identity();
   btVector3 inertia_per_kg_{0, 0, 0};
-  std::vector<InnerSphere> inner_spheres_;
   // Before collision_, which refers to them.
   std::unique_ptr<btTriangleMesh> triangles_;
   std::vector<std::unique_ptr<btConvexShape>> parts_;

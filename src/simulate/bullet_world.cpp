@@ -1,8 +1,7 @@
 #include "simulate/bullet_world.h"
 
+#include <algorithm>
 #include <cmath>
-
-#include "simulate/bullet_shapes.h"
 
 namespace pilesim {
 
@@ -11,11 +10,6 @@ namespace {
 DynamicBody* dynamic_of(const btCollisionObject& object) {
   return static_cast<DynamicBody*>(object.getUserPointer());
 }
-
-// Of the radius of the inner sphere: what is left is the depth at which a swept body meets what it
-// hits, so that contacts arise there, while a body that slides along a surface is not stopped by
-// it.
-constexpr double kSweptShare = 0.8;
 
 // Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go.
 void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
@@ -30,28 +24,6 @@ void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
     pair.m_algorithm = nullptr;
   }
 }
-
-// The closest hit on the way of a swept sphere that the sphere is moving against.
-class SweepCallback : public btCollisionWorld::ClosestConvexResultCallback {
- public:
-  SweepCallback(const btCollisionObject& self, const btVector3& from, const btVector3& to)
-      : ClosestConvexResultCallback(from, to), self_(self), motion_(to - from) {}
-  bool needsCollision(btBroadphaseProxy* proxy) const override {
-    return proxy->m_clientObject != &self_ && ClosestConvexResultCallback::needsCollision(proxy);
-  }
-  btScalar addSingleResult(btCollisionWorld::LocalConvexResult& result, bool in_world) override {
-    const btVector3 normal =
-        in_world
-            ? result.m_hitNormalLocal
-            : result.m_hitCollisionObject->getWorldTransform().getBasis() * result.m_hitNormalLocal;
-    if (result.m_hitFraction <= 0 || normal.dot(motion_) >= 0) return 1;
-    return ClosestConvexResultCallback::addSingleResult(result, in_world);
-  }
-
- private:
-  const btCollisionObject& self_;
-  btVector3 motion_;
-};
 
 }  // namespace
 
@@ -72,6 +44,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
     dispatch.m_deterministicOverlappingPairs = false;
     getDispatcher()->dispatchAllCollisionPairs(getPairCache(), dispatch, getDispatcher());
     dispatch.m_deterministicOverlappingPairs = true;
+    contacts_ahead_.add(getPairCache()->getOverlappingPairArray(), step_s);
   }
   {
     StageTimer::Scope scope(timer, Stage::solver);
@@ -79,6 +52,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
     calculateSimulationIslands();
     solveConstraints(getSolverInfo());
     clearForces();
+    contacts_ahead_.clear();
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -98,6 +72,7 @@ void BulletWorld::wake_neighbours(const btRigidBody& body) {
 }
 
 void BulletWorld::updateAabbs() {
+  const double step_s = getSolverInfo().m_timeStep;
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
     btRigidBody& body = *m_nonStaticRigidBodies[i];
     if (!body.isActive()) continue;
@@ -106,8 +81,21 @@ void BulletWorld::updateAabbs() {
     shape.getAabb(body.getWorldTransform(), min, max);
     const double reach = shape.getContactBreakingThreshold(gContactBreakingThreshold);
     const btVector3 margin(reach, reach, reach);
-    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min - margin, max + margin,
-                                   m_dispatcher1);
+    min -= margin;
+    max += margin;
+    // Of fast bodies and of what may hit others fast: all that they can meet in the step.
+    const DynamicBody* dynamic = dynamic_of(body);
+    const double way = farthest_way(body, step_s);
+    if (dynamic == nullptr || way > dynamic->fast_motion_m) {
+      const btVector3 motion = body.getLinearVelocity() * step_s;
+      const double turning = way - motion.length();
+      const btVector3 around(turning, turning, turning);
+      min.setMin(min + motion);
+      max.setMax(max + motion);
+      min -= around;
+      max += around;
+    }
+    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
   }
 }
 
@@ -147,48 +135,19 @@ void BulletWorld::integrate(DynamicBody& dynamic, double step_s) {
   btVector3 motion = body.getLinearVelocity() * step_s;
   // A body that nothing held in this step follows its parabola exactly.
   if (!dynamic.supported && !dynamic.hinged) motion -= body.getGravity() * (step_s * step_s / 2);
-  double fraction = 1;
-  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
-    fraction = free_fraction(dynamic, from, motion);
-  }
   btQuaternion orientation = from.getRotation();
   btVector3 angular_velocity = body.getAngularVelocity();
   if (dynamic.hinged) {
     const double rate = angular_velocity.length();
     if (rate > 0) {
-      orientation = btQuaternion(angular_velocity / rate, rate * step_s * fraction) * orientation;
+      orientation = btQuaternion(angular_velocity / rate, rate * step_s) * orientation;
       orientation.normalize();
     }
   } else {
-    rotate_freely(body.getLocalInertia(), step_s * fraction, orientation, angular_velocity);
+    rotate_freely(body.getLocalInertia(), step_s, orientation, angular_velocity);
     body.setAngularVelocity(angular_velocity);
   }
-  body.proceedToTransform(btTransform(orientation, from.getOrigin() + motion * fraction));
-  if (motion.length2() > dynamic.fast_motion_m * dynamic.fast_motion_m) {
-    // The next fast body must find this one where it is now.
-    btVector3 min, max;
-    body.getAabb(min, max);
-    m_broadphasePairCache->setAabb(body.getBroadphaseHandle(), min, max, m_dispatcher1);
-  }
-}
-
-// How much of `motion` the body can make until one of its inner spheres touches something.
-double BulletWorld::free_fraction(const DynamicBody& dynamic, const btTransform& from,
-                                  const btVector3& motion) {
-  double fraction = 1;
-  for (const InnerSphere& sphere : *dynamic.inner_spheres) {
-    const btVector3 start = from * sphere.centre;
-    btSphereShape shape(kSweptShare * sphere.radius);
-    SweepCallback callback(*dynamic.body, start, start + motion);
-    const btBroadphaseProxy& proxy = *dynamic.body->getBroadphaseHandle();
-    callback.m_collisionFilterGroup = proxy.m_collisionFilterGroup;
-    callback.m_collisionFilterMask = proxy.m_collisionFilterMask;
-    const btTransform begin(btQuaternion::getIdentity(), start);
-    const btTransform end(btQuaternion::getIdentity(), start + motion);
-    convexSweepTest(&shape, begin, end, callback, 0);
-    fraction = std::min<double>(fraction, callback.m_closestHitFraction);
-  }
-  return fraction;
+  body.proceedToTransform(btTransform(orientation, from.getOrigin() + motion));
 }
 
 void BulletWorld::updateActivationState(btScalar step_s) {
@@ -197,7 +156,8 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     if (body.isStaticOrKinematicObject()) continue;
     DynamicBody& dynamic = *dynamic_of(body);
     const bool supported = dynamic.supported || dynamic.hinged;
-    dynamic.supported = false;
+    const bool sunk = dynamic.sunk;  // position corrections move it still
+    dynamic.supported = dynamic.sunk = false;
     if (body.getActivationState() == ISLAND_SLEEPING) {
       body.setLinearVelocity(btVector3(0, 0, 0));
       body.setAngularVelocity(btVector3(0, 0, 0));
@@ -206,7 +166,7 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     const bool slow =
         body.getLinearVelocity().length2() < dynamic.rest_speed * dynamic.rest_speed &&
         body.getAngularVelocity().length2() < dynamic.rest_turn_rate * dynamic.rest_turn_rate;
-    if (!sleeping_ || !slow) {
+    if (!sleeping_ || !slow || sunk) {
       body.setDeactivationTime(0);
     } else if (supported) {
       body.setDeactivationTime(body.getDeactivationTime() + step_s);
@@ -218,25 +178,33 @@ void BulletWorld::updateActivationState(btScalar step_s) {
 
 namespace {
 
-// Turns about principal axis `axis` (index in the body frame) over time `h`: the other components
-// of the angular momentum turn against it. tan(x) is taken as x + x^3/3, which keeps the turn a
-// rotation to rounding and gives the same bits in every C library.
-void turn_about(int axis, double moment, double h, btVector3& momentum, btQuaternion& orientation) {
-  const int next = (axis + 1) % 3;
-  const int last = (axis + 2) % 3;
-  const double half_angle = momentum[axis] / moment * h / 2;
-  const double t = half_angle * (1 + half_angle * half_angle / 3);
-  const double inverse = 1 / (1 + t * t);
-  const double cosine = (1 - t * t) * inverse;
-  const double sine = 2 * t * inverse;
-  const double a = momentum[next];
-  const double b = momentum[last];
-  momentum[next] = cosine * a + sine * b;
-  momentum[last] = cosine * b - sine * a;
-  btVector3 half(0, 0, 0);
-  half[axis] = t;
-  // Not normalised: the caller does so once.
-  orientation *= btQuaternion(half.x(), half.y(), half.z(), 1);
+// The turn by a rotation vector, in rad. Of a small part of the angle by a series, then doubled:
+// a rotation to rounding at any angle, and the same bits with every C library.
+btQuaternion turn_by(btVector3 rotation) {
+  constexpr double kSmall = 0.25;     // of half the angle: the next term of the series is 3e-7
+  constexpr int kMostDoublings = 64;  // of any finite turn that is worth the name
+  int doublings = 0;
+  rotation /= 2;
+  while (rotation.length2() > kSmall * kSmall && doublings < kMostDoublings) {
+    rotation /= 2;
+    ++doublings;
+  }
+  const double x2 = rotation.length2();
+  rotation *= 1 + x2 * (1.0 / 3 + x2 * (2.0 / 15 + x2 * (17.0 / 315)));  // tan(x) / x
+  btQuaternion turn(rotation.x(), rotation.y(), rotation.z(), 1);
+  turn.normalize();
+  for (; doublings > 0; --doublings) turn *= turn;
+  return turn;
+}
+
+// Lets one term of the energy, rate L^2 / 2 along a principal axis, act for h: the body turns about
+// that axis and the momentum, seen from the body, turns against it.
+void turn_about(int axis, double rate, double h, btVector3& momentum, btQuaternion& orientation) {
+  btVector3 rotation(0, 0, 0);
+  rotation[axis] = rate * momentum[axis] * h;
+  const btQuaternion turn = turn_by(rotation);
+  momentum = quatRotate(turn.inverse(), momentum);
+  orientation *= turn;
 }
 
 }  // namespace
@@ -245,11 +213,28 @@ void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orient
                    btVector3& angular_velocity) {
   const btMatrix3x3 before(orientation);
   btVector3 momentum = (angular_velocity * before) * inertia;  // v * M is M^T v
-  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
-  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
-  turn_about(2, inertia.z(), step_s, momentum, orientation);
-  turn_about(1, inertia.y(), step_s / 2, momentum, orientation);
-  turn_about(0, inertia.x(), step_s / 2, momentum, orientation);
+  // The energy is |L|^2 / (2 I) with the middle moment I, and what the other two axes differ from
+  // it. The first term turns the body about L, exactly; of the others the smaller is the outer.
+  const int small = inertia.minAxis();
+  const int large = inertia.maxAxis() == small ? (small + 1) % 3 : inertia.maxAxis();
+  const int middle = 3 - small - large;
+  const double middle_rate = 1 / inertia[middle];
+  const double small_rate = 1 / inertia[small] - middle_rate;
+  const double large_rate = 1 / inertia[large] - middle_rate;
+  const btVector3 space_momentum = before * momentum;
+  // Of bodies that spin fast in parts, by angles that keep the energy's error small.
+  constexpr double kLargestTurn = 0.15;
+  constexpr double kMostParts = 64;
+  const double turn = step_s * std::max(std::abs(small_rate * momentum[small]),
+                                        std::abs(large_rate * momentum[large]));
+  const double parts = std::min(kMostParts, 1 + std::floor(turn / kLargestTurn));
+  const double part_s = step_s / parts;
+  for (int i = 0; i < static_cast<int>(parts); ++i) {
+    turn_about(large, large_rate, part_s / 2, momentum, orientation);
+    turn_about(small, small_rate, part_s, momentum, orientation);
+    turn_about(large, large_rate, part_s / 2, momentum, orientation);
+  }
+  orientation = turn_by(space_momentum * (middle_rate * step_s)) * orientation;
   orientation.normalize();
   angular_velocity = btMatrix3x3(orientation) * (momentum / inertia);
 }

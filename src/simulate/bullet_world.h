@@ -3,6 +3,7 @@
 
 #include "core/stage_timer.h"
 #include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_contacts_ahead.h"
 #include "simulate/bullet_types.h"
 
 namespace pilesim {
@@ -26,16 +27,15 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
  private:
   void integrate(DynamicBody& dynamic, double step_s);
-  double free_fraction(const DynamicBody& dynamic, const btTransform& from,
-                       const btVector3& motion);
 
+  ContactsAhead contacts_ahead_{*m_dispatcher1};
   bool sleeping_ = true;
 };
 
-// Free rotation of a rigid body over step_s: Strang splitting into turns about the principal axes.
-// Keeps the angular momentum in space to rounding and the energy to a bounded error of second
-// order. `inertia` holds the principal moments of the body's axes; the angular velocity is in the
-// world frame.
+// Free rotation of a rigid body over step_s: Strang splitting into a turn about the angular
+// momentum and turns about two principal axes. Keeps the angular momentum in space to rounding and
+// the energy to a bounded error of second order; exact for bodies with two equal moments. `inertia`
+// holds the principal moments of the body's axes; the angular velocity is in the world frame.
 void rotate_freely(const btVector3& inertia, double step_s, btQuaternion& orientation,
                    btVector3& angular_velocity);
 

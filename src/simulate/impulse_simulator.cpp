@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "simulate/bullet_broad_phase.h"
+#include "simulate/bullet_collision_configuration.h"
 #include "simulate/bullet_contact_solver.h"
-#include "simulate/bullet_piece_collision.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
 
@@ -22,16 +23,33 @@ namespace {
 constexpr double kRestSpeed = 0.03;
 constexpr double kRestTime = 3.0;
 
-// Share of the smallest extent that a body may travel in a step without being swept.
-constexpr double kFastMotion = 0.25;
+// Share of the smallest extent that a body may move in a step and meet others at a small depth.
+constexpr double kFastMotion = 0.4;
 
-// Penetrations fall by e in this time.
-constexpr double kPositionTime = 0.04;
+// Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
+constexpr double kRestDepth = 0.02;
+
+// Penetrations fall by e in this time, again in sqrt(r / g), of the smallest body.
+constexpr double kPositionTime = 0.3;
+
+double position_time_s(const Scene& scene, const Model& model) {
+  double radius = std::numeric_limits<double>::infinity();
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    radius = std::min(radius, model.shapes[body.shape].bounding_radius);
+  }
+  // Where nothing falls, as if a body 10 cm wide did.
+  constexpr double kUsualTime = 0.02;
+  const double gravity = scene.gravity.norm();
+  return gravity > 0 && std::isfinite(radius) ? kPositionTime * std::sqrt(radius / gravity)
+                                              : kUsualTime;
+}
 
 // Times within this share of a step are the same time.
 constexpr double kSameTime = 1e-6;
 
-Pose pose_at(const std::vector<MotionKey>& keys, double time_s) {
+// Of the shape's own frame.
+Pose key_pose(const std::vector<MotionKey>& keys, double time_s) {
   const auto after = std::ranges::upper_bound(keys, time_s, {}, &MotionKey::time_s);
   if (after == keys.begin()) return keys.front().pose;
   if (after == keys.end()) return keys.back().pose;
@@ -39,6 +57,12 @@ Pose pose_at(const std::vector<MotionKey>& keys, double time_s) {
   const double share = (time_s - a.time_s) / (after->time_s - a.time_s);
   return {a.pose.position + share * (after->pose.position - a.pose.position),
           a.pose.orientation.slerp(share, after->pose.orientation)};
+}
+
+// Of the body frame, whose origin is the centre of mass.
+Pose pose_at(const ModelShape& shape, const std::vector<MotionKey>& keys, double time_s) {
+  const Pose pose = key_pose(keys, time_s);
+  return {pose.apply(shape.origin_offset), pose.orientation};
 }
 
 // The turn from one orientation to another as an axis times an angle, world frame.
@@ -90,7 +114,7 @@ class ImpulseSimulator final : public Simulator {
   StageTimer timer_;
 
   std::vector<BulletShape> shapes_;
-  PieceCollisionConfiguration configuration_;
+  BulletCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   BulletBroadPhase broad_phase_;
   BulletContactSolver solver_;
@@ -108,10 +132,6 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
       records_(model.bodies.size()) {
-  // A body on a plane gets several contact points in every step. Bullet decides on the points of
-  // the step before, before it drops those that slid away: with a threshold of its four points or
-  // fewer a sliding box would now and then stand on one corner for a step.
-  configuration_.setPlaneConvexMultipointIterations(3, MANIFOLD_CACHE_SIZE + 1);
   world_.setGravity(to_bullet(scene.gravity));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;
@@ -123,7 +143,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
   // lies keeps still.
   info.m_splitImpulse = 1;
   info.m_splitImpulsePenetrationThreshold = 0;
-  info.m_erp2 = -std::expm1(-step_s_ / kPositionTime);
+  info.m_erp2 = -std::expm1(-step_s_ / position_time_s(scene, model));
   info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;  // BulletContactSolver bounces
   solver_.setRandSeed(0);
 
@@ -201,11 +221,11 @@ void ImpulseSimulator::set_up_dynamic(uint32_t index, btRigidBody& body) {
   const double radius = shape.bounding_radius;
   DynamicBody& dynamic = dynamic_[index];
   dynamic.body = &body;
-  dynamic.inner_spheres = &shapes_[source.shape].inner_spheres();
   dynamic.fast_motion_m = kFastMotion * shape.smallest_extent;
   dynamic.rest_speed = kRestSpeed * std::sqrt(gravity * radius);
   dynamic.rest_turn_rate = dynamic.rest_speed / radius;
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
+  dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();
   body.setUserPointer(&dynamic);
   body.setLinearVelocity(to_bullet(states_.linear_velocity[index]));
@@ -266,8 +286,9 @@ void ImpulseSimulator::move_kinematic_bodies() {
     const ModelBody& source = model_.bodies[index];
     if (!record.body || source.motion.empty()) continue;
     btRigidBody& body = *record.body;
-    const Pose now = pose_at(source.motion, time_s_);
-    const Pose then = pose_at(source.motion, time_s_ + step_s_);
+    const ModelShape& shape = model_.shapes[source.shape];
+    const Pose now = pose_at(shape, source.motion, time_s_);
+    const Pose then = pose_at(shape, source.motion, time_s_ + step_s_);
     const Vec3 velocity = (then.position - now.position) / step_s_;
     const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s_;
     body.setWorldTransform(
@@ -310,7 +331,7 @@ void ImpulseSimulator::read_states() {
     if (body == nullptr || source.role == Role::fixed) continue;
     if (source.role == Role::kinematic) {
       if (!source.motion.empty()) {
-        const Pose pose = pose_at(source.motion, time_s_);
+        const Pose pose = pose_at(model_.shapes[source.shape], source.motion, time_s_);
         states_.position[i] = pose.position;
         states_.orientation[i] = pose.orientation;
       }
@@ -319,8 +340,10 @@ void ImpulseSimulator::read_states() {
       states_.orientation[i] = from_bullet(body->getWorldTransform().getRotation()) *
                                shapes_[source.shape].body_from_bullet().conjugate();
     }
-    states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
-    states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
+    if ((states_.flags[i] & kHeld) == 0) {  // a held body keeps the velocities it will start with
+      states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
+      states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
+    }
     const bool asleep = !body->isStaticOrKinematicObject() && !body->isActive();
     states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
     if (asleep) states_.flags[i] |= kAsleep;

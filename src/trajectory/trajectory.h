@@ -4,7 +4,7 @@
 //   .zattrs                           format, frame rate, seed, resolved scene and its hash, names
 //   position     (frame, body, 3) f4  m, centre of mass, world frame
 //   orientation  (frame, body, 4) f4  unit quaternion w x y z, body to world
-//   state        (frame, body)    u1  flags (simulate/body_state.h)
+//   state        (frame, body)    u1  flags: kStatePresent and others (simulate/body_state.h)
 //   body_shape   (body)           u4  index into shapes
 //   body_colour  (body, 3)        u1  sRGB
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
@@ -46,6 +46,9 @@ struct TrajectoryHeader {
 
   size_t body_count() const { return body_shape.size(); }
 };
+
+// Bit of a state: the body is in the scene, emitted and not removed.
+inline constexpr uint8_t kStatePresent = 1;
 
 struct TrajectoryFrame {
   std::vector<Vec3f> position;     // (B) m

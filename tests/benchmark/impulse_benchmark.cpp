@@ -1,8 +1,8 @@
-// Time of the impulse mode beside a plain Bullet driver, both in one run:
-//   impulse_benchmark [BODIES [STEP_HZ [REPEATS [MESH]]]]
+// Time of the impulse mode beside a plain Bullet driver, both in one run, frame by frame in turn:
+//   impulse_benchmark [BODIES [STEP_HZ [SWEEPS [REPEATS [MESH]]]]]
 // Hulls of 40 vertices of one mesh fall in a cubic grid onto a plane: 420 frames at 60 Hz. The
 // plain driver is the world of Bullet's manual: its default settings, one thread, the same hulls,
-// places, masses and steps.
+// places, masses, steps and sweeps of the solver (Bullet's default is 10, pilesim's 20).
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -74,118 +74,155 @@ struct Result {
   StageTimes stages;
   double deepest_m = 0;
   double kinetic_j = 0;
+  int awake = 0;
 };
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Result run_pilesim(const Setup& setup) {
-  const auto simulator = make_simulator(setup.small.scene, setup.small.model);
-  Result result;
-  const double start = now_s();
-  FrameStatistics last;
-  for (int frame = 0; frame < kFrames; ++frame) {
-    last = simulator->step_frame();
-    result.stages += last.times;
-  }
-  result.seconds = now_s() - start;
-  result.deepest_m = last.deepest_penetration_m;
-  result.kinetic_j = last.kinetic_energy_j;
-  return result;
-}
+class PilesimDriver {
+ public:
+  explicit PilesimDriver(const Setup& setup)
+      : simulator_(make_simulator(setup.small.scene, setup.small.model)) {}
 
-Result run_plain(const Setup& setup) {
-  const Model& model = setup.small.model;
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher(&configuration);
-  btDbvtBroadphase broad_phase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher, &broad_phase, &solver, &configuration);
-  world.setGravity(to_bullet(setup.small.scene.gravity));
-  world.getSolverInfo().m_numIterations = setup.small.scene.simulator.solver_iterations;
-  btStaticPlaneShape plane({0, 1, 0}, 0);
-  btConvexHullShape hull;
-  for (const Vec3& vertex : model.shapes.back().mesh.vertices) hull.addPoint(to_bullet(vertex));
-  std::vector<std::unique_ptr<btRigidBody>> bodies;
-  for (const ModelBody& source : model.bodies) {
-    const bool fixed = source.role == Role::fixed;
-    btCollisionShape* shape = fixed ? static_cast<btCollisionShape*>(&plane) : &hull;
-    btVector3 inertia(0, 0, 0);
-    if (!fixed) hull.calculateLocalInertia(source.mass_kg, inertia);
-    btRigidBody::btRigidBodyConstructionInfo info(source.mass_kg, nullptr, shape, inertia);
-    info.m_startWorldTransform = to_bullet(source.pose);
-    info.m_friction = std::sqrt(0.5);
-    info.m_restitution = std::sqrt(0.1);
-    bodies.push_back(std::make_unique<btRigidBody>(info));
-    world.addRigidBody(bodies.back().get());
+  void step_frame(Result& result) {
+    const FrameStatistics frame = simulator_->step_frame();
+    result.stages += frame.times;
+    result.deepest_m = frame.deepest_penetration_m;
+    result.kinetic_j = frame.kinetic_energy_j;
+    result.awake = static_cast<int>(frame.bodies_awake);
   }
-  Result result;
-  const double start = now_s();
-  for (int frame = 0; frame < kFrames; ++frame) {
-    for (int step = 0; step < setup.step_hz / static_cast<int>(kFrameRate); ++step) {
-      world.stepSimulation(1.0 / setup.step_hz, 0);
+
+ private:
+  std::unique_ptr<Simulator> simulator_;
+};
+
+class PlainDriver {
+ public:
+  explicit PlainDriver(const Setup& setup)
+      : step_s_(1.0 / setup.step_hz), steps_(setup.step_hz / static_cast<int>(kFrameRate)) {
+    const Model& model = setup.small.model;
+    world_.setGravity(to_bullet(setup.small.scene.gravity));
+    world_.getSolverInfo().m_numIterations = setup.small.scene.simulator.solver_iterations;
+    for (const Vec3& vertex : model.shapes.back().mesh.vertices) hull_.addPoint(to_bullet(vertex));
+    for (const ModelBody& source : model.bodies) {
+      const bool fixed = source.role == Role::fixed;
+      btCollisionShape* shape = fixed ? static_cast<btCollisionShape*>(&plane_) : &hull_;
+      btVector3 inertia(0, 0, 0);
+      if (!fixed) hull_.calculateLocalInertia(source.mass_kg, inertia);
+      btRigidBody::btRigidBodyConstructionInfo info(source.mass_kg, nullptr, shape, inertia);
+      info.m_startWorldTransform = to_bullet(source.pose);
+      info.m_friction = std::sqrt(0.5);
+      info.m_restitution = std::sqrt(0.1);
+      bodies_.push_back(std::make_unique<btRigidBody>(info));
+      world_.addRigidBody(bodies_.back().get());
     }
   }
-  result.seconds = now_s() - start;
-  for (const auto& body : bodies) {
-    if (body->getInvMass() > 0 && body->isActive()) {
+  ~PlainDriver() {
+    for (const auto& body : bodies_) world_.removeRigidBody(body.get());
+  }
+  PlainDriver(const PlainDriver&) = delete;
+  PlainDriver& operator=(const PlainDriver&) = delete;
+
+  void step_frame() {
+    for (int step = 0; step < steps_; ++step) world_.stepSimulation(step_s_, 0);
+  }
+
+  void describe(Result& result) {
+    for (const auto& body : bodies_) {
+      if (body->getInvMass() == 0 || !body->isActive()) continue;
+      ++result.awake;
       result.kinetic_j += body->getLinearVelocity().length2() / (2 * body->getInvMass());
     }
-  }
-  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(m);
-    for (int p = 0; p < manifold.getNumContacts(); ++p) {
-      result.deepest_m =
-          std::max<double>(result.deepest_m, -manifold.getContactPoint(p).getDistance());
+    for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+      const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
+      for (int p = 0; p < manifold.getNumContacts(); ++p) {
+        result.deepest_m =
+            std::max<double>(result.deepest_m, -manifold.getContactPoint(p).getDistance());
+      }
     }
   }
-  for (const auto& body : bodies) world.removeRigidBody(body.get());
-  return result;
+
+ private:
+  double step_s_;
+  int steps_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broad_phase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broad_phase_, &solver_, &configuration_};
+  btStaticPlaneShape plane_{{0, 1, 0}, 0};
+  btConvexHullShape hull_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+};
+
+// Frame by frame in turn, so that a machine that is slow for a while is slow for both.
+void run_both(const Setup& setup, Result& pilesim, Result& plain) {
+  PilesimDriver ours(setup);
+  PlainDriver theirs(setup);
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const double start = now_s();
+    ours.step_frame(pilesim);
+    const double middle = now_s();
+    theirs.step_frame();
+    pilesim.seconds += middle - start;
+    plain.seconds += now_s() - middle;
+  }
+  theirs.describe(plain);
 }
 
-const Result& median(std::vector<Result>& results) {
-  std::ranges::sort(results, {}, &Result::seconds);
-  return results[results.size() / 2];
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
 }
 
 void run(int argc, char** argv) {
   const int bodies = argc > 1 ? std::atoi(argv[1]) : 100;
   const int step_hz = argc > 2 ? std::atoi(argv[2]) : 240;
-  const int repeats = argc > 3 ? std::atoi(argv[3]) : 5;
-  const std::string mesh = argc > 4 ? argv[4] : PILESIM_SOURCE_DIR "/assets/rabbit.obj";
-  if (bodies < 1 || repeats < 1 || step_hz < kFrameRate || step_hz % 60 != 0) {
+  Setup setup{{}, step_hz};
+  int& sweeps = setup.small.scene.simulator.solver_iterations;
+  if (argc > 3) sweeps = std::atoi(argv[3]);
+  const int repeats = argc > 4 ? std::atoi(argv[4]) : 5;
+  const std::string mesh = argc > 5 ? argv[5] : PILESIM_SOURCE_DIR "/assets/rabbit.obj";
+  if (bodies < 1 || sweeps < 1 || repeats < 1 || step_hz < kFrameRate || step_hz % 60 != 0) {
     throw Error(ErrorKind::usage,
                 Problem{.found = "an argument out of range",
-                        .remedy = "impulse_benchmark [BODIES [STEP_HZ, a multiple of 60 [REPEATS "
-                                  "[MESH]]]]"});
+                        .remedy = "impulse_benchmark [BODIES [STEP_HZ, a multiple of 60 [SWEEPS "
+                                  "[REPEATS [MESH]]]]]"});
   }
-  Setup setup{{}, step_hz};
   fill(setup, hull_shape(mesh), bodies);
   std::vector<Result> ours, plain;
   for (int i = 0; i < repeats; ++i) {
-    ours.push_back(run_pilesim(setup));
-    plain.push_back(run_plain(setup));
+    run_both(setup, ours.emplace_back(), plain.emplace_back());
   }
-  const Result& a = median(ours);
-  const Result& b = median(plain);
+  std::vector<double> seconds, plain_seconds, ratios;
+  for (size_t i = 0; i < ours.size(); ++i) {
+    seconds.push_back(ours[i].seconds);
+    plain_seconds.push_back(plain[i].seconds);
+    ratios.push_back(ours[i].seconds / plain[i].seconds);
+  }
+  const Result& a = ours.back();
+  const Result& b = plain.back();
   const MachineInfo machine = machine_info();
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double steps = kFrames * step_hz / kFrameRate;
   std::printf("%s, %s\n", machine.cpu.c_str(), machine.system.c_str());
-  std::printf("%d bodies, step 1/%d s, %d frames, median of %d\n", bodies, step_hz, kFrames,
-              repeats);
-  std::printf("pilesim       %8.2f s, ratio to plain Bullet %.2f\n", a.seconds,
-              a.seconds / b.seconds);
-  std::printf("plain Bullet  %8.2f s\n", b.seconds);
+  std::printf("%d bodies, step 1/%d s, %d sweeps, %d frames, median of %d\n", bodies, step_hz,
+              sweeps, kFrames, repeats);
+  std::printf("pilesim       %8.2f s, ratio to plain Bullet %.2f (%.2f to %.2f)\n", median(seconds),
+              median(ratios), std::ranges::min(ratios), std::ranges::max(ratios));
+  std::printf("plain Bullet  %8.2f s\n", median(plain_seconds));
   std::printf("ms a step     broad %.3f, narrow %.3f, solver %.3f, integration %.3f, other %.3f\n",
               1e3 * a.stages.of(Stage::broad_phase) / steps,
               1e3 * a.stages.of(Stage::narrow_phase) / steps,
               1e3 * a.stages.of(Stage::solver) / steps,
               1e3 * a.stages.of(Stage::integration) / steps, 1e3 * a.stages.other_s() / steps);
-  std::printf("at the end    deepest %.2g m (plain %.2g m), kinetic %.2g J (plain %.2g J)\n",
-              a.deepest_m, b.deepest_m, a.kinetic_j, b.kinetic_j);
+  std::printf(
+      "at the end    deepest %.2g m (plain %.2g m), kinetic %.2g J (plain %.2g J), awake %d "
+      "(plain %d)\n",
+      a.deepest_m, b.deepest_m, a.kinetic_j, b.kinetic_j, a.awake, b.awake);
   std::printf("peak memory   %.0f MB, of both drivers\n",
               static_cast<double>(usage.ru_maxrss) / 1024);
 }

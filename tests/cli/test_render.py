@@ -55,6 +55,36 @@ class Render(CommandTest):
         video = probe(self.dir / "out/video.mp4")
         self.assertEqual((video["width"] % 2, video["height"] % 2), (0, 0))
 
+    def test_frames_up_to_the_end(self):
+        self.succeed("render", "out", "--frames", "13-")
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, [f"frame.{i:04d}.png" for i in (13, 14, 15)])
+
+    def test_sizes_out_of_range(self):
+        for size in ("1x1", "99999x10", "16x15"):
+            result = self.expect_exit(3, "render", "out", "--size", size)
+            self.assertIn("16384", result.stderr)
+        self.assertFalse((self.dir / "out/frames").exists())
+
+    def test_a_sheet_is_no_wider_than_its_pictures(self):
+        self.succeed("render", "out", "--frames", "0-2", "--sheet", "99999x1")
+        width, _ = png_size(self.dir / "out/sheet.png")
+        self.assertLess(width, 4 * 64)
+
+    def test_the_example_of_the_help_works(self):
+        self.succeed("render", "out", "--frames", "0", "--set", "/render/samples=8")
+
+    def test_output_without_a_name(self):
+        self.expect_exit(2, "render", "out", "-o", "")
+        self.assertFalse((self.dir / "out/frames").exists())
+
+    def test_existing_pictures_are_refused_before_anything_else(self):
+        self.succeed("render", "out", "--frames", "0")
+        # Framing reads the whole trajectory; one that cannot be read tells what comes first.
+        for chunk in (self.dir / "out/trajectory.zarr/position").glob("[0-9]*"):
+            chunk.write_bytes(b"damaged")
+        self.expect_exit(2, "render", "out", "--frames", "0")
+
     def test_contact_sheet(self):
         self.succeed("render", "out", "--sheet", "3x2")
         width, height = png_size(self.dir / "out/sheet.png")
@@ -102,6 +132,24 @@ class Render(CommandTest):
         self.assertIn("ffmpeg", result.stderr)
         self.assertIn("apt", result.stderr)
         self.assertFalse((self.dir / "out/video.mp4").exists())
+
+    def test_ffmpeg_missing_costs_no_old_pictures(self):
+        self.succeed("render", "out", "--frames", "0-2")
+        before = tree_bytes(self.dir / "out")
+        environment = {**os.environ, "PATH": str(self.dir)}
+        self.expect_exit(4, "render", "out", "--force", env=environment)
+        self.assertEqual(tree_bytes(self.dir / "out"), before)
+
+    def test_pictures_without_a_video(self):
+        self.succeed("render", "out", "--frames", "0-2")
+        video = (self.dir / "out/video.mp4").read_bytes()
+        environment = {**os.environ, "PATH": str(self.dir)}
+        arguments = ("render", "out", "--frames", "2-3", "--no-video", "--force")
+        result = self.succeed(*arguments, env=environment)
+        self.assertIn("frames: 2 frames", result.stdout)
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, ["frame.0002.png", "frame.0003.png"])
+        self.assertEqual((self.dir / "out/video.mp4").read_bytes(), video)
 
 
 if __name__ == "__main__":

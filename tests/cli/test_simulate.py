@@ -10,7 +10,7 @@ import time
 import unittest
 
 import zarr
-from support import PILESIM, CommandTest, tree_bytes
+from support import PILESIM, SOURCE, CommandTest, tree_bytes
 
 
 def long_scene(scene):
@@ -75,11 +75,38 @@ class Refusals(CommandTest):
         self.assertEqual(tree_bytes(self.dir / "out"), before)
         self.succeed("simulate", scene, "-o", "out", "--force")
 
-    def test_force_does_not_remove_what_is_not_ours(self):
-        (self.dir / "out").mkdir()
-        (self.dir / "out/thesis.txt").write_text("years of work")
-        self.expect_exit(2, "simulate", self.write_scene(), "-o", "out", "--force")
-        self.assertEqual((self.dir / "out/thesis.txt").read_text(), "years of work")
+    def test_force_removes_what_pilesim_wrote_and_nothing_else(self):
+        scene = self.write_scene()
+        (self.dir / "notes.txt").write_text("years of work")
+        (self.dir / "frames").mkdir()
+        (self.dir / "frames/frame.cover.png").write_text("mine")
+        kept = tree_bytes(self.dir)
+        self.succeed("simulate", scene, "-o", ".")
+        (self.dir / "frames/frame.0003.png").write_text("of the run before")
+        (self.dir / "video.mp4").write_text("of the run before")
+        self.expect_exit(2, "simulate", scene, "-o", ".")
+        self.succeed("simulate", scene, "-o", ".", "--force")
+        left = tree_bytes(self.dir)
+        self.assertEqual({name: left.get(name) for name in kept}, kept)
+        others = {name.split("/")[0] for name in left if name not in kept}
+        self.assertEqual(others, {"trajectory.zarr", "timing.csv", "report.json", "report.html"})
+
+    def test_output_through_a_link(self):
+        scene = self.write_scene()
+        (self.dir / "disk").mkdir()
+        (self.dir / "out").symlink_to("disk")
+        self.succeed("simulate", scene, "-o", "out")
+        self.succeed("simulate", scene, "-o", "out", "--force")
+        self.assertTrue((self.dir / "out").is_symlink())
+        self.assertTrue((self.dir / "disk/report.json").exists())
+
+    def test_existing_output_is_refused_before_anything_else(self):
+        self.succeed("simulate", self.write_scene(), "-o", "out")
+        self.expect_exit(2, "simulate", "nowhere.json", "-o", "out")
+
+    def test_output_without_a_name(self):
+        result = self.expect_exit(2, "simulate", self.write_scene(), "-o", "")
+        self.assertIn("output", result.stderr)
 
     def test_an_invalid_scene_touches_nothing(self):
         def spoil(scene):
@@ -112,6 +139,41 @@ class Accidents(CommandTest):
             time.sleep(0.05)
         process.kill()
         raise AssertionError("the run did not start")
+
+    def test_ctrl_c_during_set_up_ends_at_once_and_leaves_nothing(self):
+        def slow_to_set_up(scene):
+            scene["shapes"]["box"] = {
+                "type": "mesh",
+                "file": str(SOURCE / "assets/biped.obj"),
+                "collision": "decomposition",
+                "decomposition_max_pieces": 256,
+                "decomposition_max_volume_error": 1e-6,
+            }
+
+        cache = self.dir / "cache"
+        process = subprocess.Popen(
+            [PILESIM, "simulate", self.write_scene(slow_to_set_up), "-o", "out"],
+            cwd=self.dir,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "XDG_CACHE_HOME": str(cache)},
+        )
+        self.addCleanup(process.kill)
+        time.sleep(1)
+        self.assertIsNone(process.poll())
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(timeout=10), -signal.SIGINT)
+        self.assertFalse((self.dir / "out").exists())
+        self.assertEqual(tree_bytes(cache), {})
+
+    def test_gnuplot_missing_costs_the_charts_only(self):
+        environment = {**os.environ, "PATH": str(self.dir)}
+        result = self.succeed("simulate", self.write_scene(), "-o", "out", env=environment)
+        self.assertRegex(result.stderr, r"^pilesim: warning: .*no charts.*gnuplot.*apt install")
+        self.assertIn("16 frames", result.stdout)
+        page = (self.dir / "out/report.html").read_text()
+        self.assertIn("no charts", page)
+        self.assertIn("gnuplot", page)
+        self.assertIn("Time by stage", page)
 
     def frames_on_disk(self):
         store = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")

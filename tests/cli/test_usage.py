@@ -33,11 +33,20 @@ class Usage(CommandTest):
             ["simulate", scene, "-o", "out", "--seed", "x"],
             ["render", "out", "--size", "64"],
             ["render", "out", "--frames", "5-1"],
+            ["render", "out", "--frames", "-3"],
+            ["render", "out", "--set", "/duration_s=99"],
+            ["render", "out", "--set", "/rendering=1"],
+            ["simulate", scene, "-o", "out", "--set", "seed=3"],
+            ["validate", scene, "--set", "/seed"],
         ):
             result = self.expect_exit(2, *arguments)
             self.assertEqual(result.stdout, "", arguments)
             self.assertNotEqual(result.stderr, "", arguments)
         self.assertFalse((self.dir / "out").exists())
+
+    def test_a_wrong_value_names_its_option_once(self):
+        result = self.expect_exit(2, "render", "out", "--frames", "5-1")
+        self.assertEqual(result.stderr.count("--frames"), 1, result.stderr)
 
     def test_a_full_disk_behind_stdout_is_an_error(self):
         with open("/dev/full", "w") as full:
@@ -68,6 +77,34 @@ class Validate(CommandTest):
             self.assertIn(part, result.stderr)
         for line in lines:
             self.assertRegex(line, r"scene\.json:\d+:\d+: /")
+
+    def test_missing_meshes_are_named_with_all_else(self):
+        def spoil(scene):
+            scene["duration_s"] = -1
+            scene["shapes"]["rabbit"] = {"type": "mesh", "file": "rabbit.obj"}
+            scene["shapes"]["crate"] = {"type": "mesh", "file": "crate.obj"}
+            scene["emitters"].append(
+                {
+                    "type": "volume",
+                    "file": "heart.obj",
+                    "spacing": 0.1,
+                    "shape": "box",
+                    "material": "wood",
+                }
+            )
+
+        result = self.expect_exit(3, "validate", self.write_scene(spoil))
+        lines = result.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 4, result.stderr)
+        for part in ("/duration_s", "/shapes/rabbit/file", "/shapes/crate/file", "/emitters/1/file"):
+            self.assertRegex(result.stderr, r"scene\.json:\d+:\d+: " + part)
+        self.assertIn("heart.obj", result.stderr)
+
+    def test_a_missing_mesh_makes_the_scene_invalid(self):
+        def spoil(scene):
+            scene["shapes"]["box"] = {"type": "mesh", "file": "rabbit.obj"}
+
+        self.expect_exit(3, "validate", self.write_scene(spoil))
 
     def test_syntax_error_has_line_and_column(self):
         (self.dir / "scene.json").write_text('{\n  "version": 1,\n  "name" "x"\n}\n')

@@ -1,8 +1,12 @@
 // Models made by hand, for tests of simulators: no files, no loader.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
+#include "geometry/convex_hull.h"
 #include "geometry/primitives.h"
 #include "scene/model.h"
 
@@ -42,6 +46,34 @@ struct SmallModel {
     shape.bounding_radius = radius;
     shape.smallest_extent = 2 * radius;
     shape.pieces.push_back({CollisionPiece::Kind::sphere, {}, Vec3::Constant(radius), {}});
+    return add(std::move(shape));
+  }
+
+  // About its y axis.
+  uint32_t cylinder(double radius, double height) {
+    ModelShape shape;
+    shape.name = "cylinder";
+    shape.mesh = cylinder_mesh(radius, height);
+    shape.mass = cylinder_mass_properties(radius, height);
+    shape.bounding_radius = std::hypot(radius, height / 2);
+    shape.smallest_extent = std::min(2 * radius, height);
+    shape.pieces.push_back({CollisionPiece::Kind::cylinder, {}, {radius, height, radius}, {}});
+    return add(std::move(shape));
+  }
+
+  // The hull of `points`, its centre of mass in the origin.
+  uint32_t hull(const std::vector<Vec3>& points) {
+    ModelShape shape;
+    shape.name = "hull";
+    shape.mesh = convex_hull(points);
+    const Vec3 centre = mass_properties(shape.mesh).centre_of_mass;
+    for (Vec3& vertex : shape.mesh.vertices) {
+      vertex -= centre;
+      shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+    }
+    shape.mass = mass_properties(shape.mesh);
+    shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
+    shape.pieces.push_back({CollisionPiece::Kind::hull, {}, Vec3::Zero(), shape.mesh});
     return add(std::move(shape));
   }
 

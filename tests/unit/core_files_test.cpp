@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <fstream>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/progress.h"
 
@@ -61,18 +61,51 @@ TEST_F(Files, AFailureNamesTheFileAndLeavesNothing) {
   EXPECT_THROW(read_file(directory_ / "none"), Error);
 }
 
-TEST_F(Files, OnlyOutputsArePreparedByForce) {
-  const std::array<std::string_view, 1> known{"report.json"};
+constexpr std::string_view kOwn[] = {"report.json", "store", "frames/frame.*.png"};
+
+TEST_F(Files, OutputIsReplacedByForceAndNothingElseIs) {
   const fs::path out = directory_ / "out";
-  prepare_output_directory(out, false, known);
-  EXPECT_TRUE(fs::is_directory(out));
-  write_file_atomically(out / "report.json", "{}");
-  EXPECT_THROW(prepare_output_directory(out, false, known), Error);
-  prepare_output_directory(out, true, known);
-  EXPECT_FALSE(fs::exists(out / "report.json"));
-  write_file_atomically(out / "thesis.tex", "years of work");
-  EXPECT_THROW(prepare_output_directory(out, true, known), Error);
-  EXPECT_EQ(read_file(out / "thesis.tex"), "years of work");
+  fs::create_directories(out / "store" / "inside");
+  fs::create_directories(out / "frames");
+  for (const char* name : {"report.json", "store/inside/0", "frames/frame.0012.png",
+                           "frames/frame.cover.png", "frames/frame..png", "thesis.tex"}) {
+    write_file_atomically(out / name, "years of work");
+  }
+  EXPECT_THROW(claim_output(out, kOwn, false), Error);
+  const auto entries = claim_output(out, kOwn, true);
+  EXPECT_THAT(entries, testing::ElementsAre(out / "frames/frame.0012.png", out / "report.json",
+                                            out / "store"));
+  EXPECT_TRUE(fs::exists(out / "report.json"));  // claiming touches nothing
+  remove_output(entries);
+  EXPECT_THAT(claim_output(out, kOwn, false), testing::IsEmpty());
+  for (const char* name : {"frames/frame.cover.png", "frames/frame..png", "thesis.tex"}) {
+    EXPECT_EQ(read_file(out / name), "years of work") << name;
+  }
+}
+
+TEST_F(Files, OutputMayBeALinkAndHoldLinks) {
+  fs::create_directories(directory_ / "disk" / "archive");
+  write_file_atomically(directory_ / "disk" / "archive" / "0", "old");
+  fs::create_directory_symlink("disk", directory_ / "out");
+  fs::create_directory_symlink("archive", directory_ / "disk" / "store");
+  fs::create_symlink("nowhere", directory_ / "disk" / "report.json");
+  const auto entries = claim_output(directory_ / "out", kOwn, true);
+  EXPECT_EQ(entries.size(), 2u);
+  remove_output(entries);
+  make_output_directory(directory_ / "out");
+  EXPECT_TRUE(fs::is_symlink(directory_ / "out"));
+  EXPECT_EQ(read_file(directory_ / "disk" / "archive" / "0"), "old");
+  EXPECT_FALSE(fs::is_symlink(directory_ / "disk" / "report.json"));
+}
+
+TEST_F(Files, OutputIsADirectory) {
+  write_file_atomically(directory_ / "a", "x");
+  EXPECT_THROW(claim_output(directory_ / "a", kOwn, true), Error);
+  EXPECT_THROW(claim_output("", kOwn, true), Error);
+  EXPECT_THAT(claim_output(directory_ / "none", kOwn, false), testing::IsEmpty());
+  EXPECT_THROW(make_output_directory(directory_ / "a" / "b"), Error);
+  make_output_directory(directory_ / "b" / "c");
+  EXPECT_TRUE(fs::is_directory(directory_ / "b" / "c"));
 }
 
 TEST(ProgressTest, IsSilentWhereNobodyLooks) {

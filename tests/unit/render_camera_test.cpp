@@ -108,6 +108,42 @@ TEST_F(FrameAction, DoesNotFollowASingleRunaway) {
             1.2 * (near.position - near.target).norm());
 }
 
+TEST_F(FrameAction, LooksAtTheBulkWhereAFewFlyFar) {
+  DrawnScene scene;
+  for (int i = 0; i < 10; ++i) {
+    scene.add(2, Vec3f(0.4f * static_cast<float>(i % 5), 0.2f, 0.4f * static_cast<float>(i) / 5),
+              test::kRed, true);
+  }
+  TrajectoryFrame later = scene.frame;
+  later.position[10] = Vec3f(-900, 300, 2000);
+  const CameraKey camera = camera_of(scene, {scene.frame, later, later, later}, 1.5);
+  EXPECT_LT((camera.position - camera.target).norm(), 20);
+  for (size_t body = 1; body < 10; ++body) {
+    expect_in_picture(camera, 1.5, later.position[body], 0.2f);
+  }
+}
+
+TEST_F(FrameAction, CutsNoBodyOfTheLastFrame) {
+  DrawnScene scene;
+  for (int i = 0; i < 200; ++i) {
+    scene.add(2, Vec3f(0.1f * static_cast<float>(i % 20), 0.2f, 0.1f * static_cast<float>(i) / 20),
+              test::kRed, true);
+  }
+  scene.frame.position[100] = Vec3f(1, 0.2f, 2.6f);  // rolled a little away
+  const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
+  expect_in_picture(camera, 1.5, scene.frame.position[100], 0.2f);
+}
+
+TEST_F(FrameAction, StandsInFrontOfASlope) {
+  DrawnScene scene;
+  scene.add(2, {0, 0.2f, 0}, test::kRed, true);
+  scene.frame.orientation[0] = Eigen::AngleAxisf(-0.8f, Vec3f::UnitX());  // faces away from +z
+  const Vec3f normal = scene.frame.orientation[0] * Vec3f::UnitY();
+  const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
+  EXPECT_GT(normal.dot(camera.position.cast<float>() - scene.frame.position[0]), 0);
+  expect_in_picture(camera, 1.5, scene.frame.position[1], 0.2f);
+}
+
 TEST_F(FrameAction, LooksAtWhatStandsStillWhereNothingMoves) {
   DrawnScene scene;
   scene.add(2, {30, 0.2f, -7}, test::kRed, false);

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "geometry/primitives.h"
+#include "scene/scene_format.h"
 
 namespace pilesim {
 namespace {
@@ -161,6 +162,12 @@ TEST(Emitters, VolumeIsFilledFromTheBottomAndInside) {
   const auto some = unroll(limited, 0, kSeed, 1, &mesh);
   ASSERT_EQ(some.size(), 100u);
   EXPECT_EQ(some[99].pose.position, bodies[99].pose.position);
+}
+
+TEST(Emitters, AVolumeIsNotFilledBeyondWhatASceneMayHold) {
+  const TriangleMesh mesh = box_mesh({1, 1, 1});
+  const Emitter overfull = emitter(VolumeSource{.spacing = 0.00765});  // 131 a side
+  EXPECT_EQ(unroll(overfull, 0, kSeed, 1, &mesh).size(), static_cast<size_t>(kMostBodies) + 1);
 }
 
 TEST(Emitters, AVolumeWithFarTooSmallASpacingIsAnError) {

@@ -190,14 +190,14 @@ TEST_F(SceneModel, EmittedBodiesFollowTheOthers) {
   EXPECT_EQ(model.events[1].bodies, (std::vector<uint32_t>{1, 2, 3}));
 }
 
-TEST_F(SceneModel, MotionIsOfTheBodyFrame) {
+TEST_F(SceneModel, MotionStaysInTheShapesFrameAndStartsTheBody) {
   const Model model = build(R"("box": {"type": "mesh", "file": "box.obj", "collision": "mesh"})",
                             R"("bodies": [{"shape": "box", "material": "m", "role": "kinematic",
     "motion": [{"time_s": 0, "position": [1, 0, 0]},
                {"time_s": 2, "position": [0, 7, 0], "rotation_deg": [0, 180, 0]}]}])");
   const ModelBody& body = model.bodies[0];
   EXPECT_NEAR((body.pose.position - Vec3(11, 0, 0)).norm(), 0, kRounding);
-  EXPECT_NEAR((body.motion[1].pose.position - Vec3(-10, 7, 0)).norm(), 0, kRounding);
+  EXPECT_NEAR((body.motion[1].pose.position - Vec3(0, 7, 0)).norm(), 0, kRounding);
 }
 
 TEST_F(SceneModel, AVolumeWithoutRoomIsAnError) {
@@ -207,6 +207,32 @@ TEST_F(SceneModel, AVolumeWithoutRoomIsAnError) {
       "bodies": ["emitter/0/INDEX"]}])";
   EXPECT_NO_THROW(build(shapes, replaced(volume, "INDEX", "7")));
   EXPECT_THROW(build(shapes, replaced(volume, "INDEX", "1000")), Error);
+}
+
+TEST_F(SceneModel, AVolumeNeedsAClosedMesh) {
+  const std::string emitter = R"("bodies": [], "emitters": [{"type": "volume", "file": "FILE",
+    "spacing": 0.7, "shape": "ball", "material": "m"}])";
+  const std::string ball = R"("ball": {"type": "sphere", "radius": 0.1})";
+  EXPECT_EQ(build(ball, replaced(emitter, "FILE", "box.obj")).bodies.size(), 2u * 3u * 5u);
+  try {
+    build(ball, replaced(emitter, "FILE", "open.obj"));
+    FAIL() << "took a mesh with a hole";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), HasSubstr("open.obj: /emitters/0: "));
+    EXPECT_THAT(error.what(), HasSubstr("expected a closed mesh"));
+  }
+}
+
+TEST_F(SceneModel, FaultyMeshesOfShapesAndEmittersAreNamedTogether) {
+  try {
+    build(R"("a": {"type": "mesh", "file": "open.obj"})", R"("bodies": [], "emitters": [
+      {"type": "volume", "file": "open.obj", "spacing": 0.5, "shape": "a", "material": "m"}])");
+    FAIL() << "took meshes with holes";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/shapes/a"));
+    EXPECT_THAT(error.what(), HasSubstr("/emitters/0"));
+  }
 }
 
 }  // namespace

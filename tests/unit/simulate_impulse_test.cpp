@@ -2,20 +2,29 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <string>
+#include <vector>
 
+#include "core/philox.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
+#include "support/small_simulation.h"
 
 namespace pilesim {
 namespace {
 
 constexpr double kGravity = 9.81;
 
-FrameStatistics run(Simulator& simulator, int frames) {
-  FrameStatistics statistics;
-  for (int i = 0; i < frames; ++i) statistics = simulator.step_frame();
-  return statistics;
+// |error| < bound; `--gtest_output=json:FILE` keeps the error itself.
+void expect_error(const std::string& name, double error, double bound) {
+  std::ostringstream text;
+  text << std::setprecision(2) << error;
+  testing::Test::RecordProperty(name, text.str());
+  EXPECT_LT(std::abs(error), bound) << name;
 }
 
 TEST(Impulse, BallisticFlightIsExact) {
@@ -25,7 +34,7 @@ TEST(Impulse, BallisticFlightIsExact) {
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 60);
   const Vec3 expected = Vec3(0, 10, 0) + Vec3(3, 4, -1) - Vec3(0, kGravity / 2, 0);
-  EXPECT_NEAR((simulator->states().position[0] - expected).norm(), 0, 1e-9);
+  expect_error("flight_m", (simulator->states().position[0] - expected).norm(), 1e-9);
 }
 
 TEST(Impulse, ABallBouncesToRestitutionSquaredOfItsHeight) {
@@ -44,7 +53,9 @@ TEST(Impulse, ABallBouncesToRestitutionSquaredOfItsHeight) {
     }
     // Frames miss the top by up to half a frame: g/2 (1/120 s)^2 = 0.3 mm; the place of the impact
     // is known to a step's way, 4.4 m/s / 240 / 2, in which the speed changes by 0.2 %.
-    EXPECT_NEAR(top, restitution * restitution, 0.012) << restitution;
+    const auto percent = std::to_string(std::lround(100 * restitution));
+    expect_error("height_m_of_restitution_" + percent + "_percent", top - restitution * restitution,
+                 0.012);
   }
 }
 
@@ -78,7 +89,7 @@ TEST_F(Incline, ABoxStaysWhereFrictionExceedsTheSlope) {
   m.body(m.box({0.4, 0.2, 0.4}), 0, {0, 0.1, 0});
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 300);
-  EXPECT_NEAR(simulator->states().position[1].x(), 0, 1e-3);
+  expect_error("way_m", simulator->states().position[1].x(), 1e-3);
 }
 
 TEST_F(Incline, ABoxSlidesAsCoulombSays) {
@@ -88,7 +99,7 @@ TEST_F(Incline, ABoxSlidesAsCoulombSays) {
   run(*simulator, 120);
   const double acceleration = 0.2 * kGravity * std::sin(kAngle);
   const double expected = 0.5 * acceleration * 4;
-  EXPECT_NEAR(simulator->states().position[1].x(), expected, 0.01 * expected);
+  expect_error("way_relative", simulator->states().position[1].x() / expected - 1, 0.01);
 }
 
 TEST_F(Incline, ASphereRollsAtFiveSeventhsOfTheSlope) {
@@ -97,7 +108,7 @@ TEST_F(Incline, ASphereRollsAtFiveSeventhsOfTheSlope) {
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 120);
   const double expected = 0.5 * (5.0 / 7) * kGravity * std::sin(kAngle) * 4;
-  EXPECT_NEAR(simulator->states().position[1].x(), expected, 0.01 * expected);
+  expect_error("way_relative", simulator->states().position[1].x() / expected - 1, 0.01);
   const BodyStates& states = simulator->states();
   EXPECT_NEAR(states.linear_velocity[1].x(), -0.2 * states.angular_velocity[1].z(), 0.02);
 }
@@ -116,8 +127,64 @@ TEST(Impulse, AFreeBodyKeepsItsAngularMomentumAndEnergy) {
   const Vec3 before = momentum();
   const double energy = simulator->statistics().kinetic_energy_j;
   const FrameStatistics end = run(*simulator, 600);
-  EXPECT_NEAR((momentum() - before).norm(), 0, 1e-9 * before.norm());
-  EXPECT_NEAR(end.kinetic_energy_j, energy, 1e-3 * energy);
+  expect_error("momentum_relative", (momentum() - before).norm() / before.norm(), 1e-9);
+  expect_error("energy_relative", end.kinetic_energy_j / energy - 1, 1e-3);
+}
+
+TEST(Impulse, ACanRollsOnAtItsSpeed) {
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  constexpr double kRadius = 0.03;
+  ModelBody& can = m.body(m.cylinder(kRadius, 0.1), material, {0, kRadius, 0});
+  can.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+  can.linear_velocity = {0.3, 0, 0};
+  can.angular_velocity = {0, 0, -0.3 / kRadius};
+  const auto simulator = make_simulator(m.scene, m.model);
+  const double energy = simulator->statistics().kinetic_energy_j;
+  const FrameStatistics end = run(*simulator, 600);
+  expect_error("energy_relative", end.kinetic_energy_j / energy - 1, 0.01);
+  expect_error("penetration_m", end.deepest_penetration_m, 1e-4);
+}
+
+TEST(Impulse, ThinRodsAndPencilsLieOnThePlane) {
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  const Quat lying(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()));
+  m.body(m.box({0.002, 0.2, 0.002}), material, {0, 0.001, 0}).pose.orientation = lying;
+  m.body(m.box({0.002, 0.2, 0.002}), material, {0.5, 0.1, 0}).pose.orientation = lying;
+  m.body(m.cylinder(0.004, 0.18), material, {1, 0.1, 0}).pose.orientation = lying;
+  m.body(m.cylinder(0.012, 0.002), material, {1.5, 0.1, 0});
+  const auto simulator = make_simulator(m.scene, m.model);
+  const FrameStatistics end = run(*simulator, 240);
+  expect_error("penetration_m", end.deepest_penetration_m, 5e-5);
+  EXPECT_EQ(end.bodies_awake, 0);
+}
+
+// Needles, pencils and cards have moments that differ a thousandfold.
+TEST(Impulse, ThinBodiesGainNoEnergyInFlight) {
+  for (const Vec3& size : {Vec3(0.002, 0.2, 0.002), Vec3(0.008, 0.2, 0.009), Vec3(0.09, 0.06, 3e-4),
+                           Vec3(0.2, 0.001, 0.1)}) {
+    for (const double turn_rate : {10.0, 100.0, 1000.0}) {
+      SmallModel m;
+      m.scene.gravity = Vec3::Zero();
+      const uint32_t material = m.material(0, 0);
+      m.body(m.box(size), material, Vec3::Zero()).angular_velocity =
+          turn_rate * Vec3(1, 2, 3).normalized();
+      const auto simulator = make_simulator(m.scene, m.model);
+      const double energy = simulator->statistics().kinetic_energy_j;
+      double most = 0, least = 1;
+      for (int i = 0; i < 300; ++i) {
+        const double ratio = simulator->step_frame().kinetic_energy_j / energy;
+        most = std::max(most, ratio);
+        least = std::min(least, ratio);
+      }
+      // The energy swings, and does not grow.
+      EXPECT_LT(most, 1.06) << size.transpose() << " at " << turn_rate;
+      EXPECT_GT(least, 0.94) << size.transpose() << " at " << turn_rate;
+    }
+  }
 }
 
 // A symmetric top: its axis goes round the angular momentum at L / I_across.
@@ -134,7 +201,7 @@ TEST(Impulse, ATopPrecessesAtItsRate) {
   const double angle = 2.0 * momentum.norm() / inertia(0, 0);
   const Vec3 expected = Eigen::AngleAxisd(angle, momentum.normalized()) * Vec3::UnitY();
   const Vec3 axis = simulator->states().orientation[0] * Vec3::UnitY();
-  EXPECT_NEAR((axis - expected).norm(), 0, 2e-3);
+  expect_error("axis_rad", (axis - expected).norm(), 2e-3);
 }
 
 TEST(Impulse, ACollisionKeepsMomentumAndTheEnergyThatRestitutionLeaves) {
@@ -166,27 +233,61 @@ TEST(Impulse, TenBoxesStandForTenSeconds) {
   for (int i = 0; i < 10; ++i) m.body(box, material, {0, 0.1 + 0.2 * i, 0});
   const auto simulator = make_simulator(m.scene, m.model);
   const FrameStatistics end = run(*simulator, 600);
+  double sideways = 0, down = 0;
   for (size_t i = 1; i <= 10; ++i) {
     const Vec3 drift = simulator->states().position[i] - m.model.bodies[i].pose.position;
-    EXPECT_LT(std::hypot(drift.x(), drift.z()), 2e-3) << i;
-    EXPECT_LT(std::abs(drift.y()), 0.01) << i;
+    sideways = std::max(sideways, std::hypot(drift.x(), drift.z()));
+    down = std::max(down, std::abs(drift.y()));
   }
-  EXPECT_LT(end.deepest_penetration_m, 2e-3);
+  expect_error("sideways_m", sideways, 2e-3);
+  expect_error("down_m", down, 0.01);
+  expect_error("penetration_m", end.deepest_penetration_m, 2e-3);
 }
 
-TEST(Impulse, ABulletDoesNotPassAThinWall) {
-  for (const double speed : {20.0, 100.0, 400.0}) {
-    SmallModel m;
-    m.scene.gravity = Vec3::Zero();
-    const uint32_t material = m.material(0, 0.5);
-    m.body(m.box({0.01, 2, 2}), material, Vec3::Zero(), Role::fixed);
-    m.body(m.sphere(0.02), material, {-1, 0.1, 0}).linear_velocity = {speed, 0, 0};
-    m.body(m.box({0.04, 0.04, 0.04}), material, {-1, -0.3, 0}).linear_velocity = {speed, 0, 0};
-    const auto simulator = make_simulator(m.scene, m.model);
-    run(*simulator, 60);
-    EXPECT_LT(simulator->states().position[1].x(), 0) << speed;
-    EXPECT_LT(simulator->states().position[2].x(), 0) << speed;
-  }
+SmallModel box_on_a_belt(double friction, double belt_speed, double motion_s) {
+  SmallModel m;
+  const uint32_t material = m.material(0, friction);
+  ModelBody& belt = m.body(m.box({40, 0.2, 2}), material, {0, -0.1, 0}, Role::kinematic);
+  belt.motion = {{0, {{0, -0.1, 0}}}, {motion_s, {{belt_speed * motion_s, -0.1, 0}}}};
+  m.body(m.box(Vec3::Constant(0.2)), material, {0, 0.1, 0});
+  return m;
+}
+
+// What stands on a moving body is dragged along at mu g until it is as fast.
+TEST(Impulse, AKinematicBodyDragsWhatLiesOnIt) {
+  constexpr double kFriction = 0.2;
+  constexpr double kSpeed = 1;
+  const SmallModel m = box_on_a_belt(kFriction, kSpeed, 10);
+  const auto simulator = make_simulator(m.scene, m.model);
+  const double slips_s = kSpeed / (kFriction * kGravity);  // 0.51 s
+  run(*simulator, 15);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), kFriction * kGravity * 0.25, 0.01);
+  run(*simulator, 105);
+  const double way = kSpeed * (2 - slips_s / 2);
+  expect_error("way_relative", simulator->states().position[1].x() / way - 1, 0.01);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), kSpeed, 1e-3);
+}
+
+// The origin of the shape is not its centre of mass: the keys move the origin.
+TEST(Impulse, AKinematicBodyTurnsAboutTheOriginOfItsShape) {
+  SmallModel m;
+  const uint32_t material = m.material(0, 0);
+  const uint32_t box = m.box({0.2, 1, 0.2});
+  m.model.shapes[box].origin_offset = {0, 0.5, 0};
+  ModelBody& body = m.body(box, material, {0, 0.5, 0}, Role::kinematic);
+  body.motion = {{0, {}}, {1, {Vec3::Zero(), Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()))}}};
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 30);
+  const Vec3 expected = 0.5 * Vec3(-std::sin(kPi / 4), std::cos(kPi / 4), 0);
+  EXPECT_NEAR((simulator->states().position[0] - expected).norm(), 0, 1e-9);
+}
+
+TEST(Impulse, WhatLiesOnAKinematicBodyStopsAndSleepsAfterIt) {
+  const SmallModel m = box_on_a_belt(0.8, 0.5, 1);
+  const auto simulator = make_simulator(m.scene, m.model);
+  EXPECT_EQ(run(*simulator, 300).bodies_awake, 0);
+  // It slips for 0.5 / (0.8 g) when the belt starts, and as long when the belt stops.
+  EXPECT_NEAR(simulator->states().position[1].x(), 0.5, 5e-3);
 }
 
 TEST(Impulse, AHingedRodSwingsWithThePeriodOfACompoundPendulum) {
@@ -214,7 +315,7 @@ TEST(Impulse, AHingedRodSwingsWithThePeriodOfACompoundPendulum) {
     before = now;
   }
   ASSERT_GE(crossings.size(), 3);
-  EXPECT_NEAR(crossings[2] - crossings[1], period_s, 0.01 * period_s);
+  expect_error("period_relative", (crossings[2] - crossings[1]) / period_s - 1, 0.01);
 }
 
 TEST(Impulse, BodiesAppearReleaseAndLeaveInTime) {
@@ -222,7 +323,9 @@ TEST(Impulse, BodiesAppearReleaseAndLeaveInTime) {
   const uint32_t material = m.material(0, 0);
   const uint32_t box = m.box(Vec3::Constant(0.2));
   m.body(box, material, {0, 5, 0}).start_s = 0.5;
-  m.body(box, material, {2, 5, 0}).held = true;
+  ModelBody& held = m.body(box, material, {2, 5, 0});
+  held.held = true;
+  held.linear_velocity = {1, 0, 0};
   m.body(box, material, {4, 5, 0});
   m.model.events.push_back({.time_s = 0.5, .kind = ModelEvent::Kind::release, .bodies = {1}});
   m.model.events.push_back({.time_s = 0.75, .kind = ModelEvent::Kind::remove, .bodies = {2}});
@@ -232,6 +335,7 @@ TEST(Impulse, BodiesAppearReleaseAndLeaveInTime) {
   const BodyStates& states = simulator->states();
   EXPECT_NE(states.flags[0] & kPresent, 0);
   EXPECT_NEAR(states.position[0].y(), 5 - 0.5 * kGravity * 0.25, 1e-9);
+  EXPECT_NEAR(states.position[1].x(), 2.5, 1e-9);
   EXPECT_NEAR(states.position[1].y(), 5 - 0.5 * kGravity * 0.25, 1e-9);
   EXPECT_EQ(states.flags[2] & kPresent, 0);
 }
@@ -249,6 +353,26 @@ TEST(Impulse, APileSleepsAndWakesWhenItsSupportLeaves) {
   EXPECT_NEAR(simulator->states().position[2].y(), 0.3, 2e-3);
   run(*simulator, 120);
   EXPECT_NEAR(simulator->states().position[2].y(), 0.1, 2e-3);
+}
+
+// Faces that are flat but for a millimetre: the plane is near more points than a manifold holds.
+TEST(Impulse, UnevenSlabsComeToRest) {
+  SmallModel m;
+  const uint32_t material = m.material(0.2, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  Philox random(1, Stream::test, 0);
+  constexpr int kBodies = 144;
+  for (int i = 0; i < kBodies; ++i) {
+    std::vector<Vec3> points(24);
+    for (size_t k = 0; k < points.size(); ++k) {
+      const double angle = 2 * kPi * random.uniform();
+      const double height = 0.05 + 0.001 * random.uniform();
+      points[k] = {0.1 * std::cos(angle), k % 2 == 0 ? height : -height, 0.1 * std::sin(angle)};
+    }
+    m.body(m.hull(points), material, {1.0 * (i % 12), 0.2, 1.0 * (i / 12)});
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  EXPECT_EQ(run(*simulator, 600).bodies_awake, 0);
 }
 
 // Lengths times s, times times sqrt(s): the same motion.

@@ -1,0 +1,34 @@
+// Where results go: a directory that may hold the user's own files beside those of pilesim. Only
+// entries with the names below are ever replaced or removed.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace pilesim {
+
+// Paths below an output directory; in the last part a '*' stands for digits.
+inline constexpr std::string_view kSheetFile = "sheet.png";
+inline constexpr std::string_view kVideoFile = "video.mp4";
+inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
+// All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
+inline constexpr std::string_view kSimulationEntries[] = {
+    "trajectory.zarr", "timing.csv", "report.json", "report.html",
+    kFrameFiles,       kVideoFile,   kSheetFile};
+
+// The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)
+// where `directory` is empty text or no directory, or where there is such an entry and `force` is
+// false; the message names --force.
+std::vector<std::filesystem::path> claim_output(const std::filesystem::path& directory,
+                                                std::span<const std::string_view> own, bool force);
+
+// Removes `entries`, which claim_output() gave, with all that is in them; of a symbolic link the
+// link only. Throws Error(io).
+void remove_output(std::span<const std::filesystem::path> entries);
+
+// Makes `directory` and its parents where they are missing. Throws Error(io).
+void make_output_directory(const std::filesystem::path& directory);
+
+}  // namespace pilesim
