@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/error.h"
 #include "geometry/convex_hull.h"
@@ -16,7 +17,7 @@ namespace {
 // rotation and the bounds on its derivatives hold over that.
 constexpr double kLongestTurn = 0.5;
 
-// Bounds of the derivatives of a direction seen from the freely turning body, over one step.
+// Bounds the third derivative of a direction seen from the freely turning body, over one step.
 void bound_turning(ContactBody& body) {
   const Vec3& c = body.euler;
   const double largest = c.cwiseAbs().maxCoeff();
@@ -26,20 +27,58 @@ void bound_turning(ContactBody& body) {
   // |dw/dt| <= largest |w|^2 / sqrt(3), |d2w/dt2| <= 2 largest |dw/dt| |w|.
   const double first = largest / std::sqrt(3.0);
   const double second = 2 * largest * first;
-  body.turn_rate_bound = growth * growth * (1 + first);
   body.turn_jerk_bound = growth * growth * growth * (1 + 3 * first + second);
 }
 
+// Orders vertices so that groups of neighbours come one after the other: halves along the longest
+// side, at a multiple of the group's size.
+void group_neighbours(std::span<Vec3> vertices) {
+  constexpr size_t kGroup = ContactBody::kGroup;
+  if (vertices.size() <= kGroup) return;
+  Bounds bounds;
+  for (const Vec3& v : vertices) bounds.extend(v);
+  Eigen::Index axis = 0;
+  bounds.sizes().maxCoeff(&axis);
+  const size_t groups = (vertices.size() + kGroup - 1) / kGroup;
+  const size_t half = (groups + 1) / 2 * kGroup;
+  std::nth_element(vertices.begin(), vertices.begin() + static_cast<ptrdiff_t>(half),
+                   vertices.end(), [&](const Vec3& a, const Vec3& b) { return a(axis) < b(axis); });
+  group_neighbours(vertices.first(half));
+  group_neighbours(vertices.subspan(half));
+}
+
 void lay_out_lanes(ContactBody& body) {
+  constexpr size_t kGroup = ContactBody::kGroup;
+  group_neighbours(body.vertices);
   const size_t count = body.vertices.size();
-  const size_t block = ContactBody::kVertexBlock;
-  const size_t padded = (count + block - 1) / block * block;
-  for (size_t i = 0; i < padded; ++i) {
-    const Vec3& v = body.vertices[i < count ? i : 0];
-    body.lane_x.push_back(static_cast<float>(v.x()));
-    body.lane_y.push_back(static_cast<float>(v.y()));
-    body.lane_z.push_back(static_cast<float>(v.z()));
-    body.lane_radius.push_back(static_cast<float>(v.norm()));
+  const size_t groups = (count + kGroup - 1) / kGroup;
+  // Covers the rounding to float.
+  const double rounding = 1e-6 * body.outer_radius_m;
+  for (size_t group = 0; group < groups; ++group) {
+    Bounds bounds;
+    double farthest = 0, extent = 0;
+    for (size_t i = group * kGroup; i < (group + 1) * kGroup; ++i) {
+      const Vec3& v = body.vertices[std::min(i, count - 1)];
+      body.lane_x.push_back(static_cast<float>(v.x()));
+      body.lane_y.push_back(static_cast<float>(v.y()));
+      body.lane_z.push_back(static_cast<float>(v.z()));
+      body.lane_radius.push_back(static_cast<float>(v.norm()));
+      bounds.extend(v);
+      farthest = std::max(farthest, v.norm());
+    }
+    const Vec3 centre = bounds.center();
+    for (size_t i = group * kGroup; i < std::min((group + 1) * kGroup, count); ++i) {
+      extent = std::max(extent, (body.vertices[i] - centre).norm());
+    }
+    body.group_x.push_back(static_cast<float>(centre.x()));
+    body.group_y.push_back(static_cast<float>(centre.y()));
+    body.group_z.push_back(static_cast<float>(centre.z()));
+    body.group_extent.push_back(static_cast<float>(extent + rounding));
+    body.group_radius.push_back(static_cast<float>(farthest));
+  }
+  for (auto* values :
+       {&body.group_x, &body.group_y, &body.group_z, &body.group_extent, &body.group_radius}) {
+    values->resize((groups + kGroup - 1) / kGroup * kGroup, values->front());
   }
 }
 

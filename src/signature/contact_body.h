@@ -27,11 +27,14 @@ struct ContactMaterial {
 void check_material(const ContactMaterial& material);
 
 struct ContactBody {
-  // Vertices v, shape (3, V) in m: the body frame is principal axes at the centre of mass. `lane_*`
-  // hold the same as floats, padded with copies to a multiple of kVertexBlock, for the vector unit.
+  // Vertices, m; the body frame is principal axes at the centre of mass. `lane_*` hold the same as
+  // floats, padded with copies to a multiple of kGroup, for the vector unit: groups of neighbours,
+  // each within the ball of `group_*`, whose own lanes are padded to a multiple of kGroup, too.
+  static constexpr size_t kGroup = 8;
   std::vector<Vec3> vertices;
   std::vector<float> lane_x, lane_y, lane_z, lane_radius;
-  static constexpr size_t kVertexBlock = 32;
+  std::vector<float> group_x, group_y, group_z;
+  std::vector<float> group_extent, group_radius;  // radius of the ball; the farthest |vertex|
 
   Vec3 inertia_m2 = Vec3::Ones();  // principal moments per unit of mass, ascending
   Vec3 inverse_inertia = Vec3::Ones();
@@ -41,8 +44,7 @@ struct ContactBody {
   double gyration_m = 0;               // k: 3 k^2 = the sum of the moments
   double outer_radius_m = 0;           // the farthest vertex
   double reach_m = 0;                  // farthest sideways from under the centre a contact can be
-  double turn_rate_bound = 0;          // bound of |acceleration of a direction| / |spin|^2
-  double turn_jerk_bound = 0;          // and of its derivative / |spin|^3
+  double turn_jerk_bound = 0;          // bound of |third derivative of a direction| / |spin|^3
   std::string mesh_hash;
 
   size_t vertex_count() const { return vertices.size(); }

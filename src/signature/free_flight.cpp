@@ -3,6 +3,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -25,64 +26,8 @@ constexpr double kStill = 1e-12;
 constexpr double kLongestTurn = 0.5;
 // A body that rises so slowly that it needs more steps than this (dozens of turns) is gone.
 constexpr int kMostSteps = 512;
-
-// --- Rotation, in lanes --------------------------------------------------------------------------
-
-// Rows: world x (3), world y (3), spin (3) in the body frame.
-constexpr size_t kRows = 9;
-struct alignas(64) Lanes {
-  double row[kRows][kFlightLanes] = {};
-  double step_s[kFlightLanes] = {};
-};
-
-// Advances the lanes [at, at + 4) by their steps: Taylor series of the given order of
-// da/dt = a x w and of Euler's equations. Time is counted in steps, so the series are plain sums.
-template <int kOrder>
-void turn(const Vec3& euler, Lanes& lanes, size_t at) {
-  const hn::FixedTag<double, 4> d;
-  using V = hn::Vec<decltype(d)>;
-  V x[3][kOrder + 1], y[3][kOrder + 1], w[3][kOrder + 1];
-  const V step = hn::Load(d, lanes.step_s + at);
-  for (size_t i = 0; i < 3; ++i) {
-    x[i][0] = hn::Load(d, lanes.row[i] + at);
-    y[i][0] = hn::Load(d, lanes.row[3 + i] + at);
-    w[i][0] = hn::Mul(hn::Load(d, lanes.row[6 + i] + at), step);
-  }
-  V sum[kRows];
-  for (size_t i = 0; i < 3; ++i) {
-    sum[i] = x[i][0];
-    sum[3 + i] = y[i][0];
-    sum[6 + i] = w[i][0];
-  }
-  for (int k = 0; k < kOrder; ++k) {
-    for (size_t i = 0; i < 3; ++i) {
-      const size_t a = (i + 1) % 3, b = (i + 2) % 3;
-      V dx = hn::Zero(d), dy = hn::Zero(d), dw = hn::Zero(d);
-      for (int j = 0; j <= k; ++j) {
-        dx = hn::MulAdd(x[a][j], w[b][k - j], dx);
-        dx = hn::NegMulAdd(x[b][j], w[a][k - j], dx);
-        dy = hn::MulAdd(y[a][j], w[b][k - j], dy);
-        dy = hn::NegMulAdd(y[b][j], w[a][k - j], dy);
-        dw = hn::MulAdd(w[a][j], w[b][k - j], dw);
-      }
-      const double part = 1.0 / (k + 1);
-      x[i][k + 1] = hn::Mul(dx, hn::Set(d, part));
-      y[i][k + 1] = hn::Mul(dy, hn::Set(d, part));
-      w[i][k + 1] = hn::Mul(dw, hn::Set(d, part * euler(static_cast<Eigen::Index>(i))));
-      sum[i] = hn::Add(sum[i], x[i][k + 1]);
-      sum[3 + i] = hn::Add(sum[3 + i], y[i][k + 1]);
-      sum[6 + i] = hn::Add(sum[6 + i], w[i][k + 1]);
-    }
-  }
-  for (size_t i = 0; i < 6; ++i) hn::Store(sum[i], d, lanes.row[i] + at);
-  // A step of length zero leaves the spin, which cannot be divided out of it.
-  const V moved = hn::IfThenElse(hn::Gt(step, hn::Zero(d)), step, hn::Set(d, 1.0));
-  for (size_t i = 0; i < 3; ++i) {
-    const V before = hn::Load(d, lanes.row[6 + i] + at);
-    const V change = hn::Div(hn::Sub(sum[6 + i], w[i][0]), moved);
-    hn::Store(hn::Add(before, change), d, lanes.row[6 + i] + at);
-  }
-}
+// Rounds of the search for a vertex's safe time.
+constexpr int kChords = 3;
 
 // --- The search for the next contact -------------------------------------------------------------
 
@@ -90,7 +35,6 @@ void turn(const Vec3& euler, Lanes& lanes, size_t at) {
 struct Motion {
   Vec3 normal, rate, half_acceleration;  // a, b, c
   double height = 0, rise = 0;           // of the centre of mass, m and m/s
-  double curvature = 0;                  // bound of |second derivative of a direction|, 1/s^2
   double jerk = 0;                       // bound of |third derivative| / 6, 1/s^3
 };
 
@@ -146,7 +90,18 @@ void limit_by_near_vertex(const Motion& motion, const Vec3& r, uint32_t vertex, 
   shorten(t, resolved && c1 + 2 * c2 * t < 0, FlightEnd::contact);
 }
 
+// One bit a lane.
+template <class Mask>
+uint64_t bits_of(const Mask& mask) {
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(hn::FixedTag<float, ContactBody::kGroup>(), mask, bits);
+  return bits[0];
+}
+
 // Finds steps over which no vertex passes through the plane.
+//
+// From below, the height of a vertex over the coming step is c0 + c1 t + min(c2, 0) t^2 - b t^3,
+// which is concave: where it is not negative at both ends of a step it is not in between.
 class ContactSearch {
  public:
   explicit ContactSearch(const ContactBody& body) : body_(body) {}
@@ -155,99 +110,150 @@ class ContactSearch {
   Step find_step(const Motion& motion, double longest_s, uint32_t& hint);
 
  private:
-  using Tag = hn::FixedTag<float, 8>;
+  using Tag = hn::FixedTag<float, ContactBody::kGroup>;
   using V = hn::Vec<Tag>;
-  // A bound on the height of every vertex after t: r.p - |r| e + c.
-  struct Bound {
-    V px, py, pz, e, c;
+  // A linear function of points of the body, constant + direction . r.
+  struct Along {
+    V x, y, z, constant;
+    float steepness;  // |direction|
   };
-  Bound bound_at(const Motion& motion, double t) const;
-  V evaluate(const Bound& bound, size_t i) const;
-  void examine(const Motion& motion, size_t group, Step& step);
+  struct Points {
+    const float *x, *y, *z;
+  };
+  // The bound after t: ahead + min(bend, 0) - |r| jerk.
+  struct Bound {
+    Along ahead, bend;
+    V jerk;
+  };
+  static Along along(const Vec3& direction, double constant);
+  static V evaluate(const Along& along, const Points& points);
+  Points lanes_of(size_t group) const {
+    const size_t i = group * ContactBody::kGroup;
+    return {&body_.lane_x[i], &body_.lane_y[i], &body_.lane_z[i]};
+  }
+  V radii_of(size_t group) const {
+    return hn::LoadU(Tag(), &body_.lane_radius[group * ContactBody::kGroup]);
+  }
+  void set_bound(const Motion& motion, double t);
+  bool may_touch(size_t group) const;
+  // Which of the groups [first, first + kGroup) may touch, a bit each.
+  uint64_t groups_that_may_touch(size_t first) const;
+  void examine(size_t group, Step& step);
 
   const ContactBody& body_;
+  Along height_{}, rate_{}, half_acceleration_{};  // of the step at hand
+  float jerk_ = 0;
+  Bound bound_{};
   std::vector<uint32_t> near_;
 };
 
-ContactSearch::Bound ContactSearch::bound_at(const Motion& motion, double t) const {
+ContactSearch::Along ContactSearch::along(const Vec3& direction, double constant) {
   const Tag d;
-  const Vec3f p = (motion.normal + t * motion.rate).cast<float>();
-  const double c = motion.height + t * motion.rise - kMargin * body_.outer_radius_m;
+  const Vec3f p = direction.cast<float>();
   return {hn::Set(d, p.x()), hn::Set(d, p.y()), hn::Set(d, p.z()),
-          hn::Set(d, static_cast<float>(0.5 * motion.curvature * t * t)),
-          hn::Set(d, static_cast<float>(c))};
+          hn::Set(d, static_cast<float>(constant)), p.norm()};
 }
 
-inline ContactSearch::V ContactSearch::evaluate(const Bound& bound, size_t i) const {
+inline ContactSearch::V ContactSearch::evaluate(const Along& along, const Points& points) {
   const Tag d;
-  V f = hn::MulAdd(hn::LoadU(d, body_.lane_x.data() + i), bound.px, bound.c);
-  f = hn::MulAdd(hn::LoadU(d, body_.lane_y.data() + i), bound.py, f);
-  f = hn::MulAdd(hn::LoadU(d, body_.lane_z.data() + i), bound.pz, f);
-  return hn::NegMulAdd(hn::LoadU(d, body_.lane_radius.data() + i), bound.e, f);
+  V f = hn::MulAdd(hn::LoadU(d, points.x), along.x, along.constant);
+  f = hn::MulAdd(hn::LoadU(d, points.y), along.y, f);
+  return hn::MulAdd(hn::LoadU(d, points.z), along.z, f);
+}
+
+void ContactSearch::set_bound(const Motion& motion, double t) {
+  const double gap = motion.height - kMargin * body_.outer_radius_m;
+  bound_ = {along(motion.normal + t * motion.rate, gap + t * motion.rise),
+            along(t * t * motion.half_acceleration, 0),
+            hn::Set(Tag(), static_cast<float>(motion.jerk * t * t * t))};
+}
+
+inline bool ContactSearch::may_touch(size_t group) const {
+  const Tag d;
+  const Points points = lanes_of(group);
+  const V bend = hn::Min(evaluate(bound_.bend, points), hn::Zero(d));
+  const V f = hn::Add(evaluate(bound_.ahead, points), bend);
+  return !hn::AllFalse(d, hn::Lt(f, hn::Mul(radii_of(group), bound_.jerk)));
+}
+
+inline uint64_t ContactSearch::groups_that_may_touch(size_t first) const {
+  const Tag d;
+  const Points centres{&body_.group_x[first], &body_.group_y[first], &body_.group_z[first]};
+  const V extent = hn::LoadU(d, &body_.group_extent[first]);
+  V bend = evaluate(bound_.bend, centres);
+  bend = hn::Min(hn::NegMulAdd(extent, hn::Set(d, bound_.bend.steepness), bend), hn::Zero(d));
+  V f = hn::Add(evaluate(bound_.ahead, centres), bend);
+  f = hn::NegMulAdd(extent, hn::Set(d, bound_.ahead.steepness), f);
+  const V jerk = hn::Mul(hn::LoadU(d, &body_.group_radius[first]), bound_.jerk);
+  return bits_of(hn::Lt(f, jerk));
 }
 
 // Eight vertices of which one may touch within the step: their own safe times.
-void ContactSearch::examine(const Motion& motion, size_t group, Step& step) {
+void ContactSearch::examine(size_t group, Step& step) {
   const Tag d;
-  const V x = hn::LoadU(d, body_.lane_x.data() + group);
-  const V y = hn::LoadU(d, body_.lane_y.data() + group);
-  const V z = hn::LoadU(d, body_.lane_z.data() + group);
-  const auto along = [&](const Vec3& direction, double constant) {
-    const Vec3f p = direction.cast<float>();
-    V f = hn::MulAdd(x, hn::Set(d, p.x()), hn::Set(d, static_cast<float>(constant)));
-    f = hn::MulAdd(y, hn::Set(d, p.y()), f);
-    return hn::MulAdd(z, hn::Set(d, p.z()), f);
+  const V zero = hn::Zero(d);
+  const Points points = lanes_of(group);
+  const V c0 = evaluate(height_, points);
+  const auto near_gap = static_cast<float>((kNear - kMargin) * body_.outer_radius_m);
+  const auto near = hn::Lt(c0, hn::Set(d, near_gap));
+  for (uint64_t bits = bits_of(near); bits != 0; bits &= bits - 1) {
+    const size_t vertex = group * ContactBody::kGroup + static_cast<size_t>(std::countr_zero(bits));
+    if (vertex < body_.vertex_count()) near_.push_back(static_cast<uint32_t>(vertex));
+  }
+  // In units of the step: f = c0 + s (c1 + s (c2 - s c3)).
+  const auto length = static_cast<float>(step.length_s);
+  const V c1 = hn::Mul(hn::Set(d, length), evaluate(rate_, points));
+  const V c2 =
+      hn::Min(hn::Mul(hn::Set(d, length * length), evaluate(half_acceleration_, points)), zero);
+  const V c3 = hn::Mul(hn::Set(d, jerk_ * length * length * length), radii_of(group));
+  const auto value = [&](V s) {
+    return hn::MulAdd(hn::MulAdd(hn::NegMulAdd(c3, s, c2), s, c1), s, c0);
   };
-  const double size = body_.outer_radius_m;
-  const V gap = along(motion.normal, motion.height - kMargin * size);
-  const auto near = hn::Lt(gap, hn::Set(d, static_cast<float>((kNear - kMargin) * size)));
-  if (!hn::AllFalse(d, near)) {
-    alignas(32) float gaps[8];
-    hn::Store(gap, d, gaps);
-    for (uint32_t i = 0; i < 8; ++i) {
-      const auto vertex = static_cast<uint32_t>(group) + i;
-      if (gaps[i] < (kNear - kMargin) * size && vertex < body_.vertex_count()) {
-        near_.push_back(vertex);
-      }
-    }
+  V high = hn::Set(d, 1.0F);
+  V f_high = value(high);
+  const auto falls = hn::AndNot(near, hn::Lt(f_high, zero));
+  if (hn::AllFalse(d, falls)) return;
+  // The chord from a safe time to a later one meets zero at a safe time, the tangent at the later
+  // one at a time between the zero and it.
+  V low = zero, f_low = c0;
+  for (int i = 0; i < kChords; ++i) {
+    const V chord = hn::Div(hn::Mul(f_low, hn::Sub(high, low)), hn::Sub(f_low, f_high));
+    low = hn::Add(low, chord);
+    if (i + 1 == kChords) break;
+    f_low = hn::Max(value(low), hn::Set(d, std::numeric_limits<float>::min()));
+    const V slope =
+        hn::MulAdd(hn::MulAdd(hn::Mul(hn::Set(d, -3.0F), c3), high, hn::Add(c2, c2)), high, c1);
+    high = hn::Max(hn::Sub(high, hn::Div(f_high, slope)), low);
+    f_high = hn::Min(value(high), zero);
   }
-  // The first zero of gap + speed t - bend t^2 / 2, written without cancellation for either sign.
-  const V speed = along(motion.rate, motion.rise);
-  const V bend = hn::Mul(hn::LoadU(d, body_.lane_radius.data() + group),
-                         hn::Set(d, static_cast<float>(motion.curvature)));
-  const V root = hn::Sqrt(hn::MulAdd(speed, speed, hn::Mul(hn::Add(bend, bend), gap)));
-  const auto falling = hn::Lt(speed, hn::Zero(d));
-  const V over = hn::IfThenElse(falling, hn::Add(gap, gap), hn::Add(speed, root));
-  const V under = hn::IfThenElse(falling, hn::Sub(root, speed), bend);
-  const V never = hn::Set(d, std::numeric_limits<float>::max());
-  V time = hn::Div(over, under);
-  time = hn::IfThenElse(hn::Or(near, hn::Eq(under, hn::Zero(d))), never, time);
-  const double first = hn::GetLane(hn::MinOfLanes(d, time));
-  if (first < step.length_s) {
-    alignas(32) float times[8];
-    hn::Store(time, d, times);
-    const auto lane = static_cast<size_t>(std::min_element(times, times + 8) - times);
-    step = {first, false, {}, static_cast<uint32_t>(group + lane)};
-  }
+  const V time = hn::IfThenElse(falls, low, hn::Set(d, 1.0F));
+  const V first = hn::MinOfLanes(d, time);
+  if (hn::GetLane(first) >= 1) return;
+  const auto lane = static_cast<size_t>(hn::FindKnownFirstTrue(d, hn::Eq(time, first)));
+  step = {static_cast<double>(hn::GetLane(first)) * step.length_s,
+          false,
+          {},
+          static_cast<uint32_t>(group * ContactBody::kGroup + lane)};
 }
 
 Step ContactSearch::find_step(const Motion& motion, double longest_s, uint32_t& hint) {
-  const Tag d;
+  constexpr size_t kGroup = ContactBody::kGroup;
   near_.clear();
+  height_ = along(motion.normal, motion.height - kMargin * body_.outer_radius_m);
+  rate_ = along(motion.rate, motion.rise);
+  half_acceleration_ = along(motion.half_acceleration, 0);
+  jerk_ = static_cast<float>(motion.jerk);
   Step step{longest_s, false, {}, hint};
-  examine(motion, hint / 8 * 8, step);
-  Bound bound = bound_at(motion, step.length_s);
-  const V zero = hn::Zero(d);
-  for (size_t i = 0; i < body_.lane_x.size(); i += ContactBody::kVertexBlock) {
-    const V a = evaluate(bound, i), b = evaluate(bound, i + 8);
-    const V c = evaluate(bound, i + 16), e = evaluate(bound, i + 24);
-    if (hn::AllFalse(d, hn::Lt(hn::Min(hn::Min(a, b), hn::Min(c, e)), zero))) continue;
-    for (size_t group = i; group < i + ContactBody::kVertexBlock; group += 8) {
-      if (group == hint / 8 * 8) continue;
-      if (hn::AllFalse(d, hn::Lt(evaluate(bound, group), zero))) continue;
+  const size_t likely = hint / kGroup;
+  examine(likely, step);
+  set_bound(motion, step.length_s);
+  for (size_t first = 0; first < body_.group_x.size(); first += kGroup) {
+    for (uint64_t bits = groups_that_may_touch(first); bits != 0; bits &= bits - 1) {
+      const size_t group = first + static_cast<size_t>(std::countr_zero(bits));
+      if (group == likely || group * kGroup >= body_.lane_x.size() || !may_touch(group)) continue;
       const double before = step.length_s;
-      examine(motion, group, step);
-      if (step.length_s < before) bound = bound_at(motion, step.length_s);
+      examine(group, step);
+      if (step.length_s < before) set_bound(motion, step.length_s);
     }
   }
   const double fastest = std::abs(motion.rise) + motion.rate.norm() * body_.outer_radius_m;
@@ -270,25 +276,17 @@ struct LaneState {
   Step step{};
 };
 
-void load_lane(const Flight& flight, Lanes& lanes, size_t lane) {
-  for (size_t i = 0; i < 3; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    lanes.row[i][lane] = flight.x_axis(axis);
-    lanes.row[3 + i][lane] = flight.normal(axis);
-    lanes.row[6 + i][lane] = flight.spin(axis);
-  }
+void load_lane(const Flight& flight, RotatingLanes& lanes, size_t lane) {
+  lanes.set(0, lane, flight.x_axis);
+  lanes.set(3, lane, flight.normal);
+  lanes.set(6, lane, flight.spin);
 }
 
-Vec3 lane_vector(const Lanes& lanes, size_t first_row, size_t lane) {
-  return {lanes.row[first_row][lane], lanes.row[first_row + 1][lane],
-          lanes.row[first_row + 2][lane]};
-}
-
-void store_lane(const Lanes& lanes, size_t lane, Flight& flight) {
-  flight.normal = lane_vector(lanes, 3, lane).normalized();
-  const Vec3 x = lane_vector(lanes, 0, lane);
+void store_lane(const RotatingLanes& lanes, size_t lane, Flight& flight) {
+  flight.normal = lanes.vector(3, lane).normalized();
+  const Vec3 x = lanes.vector(0, lane);
   flight.x_axis = (x - x.dot(flight.normal) * flight.normal).normalized();
-  flight.spin = lane_vector(lanes, 6, lane);
+  flight.spin = lanes.vector(6, lane);
 }
 
 // The body rises faster than any of its points can move down, or is above all they reach.
@@ -301,13 +299,13 @@ bool is_gone(const ContactBody& body, const LaneState& state, const Vec3& spin) 
   return rise * rise > most * body.reach_m * body.reach_m;
 }
 
-Step plan_step(const ContactBody& body, ContactSearch& search, const Lanes& lanes, size_t lane,
-               LaneState& state) {
+Step plan_step(const ContactBody& body, ContactSearch& search, const RotatingLanes& lanes,
+               size_t lane, LaneState& state) {
   Motion motion;
-  const Vec3 spin = lane_vector(lanes, 6, lane);
+  const Vec3 spin = lanes.vector(6, lane);
   if (is_gone(body, state, spin)) return {0, true, FlightEnd::gone, 0};
   ++state.steps;
-  motion.normal = lane_vector(lanes, 3, lane);
+  motion.normal = lanes.vector(3, lane);
   motion.height = state.flight.height;
   motion.rise = state.flight.velocity.y();
   motion.rate = motion.normal.cross(spin);
@@ -316,7 +314,6 @@ Step plan_step(const ContactBody& body, ContactSearch& search, const Lanes& lane
   motion.half_acceleration = 0.5 * (motion.rate.cross(spin) + motion.normal.cross(spin_rate));
   const double speed2 = spin.squaredNorm();
   const double speed = std::sqrt(speed2);
-  motion.curvature = body.turn_rate_bound * speed2;
   motion.jerk = body.turn_jerk_bound * speed2 * speed / 6;
   const double reach_s = motion.rise == 0 ? kNever
                                           : 2 * (std::abs(motion.height) + body.outer_radius_m) /
@@ -326,28 +323,16 @@ Step plan_step(const ContactBody& body, ContactSearch& search, const Lanes& lane
   return search.find_step(motion, longest, state.hint);
 }
 
-void advance(const ContactBody& body, Lanes& lanes, std::array<LaneState, kFlightLanes>& states) {
-  for (size_t at = 0; at < kFlightLanes; at += 4) {
-    double widest = 0;
-    for (size_t lane = at; lane < at + 4; ++lane) {
-      const double dt = states[lane].active ? states[lane].step.length_s : 0;
-      lanes.step_s[lane] = dt;
-      widest = std::max(widest, lane_vector(lanes, 6, lane).squaredNorm() * dt * dt);
-      states[lane].flight.height += dt * states[lane].flight.velocity.y();
-      states[lane].flight.time_s += dt;
-    }
-    if (widest == 0) continue;
-    // Orders at which the first term left out is below 1e-8 of a radius; see the convergence test.
-    if (widest < 0.01 * 0.01) {
-      turn<4>(body.euler, lanes, at);
-    } else if (widest < 0.1 * 0.1) {
-      turn<6>(body.euler, lanes, at);
-    } else if (widest < 0.25 * 0.25) {
-      turn<8>(body.euler, lanes, at);
-    } else {
-      turn<10>(body.euler, lanes, at);
-    }
+void advance(const ContactBody& body, RotatingLanes& lanes,
+             std::array<LaneState, kFlightLanes>& states) {
+  for (size_t lane = 0; lane < kFlightLanes; ++lane) {
+    LaneState& state = states[lane];
+    const double dt = state.active ? state.step.length_s : 0;
+    lanes.step_s[lane] = dt;
+    state.flight.height += dt * state.flight.velocity.y();
+    state.flight.time_s += dt;
   }
+  rotate_freely(body.euler, lanes);
 }
 
 }  // namespace
@@ -402,7 +387,7 @@ Support lowest_vertex(const ContactBody& body, const Vec3& normal) {
 
 void fly(const ContactBody& body, FlightCrew& crew) {
   ContactSearch search(body);
-  Lanes lanes;
+  RotatingLanes lanes;
   std::array<LaneState, kFlightLanes> states;
   size_t active = 0;
   bool more = true;

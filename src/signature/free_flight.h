@@ -1,10 +1,9 @@
 // Bodies that fly over the plane y = 0 without gravity and turn freely, and what they touch when.
 //
 // The time of contact is found by conservative advancement over all vertices of the hull: the
-// height of a vertex over a step is bounded from below by a concave quadratic, so that a step on
+// height of a vertex over a step is bounded from below by a concave cubic, so that a step on
 // which it is not negative at the end misses nothing. Rotation is torque-free with the full inertia
-// tensor: the body frame's view of the world's axes is expanded in a Taylor series along with
-// Euler's equations, a few flights at a time, one in each lane of the vector unit.
+// tensor.
 #pragma once
 
 #include <array>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "signature/contact_body.h"
+#include "signature/free_rotation.h"
 
 namespace pilesim {
 
@@ -67,7 +67,6 @@ class FlightCrew {
   // was replaced) and flies on. False: the lane is free.
   virtual bool ended(size_t lane, FlightEnd end, uint32_t vertex, Flight& flight) = 0;
 };
-inline constexpr size_t kFlightLanes = 8;
 void fly(const ContactBody& body, FlightCrew& crew);
 
 // One flight to its next end.
