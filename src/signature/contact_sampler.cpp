@@ -173,7 +173,7 @@ class TrialCrew : public FlightCrew {
     orient(point, flight);
     flight.spin = flight.to_body(candidate_spin(request, point));
     flight.velocity = request.velocity;
-    flight.height = reach_of_flight(*setup_.body, flight);
+    flight.height = reach_of_flight(*setup_.body, flight.normal, flight.spin);
     trial.phase = Phase::approach;
     return true;
   }

@@ -45,42 +45,95 @@ Polhode polhode(const ContactBody& body, const Vec3& direction) {
   return range;
 }
 
-}  // namespace
+using Tag = hn::FixedTag<float, ContactBody::kGroup>;
+using V = hn::Vec<Tag>;
 
-double reach_of_flight(const ContactBody& body, const Flight& flight) {
-  const Vec3 momentum = body.inertia_m2.cwiseProduct(flight.spin);
-  const double size = momentum.norm();
-  if (!(size > 0)) return lowest_vertex(body, flight.normal).height_m;
-  const Vec3 direction = momentum / size;
-  const Polhode range = polhode(body, direction);
-  const auto cosine = static_cast<float>(-flight.normal.dot(direction));
-  const float sine = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
+// How far down points can come that turn with the body, eight at a time: never less than the truth.
+class Reach {
+ public:
+  // `cosine`: of the angle between the momentum and down.
+  Reach(const Polhode& range, float cosine) {
+    const Tag d;
+    const Vec3f c = range.centre.cast<float>(), h = range.half.cast<float>();
+    for (size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<Eigen::Index>(i);
+      centre_[i] = hn::Set(d, c(axis));
+      half_[i] = hn::Set(d, h(axis));
+    }
+    cosine_ = hn::Set(d, cosine);
+    sine_ = hn::Set(d, std::sqrt(std::max(0.0F, 1 - cosine * cosine)));
+  }
 
-  const hn::FixedTag<float, 8> d;
-  const Vec3f c = range.centre.cast<float>(), h = range.half.cast<float>();
-  auto reach = hn::Zero(d);
-  for (size_t i = 0; i < body.lane_x.size(); i += 8) {
-    const auto x = hn::LoadU(d, body.lane_x.data() + i);
-    const auto y = hn::LoadU(d, body.lane_y.data() + i);
-    const auto z = hn::LoadU(d, body.lane_z.data() + i);
-    const auto radius = hn::LoadU(d, body.lane_radius.data() + i);
+  V of(V x, V y, V z) const {
+    const Tag d;
+    const V radius2 = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
+    const V radius = hn::Sqrt(radius2);
     // The range of |r| cos b, and in it what is next to the best, |r| cos g.
-    auto middle = hn::Mul(x, hn::Set(d, c.x()));
-    middle = hn::MulAdd(y, hn::Set(d, c.y()), middle);
-    middle = hn::MulAdd(z, hn::Set(d, c.z()), middle);
-    auto half = hn::Mul(hn::Abs(x), hn::Set(d, h.x()));
-    half = hn::MulAdd(hn::Abs(y), hn::Set(d, h.y()), half);
-    half = hn::MulAdd(hn::Abs(z), hn::Set(d, h.z()), half);
-    auto along = hn::Mul(radius, hn::Set(d, cosine));
+    const V middle = hn::MulAdd(z, centre_[2], hn::MulAdd(y, centre_[1], hn::Mul(x, centre_[0])));
+    const V half = hn::MulAdd(hn::Abs(z), half_[2],
+                              hn::MulAdd(hn::Abs(y), half_[1], hn::Mul(hn::Abs(x), half_[0])));
+    V along = hn::Mul(radius, cosine_);
     along = hn::Min(hn::Max(along, hn::Sub(middle, half)), hn::Add(middle, half));
     along = hn::Min(hn::Max(along, hn::Neg(radius)), radius);
-    const auto across2 = hn::NegMulAdd(along, along, hn::Mul(radius, radius));
-    const auto across = hn::Sqrt(hn::Max(across2, hn::Zero(d)));
-    const auto down = hn::MulAdd(across, hn::Set(d, sine), hn::Mul(along, hn::Set(d, cosine)));
-    reach = hn::Max(reach, down);
+    const V across = hn::Sqrt(hn::Max(hn::NegMulAdd(along, along, radius2), hn::Zero(d)));
+    return hn::MulAdd(across, sine_, hn::Mul(along, cosine_));
   }
-  const double bound = hn::GetLane(hn::MaxOfLanes(d, reach));
-  return std::min(body.outer_radius_m, bound + kRounding * body.outer_radius_m);
+
+  float of_group(const ContactBody& body, size_t group) const {
+    const Tag d;
+    const size_t i = group * ContactBody::kGroup;
+    return hn::GetLane(hn::MaxOfLanes(d, of(hn::LoadU(d, &body.lane_x[i]),
+                                            hn::LoadU(d, &body.lane_y[i]),
+                                            hn::LoadU(d, &body.lane_z[i]))));
+  }
+
+  // A point that is `extent` away from another comes down by `extent` more at most.
+  V bound_of_groups(const ContactBody& body, size_t first) const {
+    const Tag d;
+    return hn::Add(
+        of(hn::LoadU(d, &body.group_x[first]), hn::LoadU(d, &body.group_y[first]),
+           hn::LoadU(d, &body.group_z[first])),
+        hn::LoadU(d, &body.group_extent[first]));
+  }
+
+ private:
+  V centre_[3], half_[3];
+  V cosine_, sine_;
+};
+
+}  // namespace
+
+double reach_of_flight(const ContactBody& body, const Vec3& normal, const Vec3& spin) {
+  const Vec3 momentum = body.inertia_m2.cwiseProduct(spin);
+  const double size = momentum.norm();
+  if (!(size > 0)) return lowest_vertex(body, normal).height_m;
+  const Vec3 direction = momentum / size;
+  const Reach reach(polhode(body, direction), static_cast<float>(-normal.dot(direction)));
+
+  constexpr size_t kGroup = ContactBody::kGroup;
+  const size_t groups = body.lane_x.size() / kGroup;
+  alignas(32) float bounds[kGroup];
+  float best = 0;
+  // The second time round the best is good enough to leave most groups alone.
+  for (const bool first_look : {true, false}) {
+    size_t promising = 0;
+    float highest = -1;
+    for (size_t first = 0; first < groups; first += kGroup) {
+      hn::Store(reach.bound_of_groups(body, first), Tag(), bounds);
+      for (size_t group = first; group < std::min(groups, first + kGroup); ++group) {
+        const float bound = bounds[group - first];
+        if (first_look && bound > highest) {
+          highest = bound;
+          promising = group;
+        } else if (!first_look && bound > best) {
+          best = std::max(best, reach.of_group(body, group));
+        }
+      }
+    }
+    if (first_look) best = std::max(best, reach.of_group(body, promising));
+  }
+  return std::min(body.outer_radius_m,
+                  static_cast<double>(best) + kRounding * body.outer_radius_m);
 }
 
 }  // namespace pilesim

@@ -13,6 +13,7 @@ namespace pilesim {
 // The angular momentum L keeps its angle g to the downward normal, so a vertex r whose angle to L
 // is b reaches at most |r| cos(g - b) down. In the body frame L moves along its polhode, whose
 // extent follows from energy and momentum, and with it the range of b.
-double reach_of_flight(const ContactBody& body, const Flight& flight);
+// `normal` is the world's y and `spin` in rad/s, both seen from the body frame.
+double reach_of_flight(const ContactBody& body, const Vec3& normal, const Vec3& spin);
 
 }  // namespace pilesim

@@ -16,10 +16,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Lengths as parts of the body's outer radius.
-constexpr double kNear = 1e-5;       // vertices below this are followed in double precision
+constexpr double kNear = 1e-4;       // vertices below this are followed in double precision
 constexpr double kMargin = 1e-6;     // covers the rounding of the search in float
 constexpr double kTouching = 1e-9;   // at or below this a vertex touches
-constexpr double kResolved = 1e-12;  // a contact's predicted height is known this well
+constexpr double kResolved = 1e-11;  // a contact's predicted height is known this well
 // Of the body's fastest point: what is slower does not move.
 constexpr double kStill = 1e-12;
 // Turn by one step, rad; see contact_body.cpp.
@@ -244,9 +244,12 @@ Step ContactSearch::find_step(const Motion& motion, double longest_s, uint32_t& 
   half_acceleration_ = along(motion.half_acceleration, 0);
   jerk_ = static_cast<float>(motion.jerk);
   Step step{longest_s, false, {}, hint};
+  set_bound(motion, longest_s);
   const size_t likely = hint / kGroup;
-  examine(likely, step);
-  set_bound(motion, step.length_s);
+  if (may_touch(likely)) {
+    examine(likely, step);
+    if (step.length_s < longest_s) set_bound(motion, step.length_s);
+  }
   for (size_t first = 0; first < body_.group_x.size(); first += kGroup) {
     for (uint64_t bits = groups_that_may_touch(first); bits != 0; bits &= bits - 1) {
       const size_t group = first + static_cast<size_t>(std::countr_zero(bits));
@@ -271,7 +274,7 @@ struct LaneState {
   Flight flight;  // axes and spin live in Lanes while it flies
   uint32_t hint = 0;
   int steps = 0;
-  double reach_m = 0;  // of this flight
+  double reach_m = -1;  // of this flight; negative: not asked for yet
   bool active = false;
   Step step{};
 };
@@ -290,22 +293,23 @@ void store_lane(const RotatingLanes& lanes, size_t lane, Flight& flight) {
 }
 
 // The body rises faster than any of its points can move down, or is above all they reach.
-bool is_gone(const ContactBody& body, const LaneState& state, const Vec3& spin) {
+bool is_gone(const ContactBody& body, const Vec3& normal, const Vec3& spin, LaneState& state) {
   const double rise = state.flight.velocity.y();
   if (rise < 0) return false;
-  if (state.flight.height >= state.reach_m || state.steps > kMostSteps) return true;
   // Energy is kept, so the spin never exceeds sqrt(2 E / I1).
   const double most = body.inertia_m2.dot(spin.cwiseAbs2()) / body.inertia_m2.x();
-  return rise * rise > most * body.reach_m * body.reach_m;
+  if (rise * rise > most * body.reach_m * body.reach_m) return true;
+  if (state.reach_m < 0) state.reach_m = reach_of_flight(body, normal, spin);
+  return state.flight.height >= state.reach_m || state.steps > kMostSteps;
 }
 
 Step plan_step(const ContactBody& body, ContactSearch& search, const RotatingLanes& lanes,
                size_t lane, LaneState& state) {
   Motion motion;
   const Vec3 spin = lanes.vector(6, lane);
-  if (is_gone(body, state, spin)) return {0, true, FlightEnd::gone, 0};
-  ++state.steps;
   motion.normal = lanes.vector(3, lane);
+  if (is_gone(body, motion.normal, spin, state)) return {0, true, FlightEnd::gone, 0};
+  ++state.steps;
   motion.height = state.flight.height;
   motion.rise = state.flight.velocity.y();
   motion.rate = motion.normal.cross(spin);
@@ -398,7 +402,6 @@ void fly(const ContactBody& body, FlightCrew& crew) {
     state.active = more;
     if (!more) return;
     ++active;
-    state.reach_m = reach_of_flight(body, state.flight);
     load_lane(state.flight, lanes, lane);
   };
   for (size_t lane = 0; lane < kFlightLanes && more; ++lane) board(lane);
@@ -414,7 +417,7 @@ void fly(const ContactBody& body, FlightCrew& crew) {
       store_lane(lanes, lane, state.flight);
       if (crew.ended(lane, state.step.end, state.step.vertex, state.flight)) {
         load_lane(state.flight, lanes, lane);
-        state.reach_m = reach_of_flight(body, state.flight);
+        state.reach_m = -1;
         state.steps = 0;
         state.hint = state.step.vertex;
       } else {

@@ -82,7 +82,7 @@ TEST_P(Trials, AreHomogeneousBitForBit) {
 TEST_P(Trials, NoVertexReachesBelowTheReachOfItsFlight) {
   for (int i = 0; i < 10; ++i) {
     const Flight flight = test::random_flight(body, random, 1);
-    const double reach = reach_of_flight(body, flight);
+    const double reach = reach_of_flight(body, flight.normal, flight.spin);
     EXPECT_LE(reach, body.outer_radius_m);
     test::SlowFlight slow(body, flight);
     const double step_s = 0.05 / flight.spin.norm();
