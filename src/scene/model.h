@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -35,6 +36,8 @@ struct ModelShape {
   Vec3 origin_offset = Vec3::Zero();   // the centre of mass in the mesh file's frame, m
   double bounding_radius = 0;          // about the centre of mass, m
   double smallest_extent = 0;          // of the bounding box, m: scales margins
+  std::string mesh_hash;                  // of the mesh as it was imported; empty for primitives
+  std::filesystem::path signature_file;   // empty: none
   std::string collision_report;        // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 

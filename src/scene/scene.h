@@ -33,6 +33,7 @@ struct MeshShape {
   int decomposition_max_pieces = 32;             // 1 .. 256
   double decomposition_max_volume_error = 0.05;  // > 0
   int sphere_count = 7;                          // 1 .. 64, for `spheres`
+  std::filesystem::path signature;               // absolute, or empty; for the statistical mode
   // An improper solid (open, inside-out, ...) takes mass and collision of its hull instead of being
   // an error.
   bool use_hull_if_not_solid = false;
@@ -155,7 +156,8 @@ struct Event {
   std::variant<ReleaseEvent, RemoveEvent, ImpulseEvent> action;
 };
 
-enum class SimulatorMode { impulse };
+// impulse: contacts are solved (the reference). statistical: collisions are drawn from signatures.
+enum class SimulatorMode { impulse, statistical };
 
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;

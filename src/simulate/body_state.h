@@ -14,6 +14,7 @@ enum BodyFlag : uint8_t {
   kAsleep = 2,   // at rest, out of the solver
   kImpulse = 4,  // stepped by the impulse solver
   kHeld = 8,     // waits for its release event
+  kStatistical = 16,  // a sphere that collides by its signature
 };
 
 // Written by the simulator only. World frame, SI.
