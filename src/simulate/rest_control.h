@@ -10,7 +10,7 @@ namespace pilesim {
 
 // In sqrt(g r): bodies slower than the first are turned; radii change at the second.
 inline constexpr float kControlSpeed = 0.4F;
-inline constexpr float kEaseSpeed = 0.5F;
+inline constexpr float kEaseSpeed = 0.1F;
 
 // One step of a body that lies alone on level ground. True once it is in its pose, exactly.
 bool turn_towards_rest(const BodySignature& object, float gravity, float step_s,

@@ -15,10 +15,9 @@ constexpr size_t kBodiesPerTask = 1024;
 // Parts of the radius.
 constexpr float kSlop = 0.005F;    // spheres may stay sunk this far: contacts do not come and go
 constexpr float kNearby = 0.02F;   // contacts are kept up to this gap
-// Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls.
+// Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
+// nothing.
 constexpr float kImpactSpeed = 0.15F;
-// And a body that lies does not wake for what touches it more slowly.
-constexpr float kWakeSpeed = 0.15F;
 constexpr float kRestSpeed = 0.05F;
 constexpr float kRestTime = 3;  // in sqrt(r / g)
 // Sunk spheres come up by e in this time, in sqrt(r / g); in so many sweeps.
@@ -104,8 +103,9 @@ float SphereWorld::deepest_penetration_m() const {
   return deepest;
 }
 
-float SphereWorld::rest_speed(uint32_t body) const {
-  return std::sqrt(settings_.gravity.norm() * states_.object[body]->outer_radius_m);
+float SphereWorld::impact_speed(float radius_m) const {
+  const float gravity = settings_.gravity.norm();
+  return 1.2F * gravity * settings_.step_s + kImpactSpeed * std::sqrt(gravity * radius_m);
 }
 
 void SphereWorld::step(StageTimer& timer) {
@@ -306,9 +306,9 @@ void SphereWorld::meet_surfaces(uint32_t p, Batch& batch) {
   bool touches = false;
   for (const SurfaceContact& contact : found) {
     const float closing = (contact.velocity - velocity).dot(contact.normal);
-    // What comes flying has the radius that it collides with, then the one that it lies with.
+    // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = states_.surface_radius_m[body];
-    if (states_.touched[body] == 0 && closing > 0) {
+    if (states_.touched[body] == 0 && closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)
                    .mean_m;
@@ -340,13 +340,11 @@ void SphereWorld::add_contact(SphereContact contact, Batch& batch) {
   const Vec3f other =
       contact.has_surface() ? contact.surface_velocity : motion_[contact.b].velocity;
   const float closing = (other - a.velocity).dot(contact.normal);
-  const float gravity = settings_.gravity.norm();
-  const float scale = std::sqrt(gravity * contact.arm_a);
-  const float impact = 1.2F * gravity * settings_.step_s + kImpactSpeed * scale;
+  const float impact = impact_speed(contact.arm_a);
   if (closing > impact && contact.gap <= closing * settings_.step_s) {
     batch.impacts.push_back(index);
   }
-  if (!contact.has_surface() && closing > kWakeSpeed * scale + gravity * settings_.step_s) {
+  if (!contact.has_surface() && closing > impact) {
     for (const uint32_t body : {contact.body_a, contact.body_b}) {
       if (states_.asleep[body] != 0) batch.woken.push_back(body);
     }

@@ -92,7 +92,7 @@ class SphereWorld {
   void move();
   void settle();
   void settle_body(uint32_t place);
-  float rest_speed(uint32_t body) const;
+  float impact_speed(float radius_m) const;  // m/s
 
   const Model& model_;
   SphereWorldSettings settings_;
