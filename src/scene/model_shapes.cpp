@@ -79,7 +79,7 @@ class MeshShapeBuilder {
       : source_(source), pointer_(pointer) {
     shape_.mesh = mesh;
     shape_.mesh_hash = mesh_hash(mesh);
-    shape_.signature_file = source.signature;
+    shape_.signature_file = source.signature.value_or(std::filesystem::path());
   }
 
   ModelShape build() {

@@ -50,8 +50,7 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
   body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
   const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
   const double volume_m3 = std::sqrt(hull_m3 * signature->body.volume_m3);
-  body.packing_radius_m =
-      static_cast<float>(kPacking * std::cbrt(3 * volume_m3 / (4 * kPi)));
+  body.packing_radius_m = static_cast<float>(kPacking * std::cbrt(3 * volume_m3 / (4 * kPi)));
   double lowest = signature->body.outer_radius_m;
   for (const KnownRestPose& pose : signature->rest_poses) lowest = std::min(lowest, pose.height_m);
   body.rolling = static_cast<float>(kRolling * (1 - lowest / signature->body.outer_radius_m));

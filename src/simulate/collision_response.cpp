@@ -10,8 +10,7 @@ namespace {
 
 float energy(const Collider& body) {
   const float k = body.object->gyration_m;
-  return 0.5F * body.mass_kg *
-         (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
+  return 0.5F * body.mass_kg * (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
 }
 
 void draw(const Vec3f& normal, Philox& random, Collider& body) {

@@ -11,14 +11,13 @@ constexpr float kTurnRate = 1.0F;
 
 }  // namespace
 
-bool turn_towards_rest(const BodySignature& object, float gravity, float step_s,
-                       Quatf& orientation, Vec3f& spin, float& radius_m) {
+bool turn_towards_rest(const BodySignature& object, float gravity, float step_s, Quatf& orientation,
+                       Vec3f& spin, float& radius_m) {
   const std::vector<KnownRestPose>& poses = object.signature->rest_poses;
   if (poses.empty()) return true;
   const Vec3f up = orientation.conjugate() * Vec3f::UnitY();
-  const auto nearest = std::ranges::max_element(poses, {}, [&](const KnownRestPose& pose) {
-    return pose.up.cast<float>().dot(up);
-  });
+  const auto nearest = std::ranges::max_element(
+      poses, {}, [&](const KnownRestPose& pose) { return pose.up.cast<float>().dot(up); });
   const Vec3f wanted = nearest->up.cast<float>();
   const float radius = object.outer_radius_m;
   const float most = kTurnRate * std::sqrt(gravity / radius) * step_s;

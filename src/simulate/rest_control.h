@@ -13,7 +13,7 @@ inline constexpr float kControlSpeed = 0.4F;
 inline constexpr float kEaseSpeed = 0.1F;
 
 // One step of a body that lies alone on level ground. True once it is in its pose, exactly.
-bool turn_towards_rest(const BodySignature& object, float gravity, float step_s,
-                       Quatf& orientation, Vec3f& spin, float& radius_m);
+bool turn_towards_rest(const BodySignature& object, float gravity, float step_s, Quatf& orientation,
+                       Vec3f& spin, float& radius_m);
 
 }  // namespace pilesim

@@ -78,21 +78,21 @@ inline Vec3f limited(const Vec3f& v, float limit) {
 // One turn of the iteration (projected Gauss-Seidel). `inverse_step` is 1 / s.
 inline void solve(float inverse_step, SphereContact& c, SphereMotion& a, SphereMotion* b) {
   const Vec3f& n = c.normal;
-  const Vec3f v_b = b != nullptr ? Vec3f(b->velocity + c.arm_b * b->spin.cross(n))
-                                 : c.surface_velocity;
+  const Vec3f v_b =
+      b != nullptr ? Vec3f(b->velocity + c.arm_b * b->spin.cross(n)) : c.surface_velocity;
   Vec3f slip = a.velocity - c.arm_a * a.spin.cross(n) - v_b;
   const float approach = slip.dot(n);
   const float before = c.normal_impulse;
   // A gap may close within the step.
-  c.normal_impulse = std::max(
-      0.0F, before - c.normal_mass * (approach + std::max(0.0F, c.gap) * inverse_step));
+  c.normal_impulse =
+      std::max(0.0F, before - c.normal_mass * (approach + std::max(0.0F, c.gap) * inverse_step));
   const float push = c.normal_impulse - before;
   slip -= approach * n;
-  const Vec3f friction = limited(c.friction_impulse - c.tangent_mass * slip,
-                                 c.friction * c.normal_impulse);
+  const Vec3f friction =
+      limited(c.friction_impulse - c.tangent_mass * slip, c.friction * c.normal_impulse);
   const Vec3f turning = b != nullptr ? Vec3f(a.spin - b->spin) : a.spin;
-  const Vec3f rolling = limited(c.rolling_impulse - c.turn_inertia * turning,
-                                c.rolling_m * c.normal_impulse);
+  const Vec3f rolling =
+      limited(c.rolling_impulse - c.turn_inertia * turning, c.rolling_m * c.normal_impulse);
   apply(c, push * n + friction - c.friction_impulse, rolling - c.rolling_impulse, a, b);
   c.friction_impulse = friction;
   c.rolling_impulse = rolling;

@@ -1,5 +1,5 @@
-// Spheres sorted into the cells of a uniform grid, and the grid's cells into blocks that threads can
-// work on side by side.
+// Spheres sorted into the cells of a uniform grid, and the grid's cells into blocks that threads
+// can work on side by side.
 //
 // Cells are as wide as the widest of the small spheres, so that those meet only in neighbouring
 // cells. Spheres more than kLargeRatio times as wide as most are apart: they look into all cells
@@ -78,7 +78,7 @@ class SphereGrid {
 
  private:
   static constexpr size_t kCellsOfBlock = kBlock * kBlock * kBlock;
-  static constexpr float kLargeRatio = 4;
+  static constexpr float kLargeRatio = 1.6F;
 
   void choose_box(std::span<const Vec3f> centres);
   std::array<int, 3> cell_of(const Vec3f& point) const;
@@ -100,11 +100,11 @@ class SphereGrid {
 
   Vec3f origin_ = Vec3f::Zero();
   float cell_m_ = 1, inverse_cell_ = 1;
-  std::array<int, 3> cells_{};        // a multiple of kBlock along each axis
+  std::array<int, 3> cells_{};  // a multiple of kBlock along each axis
   std::array<size_t, 3> blocks_{};
   size_t small_ = 0, block_total_ = 0;
-  std::vector<uint32_t> start_;       // by key: the first place
-  std::vector<uint32_t> keys_;        // by index
+  std::vector<uint32_t> start_;  // by key: the first place
+  std::vector<uint32_t> keys_;   // by index
   std::vector<uint32_t> order_;
   std::vector<uint32_t> small_indices_, large_indices_;
   std::array<std::vector<uint32_t>, kColours> coloured_;

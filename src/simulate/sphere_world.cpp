@@ -12,9 +12,11 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kBodiesPerTask = 1024;
+// With fewer, handing work to threads takes longer than doing it.
+constexpr size_t kContactsForThreads = 4000;
 // Parts of the radius.
-constexpr float kSlop = 0.005F;    // spheres may stay sunk this far: contacts do not come and go
-constexpr float kNearby = 0.02F;   // contacts are kept up to this gap
+constexpr float kSlop = 0.005F;   // spheres may stay sunk this far: contacts do not come and go
+constexpr float kNearby = 0.02F;  // contacts are kept up to this gap
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
 // nothing.
 constexpr float kImpactSpeed = 0.15F;
@@ -80,8 +82,8 @@ void SphereWorld::wake_near(uint32_t body) {
   const bool moves_freely = states_.object[body] != nullptr;
   for (const uint32_t other : members_) {
     const float apart = (states_.position[other] - states_.position[body]).norm();
-    const float near = states_.object[other]->outer_radius_m +
-                       static_cast<float>(shape.bounding_radius);
+    const float near =
+        states_.object[other]->outer_radius_m + static_cast<float>(shape.bounding_radius);
     if (!moves_freely || apart < near) wake(other);
   }
 }
@@ -110,8 +112,8 @@ float SphereWorld::impact_speed(float radius_m) const {
 
 void SphereWorld::step(StageTimer& timer) {
   ++steps_;
-  const bool all_asleep = std::ranges::all_of(
-      members_, [&](uint32_t body) { return states_.asleep[body] != 0; });
+  const bool all_asleep =
+      std::ranges::all_of(members_, [&](uint32_t body) { return states_.asleep[body] != 0; });
   if (all_asleep) return;
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -230,9 +232,12 @@ void SphereWorld::find_contacts() {
     for (size_t i = begin; i < end; ++i) find_of_block(block_of[i], batches_[i]);
   });
   find_of_coarse_levels(batches_.back());
+  size_t contacts = 0;
   for (const Batch& batch : batches_) {
+    contacts += batch.contacts.size();
     for (const uint32_t body : batch.woken) wake(body);
   }
+  worth_threads_ = contacts > kContactsForThreads;
 }
 
 void SphereWorld::find_of_block(uint32_t block, Batch& batch) {
@@ -248,9 +253,8 @@ void SphereWorld::find_of_coarse_levels(Batch& batch) {
     const Level& here = levels_[level];
     for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
       for (const uint32_t block : here.grid.blocks(colour)) {
-        here.grid.for_each_pair(block, [&](uint32_t p, uint32_t q) {
-          meet(here.offset + p, here.offset + q, batch);
-        });
+        here.grid.for_each_pair(
+            block, [&](uint32_t p, uint32_t q) { meet(here.offset + p, here.offset + q, batch); });
       }
     }
     for (uint32_t p = here.offset; p < here.offset + here.grid.small_count(); ++p) {
@@ -362,7 +366,8 @@ FormerImpulse SphereWorld::former_of(const SphereContact& contact) const {
     const Batch& batch = former_[place.batch];
     for (uint32_t i = place.contact; i != kNone; i = batch.next[i]) {
       const SphereContact& c = batch.contacts[i];
-      if (c.body_b == other && c.normal.dot(contact.normal) > (other & kSurface ? kSameContact : -2)) {
+      if (c.body_b == other &&
+          c.normal.dot(contact.normal) > (other & kSurface ? kSameContact : -2)) {
         return &c;
       }
     }
@@ -427,9 +432,14 @@ void SphereWorld::collide_bodies() {
   });
 }
 
+// Batches of one colour share no sphere, so that their order, and threads, change nothing.
 template <class Do>
 void SphereWorld::for_each_batch(const Do& work) {
   for (const std::vector<uint32_t>& batches : colours_) {
+    if (!worth_threads_) {
+      for (const uint32_t batch : batches) work(batches_[batch]);
+      continue;
+    }
     parallel_for(batches.size(), 1, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) work(batches_[batches[i]]);
     });
@@ -546,7 +556,8 @@ void SphereWorld::settle_body(uint32_t body) {
                     object.outer_radius_m * s.spin[body].norm() < kRestSpeed * scale;
   const bool carried = s.surface_push[body] + s.body_push[body] > 0.5F * weight;
   s.slow_s[body] = slow && posed && carried ? s.slow_s[body] + dt : 0;
-  if (settings_.sleeping && s.slow_s[body] > kRestTime * std::sqrt(object.outer_radius_m / gravity)) {
+  if (settings_.sleeping &&
+      s.slow_s[body] > kRestTime * std::sqrt(object.outer_radius_m / gravity)) {
     s.asleep[body] = 1;
     s.velocity[body].setZero();
     s.spin[body].setZero();

@@ -19,11 +19,11 @@
 namespace pilesim {
 
 struct SphereWorldSettings {
-  Vec3f gravity;   // m/s^2
+  Vec3f gravity;  // m/s^2
   float step_s;
   uint64_t seed;
   bool sleeping;
-  int sweeps;      // of the contact solver
+  int sweeps;  // of the contact solver
 };
 
 // By body of the model. Only dynamic bodies that were added mean something.
@@ -32,8 +32,8 @@ struct SphereStates {
   std::vector<Quatf> orientation;               // body to world
   std::vector<float> mass_kg, friction;
   std::vector<const BodySignature*> object;
-  std::vector<float> surface_radius_m;  // of the sphere against surfaces: h_coll, later h_rest
-  std::vector<float> slow_s;            // for how long it has hardly moved
+  std::vector<float> surface_radius_m;   // of the sphere against surfaces: h_coll, later h_rest
+  std::vector<float> slow_s;             // for how long it has hardly moved
   std::vector<uint8_t> asleep, touched;  // touched: a surface, in the step before
   std::vector<float> surface_push, body_push;  // N s, what carried it in the step before
 };
@@ -108,6 +108,7 @@ class SphereWorld {
   std::vector<float> reach_m_, radius_m_;
   std::vector<SphereMotion> motion_;
 
+  bool worth_threads_ = false;
   std::vector<Batch> batches_, former_;
   std::vector<std::vector<uint32_t>> colours_;  // batches; those of the coarse levels last
   std::vector<Place> first_, former_first_;     // by body: the first contact it owns

@@ -36,8 +36,7 @@ double crossing(const Corners& corners, const Vec3& from, const Vec3& way) {
 
 }  // namespace
 
-SurfaceGeometry::SurfaceGeometry(const Model& model)
-    : model_(model), trees_(model.shapes.size()) {}
+SurfaceGeometry::SurfaceGeometry(const Model& model) : model_(model), trees_(model.shapes.size()) {}
 
 void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocity,
                             const Vec3& turn_rate) {
@@ -111,7 +110,8 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
   std::vector<Vec3> taken;
   for (const Near& n : near) {
     if (taken.size() == kMostContacts) break;
-    if (std::ranges::any_of(taken, [&](const Vec3& t) { return t.dot(n.normal) > kSameDirection; })) {
+    if (std::ranges::any_of(taken,
+                            [&](const Vec3& t) { return t.dot(n.normal) > kSameDirection; })) {
       continue;
     }
     taken.push_back(n.normal);

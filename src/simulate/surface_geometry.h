@@ -13,11 +13,11 @@ namespace pilesim {
 
 // Where a sphere touches a surface, or is close to it. World frame.
 struct SurfaceContact {
-  uint32_t body;             // of the model
-  Vec3f normal;              // unit, towards the sphere
-  float gap;                 // m, less than 0 where the sphere is sunk in
-  Vec3f velocity;            // m/s, of the surface there
-  bool level;                // the surface is horizontal and does not move
+  uint32_t body;   // of the model
+  Vec3f normal;    // unit, towards the sphere
+  float gap;       // m, less than 0 where the sphere is sunk in
+  Vec3f velocity;  // m/s, of the surface there
+  bool level;      // the surface is horizontal and does not move
 };
 
 class SurfaceGeometry {
@@ -46,8 +46,8 @@ class SurfaceGeometry {
     Pose pose;
     Vec3 velocity, turn_rate;
     bool is_plane;
-    Bounds box;                  // of a mesh, world frame
-    const TriangleTree* tree;    // null for a plane
+    Bounds box;                // of a mesh, world frame
+    const TriangleTree* tree;  // null for a plane
   };
   void find_on_mesh(const Placed& placed, const Vec3& centre, double radius, double reach,
                     std::vector<SurfaceContact>& contacts) const;
