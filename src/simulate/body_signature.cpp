@@ -13,7 +13,7 @@ namespace pilesim {
 namespace {
 
 // Against runs of the impulse mode; see docs/statistical.md.
-constexpr double kPacking = 1.0;
+constexpr double kHullShare = 0.25;
 constexpr double kRolling = 0.5;
 
 // Restitution and friction that differ by less are the same.
@@ -49,8 +49,10 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
   body.gyration_m = static_cast<float>(signature->body.gyration_m);
   body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
   const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
-  const double volume_m3 = std::sqrt(hull_m3 * signature->body.volume_m3);
-  body.packing_radius_m = static_cast<float>(kPacking * std::cbrt(3 * volume_m3 / (4 * kPi)));
+  // A concave body takes more room than its volume, but others reach into its hull.
+  const double volume_m3 =
+      signature->body.volume_m3 * std::pow(hull_m3 / signature->body.volume_m3, kHullShare);
+  body.packing_radius_m = static_cast<float>(std::cbrt(3 * volume_m3 / (4 * kPi)));
   double lowest = signature->body.outer_radius_m;
   for (const KnownRestPose& pose : signature->rest_poses) lowest = std::min(lowest, pose.height_m);
   body.rolling = static_cast<float>(kRolling * (1 - lowest / signature->body.outer_radius_m));
