@@ -158,6 +158,7 @@ struct Event {
 
 // impulse: contacts are solved (the reference). statistical: collisions are drawn from signatures.
 enum class SimulatorMode { impulse, statistical };
+std::string mode_name(SimulatorMode mode);
 
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;

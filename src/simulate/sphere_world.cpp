@@ -78,13 +78,17 @@ void SphereWorld::remove(uint32_t body) {
 }
 
 void SphereWorld::wake_near(uint32_t body) {
-  const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-  const bool moves_freely = states_.object[body] != nullptr;
+  // Some room for what moves within the step.
+  constexpr float kRoom = 1.5F;
+  const BodySignature* object = states_.object[body];
+  const bool is_member = std::ranges::binary_search(members_, body);
   for (const uint32_t other : members_) {
-    const float apart = (states_.position[other] - states_.position[body]).norm();
-    const float near =
-        states_.object[other]->outer_radius_m + static_cast<float>(shape.bounding_radius);
-    if (!moves_freely || apart < near) wake(other);
+    const float reach = kRoom * states_.object[other]->outer_radius_m;
+    const Vec3f& centre = states_.position[other];
+    const bool near = is_member ? (centre - states_.position[body]).norm() <
+                                      reach + kRoom * object->outer_radius_m
+                                : surfaces_.may_touch(body, centre, reach);
+    if (near) wake(other);
   }
 }
 

@@ -47,7 +47,7 @@ class SphereWorld {
   void remove(uint32_t body);  // wakes what lay on it
   void wake(uint32_t body);
   SurfaceGeometry& surfaces() { return surfaces_; }
-  void wake_near(uint32_t body);  // all that a moved or removed surface may have carried
+  void wake_near(uint32_t body);  // all that a body or surface of the world may carry
 
   void step(StageTimer& timer);
 

@@ -124,6 +124,14 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
   }
 }
 
+bool SurfaceGeometry::may_touch(uint32_t body, const Vec3f& centre, float radius) const {
+  const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
+  if (at == placed_.end() || at->body != body) return false;
+  if (at->is_plane) return true;
+  return at->box.squaredExteriorDistance(centre.cast<double>()) <=
+         static_cast<double>(radius) * radius;
+}
+
 double SurfaceGeometry::first_hit(const Vec3& from, const Vec3& to) const {
   double first = 1;
   for (const Placed& placed : placed_) {

@@ -34,6 +34,9 @@ class SurfaceGeometry {
   void find(const Vec3f& centre, float radius, float reach,
             std::vector<SurfaceContact>& contacts) const;
 
+  // Whether a body's surface may touch the sphere.
+  bool may_touch(uint32_t body, const Vec3f& centre, float radius) const;
+
   // The first hit of a point that moves from `from` to `to` with a plane or a triangle, as a share
   // of its way; 1 if there is none.
   double first_hit(const Vec3& from, const Vec3& to) const;
