@@ -360,8 +360,8 @@ std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull) {
     const size_t right = flow.from_face(edge.face[first_is_left ? 1 : 0]);
     if (left == right) continue;
     const double top_m = top->dot(map.vertices[edge.vertex[0]]);
-    const double higher_m = std::max(height_on(map, left), height_on(map, right));
-    if (top_m <= (1 + kFamilyBarrier) * higher_m) {
+    const double lower_m = std::min(height_on(map, left), height_on(map, right));
+    if (top_m <= (1 + kFamilyBarrier) * lower_m) {
       family[find_root(family, left)] = find_root(family, right);
     }
 

@@ -29,8 +29,9 @@ struct RestPose {
 };
 
 // Two neighbouring poses are of one family when the centre of mass need not rise by more than this
-// share of its height to roll from the higher of them into the other: the facets of a round side,
-// of which each is a pose of its own. (The sides of a prism of 12 sides need 0.035, of 16 0.020.)
+// share of its height to roll from the lower of them into the other, and so either way: the facets
+// of a round side, of which each is a pose of its own. (The sides of a prism of 12 sides need
+// 0.035, of 16 0.020.)
 inline constexpr double kFamilyBarrier = 0.03;
 
 // All stable faces of `hull` (closed, convex, outward, the centre of mass at the origin and

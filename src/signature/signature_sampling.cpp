@@ -153,6 +153,8 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 
+  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  install_interrupt_handler();
   SignatureRun run;
   Clock::time_point start = Clock::now();
   std::vector<ObservedRest> drops;

@@ -42,6 +42,7 @@ class SampleSignature(CommandTest):
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
+        self.assertIn(process.returncode, (0, 130))
         if process.returncode == 130:
             self.assertTrue((self.dir / "a.sig.partial").exists())
             other = self.expect_exit(
@@ -51,6 +52,14 @@ class SampleSignature(CommandTest):
             self.succeed("sample-signature", BOX, "-o", "a.sig", *settings)
         self.succeed("sample-signature", BOX, "-o", "b.sig", *settings)
         self.assertEqual((self.dir / "a.sig").read_bytes(), (self.dir / "b.sig").read_bytes())
+
+    def test_drops_find_the_faces_of_a_die(self):
+        result = self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK, "--rest-drops", "60")
+        self.assertEqual(result.stderr, "")
+        inspected = self.succeed("inspect", "box.sig").stdout
+        self.assertIn(inspected, result.stdout)
+        self.assertEqual(inspected.count("by simulation"), 6)
+        self.assertIn("they agree on which poses exist", inspected)
 
     def test_bad_input_is_named(self):
         square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
