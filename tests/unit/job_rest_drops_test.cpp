@@ -44,19 +44,24 @@ TEST(RestDrops, AFairDieShowsEachFaceOnceInSix) {
   }
 }
 
-// Its two smallest faces together catch 1 in 30 by geometry, so that neither is kept.
+// Geometry gives its pairs of faces 33.4, 13.1 and 3.5% a face.
 TEST(RestDrops, ABrickLiesOnItsLargeFacesAndStandsOnItsSides) {
-  const auto poses = find_poses(box_mesh({0.01, 0.02, 0.04}), 300);
+  constexpr uint32_t kDrops = 300;
+  const auto poses = find_poses(box_mesh({0.01, 0.02, 0.04}), kDrops);
   const auto dropped = of_source(poses, "simulation");
-  ASSERT_EQ(dropped.size(), 4);
-  EXPECT_EQ(of_source(poses, "geometry").size(), 4);
+  ASSERT_GE(dropped.size(), 4);
   for (size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(std::abs(dropped[i].up(i < 2 ? 0 : 1)), 1, 1e-4) << i;
     EXPECT_NEAR(dropped[i].height_m, i < 2 ? 0.005 : 0.01, 5e-5) << i;
   }
-  // Opposite faces alike: within four deviations of their difference.
-  EXPECT_NEAR(dropped[0].probability, dropped[1].probability, 4 * std::sqrt(0.8 / 300));
-  EXPECT_GT(dropped[1].probability, dropped[2].probability);
+  for (const RestPoseComparison& f : compare_rest_poses(poses, kDrops)) {
+    // Rolling with inertia shifts less than a percent (measured with 5,000 drops).
+    const double share = std::abs(f.up.x()) > 0.5   ? 0.334
+                         : std::abs(f.up.y()) > 0.5 ? 0.131
+                                                    : 0.035;
+    EXPECT_NEAR(f.by_simulation, share, 4 * std::sqrt(share * (1 - share) / kDrops) + 0.01);
+    EXPECT_TRUE(f.agrees);
+  }
 }
 
 class RestDropsOfAssets : public testing::TestWithParam<const char*> {};
