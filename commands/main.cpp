@@ -27,6 +27,8 @@ int run(int argc, char** argv) {
   pilesim::add_validate_command(app);
   pilesim::add_simulate_command(app);
   pilesim::add_render_command(app);
+  pilesim::add_sample_signature_command(app);
+  pilesim::add_inspect_command(app);
   pilesim::add_schema_command(app);
   try {
     app.parse(argc, argv);

@@ -32,5 +32,7 @@ void add_schema_command(CLI::App& app);
 void add_validate_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 void add_render_command(CLI::App& app);
+void add_sample_signature_command(CLI::App& app);
+void add_inspect_command(CLI::App& app);
 
 }  // namespace pilesim

@@ -11,6 +11,7 @@
 #include "geometry/hull_volume.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
+#include "geometry/mesh_group.h"
 #include "geometry/piece_fit.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
@@ -33,24 +34,6 @@ void require_solid(const TriangleMesh& mesh) {
          .remedy = "Mend the mesh or use its convex hull"});
   }
   if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
-}
-
-TriangleMesh group_mesh(const TriangleMesh& mesh, const MeshGroup& group) {
-  constexpr uint32_t kNone = ~0u;
-  std::vector<uint32_t> index(mesh.vertices.size(), kNone);
-  TriangleMesh part;
-  for (uint32_t t = group.first_triangle; t < group.first_triangle + group.triangle_count; ++t) {
-    Triangle triangle = mesh.triangles[t];
-    for (uint32_t& vertex : triangle) {
-      if (index[vertex] == kNone) {
-        index[vertex] = static_cast<uint32_t>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[vertex]);
-      }
-      vertex = index[vertex];
-    }
-    part.triangles.push_back(triangle);
-  }
-  return part;
 }
 
 bool is_convex_solid(const TriangleMesh& mesh) {

@@ -1,0 +1,149 @@
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "core/error.h"
+#include "job/rest_drops.h"
+#include "options.h"
+#include "signature/signature_file.h"
+#include "signature/signature_sampling.h"
+#include "signature/signature_summary.h"
+
+namespace pilesim {
+namespace {
+
+struct Options {
+  SignatureOptions sampling;
+  RunOptions run;
+  std::string mesh;
+  std::string output;
+  bool micro = false;
+  bool no_accuracy = false;
+  int trials = 0;      // 0: the layout's own
+  int exemplars = -1;  // -1: the layout's own
+  uint32_t rest_drops = 0;
+};
+
+std::vector<ObservedRest> drop(const Options& options, const TriangleMesh& mesh) {
+  const SignatureOptions& s = options.sampling;
+  RestDrops drops = drop_to_rest(mesh, {.drops = options.rest_drops,
+                                        .material = s.material,
+                                        .seed = s.seed,
+                                        .progress = s.progress});
+  if (drops.unsettled > 0) {
+    std::fprintf(stderr, "warning: %u of %u drops did not come to rest and do not count\n",
+                 drops.unsettled, options.rest_drops);
+  }
+  return std::move(drops.rests);
+}
+
+void warn_of_disagreement(const Signature& signature) {
+  for (const RestPoseComparison& pose :
+       compare_rest_poses(signature.rest_poses, signature.rest_drops)) {
+    if (pose.agrees) continue;
+    std::fprintf(stderr,
+                 "warning: the rest pose with up (%.3f, %.3f, %.3f) has %.1f%% by geometry, but "
+                 "%.1f%% (%.1f to %.1f) by simulation\n",
+                 pose.up.x(), pose.up.y(), pose.up.z(), 100 * pose.by_geometry,
+                 100 * pose.by_simulation, 100 * pose.simulation_low, 100 * pose.simulation_high);
+  }
+}
+
+void sample(Options& options) {
+  const std::filesystem::path output = options.output;
+  if (std::filesystem::exists(output) && !options.run.force) {
+    throw Error(ErrorKind::usage, {.file = options.output,
+                                   .found = "the file exists already",
+                                   .expected = "a new name",
+                                   .remedy = "Choose another -o, or replace it with --force."});
+  }
+  SignatureOptions& s = options.sampling;
+  const double target_error = s.sampling.target_error;
+  s.mesh = options.mesh;
+  s.kind = options.micro ? TrialKind::micro : TrialKind::macro;
+  s.sampling = default_sampling(s.layout);
+  s.sampling.target_error = target_error;
+  if (options.trials > 0) s.sampling.trials_per_cell = static_cast<uint32_t>(options.trials);
+  if (options.exemplars >= 0) s.sampling.exemplars = static_cast<uint32_t>(options.exemplars);
+  if (options.no_accuracy) s.accuracy.reset();
+  s.partial_file = options.output + ".partial";
+  s.discard_partial = options.run.force;
+  s.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
+  if (options.rest_drops > 0) {
+    s.drop_to_rest = [&](const TriangleMesh& mesh) { return drop(options, mesh); };
+  }
+  const SignatureRun run = sample_signature(s);
+  write_signature(run.signature, output);
+  warn_of_disagreement(run.signature);
+  if (options.run.quiet) return;
+  std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
+              options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
+              run.sampling_s, run.accuracy_s, run.drops_s);
+  std::fputs(summary_text(run.signature).c_str(), stdout);
+}
+
+}  // namespace
+
+void add_sample_signature_command(CLI::App& app) {
+  static const std::map<std::string, TableLayout> kLayouts = {
+      {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
+  auto options = std::make_shared<Options>();
+  SignatureOptions& s = options->sampling;
+  CLI::App* command = app.add_subcommand(
+      "sample-signature",
+      "Measure what an object does when it collides, for statistical simulation");
+  command->add_option("mesh", options->mesh, "The object: a closed mesh (obj, stl, ply, glb, ...)")
+      ->required();
+  command->add_option("-o,--output", options->output, "The signature to write, NAME.sig")
+      ->required();
+  command->add_option("--layout", s.layout, "scale-free (default) or dissertation")
+      ->transform(CLI::CheckedTransformer(kLayouts))
+      ->type_name("LAYOUT")
+      ->default_str("scale-free");
+  command->add_flag("--micro", options->micro,
+                    "One impact a trial, not flight and impacts until the body leaves the plane");
+  command->add_option("--restitution", s.material.restitution, "0 to 1")->capture_default_str();
+  command->add_option("--friction", s.material.friction, "At least 0")->capture_default_str();
+  command
+      ->add_option("--restitution-threshold", s.material.restitution_threshold_m_s,
+                   "Contacts slower than this, m/s, do not bounce (dissertation layout only)")
+      ->capture_default_str();
+  command->add_option("--scale", s.scale, "Metres per unit of the mesh file")
+      ->capture_default_str();
+  command
+      ->add_option("--trials", options->trials,
+                   "Trials a cell of the table (default 40; 30 in "
+                   "the dissertation's layout)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+  command
+      ->add_option("--target-error", s.sampling.target_error,
+                   "Go on until no cell's mean has a larger standard error, in units of the "
+                   "speed before")
+      ->type_name("E");
+  command
+      ->add_option("--exemplars", options->exemplars,
+                   "Whole responses to keep a cell (default 24; best for long bodies)")
+      ->check(CLI::Range(0, 1000))
+      ->type_name("K");
+  command
+      ->add_option("--rest-drops", options->rest_drops,
+                   "Drop the object so often in a simulation, too, to find its rest poses (the "
+                   "dissertation: 100)")
+      ->check(CLI::Range(0, 1000000))
+      ->type_name("N");
+  command->add_flag("--no-accuracy", options->no_accuracy, "Leave the accuracy report out");
+  command->add_option("--seed", s.seed, "Seed of every random choice")->capture_default_str();
+  add_run_options(*command, options->run);
+  command->footer(R"(
+Examples:
+  pilesim sample-signature assets/ring.obj -o ring.sig
+  pilesim sample-signature rabbit.obj -o rabbit.sig --restitution 0.5 --target-error 0.01
+  pilesim inspect ring.sig --plot ring-pictures
+
+Ctrl-C keeps what was measured in NAME.sig.partial; the same command goes on from there.)");
+  command->callback([options] { sample(*options); });
+}
+
+}  // namespace pilesim

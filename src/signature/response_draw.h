@@ -1,0 +1,149 @@
+// A random response of a body that collides, drawn from its response table: what the statistical
+// simulator does at every contact instead of solving it.
+#pragma once
+
+#include <cmath>
+
+#include "core/philox.h"
+#include "core/types.h"
+#include "signature/response_table.h"
+
+namespace pilesim {
+
+// How much of the table is used.
+enum class DrawModel {
+  particle,  // no table: a particle's bounce, the spin kept
+  diagonal,  // normal distributions, component by component (all that the dissertation's table has)
+  full,      // a normal distribution with the full covariance
+  exemplars,  // what a response that was met near a cell around had over the mean there, over the
+              // mean here
+};
+inline DrawModel best_model(const ResponseTable& table) {
+  if (table.exemplar_count > 0) return DrawModel::exemplars;
+  return table.layout == TableLayout::dissertation ? DrawModel::diagonal : DrawModel::full;
+}
+
+// The velocities of a collision in its working frame, see response_table.h.
+struct WorkingFrame {
+  Vec3f x, y, z;  // unit, world
+  Vec3f to_frame(const Vec3f& v) const { return {x.dot(v), y.dot(v), z.dot(v)}; }
+  Vec3f to_world(const Vec3f& v) const { return v.x() * x + v.y() * y + v.z() * z; }
+};
+// `normal` is unit and points to the body's side. Any x where the velocity is along the normal.
+inline WorkingFrame working_frame(const Vec3f& normal, const Vec3f& velocity) {
+  Vec3f x = velocity - velocity.dot(normal) * normal;
+  const float length = x.norm();
+  // Below the rounding of the subtraction the direction is noise, and matters no more.
+  x = length > 1e-6F * velocity.norm() ? Vec3f(x / length) : normal.unitOrthogonal();
+  return {x, normal, x.cross(normal)};
+}
+
+// A response, or its distribution, at one set of keys.
+struct ResponseSpread {
+  Vector6 mean;
+  std::array<float, kFactorSize> spread;  // spread_size() of them are used
+  std::array<size_t, 16> cells;           // the corners around
+  std::array<float, 16> weights;          // of the corners, sum 1
+};
+
+// `v` and `w` in the working frame.
+inline ResponseSpread interpolate(const ResponseTable& table, float gyration_m, const Vec3f& v,
+                                  const Vec3f& w) {
+  const std::array<float, 4> keys = response_keys(table, gyration_m, v, w);
+  std::array<AxisPlace, 4> place;
+  for (size_t i = 0; i < 4; ++i) place[i] = locate(table.axes[i], keys[i]);
+  ResponseSpread result{};
+  result.mean.setZero();
+  const size_t width = table.spread_size();
+  for (uint32_t corner = 0; corner < 16; ++corner) {
+    std::array<uint32_t, 4> index;
+    float weight = 1;
+    for (size_t i = 0; i < 4; ++i) {
+      const bool high = (corner >> i & 1) != 0;
+      index[i] = high ? place[i].high : place[i].low;
+      weight *= high ? place[i].high_weight : 1 - place[i].high_weight;
+    }
+    const size_t cell = table.cell(index);
+    result.cells[corner] = cell;
+    result.weights[corner] = weight;
+    for (size_t i = 0; i < 6; ++i) {
+      result.mean(static_cast<Eigen::Index>(i)) += weight * table.mean[6 * cell + i];
+    }
+    for (size_t i = 0; i < width; ++i) result.spread[i] += weight * table.spread[width * cell + i];
+  }
+  return result;
+}
+
+// The limits of a response in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the body
+// moves away from the plane and gains no more than `most_growth`. One outside is moved to the
+// nearest one inside.
+struct DrawLimits {
+  bool energy_gain = false;  // before it was limited
+  bool inward = false;
+};
+inline DrawLimits limit_response(float most_growth, Vector6& response) {
+  const DrawLimits limits{response.norm() > most_growth, response(1) < 0};
+  response(1) = std::max(0.0F, response(1));
+  const float size = response.norm();
+  if (size > most_growth) response *= most_growth / size;
+  return limits;
+}
+
+struct ResponseDraw {
+  Vec3f velocity, spin;  // after, in the frame the velocities before were given in
+  DrawLimits limits;
+};
+
+// `velocity` approaches the plane of unit normal `normal`; world frame. Restitution and friction
+// are of the table's material.
+inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, float gyration_m,
+                                  double restitution, double friction, const Vec3f& normal,
+                                  const Vec3f& velocity, const Vec3f& spin, Philox& random) {
+  const WorkingFrame frame = working_frame(normal, velocity);
+  const Vec3f v = frame.to_frame(velocity), w = frame.to_frame(spin);
+  const float measure = std::sqrt(v.squaredNorm() + gyration_m * gyration_m * w.squaredNorm());
+  const bool raw = table.layout == TableLayout::dissertation;
+  const Vec3f particle = particle_response(v.cast<double>(), restitution, friction).cast<float>();
+  if (model == DrawModel::particle) {
+    return {frame.to_world(particle), spin, {}};
+  }
+  const ResponseSpread here = interpolate(table, gyration_m, v, w);
+  Vector6 response = here.mean;
+  if (model == DrawModel::exemplars) {
+    float left = static_cast<float>(random.uniform());
+    size_t corner = 0;
+    while (corner < 15 && left >= here.weights[corner]) left -= here.weights[corner++];
+    const size_t cell = here.cells[corner];
+    const size_t exemplar = cell * table.exemplar_count + random.index(table.exemplar_count);
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const auto k = static_cast<size_t>(i);
+      response(i) += kExemplarUnit * table.exemplars[6 * exemplar + k];
+    }
+  } else {
+    Vector6 normal_draw;
+    for (Eigen::Index i = 0; i < 6; ++i) normal_draw(i) = static_cast<float>(random.normal());
+    size_t at = 0;
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      if (raw) {
+        response(i) += here.spread[at++] * normal_draw(i);
+      } else if (model == DrawModel::full) {
+        for (Eigen::Index j = 0; j <= i; ++j) response(i) += here.spread[at++] * normal_draw(j);
+      } else {
+        float variance = 0;
+        for (Eigen::Index j = 0; j <= i; ++j, ++at) variance += here.spread[at] * here.spread[at];
+        response(i) += std::sqrt(variance) * normal_draw(i);
+      }
+    }
+  }
+  if (raw) {
+    response.head<3>() = (response.head<3>() + particle) / measure;
+    response.tail<3>() *= gyration_m / measure;
+  }
+  ResponseDraw draw;
+  draw.limits = limit_response(table.most_growth, response);
+  draw.velocity = frame.to_world(measure * response.head<3>());
+  draw.spin = frame.to_world(measure / gyration_m * response.tail<3>());
+  return draw;
+}
+
+}  // namespace pilesim

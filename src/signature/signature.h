@@ -1,0 +1,53 @@
+// A signature: what an object does when it collides, as measured (dissertation, section 3.2).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "signature/accuracy.h"
+#include "signature/collision_height.h"
+#include "signature/contact_sampler.h"
+#include "signature/response_table.h"
+#include "signature/table_sampling.h"
+
+namespace pilesim {
+
+// A pose in which the object lies on a horizontal plane.
+struct KnownRestPose {
+  Vec3 up = Vec3::UnitY();  // unit, the mesh's axes: the plane's normal when at rest (n_rest)
+  double height_m = 0;      // of the centre of mass (h_rest)
+  double probability = 0;   // 0 .. 1
+  double probability_low = 0, probability_high = 0;  // 95% interval; equal where it is exact
+  std::string source;                                // how it was found: "geometry" or "simulation"
+  uint32_t family = 0;  // poses that a slight push joins have the same (rest_poses.h)
+};
+
+// The object that was measured. Per unit of mass.
+struct SignatureBody {
+  std::string mesh;       // file name, without folders
+  std::string mesh_hash;  // of the mesh at `scale`
+  double scale = 1;       // metres per unit of the file
+  uint32_t hull_vertices = 0;
+  double volume_m3 = 0;
+  Vec3 centre_of_mass = Vec3::Zero();      // m, the mesh's frame
+  Vec3 inertia_m2 = Vec3::Zero();          // principal moments, ascending
+  Quat principal_axes = Quat::Identity();  // principal axes to the mesh's
+  double gyration_m = 0;                   // k
+  double outer_radius_m = 0;
+};
+
+struct Signature {
+  SignatureBody body;
+  ContactMaterial material;
+  TrialKind kind = TrialKind::macro;
+  uint64_t seed = 1;
+  TableSampling sampling;
+  CollisionHeightTable heights;
+  ResponseTable responses;
+  std::vector<KnownRestPose> rest_poses;
+  uint32_t rest_drops = 0;  // simulated, that came to rest; 0: poses are by geometry only
+  std::optional<AccuracyReport> accuracy;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/atomic_file.h"
+#include "core/subprocess.h"
+#include "signature/rest_poses.h"
+#include "signature/signature_summary.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kStyle =
+    "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
+    "set key textcolor rgb '#444444' samplen 1.5\n";
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+// gnuplot prints the picture to its stdout.
+fs::path draw(const fs::path& file, int width, int height, const std::string& script) {
+  const std::string terminal = "set terminal pngcairo size " + std::to_string(width) + "," +
+                               std::to_string(height) + " font 'sans,11' background '#ffffff'\n";
+  write_file_atomically(file, run_program({"gnuplot"}, "gnuplot-nox", terminal + kStyle + script));
+  return file;
+}
+
+bool is_angle(const Axis& axis) { return axis.unit == "rad"; }
+double shown(const Axis& axis, size_t node) {
+  return is_angle(axis) ? degrees(axis.nodes[node]) : axis.nodes[node];
+}
+std::string label(const Axis& axis) {
+  std::string name = axis.name;
+  for (char& c : name) c = c == '_' ? ' ' : c;
+  return name + " (" + (is_angle(axis) ? "deg" : axis.unit) + ")";
+}
+
+// Mean against spin for some tilts, with the deviation of the middle one as a band.
+fs::path plot_heights(const CollisionHeightTable& t, const fs::path& file) {
+  const size_t tilts = t.tilt.size();
+  const size_t middle = tilts / 2;
+  const auto value = [&](const std::vector<float>& of, size_t i, size_t j) {
+    return static_cast<double>(of[i * tilts + j]);
+  };
+  const auto tilt_name = [&](size_t j) {
+    return tilts == 1 ? std::string("all directions") : number(shown(t.tilt, j)) + " deg";
+  };
+  std::string plot = "plot '-' with filledcurves fc rgb '#d4dfeb' title 'one deviation around " +
+                     tilt_name(middle) + "'";
+  std::string data;
+  for (size_t i = 0; i < t.spin.size(); ++i) {
+    const double mean = value(t.mean_m, i, middle), deviation = value(t.deviation_m, i, middle);
+    data += number(shown(t.spin, i)) + " " + number(mean - deviation) + " " +
+            number(mean + deviation) + "\n";
+  }
+  data += "e\n";
+  for (size_t j = 0; j < tilts; j += std::max<size_t>(1, tilts / 4)) {
+    plot += ", '-' with linespoints lw 2 pt 7 ps 0.5 title '" + tilt_name(j) + "'";
+    for (size_t i = 0; i < t.spin.size(); ++i) {
+      data += number(shown(t.spin, i)) + " " + number(value(t.mean_m, i, j)) + "\n";
+    }
+    data += "e\n";
+  }
+  return draw(file, 760, 420,
+              "set title 'Height of the centre of mass at contact'\n"
+              "set key outside right top title 'spin to normal'\nset grid ytics lc rgb '#e4e4e4'\n"
+              "set xlabel '" +
+                  label(t.spin) + "'\nset ylabel 'height (m)'\n" + plot + "\n" + data);
+}
+
+float deviation_of(const ResponseTable& t, size_t cell, size_t component) {
+  if (t.layout == TableLayout::dissertation) return t.spread[6 * cell + component];
+  float variance = 0;
+  for (size_t j = 0; j <= component; ++j) {
+    const float l = t.spread[kFactorSize * cell + component * (component + 1) / 2 + j];
+    variance += l * l;
+  }
+  return std::sqrt(variance);
+}
+
+// Six pictures, one a component, over the table's last two axes at the middle of the first two.
+template <typename Value>
+fs::path plot_slices(const ResponseTable& t, const std::string& title, const Value& value,
+                     const fs::path& file) {
+  const bool raw = t.layout == TableLayout::dissertation;
+  const std::string v = raw ? "v - v particle, " : "v, ", w = raw ? "w, " : "k w, ";
+  const std::string names[6] = {v + "along", v + "normal", v + "across",
+                                w + "along", w + "normal", w + "across"};
+  const uint32_t i0 = static_cast<uint32_t>(t.axes[0].size() / 2);
+  const uint32_t i1 = static_cast<uint32_t>(t.axes[1].size() / 2);
+  std::string script = "set multiplot layout 2,3 title '" + title + " at " + t.axes[0].name + " " +
+                       number(shown(t.axes[0], i0)) + ", " + t.axes[1].name + " " +
+                       number(shown(t.axes[1], i1)) + " deg'\n" +
+                       "set palette defined (0 '#4c78a8', 1 '#f4f4f4', 2 '#e45756')\n"
+                       "set xlabel '" +
+                       label(t.axes[2]) + "'\nset ylabel '" + label(t.axes[3]) +
+                       "'\nset view map\nset pm3d corners2color mean\nunset key\n" +
+                       (t.axes[2].period > 0 ? "set xtics 90\n" : "");
+  for (size_t component = 0; component < 6; ++component) {
+    script += "set title '" + names[component] + "'\nsplot '-' with pm3d\n";
+    // A periodic axis is closed: its first column comes again a period on.
+    const auto columns = static_cast<uint32_t>(t.axes[2].size() + (t.axes[2].period > 0 ? 1 : 0));
+    for (uint32_t column = 0; column < columns; ++column) {
+      const uint32_t i2 = column % static_cast<uint32_t>(t.axes[2].size());
+      const double turns = column == i2 ? 0 : t.axes[2].period;
+      for (uint32_t i3 = 0; i3 < t.axes[3].size(); ++i3) {
+        script += number(shown(t.axes[2], i2) + degrees(turns)) + " " +
+                  number(shown(t.axes[3], i3)) + " " +
+                  number(value(t.cell({i0, i1, i2, i3}), component)) + "\n";
+      }
+      script += "\n";
+    }
+    script += "e\n";
+  }
+  return draw(file, 1100, 640, script + "unset multiplot\n");
+}
+
+// The pose of a bar or of two, one a source.
+struct Slot {
+  const KnownRestPose* pose;
+  const KnownRestPose* by_geometry = nullptr;
+  const KnownRestPose* by_simulation = nullptr;
+};
+
+constexpr size_t kMostSlots = 14;  // a round side has dozens
+
+std::vector<Slot> slots_of(const std::vector<KnownRestPose>& poses) {
+  std::vector<Slot> slots;
+  for (const KnownRestPose& p : poses) {
+    const bool simulated = p.source == "simulation";
+    auto slot = std::ranges::find_if(slots, [&](const Slot& s) {
+      return (simulated ? s.by_simulation : s.by_geometry) == nullptr &&
+             s.pose->up.dot(p.up) >= std::cos(kRestPoseAngle);
+    });
+    if (slot == slots.end()) slot = slots.insert(slots.end(), {.pose = &p});
+    (simulated ? slot->by_simulation : slot->by_geometry) = &p;
+  }
+  return slots;
+}
+
+std::string bars(const std::vector<Slot>& slots, const KnownRestPose* Slot::*source,
+                 double offset) {
+  std::string data;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const KnownRestPose* p = slots[i].*source;
+    if (p == nullptr) continue;
+    data += number(static_cast<double>(i) + offset) + " " + number(100 * p->probability) + " " +
+            number(100 * p->probability_low) + " " + number(100 * p->probability_high) + "\n";
+  }
+  return data;
+}
+
+fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path& file) {
+  std::vector<Slot> slots = slots_of(poses);
+  const bool simulated =
+      std::ranges::any_of(slots, [](const Slot& s) { return s.by_simulation != nullptr; });
+  std::string title = "Rest poses: up in the mesh frame";
+  if (slots.size() > kMostSlots) {
+    title += ", " + std::to_string(kMostSlots) + " of " + std::to_string(slots.size());
+    slots.resize(kMostSlots);
+  }
+  std::string labels;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const Vec3 up = slots[i].pose->up.unaryExpr(
+        [](double x) { return std::abs(x) < 5e-3 ? 0.0 : x; });  // no "-0.00"
+    char text[80];
+    std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f)", up.x(), up.y(), up.z());
+    // Double quotes: gnuplot breaks lines only in those.
+    labels += (i > 0 ? ", \"" : "\"") + std::string(text) + "\\nh " +
+              number(std::round(slots[i].pose->height_m * 1e5) / 1e5) + " m\" " + std::to_string(i);
+  }
+  std::string script =
+      "set title '" + title + "'\nset boxwidth " + (simulated ? "0.36" : "0.6") +
+      "\nset style fill solid 0.85\nset ylabel 'probability (%)'\n"
+      "set yrange [0:*]\nset xrange [-0.6:" +
+      number(static_cast<double>(slots.size()) - 0.4) +
+      "]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\nset xtics (" + labels +
+      ") font ',8'\nset bmargin 4\n$g << EOD\n" +
+      bars(slots, &Slot::by_geometry, simulated ? -0.19 : 0) + "EOD\n";
+  std::string plot = "plot $g using 1:2 with boxes lc rgb '#4c78a8' title 'geometry'";
+  if (simulated) {
+    script += "$s << EOD\n" + bars(slots, &Slot::by_simulation, 0.19) + "EOD\n";
+    plot +=
+        ", $s using 1:2 with boxes lc rgb '#f0a35e' title 'simulation, 95%', "
+        "$s using 1:2:3:4 with yerrorbars lc rgb '#444444' pt 7 ps 0.3 notitle";
+  }
+  return draw(file, 320 + 110 * static_cast<int>(slots.size()), 420, script + plot + "\n");
+}
+
+}  // namespace
+
+std::vector<fs::path> plot_signature(const Signature& signature, const fs::path& directory) {
+  const ResponseTable& t = signature.responses;
+  std::vector<fs::path> files;
+  files.push_back(plot_heights(signature.heights, directory / "collision_height.png"));
+  files.push_back(plot_slices(
+      t, "Mean response",
+      [&](size_t cell, size_t component) { return t.mean[6 * cell + component]; },
+      directory / "response_mean.png"));
+  files.push_back(plot_slices(
+      t, "Standard deviation",
+      [&](size_t cell, size_t component) { return deviation_of(t, cell, component); },
+      directory / "response_spread.png"));
+  if (!signature.rest_poses.empty()) {
+    files.push_back(plot_rest_poses(signature.rest_poses, directory / "rest_poses.png"));
+  }
+  return files;
+}
+
+}  // namespace pilesim

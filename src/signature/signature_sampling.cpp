@@ -1,0 +1,182 @@
+#include "signature/signature_sampling.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/interrupt.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh_import.h"
+#include "signature/known_rest_poses.h"
+#include "signature/signature_file.h"
+
+namespace pilesim {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// A run that is killed loses at most this much of its work.
+constexpr double kCheckpoint_s = 10;
+
+void check_options(const SignatureOptions& options) {
+  const auto refuse = [](const std::string& found, const std::string& expected,
+                         const std::string& remedy = {}) {
+    throw Error(ErrorKind::usage, {.found = found, .expected = expected, .remedy = remedy});
+  };
+  check_material(options.material);
+  if (!(options.scale > 0) || !std::isfinite(options.scale)) {
+    refuse("scale is " + std::to_string(options.scale), "a number above 0");
+  }
+  const TableSampling& sampling = options.sampling;
+  if (sampling.trials_per_cell < 2 || sampling.trials_per_cell > 1000000) {
+    refuse(std::to_string(sampling.trials_per_cell) + " trials a cell", "2 to 1000000");
+  }
+  if (!(sampling.target_error >= 0)) {
+    refuse("target error is " + std::to_string(sampling.target_error), "a number of at least 0");
+  }
+  if (options.layout == TableLayout::scale_free && !options.material.scale_free()) {
+    refuse("the scale-free layout with a restitution that depends on speed",
+           "a restitution threshold of 0",
+           "Use --layout dissertation, which has the speed among its keys.");
+  }
+  if (options.layout == TableLayout::dissertation && sampling.exemplars > 0) {
+    refuse("exemplars in the dissertation's layout", "none: it has means and deviations only");
+  }
+}
+
+SignatureBody describe(const SignatureOptions& options, const TriangleMesh& mesh,
+                       const ContactBody& body) {
+  return {.mesh = options.mesh.filename().string(),
+          .mesh_hash = body.mesh_hash,
+          .scale = options.scale,
+          .hull_vertices = static_cast<uint32_t>(body.vertex_count()),
+          .volume_m3 = mass_properties(mesh).volume_m3,
+          .centre_of_mass = body.centre_of_mass,
+          .inertia_m2 = body.inertia_m2,
+          .principal_axes = body.principal_axes,
+          .gyration_m = body.gyration_m,
+          .outer_radius_m = body.outer_radius_m};
+}
+
+// Everything that the cells' values depend on.
+std::string fingerprint(const SignatureOptions& options, const ContactBody& body,
+                        const ResponseTable& table) {
+  Hasher hasher;
+  const std::string words = body.mesh_hash + layout_name(options.layout);
+  hasher.add(std::as_bytes(std::span(words)));
+  const ContactMaterial& m = options.material;
+  const std::array numbers = {m.restitution, m.friction, m.restitution_threshold_m_s,
+                              options.sampling.target_error};
+  hasher.add_values(std::span<const double>(numbers));
+  const std::array<uint64_t, 5> counts = {
+      static_cast<uint64_t>(kSignatureVersion), static_cast<uint64_t>(options.kind), options.seed,
+      options.sampling.trials_per_cell, options.sampling.exemplars};
+  hasher.add_values(std::span<const uint64_t>(counts));
+  for (const Axis& axis : table.axes) hasher.add_values(std::span<const float>(axis.nodes));
+  return hasher.digest();
+}
+
+void take_up(const SignatureOptions& options, const std::string& print, TableSampler& sampler) {
+  const std::filesystem::path& file = options.partial_file;
+  if (options.discard_partial || file.empty() || !std::filesystem::exists(file)) return;
+  PartialSampling partial = read_partial_sampling(file);
+  if (partial.fingerprint != print ||
+      partial.state.launched.size() != sampler.state().launched.size()) {
+    throw Error(ErrorKind::usage,
+                {.file = file.string(),
+                 .found = "an interrupted run with other settings or another mesh",
+                 .expected = "one to go on with",
+                 .remedy = "Repeat its settings, remove the file, or start anew with --force."});
+  }
+  sampler.restore(std::move(partial.state));
+}
+
+ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup& setup) {
+  const ResponseTable axes = make_table(options.layout, setup.body->gyration_m);
+  TableSampler sampler(setup, axes, options.sampling);
+  const std::string print = fingerprint(options, *setup.body, axes);
+  take_up(options, print, sampler);
+
+  // In percent: how many trials a target error needs is known only when it is met.
+  Progress progress(options.progress, "sampling", 100, "%");
+  Clock::time_point saved = Clock::now();
+  const bool complete = sampler.run([&](uint64_t done, uint64_t expected) {
+    progress.update(100 * done / std::max<uint64_t>(1, expected));
+    const bool go_on = !interrupted();
+    const bool save = !go_on || seconds_since(saved) > kCheckpoint_s;
+    if (save && !options.partial_file.empty()) {
+      write_partial_sampling({print, sampler.state()}, options.partial_file);
+      saved = Clock::now();
+    }
+    return go_on;
+  });
+  if (!complete) {
+    throw Error(ErrorKind::interrupted, {.file = options.partial_file.string(),
+                                         .found = "interrupted; what was measured is kept there",
+                                         .remedy = "The same command goes on from it."});
+  }
+  return sampler.table();
+}
+
+AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup& setup,
+                               const Signature& signature) {
+  const ResponseTable& table = signature.responses;
+  std::vector<ModelUnderTest> models = {{"particle", &table, DrawModel::particle}};
+  if (table.layout == TableLayout::dissertation) {
+    models.push_back({"dissertation", &table, DrawModel::diagonal});
+  } else {
+    models.push_back({"4 keys, diagonal", &table, DrawModel::diagonal});
+    models.push_back({"4 keys, full covariance", &table, DrawModel::full});
+  }
+  if (table.exemplar_count > 0) {
+    models.push_back({"4 keys, exemplars", &table, DrawModel::exemplars});
+  }
+  return measure_accuracy(setup, signature.heights, models, *options.accuracy);
+}
+
+}  // namespace
+
+TableSampling default_sampling(TableLayout layout) {
+  if (layout == TableLayout::dissertation) return {.trials_per_cell = 30};
+  return {.trials_per_cell = 40, .exemplars = 24};
+}
+
+SignatureRun sample_signature(const SignatureOptions& options) {
+  check_options(options);
+  const TriangleMesh mesh = import_mesh(options.mesh, options.scale);
+  const ContactBody body = make_contact_body(mesh, options.mesh.string());
+  const TrialSetup setup{&body, options.material, options.kind, options.seed};
+  const uint32_t height_trials =
+      options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
+
+  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  install_interrupt_handler();
+  SignatureRun run;
+  Clock::time_point start = Clock::now();
+  std::vector<ObservedRest> drops;
+  if (options.drop_to_rest) drops = options.drop_to_rest(mesh);
+  run.drops_s = seconds_since(start);
+  start = Clock::now();
+  run.signature = {
+      .body = describe(options, mesh, body),
+      .material = options.material,
+      .kind = options.kind,
+      .seed = options.seed,
+      .sampling = options.sampling,
+      .heights = sample_collision_heights(setup, options.layout, height_trials),
+      .responses = sample_responses(options, setup),
+      .rest_poses = known_rest_poses(mesh_rest_poses(mesh, body.centre_of_mass), drops),
+      .rest_drops = static_cast<uint32_t>(drops.size())};
+  run.sampling_s = seconds_since(start);
+  start = Clock::now();
+  if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);
+  run.accuracy_s = seconds_since(start);
+  if (!options.partial_file.empty()) std::filesystem::remove(options.partial_file);
+  return run;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,50 @@
+// From a mesh to its signature.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/progress.h"
+#include "signature/known_rest_poses.h"
+#include "signature/signature.h"
+
+namespace pilesim {
+
+struct SignatureOptions {
+  std::filesystem::path mesh;
+  double scale = 1;  // metres per unit of the mesh file
+  ContactMaterial material;
+  TableLayout layout = TableLayout::scale_free;
+  TrialKind kind = TrialKind::macro;  // or micro
+  uint64_t seed = 1;
+  TableSampling sampling;
+  std::optional<AccuracySettings> accuracy = AccuracySettings{};
+  // Drops the checked mesh in a simulation (job/rest_drops.h: simulators lie above this folder).
+  // Empty: rest poses are by geometry only.
+  std::function<std::vector<ObservedRest>(const TriangleMesh&)> drop_to_rest;
+  // Kept while sampling goes on, removed when it is done; taken up again if it is there and belongs
+  // to the same measurement. Empty: nothing is kept.
+  std::filesystem::path partial_file;
+  bool discard_partial = false;  // start anew even so
+  ProgressMode progress = ProgressMode::automatic;
+};
+
+struct SignatureRun {
+  Signature signature;
+  double sampling_s = 0;  // wall time of the tables
+  double accuracy_s = 0;  // of the accuracy report
+  double drops_s = 0;     // of the drops
+};
+
+// The defaults of a layout: trials a cell (the dissertation's 30) and exemplars.
+TableSampling default_sampling(TableLayout layout);
+
+// Checks everything, then takes over SIGINT and SIGTERM and measures.
+// Throws Error(usage) for settings out of range or that contradict each other, Error(input) for a
+// mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
+// `partial_file`.
+SignatureRun sample_signature(const SignatureOptions& options);
+
+}  // namespace pilesim

@@ -1,0 +1,172 @@
+#include "signature/signature_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <numeric>
+
+#include "signature/known_rest_poses.h"
+
+namespace pilesim {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  va_list arguments, again;
+  va_start(arguments, pattern);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, pattern, arguments);
+  std::string text(static_cast<size_t>(length), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(arguments);
+  va_end(again);
+  return text;
+}
+
+// Of numbers printed with three digits: no "-0.000".
+Vec3 without_negative_zero(const Vec3& v) {
+  return v.unaryExpr([](double x) { return std::abs(x) < 5e-4 ? 0.0 : x; });
+}
+
+std::string axis_text(const Axis& axis) {
+  return format("%s %zu (%.3g .. %.3g %s%s)", axis.name.c_str(), axis.size(), axis.nodes.front(),
+                axis.nodes.back(), axis.unit.c_str(), axis.period > 0 ? ", periodic" : "");
+}
+
+std::string body_text(const Signature& s) {
+  const SignatureBody& b = s.body;
+  const Vec3& c = b.centre_of_mass;
+  return format("%s  mesh %s\n", b.mesh.c_str(), b.mesh_hash.c_str()) +
+         format("  volume %.4g m^3, hull of %u vertices, outer radius %.4g m\n", b.volume_m3,
+                b.hull_vertices, b.outer_radius_m) +
+         format("  centre of mass (%.4g, %.4g, %.4g) m\n", c.x(), c.y(), c.z()) +
+         format("  principal inertia per kg (%.4g, %.4g, %.4g) m^2, radius of gyration %.4g m\n",
+                b.inertia_m2.x(), b.inertia_m2.y(), b.inertia_m2.z(), b.gyration_m) +
+         format("material: restitution %.3g, friction %.3g", s.material.restitution,
+                s.material.friction) +
+         (s.material.scale_free()
+              ? "\n"
+              : format(", no bounce below %.3g m/s\n", s.material.restitution_threshold_m_s));
+}
+
+std::string heights_text(const CollisionHeightTable& t) {
+  const auto trials = std::accumulate(t.trials.begin(), t.trials.end(), 0.0);
+  const auto [low, high] = std::minmax_element(t.mean_m.begin(), t.mean_m.end());
+  const float error = *std::max_element(t.error_m.begin(), t.error_m.end());
+  return format("collision height: %s layout, %.0f effective trials, keys %s, %s\n",
+                layout_name(t.layout).c_str(), trials, axis_text(t.spin).c_str(),
+                axis_text(t.tilt).c_str()) +
+         format("  mean %.4g .. %.4g m, standard error at most %.2g m\n", *low, *high, error);
+}
+
+std::string responses_text(const Signature& s) {
+  const ResponseTable& t = s.responses;
+  const auto [fewest, most] = std::minmax_element(t.trials.begin(), t.trials.end());
+  // Standard error of the mean velocity and of the mean spin, root mean square over cells.
+  double squares[2] = {0, 0};
+  for (size_t i = 0; i < t.mean_error.size(); ++i) {
+    squares[i % 6 < 3 ? 0 : 1] += static_cast<double>(t.mean_error[i]) * t.mean_error[i];
+  }
+  const double cells = static_cast<double>(t.cell_count());
+  const bool raw = t.layout == TableLayout::dissertation;
+  std::string text = format(
+      "collision response: %s layout, %s, seed %llu\n", layout_name(t.layout).c_str(),
+      s.kind == TrialKind::macro ? "until the body leaves the plane (macro)" : "one impact (micro)",
+      static_cast<unsigned long long>(s.seed));
+  text += "  keys";
+  for (const Axis& axis : t.axes) text += " " + axis_text(axis);
+  text += format("\n  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest,
+                 *most);
+  text +=
+      format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
+             std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",
+             std::sqrt(squares[1] / cells), raw ? " rad/s" : ", in units of sqrt(v^2 + k^2 w^2)");
+  if (t.most_growth > 1) {
+    text +=
+        format("  sqrt(v^2 + k^2 w^2) grows up to %.3g times (99%% of trials)\n", t.most_growth);
+  }
+  if (t.exemplar_count > 0) text += format("  %u exemplars a cell\n", t.exemplar_count);
+  return text;
+}
+
+// A round side has dozens of poses: more than these are counted, not listed.
+constexpr size_t kPosesListed = 12;
+
+std::string pose_list(const Signature& s, const char* source) {
+  std::string text;
+  size_t left = 0;
+  double left_probability = 0;
+  for (const KnownRestPose& p : s.rest_poses) {
+    if (p.source != source) continue;
+    if (std::count(text.begin(), text.end(), '\n') >= static_cast<ptrdiff_t>(kPosesListed)) {
+      ++left;
+      left_probability += p.probability;
+      continue;
+    }
+    const Vec3 up = without_negative_zero(p.up);
+    text += format("  %5.1f%% (%.1f .. %.1f)  height %.4g m  up (%.3f, %.3f, %.3f)  by %s\n",
+                   100 * p.probability, 100 * p.probability_low, 100 * p.probability_high,
+                   p.height_m, up.x(), up.y(), up.z(), source);
+  }
+  if (left > 0) {
+    text += format("  %5.1f%% in %zu more by %s\n", 100 * left_probability, left, source);
+  }
+  return text;
+}
+
+std::string agreement_text(const Signature& s) {
+  const std::vector<RestPoseComparison> families = compare_rest_poses(s.rest_poses, s.rest_drops);
+  if (families.empty()) return {};
+  std::string text = format(
+      "rest poses by geometry against %u simulated drops (within %.0f degrees; what one "
+      "has above %.0f%% the other has above %.1f%%):\n",
+      s.rest_drops, degrees(kRestPoseAngle), 100 * kLeastRestProbability,
+      100 * kRestAgreement * kLeastRestProbability);
+  size_t apart = 0;
+  for (const RestPoseComparison& f : families) {
+    const Vec3 up = without_negative_zero(f.up);
+    text += format("  geometry %5.1f%%  simulation %5.1f%% (%.1f .. %.1f)  up (%.3f, %.3f, %.3f)",
+                   100 * f.by_geometry, 100 * f.by_simulation, 100 * f.simulation_low,
+                   100 * f.simulation_high, up.x(), up.y(), up.z());
+    if (f.poses > 1) text += format(" and %zu more of its family", f.poses - 1);
+    text += f.agrees ? "\n" : "  DIFFERS\n";
+    apart += f.agrees ? 0 : 1;
+  }
+  text += apart == 0 ? "  they agree on which poses exist\n"
+                     : format("  they do not agree on %zu of %zu poses\n", apart, families.size());
+  return text;
+}
+
+std::string rest_text(const Signature& s) {
+  if (s.rest_poses.empty()) return "rest poses: none recorded\n";
+  return "rest poses:\n" + pose_list(s, "geometry") + pose_list(s, "simulation") +
+         agreement_text(s);
+}
+
+}  // namespace
+
+std::string accuracy_text(const AccuracyReport& r) {
+  std::string text = format(
+      "accuracy: sliced Wasserstein-2 distance to %u x %u fresh trials, in units of "
+      "sqrt(v^2 + k^2 w^2)\n",
+      r.collisions, r.trials);
+  for (const ModelAccuracy& m : r.models) {
+    text += format("  %-26s %.4f (worst %.3f)  before limits: energy gain %.2f%%, inward %.2f%%\n",
+                   m.model.c_str(), m.distance, m.worst, 100 * m.energy_gain, 100 * m.inward);
+  }
+  text += format("  %-26s %.4f\n", "noise floor", r.noise_floor);
+  text += format(
+      "  true responses that gain v^2 + k^2 w^2: %.2f%%; variance of the mean collision "
+      "height left unexplained: %.1f%%\n",
+      100 * r.true_energy_gain, 100 * r.height_unexplained);
+  return text;
+}
+
+std::string summary_text(const Signature& signature) {
+  std::string text = body_text(signature) + heights_text(signature.heights) +
+                     responses_text(signature) + rest_text(signature);
+  if (signature.accuracy) text += accuracy_text(*signature.accuracy);
+  return text;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,28 @@
+// A signature for people: as text and as pictures.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "signature/signature.h"
+
+namespace pilesim {
+
+// Several lines: the body, the material, the tables and how well they are known, rest poses,
+// accuracy.
+std::string summary_text(const Signature& signature);
+
+// The accuracy report alone, one line a model.
+std::string accuracy_text(const AccuracyReport& report);
+
+// Draws pictures (PNG, by gnuplot) into `directory`, which exists, and gives their names:
+//   collision_height.png  height against spin, with its deviation (as the dissertation's
+//   Figure 3.2) response_mean.png     slices of the mean response through the table
+//   response_spread.png   and of its standard deviation
+//   rest_poses.png        probabilities of the rest poses, if there are any
+// Throws Error(io) where gnuplot is missing or fails.
+std::vector<std::filesystem::path> plot_signature(const Signature& signature,
+                                                  const std::filesystem::path& directory);
+
+}  // namespace pilesim

@@ -1,0 +1,133 @@
+"""Signatures as a user makes and inspects them."""
+
+import signal
+import subprocess
+import unittest
+
+from support import PILESIM, SOURCE, CommandTest
+
+BOX = SOURCE / "assets" / "box.obj"
+QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
+
+
+def write_fine_cube(file, n):
+    """A closed cube, each face a grid of n x n squares."""
+    numbers, lines = {}, []
+
+    def vertex(*point):
+        number = numbers.setdefault(point, len(numbers) + 1)
+        if number > len(lines):
+            lines.append("v %d %d %d" % point)
+        return number
+
+    faces = []
+    for a in range(n):
+        for b in range(n):
+            for far in (0, n):
+                # In the order of a right-handed turn about each axis.
+                corners = ((a, b), (a + 1, b), (a + 1, b + 1), (a, b + 1))
+                if far == 0:
+                    corners = corners[::-1]
+                faces.append([vertex(far, u, v) for u, v in corners])
+                faces.append([vertex(v, far, u) for u, v in corners])
+                faces.append([vertex(u, v, far) for u, v in corners])
+    lines += ["f %d %d %d %d" % tuple(face) for face in faces]
+    file.write_text("\n".join(lines) + "\n")
+
+
+class SampleSignature(CommandTest):
+    def test_a_box_is_sampled_and_inspected_the_same(self):
+        sampled = self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK).stdout
+        inspected = self.succeed("inspect", "box.sig").stdout
+        self.assertIn(inspected, sampled)
+        self.assertIn("rest poses:", inspected)
+        self.assertEqual(inspected.count("by geometry"), 6)
+        self.assertFalse((self.dir / "box.sig.partial").exists())
+
+    def test_plots_are_pictures(self):
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        self.succeed("inspect", "box.sig", "--plot", "pictures")
+        for name in ("collision_height", "response_mean", "response_spread", "rest_poses"):
+            data = (self.dir / "pictures" / f"{name}.png").read_bytes()
+            self.assertTrue(data.startswith(b"\x89PNG"), name)
+
+    def test_threads_do_not_change_the_bytes(self):
+        for threads in ("1", "3"):
+            self.succeed(
+                "sample-signature", BOX, "-o", f"{threads}.sig", "--threads", threads, *QUICK
+            )
+        self.assertEqual((self.dir / "1.sig").read_bytes(), (self.dir / "3.sig").read_bytes())
+
+    def test_an_interrupted_run_goes_on(self):
+        settings = ["--trials", "400", "--no-accuracy", "--exemplars", "0"]
+        command = [PILESIM, "sample-signature", str(BOX), "-o", "a.sig", *settings]
+        process = subprocess.Popen(command, cwd=self.dir, stderr=subprocess.PIPE)
+        try:
+            process.wait(timeout=1)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+        self.assertIn(process.returncode, (0, 130))
+        if process.returncode == 130:
+            self.assertTrue((self.dir / "a.sig.partial").exists())
+            other = self.expect_exit(
+                2, "sample-signature", BOX, "-o", "a.sig", *settings, "--friction", "0.1"
+            )
+            self.assertIn("interrupted run with other settings", other.stderr)
+            self.succeed("sample-signature", BOX, "-o", "a.sig", *settings)
+        self.succeed("sample-signature", BOX, "-o", "b.sig", *settings)
+        self.assertEqual((self.dir / "a.sig").read_bytes(), (self.dir / "b.sig").read_bytes())
+
+    def test_drops_find_the_faces_of_a_die(self):
+        result = self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK, "--rest-drops", "60")
+        self.assertEqual(result.stderr, "")
+        inspected = self.succeed("inspect", "box.sig").stdout
+        self.assertIn(inspected, result.stdout)
+        self.assertEqual(inspected.count("by simulation"), 6)
+        self.assertIn("they agree on which poses exist", inspected)
+
+    def test_bad_input_is_named(self):
+        square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+        meshes = {
+            "open": square + "v 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 2 5\n",
+            "point": "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n",
+            "flat": square + "f 1 2 3\nf 1 3 4\nf 1 3 2\nf 1 4 3\n",
+        }
+        for name, text in meshes.items():
+            (self.dir / f"{name}.obj").write_text(text)
+            result = self.expect_exit(3, "sample-signature", f"{name}.obj", "-o", "x.sig")
+            self.assertIn(f"{name}.obj", result.stderr)
+        result = self.expect_exit(
+            2, "sample-signature", BOX, "-o", "x.sig", "--restitution", "1.2"
+        )
+        self.assertIn("0 to 1", result.stderr)
+        result = self.expect_exit(
+            2, "sample-signature", BOX, "-o", "x.sig", "--restitution-threshold", "0.5"
+        )
+        self.assertIn("--layout dissertation", result.stderr)
+        self.assertFalse((self.dir / "x.sig").exists())
+
+    def test_a_mesh_of_a_million_vertices(self):
+        write_fine_cube(self.dir / "fine.obj", 409)  # 1,003,688 vertices
+        sampled = self.succeed("sample-signature", "fine.obj", "-o", "fine.sig", *QUICK).stdout
+        self.assertIn("hull of 8 vertices", sampled)
+        self.assertEqual(sampled.count("by geometry"), 6)
+
+    def test_an_output_that_exists_is_kept(self):
+        (self.dir / "box.sig").write_text("mine")
+        self.expect_exit(2, "sample-signature", BOX, "-o", "box.sig", *QUICK)
+        self.assertEqual((self.dir / "box.sig").read_text(), "mine")
+
+
+class Inspect(CommandTest):
+    def test_refuses_what_is_no_signature(self):
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        whole = (self.dir / "box.sig").read_bytes()
+        for name, data in {"text": b"hello", "cut": whole[: len(whole) // 2], "none": b""}.items():
+            (self.dir / name).write_bytes(data)
+            self.assertIn(name, self.expect_exit(3, "inspect", name).stderr)
+        self.expect_exit(4, "inspect", "nowhere.sig")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,101 @@
+// Trials of random bodies under random materials.
+#include <gtest/gtest.h>
+
+#include "signature/contact_impulse.h"
+#include "signature/contact_sampler.h"
+#include "signature/flight_reach.h"
+#include "support/signature_bodies.h"
+
+namespace pilesim {
+namespace {
+
+TrialRequest random_request(const ContactBody& body, Philox& random, uint64_t object) {
+  TrialRequest request;
+  request.velocity = Vec3(random.uniform(-3, 3), -random.uniform(0.05, 3), random.uniform(-3, 3));
+  request.spin = random.direction() * random.uniform(0, 4) / body.gyration_m;
+  request.start = TrialStart::launch;
+  request.object = object;
+  request.count = 100;
+  return request;
+}
+
+class Trials : public testing::TestWithParam<int> {
+ protected:
+  Philox random{5, Stream::test, static_cast<uint64_t>(GetParam())};
+  ContactBody body = test::random_body(random, 4 + 6 * GetParam());
+};
+
+// Energies from the inertia in the world would need the orientation after; the impulse itself is
+// watched instead.
+TEST_P(Trials, NoImpulseAddsEnergyAndRestitutionIsKept) {
+  for (int i = 0; i < 4000; ++i) {
+    const ContactMaterial material{.restitution = random.uniform(),
+                                   .friction = random.uniform(0, 2)};
+    Flight flight = test::random_flight(body, random, 6);
+    const uint32_t vertex = lowest_vertex(body, flight.normal).vertex;
+    const double before = kinetic_energy(body, flight);
+    const double approach = apply_contact_impulse(body, material, vertex, flight);
+    EXPECT_LE(kinetic_energy(body, flight), before * (1 + 1e-12));
+    if (approach <= 0) continue;
+    const Vec3 u = flight.to_body(flight.velocity) + flight.spin.cross(body.vertices[vertex]);
+    EXPECT_NEAR(flight.normal.dot(u), material.restitution * approach, 1e-9 * (1 + approach));
+  }
+}
+
+TEST_P(Trials, BodiesLeaveThePlaneInTheEnd) {
+  const TrialSetup setup{&body, {.restitution = 0.3, .friction = 0.5}, TrialKind::macro, 1};
+  std::vector<TrialResult> results;
+  for (uint64_t i = 0; i < 10; ++i) {
+    const TrialRequest request = random_request(body, random, i);
+    run_trials(setup, std::span(&request, 1), results);
+    for (const TrialResult& result : results) {
+      EXPECT_TRUE(result.kept);
+      EXPECT_FALSE(result.unsettled);
+      EXPECT_GE(result.impacts, 1);
+      EXPECT_GE(result.velocity.y(), 0);
+      EXPECT_GT(result.height_m, 0);
+      EXPECT_LE(result.height_m, body.outer_radius_m);
+    }
+  }
+}
+
+// Powers of two scale doubles without rounding.
+TEST_P(Trials, AreHomogeneousBitForBit) {
+  for (const TrialKind kind : {TrialKind::micro, TrialKind::macro}) {
+    const TrialSetup setup{&body, {.restitution = 0.4, .friction = 0.6}, kind, 1};
+    TrialRequest request = random_request(body, random, 3);
+    std::vector<TrialResult> slow, fast;
+    run_trials(setup, std::span(&request, 1), slow);
+    request.velocity *= 1024;
+    request.spin *= 1024;
+    run_trials(setup, std::span(&request, 1), fast);
+    for (size_t i = 0; i < slow.size(); ++i) {
+      EXPECT_EQ(fast[i].velocity, 1024 * slow[i].velocity) << i;
+      EXPECT_EQ(fast[i].spin, 1024 * slow[i].spin) << i;
+      EXPECT_EQ(fast[i].height_m, slow[i].height_m);
+      EXPECT_EQ(fast[i].impacts, slow[i].impacts);
+    }
+  }
+}
+
+// What never happens above the bound also may not happen on a slow march over many turns.
+TEST_P(Trials, NoVertexReachesBelowTheReachOfItsFlight) {
+  for (int i = 0; i < 10; ++i) {
+    const Flight flight = test::random_flight(body, random, 1);
+    const double reach = reach_of_flight(body, flight.normal, flight.spin);
+    EXPECT_LE(reach, body.outer_radius_m);
+    test::SlowFlight slow(body, flight);
+    const double step_s = 0.05 / flight.spin.norm();
+    double deepest = 0;
+    for (int k = 0; k < 2000; ++k, slow.advance(step_s)) {
+      deepest = std::max(deepest, slow.height() - slow.gap());
+    }
+    EXPECT_LE(deepest, reach * (1 + 1e-4));
+    EXPECT_GE(deepest, 0.5 * reach) << "the bound is useless";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, Trials, testing::Range(0, 6));
+
+}  // namespace
+}  // namespace pilesim
