@@ -12,8 +12,8 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kBodiesPerTask = 1024;
-// With fewer, handing work to threads takes longer than doing it.
-constexpr size_t kContactsForThreads = 4000;
+// With fewer awake, handing work to threads takes longer than doing it.
+constexpr size_t kBodiesForThreads = 1500;
 // Parts of the radius.
 constexpr float kSlop = 0.005F;   // spheres may stay sunk this far: contacts do not come and go
 constexpr float kNearby = 0.02F;  // contacts are kept up to this gap
@@ -146,6 +146,15 @@ void SphereWorld::step(StageTimer& timer) {
   }
 }
 
+template <class Do>
+void SphereWorld::share_out(size_t count, size_t grain, const Do& work) const {
+  if (worth_threads_) {
+    parallel_for(count, grain, work);
+  } else if (count > 0) {
+    work(0, count);
+  }
+}
+
 void SphereWorld::speed_up() {
   const Vec3f change = settings_.step_s * settings_.gravity;
   for (const uint32_t body : members_) {
@@ -195,7 +204,7 @@ void SphereWorld::sort() {
   }
   levels_.resize(level);
 
-  parallel_for(count, kBodiesPerTask, [&](size_t begin, size_t end) {
+  share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       const uint32_t body = body_[p];
       const BodySignature& object = *states_.object[body];
@@ -232,16 +241,13 @@ void SphereWorld::find_contacts() {
     batch.impacts.clear();
     batch.woken.clear();
   }
-  parallel_for(count, 1, [&](size_t begin, size_t end) {
+  share_out(count, 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) find_of_block(block_of[i], batches_[i]);
   });
   find_of_coarse_levels(batches_.back());
-  size_t contacts = 0;
   for (const Batch& batch : batches_) {
-    contacts += batch.contacts.size();
     for (const uint32_t body : batch.woken) wake(body);
   }
-  worth_threads_ = contacts > kContactsForThreads;
 }
 
 void SphereWorld::find_of_block(uint32_t block, Batch& batch) {
@@ -401,7 +407,7 @@ void SphereWorld::collide_bodies() {
       chosen.push_back(&c);
     }
   }
-  parallel_for(chosen.size(), 64, [&](size_t begin, size_t end) {
+  share_out(chosen.size(), 64, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const SphereContact& c = *chosen[i];
       const auto random_of = [&](uint32_t body) {
@@ -440,11 +446,7 @@ void SphereWorld::collide_bodies() {
 template <class Do>
 void SphereWorld::for_each_batch(const Do& work) {
   for (const std::vector<uint32_t>& batches : colours_) {
-    if (!worth_threads_) {
-      for (const uint32_t batch : batches) work(batches_[batch]);
-      continue;
-    }
-    parallel_for(batches.size(), 1, [&](size_t begin, size_t end) {
+    share_out(batches.size(), 1, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) work(batches_[batches[i]]);
     });
   }
@@ -479,7 +481,7 @@ void SphereWorld::solve_contacts() {
 // How far each sphere moves: along its velocity, and apart from what it is sunk into.
 void SphereWorld::separate() {
   const float dt = settings_.step_s;
-  parallel_for(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       if (motion_[p].inverse_mass > 0) shift_[p] += dt * motion_[p].velocity;
     }
@@ -503,7 +505,7 @@ void SphereWorld::separate() {
 
 void SphereWorld::move() {
   const float dt = settings_.step_s;
-  parallel_for(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       if (motion_[p].inverse_mass == 0) continue;
       const uint32_t body = body_[p];
@@ -527,7 +529,7 @@ void SphereWorld::move() {
 }
 
 void SphereWorld::settle() {
-  parallel_for(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       if (motion_[p].inverse_mass > 0) settle_body(body_[p]);
     }

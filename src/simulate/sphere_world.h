@@ -88,6 +88,9 @@ class SphereWorld {
   void solve_contacts();
   template <class Do>
   void for_each_batch(const Do& work);
+  // parallel_for, or a plain loop over [0, count) where there is little to do.
+  template <class Do>
+  void share_out(size_t count, size_t grain, const Do& work) const;
   void separate();
   void move();
   void settle();
