@@ -21,7 +21,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"geometry", {"core"}},
     {"scene", {"core", "geometry"}},
     {"signature", {"core", "geometry"}},
-    {"simulate", {"core", "geometry", "scene"}},
+    {"simulate", {"core", "geometry", "scene", "signature"}},
     {"trajectory", {"core"}},
     {"report", {"core"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
