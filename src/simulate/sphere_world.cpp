@@ -553,9 +553,10 @@ void SphereWorld::settle_body(uint32_t body) {
       posed = turn_towards_rest(object, gravity, dt, s.orientation[body], s.spin[body],
                                 s.surface_radius_m[body]);
     } else {
-      const float change = kEaseSpeed * scale * dt;
-      s.surface_radius_m[body] +=
-          std::clamp(object.packing_radius_m - s.surface_radius_m[body], -change, change);
+      // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+      const float narrower =
+          std::max(object.packing_radius_m, s.surface_radius_m[body] - kEaseSpeed * scale * dt);
+      s.surface_radius_m[body] = std::min(s.surface_radius_m[body], narrower);
     }
   }
   const bool slow = s.velocity[body].norm() < kRestSpeed * scale &&
