@@ -14,14 +14,20 @@ constexpr size_t kFewestCells = 4096;
 
 void SphereGrid::choose_box(std::span<const Vec3f> centres) {
   Eigen::AlignedBox3f box;
-  Vec3 sum = Vec3::Zero();
-  for (const uint32_t i : small_indices_) {
-    box.extend(centres[i]);
-    sum += centres[i].cast<double>();
+  for (const uint32_t i : small_indices_) box.extend(centres[i]);
+  Vec3f middle = Vec3f::Zero();  // most are around here, wherever some may have flown
+  if (small_indices_.empty()) {
+    box.extend(middle);
+  } else {
+    std::vector<float> along(small_indices_.size());
+    const auto half = along.begin() + static_cast<ptrdiff_t>(along.size() / 2);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      std::ranges::transform(small_indices_, along.begin(),
+                             [&](uint32_t i) { return centres[i](axis); });
+      std::nth_element(along.begin(), half, along.end());
+      middle(axis) = *half;
+    }
   }
-  if (small_indices_.empty()) box.extend(Vec3f(Vec3f::Zero()));
-  const Vec3f middle =
-      (sum / static_cast<double>(std::max<size_t>(1, small_indices_.size()))).cast<float>();
   const size_t most = kFewestCells + kCellsPerSphere * small_indices_.size();
   const auto cells_along = [&](Eigen::Index axis) {
     return std::floor(box.sizes()(axis) * inverse_cell_) + 1;
