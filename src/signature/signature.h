@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "signature/accuracy.h"
+#include "signature/bspline_fit.h"
 #include "signature/collision_height.h"
 #include "signature/contact_sampler.h"
 #include "signature/response_table.h"
@@ -43,7 +44,10 @@ struct Signature {
   uint64_t seed = 1;
   TableSampling sampling;
   CollisionHeightTable heights;
+  // Where `fit` stands for the table: layout, axes and most_growth only, no cells. ResponseModel
+  // takes either.
   ResponseTable responses;
+  std::optional<ResponseFit> fit;
   std::vector<KnownRestPose> rest_poses;
   std::optional<AccuracyReport> accuracy;
 };
