@@ -2,29 +2,57 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <regex>
+#include <charconv>
+#include <string_view>
 
 #include "core/error.h"
 
 namespace pilesim {
 
-FrameRange parse_frame_range(const std::string& text) {
-  static const std::regex kRange(R"((\d{1,9})(-(\d{1,9})?(x(\d{1,9}))?)?)");
-  std::smatch part;
-  const bool is_range = std::regex_match(text, part, kRange);
+namespace {
+
+// Takes a number off the front of `text`; nullopt if there is none.
+std::optional<uint64_t> take_number(std::string_view& text) {
+  uint64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc()) return std::nullopt;
+  text.remove_prefix(static_cast<size_t>(end - text.data()));
+  return number;
+}
+
+bool take(char letter, std::string_view& text) {
+  if (!text.starts_with(letter)) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+std::optional<FrameRange> read_range(std::string_view text) {
   FrameRange range;
-  if (is_range) {
-    range.first = std::stoull(part[1]);
-    if (!part[2].matched) range.last = range.first;
-    if (part[3].matched) range.last = std::stoull(part[3]);
-    if (part[5].matched) range.step = std::stoull(part[5]);
+  const std::optional<uint64_t> first = take_number(text);
+  if (!first) return std::nullopt;
+  range.first = *first;
+  if (text.empty()) {
+    range.last = first;
+    return range;
   }
-  if (!is_range || range.step == 0 || range.last.value_or(range.first) < range.first) {
-    throw CLI::ValidationError("--frames", "'" + text +
-                                               "' is not FRAME, FIRST-LAST, FIRST- or one of the "
-                                               "latter two with xSTEP");
+  if (!take('-', text)) return std::nullopt;
+  range.last = take_number(text);
+  if (take('x', text)) {
+    const std::optional<uint64_t> step = take_number(text);
+    if (!step) return std::nullopt;
+    range.step = *step;
   }
-  return range;
+  const bool sound = range.step > 0 && range.last.value_or(range.first) >= range.first;
+  return text.empty() && sound ? std::optional(range) : std::nullopt;
+}
+
+}  // namespace
+
+FrameRange parse_frame_range(const std::string& text) {
+  if (const std::optional<FrameRange> range = read_range(text)) return *range;
+  throw CLI::ValidationError("--frames", "'" + text +
+                                             "' is not FRAME, FIRST-LAST, FIRST- or one of the "
+                                             "latter two with xSTEP");
 }
 
 std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count) {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string_view>
 
-#include "core/atomic_file.h"
+#include "core/output_directory.h"
 #include "options.h"
 #include "signature/signature_file.h"
 #include "signature/signature_summary.h"
@@ -31,7 +31,8 @@ Example:
     std::fputs(summary_text(signature).c_str(), stdout);
     if (options->plots.empty()) return;
     constexpr std::array<std::string_view, 1> kKnown = {"collision_height.png"};
-    prepare_output_directory(options->plots, options->force, kKnown);
+    remove_output(claim_output(options->plots, kKnown, options->force));
+    make_output_directory(options->plots);
     for (const auto& picture : plot_signature(signature, options->plots)) {
       std::printf("%s\n", picture.c_str());
     }
