@@ -15,6 +15,10 @@ constexpr double kLeastDeviation = 1e-3;
 // Of the root mean square magnitude: directions of shorter responses count as those.
 constexpr double kLeastMagnitude = 0.05;
 
+// Heights are smooth: so many control points, rounded to this share of the outer radius.
+constexpr int kHeightControlPoints = 7;
+constexpr double kHeightStep = 1e-3;
+
 double square(double x) { return x * x; }
 
 // sqrt(v^2 + k^2 w^2) of each cell's collision.
@@ -106,13 +110,6 @@ Grid fit_parts(const FitProblem& problem, std::span<const SplineAxis> axes) {
     at += control.width;
   }
   return all;
-}
-
-// Root mean square of the cells' units: what a rounding step is relative to.
-double typical_unit(const std::vector<double>& units) {
-  double squares = 0;
-  for (const double unit : units) squares += unit * unit;
-  return std::sqrt(squares / static_cast<double>(units.size()));
 }
 
 }  // namespace
@@ -222,6 +219,13 @@ FitProblem spread_problem(const ResponseTable& table, double gyration_m) {
   return problem;
 }
 
+double rounding_unit(const ResponseTable& table, double gyration_m) {
+  if (table.layout == TableLayout::scale_free) return 1;
+  double squares = 0;
+  for (const double unit : cell_units(table, gyration_m)) squares += unit * unit;
+  return std::sqrt(squares / static_cast<double>(table.cell_count()));
+}
+
 void check_size(const ResponseTable& table, const SplineSize& size) {
   const auto refuse = [](const std::string& found, const std::string& expected) {
     throw Error(ErrorKind::usage, {.found = found, .expected = expected});
@@ -246,14 +250,13 @@ void check_size(const ResponseTable& table, const SplineSize& size) {
 
 ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
                           const FitSettings& settings) {
-  const bool raw = table.layout == TableLayout::dissertation;
-  const double unit = raw ? typical_unit(cell_units(table, gyration_m)) : 1;
   ResponseFit fit{.coordinates = settings.coordinates, .parametrisation = settings.parametrisation};
   const FitProblem mean = mean_problem(table, gyration_m, settings.coordinates);
   const FitProblem spread = spread_problem(table, gyration_m);
   const auto mean_axes = mean.axes(table, settings.mean, settings.parametrisation);
   const auto spread_axes = spread.axes(table, settings.spread, settings.parametrisation);
-  fit.mean = round_spline(mean_axes, fit_parts(mean, mean_axes), settings.mean_step * unit);
+  fit.mean = round_spline(mean_axes, fit_parts(mean, mean_axes), 
+                          settings.mean_step * rounding_unit(table, gyration_m));
   fit.spread = round_spline(spread_axes, fit_parts(spread, spread_axes), settings.spread_step);
   // Fitted as k w; directions have no unit.
   const auto scale = static_cast<float>(spin_scale(table, gyration_m));
@@ -263,6 +266,36 @@ ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
     fit.mean.step[k] /= scale;
   }
   return fit;
+}
+
+SplineField fit_heights(const CollisionHeightTable& table, double outer_radius_m) {
+  Grid data{.sizes = {table.spin.size(), table.tilt.size()}, .width = 2, .values = {}};
+  for (size_t cell = 0; cell < table.cell_count(); ++cell) {
+    data.values.push_back(table.mean_m[cell]);
+    data.values.push_back(table.deviation_m[cell]);
+  }
+  std::vector<SplineAxis> axes;
+  for (const Axis& axis : {table.spin, table.tilt}) {
+    const int points = std::min(kHeightControlPoints, static_cast<int>(axis.size()));
+    axes.push_back({.axis = axis,
+                    .parameters = node_parameters(Parametrisation::uniform, data, 0, axis),
+                    .basis = BSplineBasis(std::min(3, points - 1), points, false)});
+  }
+  const std::vector<double> weights(table.cell_count(), 1.0);
+  return round_spline(axes, fit_spline(axes, data, weights),
+                      kHeightStep * outer_radius_m);
+}
+
+void expand_heights(const SplineField& field, CollisionHeightTable& heights) {
+  const Grid grid = at_nodes(field.axes, control_grid(field));
+  heights.trials.assign(heights.cell_count(), 0);
+  heights.error_m.assign(heights.cell_count(), 0);
+  heights.mean_m.clear();
+  heights.deviation_m.clear();
+  for (size_t cell = 0; cell < heights.cell_count(); ++cell) {
+    heights.mean_m.push_back(static_cast<float>(grid.values[2 * cell]));
+    heights.deviation_m.push_back(std::max(0.0F, static_cast<float>(grid.values[2 * cell + 1])));
+  }
 }
 
 }  // namespace pilesim

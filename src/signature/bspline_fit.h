@@ -1,4 +1,5 @@
-// A response table as two splines, one for the mean and one for the spread (dissertation 3.3).
+// A signature's tables as splines (dissertation 3.3): one for the mean of responses, one for their
+// spread, one for heights.
 #pragma once
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "signature/bspline.h"
+#include "signature/collision_height.h"
 #include "signature/response_table.h"
 #include "signature/spline_field.h"
 
@@ -48,12 +50,20 @@ struct ResponseFit {
   SplineField mean, spread;
 };
 inline constexpr float kLeastSpread = 1e-4F;
+inline size_t mean_width(ResponseCoordinates coordinates) {
+  return coordinates == ResponseCoordinates::spherical ? 8 : 6;
+}
 
 // A cell's weight is 1 / (e^2 + E^2), e being the standard error of the cell and E its root mean
 // square over the table, both in units of sqrt(v^2 + k^2 w^2) there: cells that are known well count
 // more, but none so much that the spline follows it alone. One weight for all values of a cell.
 ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
                           const FitSettings& settings);
+
+// Mean and deviation of the collision height, m, over (spin, tilt).
+SplineField fit_heights(const CollisionHeightTable& table, double outer_radius_m);
+// Fills the values of a table, whose axes are there.
+void expand_heights(const SplineField& field, CollisionHeightTable& heights);
 
 // One of the two splines before it is fitted. Distances between values times the root of their
 // weight are distances between responses, in units of sqrt(v^2 + k^2 w^2) there, times `precision`.
@@ -73,7 +83,11 @@ FitProblem mean_problem(const ResponseTable& table, double gyration_m,
                         ResponseCoordinates coordinates);
 FitProblem spread_problem(const ResponseTable& table, double gyration_m);
 
-// Throws Error(usage) for a degree outside 1 to kMostDegree (0 with one control point) or control
+// What mean_step is relative to: 1, or the root mean square of sqrt(v^2 + k^2 w^2) over the cells of
+// the dissertation's layout.
+double rounding_unit(const ResponseTable& table, double gyration_m);
+
+// Throws Error(usage) for a degree outside 1 to kMostDegree or control
 // points that do not fit the degree or the axis.
 void check_size(const ResponseTable& table, const SplineSize& size);
 

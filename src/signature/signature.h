@@ -43,11 +43,12 @@ struct Signature {
   TrialKind kind = TrialKind::macro;
   uint64_t seed = 1;
   TableSampling sampling;
-  CollisionHeightTable heights;
+  CollisionHeightTable heights;  // if fitted: as the fit gives it, without trials and errors
   // Where `fit` stands for the table: layout, axes and most_growth only, no cells. ResponseModel
   // takes either.
   ResponseTable responses;
   std::optional<ResponseFit> fit;
+  SplineField height_fit;  // with `fit`: over (spin, tilt), mean and deviation, m
   std::vector<KnownRestPose> rest_poses;
   std::optional<AccuracyReport> accuracy;
 };
