@@ -15,7 +15,7 @@ constexpr std::array kSteps = {0.002, 0.003, 0.004, 0.006, 0.008, 0.012, 0.016, 
 constexpr int kLongestMove = 3;  // control points that one move adds
 // Control points lie outside the data's range by about this share of it.
 constexpr double kOvershoot = 0.2;
-constexpr double kFewestBits = 2;  // a level; bounds how many control points are tried
+constexpr double kFewestBits = 5;  // a level; bounds how many control points are tried
 
 struct Option {
   SplineSize size;

@@ -18,7 +18,7 @@ double seconds_since(Clock::time_point start) {
 
 // The curve: each point has this many times the bytes of the one before.
 constexpr double kCurveRatio = 1.41;
-constexpr size_t kSmallestFile = 2000, kLargestFile = 50000;
+constexpr size_t kSmallestFile = 2000, kLargestFile = 30000;
 
 [[noreturn]] void refuse(ErrorKind kind, const std::string& file, const std::string& found,
                          const std::string& expected, const std::string& remedy = {}) {
