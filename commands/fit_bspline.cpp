@@ -60,8 +60,8 @@ void fit(Options& options) {
     }
   }
   if (options.run.quiet) return;
-  std::printf("%s: %zu bytes, from %zu; fitted in %.2f s", options.output.c_str(),
-              run.fitted_bytes, run.table_bytes, run.fit_s);
+  std::printf("%s: %zu bytes, from %zu; fitted in %.2f s", options.output.c_str(), run.fitted_bytes,
+              run.table_bytes, run.fit_s);
   if (!run.curve.empty()) std::printf(", searched in %.2f s", run.search_s);
   if (run.fitted.accuracy) std::printf(", accuracy measured in %.2f s", run.accuracy_s);
   std::printf("\n%s%s", fit_report_text(run).c_str(), summary_text(run.fitted).c_str());
@@ -83,34 +83,41 @@ void add_fit_bspline_command(CLI::App& app) {
       ->required();
   command->add_option("--mesh", f.mesh,
                       "The mesh that was sampled, to measure the fit against fresh true responses");
-  auto* bytes = command->add_option("--max-bytes", f.max_bytes,
-                                    "Choose the fit of least error in a file of this size")
+  auto* bytes = command
+                    ->add_option("--max-bytes", f.max_bytes,
+                                 "Choose the fit of least error in a file of this size")
                     ->type_name("N");
-  auto* error = command->add_option("--max-error", f.max_error,
-                                    "Choose the smallest fit with this distance from true "
-                                    "responses or less (with --mesh)")
+  auto* error = command
+                    ->add_option("--max-error", f.max_error,
+                                 "Choose the smallest fit with this distance from true "
+                                 "responses or less (with --mesh)")
                     ->type_name("E");
-  command->add_option("--degree", options->degree,
-                      "Of the splines; with --max-bytes or --max-error, the highest to try")
+  command
+      ->add_option("--degree", options->degree,
+                   "Of the splines; with --max-bytes or --max-error, the highest to try")
       ->capture_default_str();
-  command->add_option("--control-points", options->control_points,
-                      "On each axis, or four numbers by axis (default 4)")
+  command
+      ->add_option("--control-points", options->control_points,
+                   "On each axis, or four numbers by axis (default 4)")
       ->delimiter(',')
       ->type_name("N[,N,N,N]")
       ->excludes(bytes)
       ->excludes(error);
-  command->add_option("--precision", options->precision,
-                      "Rounding of control points, in units of the speed before")
+  command
+      ->add_option("--precision", options->precision,
+                   "Rounding of control points, in units of the speed before")
       ->capture_default_str()
       ->excludes(bytes)
       ->excludes(error);
-  command->add_option("--coordinates", f.settings.coordinates,
-                      "Of the mean response: cartesian (default) or spherical")
+  command
+      ->add_option("--coordinates", f.settings.coordinates,
+                   "Of the mean response: cartesian (default) or spherical")
       ->transform(CLI::CheckedTransformer(kCoordinates))
       ->type_name("NAME")
       ->default_str("cartesian");
-  command->add_option("--parameters", f.settings.parametrisation,
-                      "Where nodes lie on the splines: uniform (default) or centripetal")
+  command
+      ->add_option("--parameters", f.settings.parametrisation,
+                   "Where nodes lie on the splines: uniform (default) or centripetal")
       ->transform(CLI::CheckedTransformer(kParametrisations))
       ->type_name("NAME")
       ->default_str("uniform");

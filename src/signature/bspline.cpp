@@ -16,7 +16,7 @@ using Polynomial = std::array<double, kMostDegree + 1>;  // by powers
 // Below this share of the largest pivot a column of the basis hangs on no data.
 constexpr double kRankTolerance = 1e-7;
 // Conjugate gradients: until the gradient has fallen by this factor.
-constexpr double kGradientFall = 1e-13;
+constexpr double kGradientFall = 1e-10;
 constexpr int kMostIterations = 300;
 constexpr double kLeastGap = 0.1;  // of the mean one
 
@@ -111,14 +111,13 @@ AxisSolver make_solver(const SplineAxis& axis, const std::vector<double>& weight
   }
   AxisSolver solver;
   solver.q = qr.householderQ() * MatrixXd::Identity(nodes, points);
-  solver.inverse =
-      r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(points, points));
+  solver.inverse = r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(points, points));
   return solver;
 }
 
 struct TensorSolver {
   std::vector<AxisSolver> axes;
-  std::vector<double> root_ratio;     // (cells), square root of weight / separable weight
+  std::vector<double> root_ratio;      // (cells), square root of weight / separable weight
   std::vector<double> root_separable;  // (cells)
 
   TensorSolver(std::span<const SplineAxis> splines, const Grid& data,
@@ -160,6 +159,10 @@ std::vector<double> squares_by_value(const Grid& grid) {
   return sums;
 }
 
+double sum_of_squares(const Grid& grid) {
+  return std::inner_product(grid.values.begin(), grid.values.end(), grid.values.begin(), 0.0);
+}
+
 // to += factor of its column * from
 void add_scaled(Grid& to, const Grid& from, const std::vector<double>& factors, double sign) {
   for (size_t i = 0; i < to.values.size(); ++i) {
@@ -195,8 +198,7 @@ BSplineBasis::BSplineBasis(int degree, int control_points, bool periodic)
 }
 
 MatrixXd BSplineBasis::matrix(std::span<const double> parameters) const {
-  MatrixXd result =
-      MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), control_points_);
+  MatrixXd result = MatrixXd::Zero(static_cast<Eigen::Index>(parameters.size()), control_points_);
   for (size_t row = 0; row < parameters.size(); ++row) {
     std::array<double, kMostDegree + 1> weights;
     const int first = evaluate(parameters[row], weights);
@@ -249,8 +251,7 @@ std::vector<float> node_parameters(Parametrisation method, const Grid& data, siz
       }
       gap[node] += std::pow(squares, 0.25);
     }
-    const double mean =
-        std::accumulate(gap.begin(), gap.end(), 0.0) / static_cast<double>(gaps);
+    const double mean = std::accumulate(gap.begin(), gap.end(), 0.0) / static_cast<double>(gaps);
     for (double& g : gap) g = mean > 0 ? std::max(g, kLeastGap * mean) : 1;
   }
   const double all = std::accumulate(gap.begin(), gap.end(), 0.0);
@@ -310,16 +311,23 @@ Grid fit_spline(std::span<const SplineAxis> axes, const Grid& data,
   return solution;
 }
 
-double separable_residual(std::span<const SplineAxis> axes, const Grid& data,
-                          std::span<const double> weights) {
-  const TensorSolver solver(axes, data, weights);
-  Grid scaled = data;
-  scale_cells(scaled, solver.root_separable);
-  const auto sum = [](const Grid& grid) {
-    return std::inner_product(grid.values.begin(), grid.values.end(), grid.values.begin(), 0.0);
-  };
-  const double all = sum(scaled);
-  return std::max(0.0, all - sum(solver.project(std::move(scaled))));
+SeparableResidual::SeparableResidual(const Grid& data, std::span<const double> weights)
+    : factors_(separable_part(data.sizes, weights)), scaled_(data) {
+  std::vector<double> roots;
+  for (size_t cell = 0; cell < weights.size(); ++cell) {
+    roots.push_back(std::sqrt(product_at(factors_, cell)));
+  }
+  scale_cells(scaled_, roots);
+  all_ = sum_of_squares(scaled_);
+}
+
+double SeparableResidual::of(std::span<const SplineAxis> axes) const {
+  Grid rest;
+  for (size_t i = 0; i < axes.size(); ++i) {
+    const MatrixXd q = make_solver(axes[i], factors_[i]).q.transpose();
+    rest = apply_along(i == 0 ? scaled_ : rest, i, q);
+  }
+  return std::max(0.0, all_ - sum_of_squares(rest));
 }
 
 Grid at_nodes(std::span<const SplineAxis> axes, const Grid& control) {

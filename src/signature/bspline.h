@@ -76,8 +76,7 @@ struct SplineAxis {
   float parameter(float key) const {
     const AxisPlace place = locate(axis, key);
     const float low = parameters[place.low];
-    const float high =
-        axis.period > 0 && place.high <= place.low ? 1.0F : parameters[place.high];
+    const float high = axis.period > 0 && place.high <= place.low ? 1.0F : parameters[place.high];
     return low + place.high_weight * (high - low);
   }
 };
@@ -110,12 +109,22 @@ std::vector<float> node_parameters(Parametrisation method, const Grid& data, siz
 // by QR an axis; what the weights have beyond that is solved for by conjugate gradients on top of
 // it, to rounding. Throws Error(usage) where an axis has fewer nodes than control points or leaves
 // one of them without data.
-Grid fit_spline(std::span<const SplineAxis> axes, const Grid& data, std::span<const double> weights);
+Grid fit_spline(std::span<const SplineAxis> axes, const Grid& data,
+                std::span<const double> weights);
 
-// What a spline without its own weights would leave: sum of weighted squares over cells and values,
-// `weights` taken as products of one factor an axis. Quick: for searches.
-double separable_residual(std::span<const SplineAxis> axes, const Grid& data,
-                          std::span<const double> weights);
+// How much splines of many sizes would leave of the same data, quickly: for searches.
+class SeparableResidual {
+ public:
+  // `weights` are taken as products of one factor an axis.
+  SeparableResidual(const Grid& data, std::span<const double> weights);
+  // Sum of weighted squares over cells and values. Throws as fit_spline() does.
+  double of(std::span<const SplineAxis> axes) const;
+
+ private:
+  std::vector<std::vector<double>> factors_;
+  Grid scaled_;
+  double all_;
+};
 
 // The spline at the nodes.
 Grid at_nodes(std::span<const SplineAxis> axes, const Grid& control);

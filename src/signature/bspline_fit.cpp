@@ -55,8 +55,7 @@ void weigh(FitProblem& problem, const ResponseTable& table, const std::vector<do
   }
   for (size_t cell = 0; cell < errors2.size(); ++cell) {
     problem.precision[cell] *= static_cast<double>(errors2.size()) / sum;
-    problem.noise +=
-        problem.precision[cell] * errors2[cell] / static_cast<double>(errors2.size());
+    problem.noise += problem.precision[cell] * errors2[cell] / static_cast<double>(errors2.size());
   }
 }
 
@@ -140,10 +139,10 @@ std::vector<SplineAxis> FitProblem::axes(const ResponseTable& table, const Splin
   std::vector<SplineAxis> result;
   for (size_t i = 0; i < 4; ++i) {
     const Axis& axis = table.axes[i];
-    result.push_back({.axis = axis,
-                      .parameters = node_parameters(parametrisation, all, i, axis),
-                      .basis = BSplineBasis(size.degree[i], size.control_points[i],
-                                            axis.period > 0)});
+    result.push_back(
+        {.axis = axis,
+         .parameters = node_parameters(parametrisation, all, i, axis),
+         .basis = BSplineBasis(size.degree[i], size.control_points[i], axis.period > 0)});
   }
   return result;
 }
@@ -255,7 +254,7 @@ ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
   const FitProblem spread = spread_problem(table, gyration_m);
   const auto mean_axes = mean.axes(table, settings.mean, settings.parametrisation);
   const auto spread_axes = spread.axes(table, settings.spread, settings.parametrisation);
-  fit.mean = round_spline(mean_axes, fit_parts(mean, mean_axes), 
+  fit.mean = round_spline(mean_axes, fit_parts(mean, mean_axes),
                           settings.mean_step * rounding_unit(table, gyration_m));
   fit.spread = round_spline(spread_axes, fit_parts(spread, spread_axes), settings.spread_step);
   // Fitted as k w; directions have no unit.
@@ -282,8 +281,7 @@ SplineField fit_heights(const CollisionHeightTable& table, double outer_radius_m
                     .basis = BSplineBasis(std::min(3, points - 1), points, false)});
   }
   const std::vector<double> weights(table.cell_count(), 1.0);
-  return round_spline(axes, fit_spline(axes, data, weights),
-                      kHeightStep * outer_radius_m);
+  return round_spline(axes, fit_spline(axes, data, weights), kHeightStep * outer_radius_m);
 }
 
 void expand_heights(const SplineField& field, CollisionHeightTable& heights) {

@@ -55,8 +55,9 @@ inline size_t mean_width(ResponseCoordinates coordinates) {
 }
 
 // A cell's weight is 1 / (e^2 + E^2), e being the standard error of the cell and E its root mean
-// square over the table, both in units of sqrt(v^2 + k^2 w^2) there: cells that are known well count
-// more, but none so much that the spline follows it alone. One weight for all values of a cell.
+// square over the table, both in units of sqrt(v^2 + k^2 w^2) there: cells that are known well
+// count more, but none so much that the spline follows it alone. One weight for all values of a
+// cell.
 ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
                           const FitSettings& settings);
 
@@ -83,8 +84,8 @@ FitProblem mean_problem(const ResponseTable& table, double gyration_m,
                         ResponseCoordinates coordinates);
 FitProblem spread_problem(const ResponseTable& table, double gyration_m);
 
-// What mean_step is relative to: 1, or the root mean square of sqrt(v^2 + k^2 w^2) over the cells of
-// the dissertation's layout.
+// What mean_step is relative to: 1, or the root mean square of sqrt(v^2 + k^2 w^2) over the cells
+// of the dissertation's layout.
 double rounding_unit(const ResponseTable& table, double gyration_m);
 
 // Throws Error(usage) for a degree outside 1 to kMostDegree or control

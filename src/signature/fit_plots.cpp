@@ -63,8 +63,8 @@ fs::path plot_mean(const FitRun& run, const fs::path& file) {
   const std::array<std::string, 3> names = {"polar angle (deg)", "azimuth (deg)",
                                             raw ? "magnitude (m/s)" : "magnitude"};
   std::string script = "set multiplot layout 1,3 title 'Mean velocity response at " +
-                       t.axes[0].name + " " + number(shown(t.axes[0], i0)) + ", " +
-                       t.axes[1].name + " " + number(shown(t.axes[1], i1)) +
+                       t.axes[0].name + " " + number(shown(t.axes[0], i0)) + ", " + t.axes[1].name +
+                       " " + number(shown(t.axes[1], i1)) +
                        " deg: points of the table, fitted surface'\n" +
                        "set palette defined (0 '#4c78a8', 1 '#f4f4f4', 2 '#e45756')\n"
                        "set xlabel '" +
@@ -80,16 +80,18 @@ fs::path plot_mean(const FitRun& run, const fs::path& file) {
 }
 
 fs::path plot_curve(const FitRun& run, const fs::path& file) {
-  std::string plot = "plot $d using 1:2 with linespoints lw 2 pt 7 ps 0.6 lc rgb '#4c78a8' title "
-                     "'expected: fit of the true mean and spread'";
+  std::string plot =
+      "plot $d using 1:2 with linespoints lw 2 pt 7 ps 0.6 lc rgb '#4c78a8' title "
+      "'expected: fit of the true mean and spread'";
   std::string data;
   for (const FitCurvePoint& p : run.curve) {
     data += number(static_cast<double>(p.bytes)) + " " + number(p.expected_error) + " " +
             (p.distance ? number(*p.distance) : std::string("?")) + "\n";
   }
   if (run.fitted.accuracy) {
-    plot += ", $d using 1:3 with linespoints lw 2 pt 7 ps 0.6 lc rgb '#e45756' title "
-            "'measured: distance from true responses'";
+    plot +=
+        ", $d using 1:3 with linespoints lw 2 pt 7 ps 0.6 lc rgb '#e45756' title "
+        "'measured: distance from true responses'";
     plot += ", " + number(run.fitted.accuracy->noise_floor) +
             " lw 1 dt 2 lc rgb '#444444' title 'noise floor'";
     plot += ", " + number(run.fitted.accuracy->models.front().distance) +

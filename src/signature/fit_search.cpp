@@ -11,7 +11,8 @@
 namespace pilesim {
 namespace {
 
-constexpr std::array kSteps = {0.002, 0.003, 0.004, 0.006, 0.008, 0.012, 0.016, 0.024, 0.032, 0.048, 0.064};
+constexpr std::array kSteps = {0.002, 0.003, 0.004, 0.006, 0.008, 0.012,
+                               0.016, 0.024, 0.032, 0.048, 0.064};
 constexpr int kLongestMove = 3;  // control points that one move adds
 // Control points lie outside the data's range by about this share of it.
 constexpr double kOvershoot = 0.2;
@@ -31,10 +32,11 @@ class SizeSearch {
              int most_degree, double unit)
       : table_(table),
         problem_(problem),
-        parametrisation_(parametrisation),
+        axes_(problem.axes(table, constant_size(), parametrisation)),
         most_degree_(most_degree),
         unit_(unit) {
     for (const FitPart& part : problem.parts) {
+      residuals_.emplace_back(part.data, part.weights);
       for (size_t k = 0; k < part.data.width; ++k) {
         double low = part.data.values[k], high = low;
         for (size_t i = k; i < part.data.values.size(); i += part.data.width) {
@@ -49,7 +51,7 @@ class SizeSearch {
   // Options by rising bytes and falling error.
   std::vector<Option> run(size_t most_bytes) const {
     std::vector<Option> options;
-    SplineSize size{.degree = {0, 0, 0, 0}, .control_points = {1, 1, 1, 1}};
+    SplineSize size = constant_size();
     double error2 = expected_error2(size).value();
     while (true) {
       add_options(size, error2, most_bytes, options);
@@ -74,14 +76,24 @@ class SizeSearch {
     double error2, gain;
   };
 
+  static SplineSize constant_size() {
+    return {.degree = {0, 0, 0, 0}, .control_points = {1, 1, 1, 1}};
+  }
+
+  std::vector<SplineAxis> axes_of(const SplineSize& size) const {
+    std::vector<SplineAxis> axes = axes_;
+    for (size_t i = 0; i < axes.size(); ++i) {
+      axes[i].basis = BSplineBasis(size.degree[i], size.control_points[i], axes[i].axis.period > 0);
+    }
+    return axes;
+  }
+
   // Nothing where a control point sees no data.
   std::optional<double> expected_error2(const SplineSize& size) const {
-    const auto axes = problem_.axes(table_, size, parametrisation_);
+    const auto axes = axes_of(size);
     double residual = 0;
     try {
-      for (const FitPart& part : problem_.parts) {
-        residual += separable_residual(axes, part.data, part.weights);
-      }
+      for (const SeparableResidual& part : residuals_) residual += part.of(axes);
     } catch (const Error&) {
       return std::nullopt;
     }
@@ -127,7 +139,7 @@ class SizeSearch {
                    std::vector<Option>& options) const {
     // What rounding of the control points leaves of itself in the surface: the mean square weight.
     double kept = 1;
-    for (const SplineAxis& axis : problem_.axes(table_, size, parametrisation_)) {
+    for (const SplineAxis& axis : axes_of(size)) {
       const std::vector<double> parameters(axis.parameters.begin(), axis.parameters.end());
       kept *= axis.basis.matrix(parameters).rowwise().squaredNorm().mean();
     }
@@ -145,7 +157,8 @@ class SizeSearch {
 
   const ResponseTable& table_;
   const FitProblem& problem_;
-  Parametrisation parametrisation_;
+  std::vector<SplineAxis> axes_;              // of constants
+  std::vector<SeparableResidual> residuals_;  // of the problem's parts
   int most_degree_;
   double unit_;
   std::vector<double> ranges_;  // of the problem's values
@@ -159,9 +172,9 @@ std::vector<FitCandidate> search_fits(const ResponseTable& table, double gyratio
                                       size_t most_bytes) {
   const FitProblem mean = mean_problem(table, gyration_m, coordinates);
   const FitProblem spread = spread_problem(table, gyration_m);
-  const auto means = SizeSearch(table, mean, parametrisation, most_degree,
-                                rounding_unit(table, gyration_m))
-                         .run(most_bytes);
+  const auto means =
+      SizeSearch(table, mean, parametrisation, most_degree, rounding_unit(table, gyration_m))
+          .run(most_bytes);
   const auto spreads = SizeSearch(table, spread, parametrisation, most_degree, 1).run(most_bytes);
 
   std::vector<FitCandidate> all;

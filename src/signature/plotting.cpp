@@ -33,9 +33,7 @@ fs::path draw(const fs::path& file, int width, int height, const std::string& sc
   return file;
 }
 
-double shown(const Axis& axis, size_t node) {
-  return shown_key(axis, axis.nodes[node]);
-}
+double shown(const Axis& axis, size_t node) { return shown_key(axis, axis.nodes[node]); }
 double shown_key(const Axis& axis, double key) { return is_angle(axis) ? degrees(key) : key; }
 std::string label(const Axis& axis) {
   std::string name = axis.name;

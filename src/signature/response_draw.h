@@ -1,5 +1,5 @@
-// A random response of a body that collides, drawn from its response table or fit: what the statistical
-// simulator does at every contact instead of solving it.
+// A random response of a body that collides, drawn from its response table or fit: what the
+// statistical simulator does at every contact instead of solving it.
 #pragma once
 
 #include <cmath>

@@ -21,8 +21,8 @@ Vec3f from_spherical(const float* values) {
 
 ResponseModel::ResponseModel(const ResponseTable& axes, const ResponseFit& fit)
     : table_(&axes),
-      splines_(std::make_shared<Splines>(Splines{fit.coordinates, SplineEvaluator(fit.mean),
-                                                 SplineEvaluator(fit.spread)})) {}
+      splines_(std::make_shared<Splines>(
+          Splines{fit.coordinates, SplineEvaluator(fit.mean), SplineEvaluator(fit.spread)})) {}
 
 ResponseModel::ResponseModel(const Signature& signature)
     : ResponseModel(signature.fit ? ResponseModel(signature.responses, *signature.fit)

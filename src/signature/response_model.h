@@ -14,7 +14,7 @@ namespace pilesim {
 
 struct Signature;
 
-using ResponseKeys = std::array<float, 4>;       // as response_keys() gives them
+using ResponseKeys = std::array<float, 4>;            // as response_keys() gives them
 using SpreadFactor = std::array<float, kFactorSize>;  // lower triangle row by row
 
 // A response, or its distribution, at one set of keys, from a table.

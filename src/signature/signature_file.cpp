@@ -194,9 +194,12 @@ json to_json(const SplineField& field) {
     points.push_back(axis.basis.control_points());
     parameters.insert(parameters.end(), axis.parameters.begin(), axis.parameters.end());
   }
-  return {{"degree", degrees},          {"control_points", points},
-          {"parameters", to_array(parameters)}, {"low", to_array(field.low)},
-          {"step", to_array(field.step)}, {"bits", to_array(field.bits)},
+  return {{"degree", degrees},
+          {"control_points", points},
+          {"parameters", to_array(parameters)},
+          {"low", to_array(field.low)},
+          {"step", to_array(field.step)},
+          {"bits", to_array(field.bits)},
           {"levels", to_array(pack_levels(field))}};
 }
 
@@ -215,8 +218,7 @@ SplineField field_of(const json& j, std::span<const Axis> axes, size_t width) {
   auto from = parameters.begin();
   for (size_t i = 0; i < axes.size(); ++i) {
     const auto size = static_cast<ptrdiff_t>(axes[i].size());
-    if (degrees[i] < 0 || degrees[i] > kMostDegree || points[i] <= degrees[i] ||
-        points[i] > size) {
+    if (degrees[i] < 0 || degrees[i] > kMostDegree || points[i] <= degrees[i] || points[i] > size) {
       damaged("degree " + std::to_string(degrees[i]) + " with " + std::to_string(points[i]) +
                   " control points on axis " + axes[i].name,
               "a spline that this version evaluates");
@@ -235,8 +237,8 @@ SplineField field_of(const json& j, std::span<const Axis> axes, size_t width) {
   for (const uint8_t bits : field.bits) {
     if (bits > kMostBits) damaged(std::to_string(bits) + " bits", "at most 16");
   }
-  unpack_levels(
-      from_array<uint8_t>(j, "levels", packed_size(field.control_points(), field.bits)), field);
+  unpack_levels(from_array<uint8_t>(j, "levels", packed_size(field.control_points(), field.bits)),
+                field);
   return field;
 }
 

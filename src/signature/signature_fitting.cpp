@@ -132,12 +132,16 @@ std::vector<FitCurvePoint> make_curve(const Signature& table, const FitOptions& 
   for (auto budget = budgets.rbegin(); budget != budgets.rend(); ++budget) {
     // The last one that keeps the limit once it is fitted: its levels may take more bits than the
     // data's range told.
+    double allowed = *budget - static_cast<double>(other);
     for (auto c = candidates.rbegin(); c != candidates.rend(); ++c) {
-      if (static_cast<double>(c->level_bytes + other) > *budget) continue;
+      if (static_cast<double>(c->level_bytes) > allowed) continue;
       const Signature fitted = fitted_signature(table, c->settings);
-      const size_t bytes = other + pack_levels(fitted.fit->mean).size() +
-                           pack_levels(fitted.fit->spread).size();
-      if (static_cast<double>(bytes) > *budget) continue;
+      const size_t bytes =
+          other + pack_levels(fitted.fit->mean).size() + pack_levels(fitted.fit->spread).size();
+      if (static_cast<double>(bytes) > *budget) {
+        allowed = static_cast<double>(c->level_bytes) - (static_cast<double>(bytes) - *budget);
+        continue;
+      }
       if (curve.empty() || bytes > curve.back().bytes) curve.push_back(curve_point(*c, bytes));
       break;
     }
@@ -207,7 +211,8 @@ std::vector<FitResidual> fit_residuals(const Signature& table, const Signature& 
       residual.rms += apart * apart;
       residual.largest = std::max(residual.largest, std::abs(apart));
     }
-    residual.rms = std::sqrt(residual.rms * static_cast<double>(width) / static_cast<double>(a.size()));
+    residual.rms =
+        std::sqrt(residual.rms * static_cast<double>(width) / static_cast<double>(a.size()));
     residuals.push_back(residual);
   };
   const std::array<std::string, 6> names = {"v along", "v normal", "v across",

@@ -108,8 +108,7 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
 }  // namespace
 
 std::vector<fs::path> plot_signature(const Signature& signature, const fs::path& directory) {
-  const ResponseTable t =
-      signature.fit ? tabulate(ResponseModel(signature)) : signature.responses;
+  const ResponseTable t = signature.fit ? tabulate(ResponseModel(signature)) : signature.responses;
   std::vector<fs::path> files;
   files.push_back(plot_heights(signature.heights, directory / "collision_height.png"));
   files.push_back(plot_slices(

@@ -50,7 +50,9 @@ std::string heights_text(const CollisionHeightTable& t) {
   return format("collision height: %s layout, keys %s, %s%s\n", layout_name(t.layout).c_str(),
                 axis_text(t.spin).c_str(), axis_text(t.tilt).c_str(), fitted ? ", fitted" : "") +
          format("  mean %.4g .. %.4g m", *low, *high) +
-         (fitted ? "\n" : format(", %.0f effective trials, standard error at most %.2g m\n", trials, error));
+         (fitted
+              ? "\n"
+              : format(", %.0f effective trials, standard error at most %.2g m\n", trials, error));
 }
 
 std::string origin_text(const Signature& s) {
@@ -76,8 +78,8 @@ std::string spline_text(const char* name, const SplineField& field) {
     points += (points.empty() ? "" : " x ") + std::to_string(axis.basis.control_points());
   }
   const auto [fewest, most] = std::minmax_element(field.bits.begin(), field.bits.end());
-  return format("  %s: %s control points of %zu values, degrees %s, %d .. %d bits, %zu bytes\n", name,
-                points.c_str(), field.width, degrees.c_str(), *fewest, *most,
+  return format("  %s: %s control points of %zu values, degrees %s, %d .. %d bits, %zu bytes\n",
+                name, points.c_str(), field.width, degrees.c_str(), *fewest, *most,
                 packed_size(field.control_points(), field.bits));
 }
 
@@ -102,8 +104,8 @@ std::string responses_text(const Signature& s) {
   const double cells = static_cast<double>(t.cell_count());
   const bool raw = t.layout == TableLayout::dissertation;
   std::string text = origin_text(s);
-  text += format("  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest,
-                 *most);
+  text +=
+      format("  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest, *most);
   text +=
       format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
              std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",

@@ -30,7 +30,8 @@ std::vector<std::filesystem::path> plot_signature(const Signature& signature,
                                                   const std::filesystem::path& directory);
 
 // Likewise for a fit:
-//   fit_mean.png   polar angle, azimuth and magnitude of the mean response over two axes, the table's
+//   fit_mean.png   polar angle, azimuth and magnitude of the mean response over two axes, the
+//   table's
 //                  nodes and the fitted surface (as the dissertation's Figure 3.4)
 //   fit_curve.png  size against error, if the fit was searched for
 std::vector<std::filesystem::path> plot_fit(const FitRun& run,

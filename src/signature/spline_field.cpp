@@ -41,8 +41,8 @@ SplineField round_spline(std::span<const SplineAxis> axes, const Grid& control, 
     const float apart = static_cast<float>(std::max(step, (high - low) / most));
     double highest = 0;
     for (size_t i = k; i < control.values.size(); i += control.width) {
-      const double level =
-          std::clamp(std::round((control.values[i] - static_cast<double>(first)) / apart), 0.0, most);
+      const double level = std::clamp(
+          std::round((control.values[i] - static_cast<double>(first)) / apart), 0.0, most);
       field.levels[i] = static_cast<uint32_t>(level);
       highest = std::max(highest, level);
     }
@@ -116,7 +116,7 @@ SplineEvaluator::SplineEvaluator(const SplineField& field)
   }
 }
 
-template <size_t kRegisters>
+template <size_t kRegisters, size_t kLast>
 void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
   const Tag d;
   std::array<std::array<float, kMostDegree + 1>, 4> weight;
@@ -125,8 +125,8 @@ void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
   for (size_t axis = 0; axis < 4; ++axis) {
     const AxisMap& map = axes_[axis];
     const AxisPlace& at = places[axis];
-    const int first = map.basis.evaluate(map.low[at.low] + at.high_weight * map.span[at.low],
-                                         weight[axis]);
+    const int first =
+        map.basis.evaluate(map.low[at.low] + at.high_weight * map.span[at.low], weight[axis]);
     count[axis] = static_cast<size_t>(map.basis.degree()) + 1;
     for (size_t i = 0; i < count[axis]; ++i) {
       int point = first + static_cast<int>(i);
@@ -134,6 +134,8 @@ void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
       offset[axis][i] = static_cast<uint32_t>(point) * map.stride;
     }
   }
+  V last_weight[kLast];
+  for (size_t l = 0; l < kLast; ++l) last_weight[l] = hn::Set(d, weight[3][l]);
   V total[kRegisters];
   for (V& t : total) t = hn::Zero(d);
   for (size_t i = 0; i < count[0]; ++i) {
@@ -145,11 +147,10 @@ void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
         // A sum of its own for each line: a long chain of additions would wait for itself.
         V line[kRegisters];
         for (V& l : line) l = hn::Zero(d);
-        for (size_t l = 0; l < count[3]; ++l) {
-          const V w = hn::Set(d, weight[3][l]);
+        for (size_t l = 0; l < kLast; ++l) {
           const float* at_l = at_k + offset[3][l];
           for (size_t r = 0; r < kRegisters; ++r) {
-            line[r] = hn::MulAdd(w, hn::LoadU(d, at_l + r * kLanes), line[r]);
+            line[r] = hn::MulAdd(last_weight[l], hn::LoadU(d, at_l + r * kLanes), line[r]);
           }
         }
         const V w = hn::Set(d, weight_j * weight[2][k]);
@@ -160,14 +161,36 @@ void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
   for (size_t r = 0; r < kRegisters; ++r) hn::StoreU(total[r], d, values + r * kLanes);
 }
 
+template <size_t kRegisters>
+void SplineEvaluator::sum_of_degree(const AxisPlace* places, float* values) const {
+  switch (axes_[3].basis.degree()) {
+    case 0:
+      return sum<kRegisters, 1>(places, values);
+    case 1:
+      return sum<kRegisters, 2>(places, values);
+    case 2:
+      return sum<kRegisters, 3>(places, values);
+    case 3:
+      return sum<kRegisters, 4>(places, values);
+    case 4:
+      return sum<kRegisters, 5>(places, values);
+    case 5:
+      return sum<kRegisters, 6>(places, values);
+    case 6:
+      return sum<kRegisters, 7>(places, values);
+    default:
+      return sum<kRegisters, kMostDegree + 1>(places, values);
+  }
+}
+
 void SplineEvaluator::evaluate(const AxisPlace* places, float* values) const {
   switch (registers_) {
     case 1:
-      return sum<1>(places, values);
+      return sum_of_degree<1>(places, values);
     case 2:
-      return sum<2>(places, values);
+      return sum_of_degree<2>(places, values);
     default:
-      return sum<3>(places, values);
+      return sum_of_degree<3>(places, values);
   }
 }
 

@@ -57,8 +57,12 @@ class SplineEvaluator {
     BSplineBasis basis;
     uint32_t stride;  // floats between control points
   };
-  template <size_t kRegisters>
+  // kLast: degree of the last axis + 1.
+  template <size_t kRegisters, size_t kLast>
   void sum(const AxisPlace* places, float* values) const;
+
+  template <size_t kRegisters>
+  void sum_of_degree(const AxisPlace* places, float* values) const;
 
   std::vector<AxisMap> axes_;
   size_t registers_;

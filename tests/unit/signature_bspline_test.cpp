@@ -111,7 +111,7 @@ TEST(FitSpline, ReproducesPolynomialsUpToItsDegree) {
     }
     const Grid control = fit_spline(axes, data, weights);
     // Between the nodes, too.
-    for (const auto [x, y] : {std::pair(0.03, 0.97), {0.51, 0.49}, {1.0, 0.22}}) {
+    for (const auto& [x, y] : {std::pair(0.03, 0.97), {0.51, 0.49}, {1.0, 0.22}}) {
       const Grid line = apply_along(control, 1, axes[1].basis.matrix(std::array{y}));
       EXPECT_NEAR(curve(axes[0], line, x), polynomial(x, y), 1e-9) << degree;
     }
@@ -139,7 +139,7 @@ TEST(FitSpline, IsTheDenseLeastSquaresFit) {
     basis = next;
   }
   const Eigen::Map<const Eigen::Matrix<double, -1, 2, Eigen::RowMajor>> values(data.values.data(),
-                                                                              basis.rows(), 2);
+                                                                               basis.rows(), 2);
   const Eigen::VectorXd root =
       Eigen::Map<const Eigen::VectorXd>(weights.data(), basis.rows()).cwiseSqrt();
   const Eigen::MatrixXd dense =
@@ -208,8 +208,9 @@ TEST(FitSpline, RefusesMoreControlPointsThanNodes) {
 }
 
 SplineField random_field(double step) {
-  const std::array axes = {spline_axis(even_axis(0, 1, 7), 2, 4), spline_axis(even_axis(0, 1, 7), 0, 1),
-                           spline_axis(circle_axis(12), 3, 5), spline_axis(even_axis(0, 1, 9), 3, 6)};
+  const std::array axes = {
+      spline_axis(even_axis(0, 1, 7), 2, 4), spline_axis(even_axis(0, 1, 7), 0, 1),
+      spline_axis(circle_axis(12), 3, 5), spline_axis(even_axis(0, 1, 9), 3, 6)};
   return round_spline(axes, random_grid({4, 1, 5, 6}, 21, 8), step);
 }
 

@@ -47,8 +47,8 @@ ResponseKeys random_keys(Philox& random, const ResponseTable& table) {
   for (size_t i = 0; i < 4; ++i) {
     const auto& nodes = table.axes[i].nodes;
     const double reach = nodes.back() - nodes.front();
-    keys[i] = static_cast<float>(
-        random.uniform(nodes.front() - 0.2 * reach, nodes.back() + 0.2 * reach));
+    keys[i] =
+        static_cast<float>(random.uniform(nodes.front() - 0.2 * reach, nodes.back() + 0.2 * reach));
   }
   return keys;
 }
@@ -90,9 +90,10 @@ TEST(ResponseFit, WithAControlPointForEachNodeItIsTheTable) {
       ASSERT_NEAR(there.mean[i], scale_free().responses.mean[i], 2e-4);
     }
     for (size_t i = 0; i < there.spread.size(); ++i) {
-      ASSERT_NEAR(there.spread[i], std::max(0.0F, scale_free().responses.spread[i]) == 0
-                                       ? there.spread[i]
-                                       : scale_free().responses.spread[i],
+      ASSERT_NEAR(there.spread[i],
+                  std::max(0.0F, scale_free().responses.spread[i]) == 0
+                      ? there.spread[i]
+                      : scale_free().responses.spread[i],
                   2e-4);
     }
   }
