@@ -103,9 +103,10 @@ TEST(FitSpline, ReproducesPolynomialsUpToItsDegree) {
     Grid data{.sizes = {11, 9}, .width = 1, .values = {}};
     std::vector<double> weights;
     Philox random(3, Stream::signature, 2);
-    for (int i = 0; i < 11; ++i) {
-      for (int j = 0; j < 9; ++j) {
-        data.values.push_back(polynomial(i / 10.0, j / 8.0));
+    for (size_t i = 0; i < 11; ++i) {
+      for (size_t j = 0; j < 9; ++j) {
+        // Where the nodes lie as floats.
+        data.values.push_back(polynomial(axes[0].parameters[i], axes[1].parameters[j]));
         weights.push_back(random.uniform(0.2, 5));
       }
     }
