@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "job/rest_drops.h"
 #include "options.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
@@ -21,7 +22,33 @@ struct Options {
   bool no_accuracy = false;
   int trials = 0;      // 0: the layout's own
   int exemplars = -1;  // -1: the layout's own
+  uint32_t rest_drops = 0;
 };
+
+std::vector<ObservedRest> drop(const Options& options, const TriangleMesh& mesh) {
+  const SignatureOptions& s = options.sampling;
+  RestDrops drops = drop_to_rest(mesh, {.drops = options.rest_drops,
+                                        .material = s.material,
+                                        .seed = s.seed,
+                                        .progress = s.progress});
+  if (drops.unsettled > 0) {
+    std::fprintf(stderr, "warning: %u of %u drops did not come to rest and do not count\n",
+                 drops.unsettled, options.rest_drops);
+  }
+  return std::move(drops.rests);
+}
+
+void warn_of_disagreement(const Signature& signature) {
+  for (const RestPoseComparison& pose :
+       compare_rest_poses(signature.rest_poses, signature.rest_drops)) {
+    if (pose.agrees) continue;
+    std::fprintf(stderr,
+                 "warning: the rest pose with up (%.3f, %.3f, %.3f) has %.1f%% by geometry, but "
+                 "%.1f%% (%.1f to %.1f) by simulation\n",
+                 pose.up.x(), pose.up.y(), pose.up.z(), 100 * pose.by_geometry,
+                 100 * pose.by_simulation, 100 * pose.simulation_low, 100 * pose.simulation_high);
+  }
+}
 
 void sample(Options& options) {
   const std::filesystem::path output = options.output;
@@ -43,12 +70,16 @@ void sample(Options& options) {
   s.partial_file = options.output + ".partial";
   s.discard_partial = options.run.force;
   s.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
+  if (options.rest_drops > 0) {
+    s.drop_to_rest = [&](const TriangleMesh& mesh) { return drop(options, mesh); };
+  }
   const SignatureRun run = sample_signature(s);
   write_signature(run.signature, output);
+  warn_of_disagreement(run.signature);
   if (options.run.quiet) return;
-  std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s\n",
+  std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
               options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
-              run.sampling_s, run.accuracy_s);
+              run.sampling_s, run.accuracy_s, run.drops_s);
   std::fputs(summary_text(run.signature).c_str(), stdout);
 }
 
@@ -96,6 +127,12 @@ void add_sample_signature_command(CLI::App& app) {
                    "Whole responses to keep a cell (default 24; best for long bodies)")
       ->check(CLI::Range(0, 1000))
       ->type_name("K");
+  command
+      ->add_option("--rest-drops", options->rest_drops,
+                   "Drop the object so often in a simulation, too, to find its rest poses (the "
+                   "dissertation: 100)")
+      ->check(CLI::Range(0, 1000000))
+      ->type_name("N");
   command->add_flag("--no-accuracy", options->no_accuracy, "Leave the accuracy report out");
   command->add_option("--seed", s.seed, "Seed of every random choice")->capture_default_str();
   add_run_options(*command, options->run);

@@ -206,9 +206,7 @@ void find_self_touching(const TriangleMesh& mesh, std::vector<MeshDefect>& defec
   finding.report("such pairs", defects);
 }
 
-}  // namespace
-
-std::vector<MeshDefect> find_mesh_defects(const TriangleMesh& mesh) {
+std::vector<MeshDefect> find_defects(const TriangleMesh& mesh, bool may_touch) {
   Bounds used;
   for (const Triangle& triangle : mesh.triangles) {
     for (const uint32_t vertex : triangle) used.extend(mesh.vertices[vertex]);
@@ -226,9 +224,22 @@ std::vector<MeshDefect> find_mesh_defects(const TriangleMesh& mesh) {
   const Orientation orientation = find_orientation(mesh, diagonal);
   orientation.inside_out.report("such pieces", defects);
   if (!defects.empty()) return defects;
+  std::vector<MeshDefect> nested;
+  orientation.nested.report("such pieces", nested);
+  if (may_touch && nested.empty()) return {};
   find_self_touching(mesh, defects);
-  if (defects.empty()) orientation.nested.report("such pieces", defects);
-  return defects;
+  if (defects.empty()) return nested;
+  return may_touch ? std::vector<MeshDefect>() : defects;
+}
+
+}  // namespace
+
+std::vector<MeshDefect> find_mesh_defects(const TriangleMesh& mesh) {
+  return find_defects(mesh, false);
+}
+
+std::vector<MeshDefect> find_volume_defects(const TriangleMesh& mesh) {
+  return find_defects(mesh, true);
 }
 
 }  // namespace pilesim

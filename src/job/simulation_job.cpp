@@ -79,7 +79,7 @@ SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loade
   report.scene_name = loaded.scene.name;
   report.scene_file = job.scene_file.string();
   report.scene_hash = content_hash(loaded.resolved);
-  report.mode = "impulse";
+  report.mode = mode_name(loaded.scene.simulator.mode);
   report.changed_options = loaded.changed_options;
   report.seed = loaded.scene.seed;
   report.threads = thread_count();

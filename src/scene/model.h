@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -28,14 +29,16 @@ struct CollisionPiece {
 struct ModelShape {
   std::string name;
   bool is_plane = false;
-  TriangleMesh mesh;                   // drawn, and collided with where collides_as_mesh
-  std::vector<CollisionPiece> pieces;  // union; empty where collides_as_mesh or is_plane
-  bool collides_as_mesh = false;       // concave, static or kinematic only
-  MassProperties mass;                 // of unit density; centre_of_mass is zero here
-  Vec3 origin_offset = Vec3::Zero();   // the centre of mass in the mesh file's frame, m
-  double bounding_radius = 0;          // about the centre of mass, m
-  double smallest_extent = 0;          // of the bounding box, m: scales margins
-  std::string collision_report;        // "decomposition: 24 pieces, volume error 3.1 %, ..."
+  TriangleMesh mesh;                     // drawn, and collided with where collides_as_mesh
+  std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
+  bool collides_as_mesh = false;         // concave, static or kinematic only
+  MassProperties mass;                   // of unit density; centre_of_mass is zero here
+  Vec3 origin_offset = Vec3::Zero();     // the centre of mass in the mesh file's frame, m
+  double bounding_radius = 0;            // about the centre of mass, m
+  double smallest_extent = 0;            // of the bounding box, m: scales margins
+  std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
+  std::filesystem::path signature_file;  // empty: none
+  std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 
 inline constexpr double kFromTheStart = -std::numeric_limits<double>::infinity();

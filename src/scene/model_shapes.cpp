@@ -78,6 +78,8 @@ class MeshShapeBuilder {
   MeshShapeBuilder(const MeshShape& source, const TriangleMesh& mesh, const std::string& pointer)
       : source_(source), pointer_(pointer) {
     shape_.mesh = mesh;
+    shape_.mesh_hash = mesh_hash(mesh);
+    shape_.signature_file = source.signature.value_or(std::filesystem::path());
   }
 
   ModelShape build() {

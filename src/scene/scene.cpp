@@ -17,4 +17,8 @@ int Scene::steps_per_frame() const {
   return std::max(1, static_cast<int>(std::ceil(1.0 / (frame_rate * step_s) - kRoundingSlack)));
 }
 
+std::string mode_name(SimulatorMode mode) {
+  return mode == SimulatorMode::impulse ? "impulse" : "statistical";
+}
+
 }  // namespace pilesim

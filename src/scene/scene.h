@@ -29,10 +29,11 @@ struct MeshShape {
   std::filesystem::path file;  // absolute
   double scale = 1;            // metres per unit of the file, > 0
   CollisionKind collision = CollisionKind::hull;
-  int hull_max_vertices = 64;                    // 4 .. 255: of the hull, or of each piece
-  int decomposition_max_pieces = 32;             // 1 .. 256
-  double decomposition_max_volume_error = 0.05;  // > 0
-  int sphere_count = 7;                          // 1 .. 64, for `spheres`
+  int hull_max_vertices = 64;                      // 4 .. 255: of the hull, or of each piece
+  int decomposition_max_pieces = 32;               // 1 .. 256
+  double decomposition_max_volume_error = 0.05;    // > 0
+  int sphere_count = 7;                            // 1 .. 64, for `spheres`
+  std::optional<std::filesystem::path> signature;  // absolute; for the statistical mode
   // An improper solid (open, inside-out, ...) takes mass and collision of its hull instead of being
   // an error.
   bool use_hull_if_not_solid = false;
@@ -155,7 +156,9 @@ struct Event {
   std::variant<ReleaseEvent, RemoveEvent, ImpulseEvent> action;
 };
 
-enum class SimulatorMode { impulse };
+// impulse: contacts are solved (the reference). statistical: collisions are drawn from signatures.
+enum class SimulatorMode { impulse, statistical };
+std::string mode_name(SimulatorMode mode);
 
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;

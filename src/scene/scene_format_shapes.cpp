@@ -48,6 +48,9 @@ Fields<Shape> mesh_fields() {
                    "A decomposition stops once its error is below this share of the volume."),
       field<Shape>("sphere_count", of(&M::sphere_count), integer(1, 64),
                    "Spheres of a collision by spheres."),
+      optional_field<Shape>("signature", of(&M::signature), file_path(),
+                            "Signature file of the mesh, for the statistical mode (pilesim "
+                            "sample-signature), relative to the scene file."),
       field<Shape>("use_hull_if_not_solid", of(&M::use_hull_if_not_solid), boolean(),
                    "Let an open or inside-out mesh take mass and collision of its hull instead of "
                    "being an error."),

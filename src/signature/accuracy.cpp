@@ -54,7 +54,8 @@ TrueSample true_sample(const TrialSetup& setup, TrialRequest request, uint64_t o
 
 // One collision's figures; a row a model.
 struct Comparison {
-  double floor = 0, mean_height = 0, table_height = 0, true_gain = 0;
+  double floor = 0, true_gain = 0;
+  double mean_height = 0, second_mean_height = 0, table_height = 0;
   std::vector<ModelAccuracy> models;
 };
 
@@ -71,6 +72,7 @@ Comparison compare(const TrialSetup& setup, const CollisionHeightTable& heights,
   Comparison result;
   result.floor = sliced_wasserstein(truth.responses, second.responses, settings.slices);
   result.mean_height = truth.mean_height;
+  result.second_mean_height = second.mean_height;
   result.table_height = collision_height(heights, static_cast<float>(k), normal, v, w).mean_m;
   for (const Vector6& r : truth.responses) result.true_gain += r.squaredNorm() > 1 ? 1 : 0;
   result.true_gain /= static_cast<double>(truth.responses.size());
@@ -144,7 +146,7 @@ AccuracyReport measure_accuracy(const TrialSetup& setup, const CollisionHeightTa
   for (const Comparison& c : comparisons) {
     report.noise_floor += c.floor / count;
     report.true_energy_gain += c.true_gain / count;
-    height_sum += c.mean_height;
+    height_sum += (c.mean_height + c.second_mean_height) / 2;
     for (size_t m = 0; m < models.size(); ++m) {
       report.models[m].distance += c.models[m].distance / count;
       report.models[m].worst = std::max(report.models[m].worst, c.models[m].distance);
@@ -152,14 +154,16 @@ AccuracyReport measure_accuracy(const TrialSetup& setup, const CollisionHeightTa
       report.models[m].inward += c.models[m].inward / count;
     }
   }
+  // Products of two samples, not squares of one, so that the noise of their means does not count.
   double variance = 0, unexplained = 0;
   for (const Comparison& c : comparisons) {
-    variance += std::pow(c.mean_height - height_sum / count, 2);
-    unexplained += std::pow(c.mean_height - c.table_height, 2);
+    const double mean = height_sum / count;
+    variance += (c.mean_height - mean) * (c.second_mean_height - mean);
+    unexplained += (c.mean_height - c.table_height) * (c.second_mean_height - c.table_height);
   }
   // A sphere has one height, and nothing to explain.
   report.height_unexplained =
-      variance > 1e-12 * height_sum * height_sum ? unexplained / variance : 0;
+      variance > 1e-12 * height_sum * height_sum ? std::max(0.0, unexplained / variance) : 0;
   return report;
 }
 

@@ -37,7 +37,8 @@ CollisionHeight collision_height(const CollisionHeightTable& table, float gyrati
 inline constexpr uint32_t kDissertationHeightTrials = 100;
 inline constexpr uint32_t kHeightTrials = 256;
 
-// Measures the table, in parallel, with `trials` launched a cell.
+// Measures the table, in parallel, with `trials` contacts a cell, in the scale-free layout in the
+// mean.
 CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayout layout,
                                               uint32_t trials);
 

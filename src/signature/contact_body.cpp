@@ -118,18 +118,12 @@ void use_principal_frame(ContactBody& body, const Mat3& inertia, TriangleMesh& h
 // Where triangles cross, the hull and, nearly, the mass are still defined; and closed groups that
 // touch are no proper solid as one mesh, but together they have both.
 std::vector<MeshDefect> solid_defects(const TriangleMesh& mesh) {
-  const auto severe = [](const TriangleMesh& part) {
-    std::vector<MeshDefect> defects = find_mesh_defects(part);
-    std::erase_if(defects, [](const MeshDefect& defect) {
-      return defect.kind == MeshDefectKind::self_touching;
-    });
-    return defects;
-  };
-  std::vector<MeshDefect> defects = severe(mesh);
+  std::vector<MeshDefect> defects = find_volume_defects(mesh);
   const bool closed_groups =
       mesh.groups.size() > 1 &&
-      std::all_of(mesh.groups.begin(), mesh.groups.end(),
-                  [&](const MeshGroup& group) { return severe(group_mesh(mesh, group)).empty(); });
+      std::all_of(mesh.groups.begin(), mesh.groups.end(), [&](const MeshGroup& group) {
+        return find_volume_defects(group_mesh(mesh, group)).empty();
+      });
   if (closed_groups) defects.clear();
   return defects;
 }

@@ -11,6 +11,8 @@
 #include <optional>
 #include <utility>
 
+#include "geometry/convex_hull.h"
+
 namespace pilesim {
 namespace {
 
@@ -322,6 +324,21 @@ double positive_modulo_sphere(double area) {
   return area < 0 ? area + sphere : area;
 }
 
+// Of the centre of mass when the body lies on the face.
+double height_on(const GaussMap& map, size_t face) {
+  const size_t corner = map.edges[map.face_edges[face].front()].vertex[0];
+  return map.normals[face].dot(map.vertices[corner]);
+}
+
+// From 0 on in the order of first appearance.
+void number_families(std::vector<RestPose>& poses) {
+  std::map<uint32_t, uint32_t> number;
+  for (RestPose& pose : poses) {
+    const auto next = static_cast<uint32_t>(number.size());
+    pose.family = number.emplace(pose.family, next).first->second;
+  }
+}
+
 }  // namespace
 
 std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull) {
@@ -332,6 +349,8 @@ std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull) {
   // between their basins. The area of a basin is the sum of triangles from its minimum over its
   // border.
   std::vector<double> area(map.normals.size(), 0);
+  std::vector<size_t> family(map.normals.size());
+  std::iota(family.begin(), family.end(), size_t{0});
   for (const Edge& edge : map.edges) {
     const std::optional<Vec3> top = saddle(map, edge);
     if (!top) continue;
@@ -340,6 +359,11 @@ std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull) {
     const size_t left = flow.from_face(edge.face[first_is_left ? 0 : 1]);
     const size_t right = flow.from_face(edge.face[first_is_left ? 1 : 0]);
     if (left == right) continue;
+    const double top_m = top->dot(map.vertices[edge.vertex[0]]);
+    const double lower_m = std::min(height_on(map, left), height_on(map, right));
+    if (top_m <= (1 + kFamilyBarrier) * lower_m) {
+      family[find_root(family, left)] = find_root(family, right);
+    }
 
     std::vector<Vec3> border = climb(map, edge.vertex[0], *top);
     std::ranges::reverse(border);
@@ -354,14 +378,21 @@ std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull) {
   std::vector<RestPose> poses;
   for (size_t f = 0; f < map.normals.size(); ++f) {
     if (!flow.stable(f)) continue;
-    const size_t corner = map.edges[map.face_edges[f].front()].vertex[0];
     poses.push_back({.up = -map.normals[f],
-                     .height_m = map.normals[f].dot(map.vertices[corner]),
-                     .probability = positive_modulo_sphere(area[f]) / (4 * kPi)});
+                     .height_m = height_on(map, f),
+                     .probability = positive_modulo_sphere(area[f]) / (4 * kPi),
+                     .family = static_cast<uint32_t>(find_root(family, f))});
   }
   if (poses.size() == 1) poses.front().probability = 1;
   std::ranges::stable_sort(poses, std::greater{}, &RestPose::probability);
+  number_families(poses);
   return poses;
+}
+
+std::vector<RestPose> mesh_rest_poses(const TriangleMesh& mesh, const Vec3& centre_of_mass) {
+  TriangleMesh hull = convex_hull(mesh.vertices);
+  for (Vec3& v : hull.vertices) v -= centre_of_mass;
+  return stable_rest_poses(hull);
 }
 
 std::vector<size_t> roll_to_rest(const TriangleMesh& hull, const std::vector<RestPose>& poses,
@@ -390,7 +421,10 @@ std::vector<RestPose> cluster_rest_poses(const std::vector<RestPose>& poses, dou
       near->probability += pose.probability;
     }
   }
-  std::erase_if(clusters, [&](const RestPose& c) { return c.probability < least_probability; });
+  std::map<uint32_t, double> together;
+  for (const RestPose& c : clusters) together[c.family] += c.probability;
+  std::erase_if(clusters,
+                [&](const RestPose& c) { return together[c.family] < least_probability; });
   std::ranges::stable_sort(clusters, std::greater{}, &RestPose::probability);
   return clusters;
 }

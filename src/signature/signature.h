@@ -21,6 +21,7 @@ struct KnownRestPose {
   double probability = 0;   // 0 .. 1
   double probability_low = 0, probability_high = 0;  // 95% interval; equal where it is exact
   std::string source;                                // how it was found: "geometry" or "simulation"
+  uint32_t family = 0;  // poses that a slight push joins have the same (rest_poses.h)
 };
 
 // The object that was measured. Per unit of mass.
@@ -50,6 +51,7 @@ struct Signature {
   std::optional<ResponseFit> fit;
   SplineField height_fit;  // with `fit`: over (spin, tilt), mean and deviation, m
   std::vector<KnownRestPose> rest_poses;
+  uint32_t rest_drops = 0;  // simulated, that came to rest; 0: poses are by geometry only
   std::optional<AccuracyReport> accuracy;
 };
 

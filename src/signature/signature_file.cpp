@@ -290,7 +290,8 @@ json to_json(const KnownRestPose& pose) {
           {"height_m", pose.height_m},
           {"probability", pose.probability},
           {"probability_95", json::array({pose.probability_low, pose.probability_high})},
-          {"source", pose.source}};
+          {"source", pose.source},
+          {"family", pose.family}};
 }
 
 KnownRestPose rest_pose_of(const json& j) {
@@ -300,7 +301,8 @@ KnownRestPose rest_pose_of(const json& j) {
           .probability = j.at("probability"),
           .probability_low = interval[0],
           .probability_high = interval[1],
-          .source = j.at("source")};
+          .source = j.at("source"),
+          .family = j.at("family")};
 }
 
 json to_json(const AccuracyReport& report) {
@@ -403,6 +405,7 @@ std::vector<uint8_t> encode_signature(const Signature& signature) {
   json poses = json::array();
   for (const KnownRestPose& pose : signature.rest_poses) poses.push_back(to_json(pose));
   document["rest_poses"] = poses;
+  document["rest_drops"] = signature.rest_drops;
   if (signature.accuracy) document["accuracy"] = to_json(*signature.accuracy);
   return json::to_cbor(document);
 }
@@ -434,6 +437,7 @@ Signature read_signature(const std::filesystem::path& file) {
     for (const json& pose : document.at("rest_poses")) {
       signature.rest_poses.push_back(rest_pose_of(pose));
     }
+    signature.rest_drops = document.at("rest_drops");
     if (document.contains("accuracy")) signature.accuracy = accuracy_of(document.at("accuracy"));
     return signature;
   });

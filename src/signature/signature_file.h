@@ -9,7 +9,7 @@
 
 namespace pilesim {
 
-inline constexpr int kSignatureVersion = 1;
+inline constexpr int kSignatureVersion = 2;
 
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "signature/plotting.h"
+#include "signature/rest_poses.h"
 #include "signature/signature_summary.h"
 
 namespace pilesim {
@@ -68,12 +70,18 @@ fs::path plot_slices(const ResponseTable& t, const std::string& title, const Val
                        "set palette defined (0 '#4c78a8', 1 '#f4f4f4', 2 '#e45756')\n"
                        "set xlabel '" +
                        label(t.axes[2]) + "'\nset ylabel '" + label(t.axes[3]) +
-                       "'\nset view map\nset pm3d corners2color mean\nunset key\n";
+                       "'\nset view map\nset pm3d corners2color mean\nunset key\n" +
+                       (t.axes[2].period > 0 ? "set xtics 90\n" : "");
   for (size_t component = 0; component < 6; ++component) {
     script += "set title '" + names[component] + "'\nsplot '-' with pm3d\n";
-    for (uint32_t i2 = 0; i2 < t.axes[2].size(); ++i2) {
+    // A periodic axis is closed: its first column comes again a period on.
+    const auto columns = static_cast<uint32_t>(t.axes[2].size() + (t.axes[2].period > 0 ? 1 : 0));
+    for (uint32_t column = 0; column < columns; ++column) {
+      const uint32_t i2 = column % static_cast<uint32_t>(t.axes[2].size());
+      const double turns = column == i2 ? 0 : t.axes[2].period;
       for (uint32_t i3 = 0; i3 < t.axes[3].size(); ++i3) {
-        script += number(shown(t.axes[2], i2)) + " " + number(shown(t.axes[3], i3)) + " " +
+        script += number(shown(t.axes[2], i2) + degrees(turns)) + " " +
+                  number(shown(t.axes[3], i3)) + " " +
                   number(value(t.cell({i0, i1, i2, i3}), component)) + "\n";
       }
       script += "\n";
@@ -83,26 +91,76 @@ fs::path plot_slices(const ResponseTable& t, const std::string& title, const Val
   return draw(file, 1100, 640, script + "unset multiplot\n");
 }
 
-fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path& file) {
-  std::string data, labels;
-  for (size_t i = 0; i < poses.size(); ++i) {
-    const KnownRestPose& p = poses[i];
-    data += std::to_string(i) + " " + number(100 * p.probability) + " " +
-            number(100 * p.probability_low) + " " + number(100 * p.probability_high) + "\n";
-    char up[80];
-    std::snprintf(up, sizeof up, "(%.2f, %.2f, %.2f)", p.up.x(), p.up.y(), p.up.z());
-    // Double quotes: gnuplot breaks lines only in those.
-    labels += (i > 0 ? ", \"" : "\"") + std::string(up) + "\\n" + p.source + "\\nh " +
-              number(p.height_m) + " m\" " + std::to_string(i);
+// The pose of a bar or of two, one a source.
+struct Slot {
+  const KnownRestPose* pose;
+  const KnownRestPose* by_geometry = nullptr;
+  const KnownRestPose* by_simulation = nullptr;
+};
+
+constexpr size_t kMostSlots = 14;  // a round side has dozens
+
+std::vector<Slot> slots_of(const std::vector<KnownRestPose>& poses) {
+  std::vector<Slot> slots;
+  for (const KnownRestPose& p : poses) {
+    const bool simulated = p.source == "simulation";
+    auto slot = std::ranges::find_if(slots, [&](const Slot& s) {
+      return (simulated ? s.by_simulation : s.by_geometry) == nullptr &&
+             s.pose->up.dot(p.up) >= std::cos(kRestPoseAngle);
+    });
+    if (slot == slots.end()) slot = slots.insert(slots.end(), {.pose = &p});
+    (simulated ? slot->by_simulation : slot->by_geometry) = &p;
   }
-  return draw(file, 180 + 110 * static_cast<int>(poses.size()), 420,
-              "set title 'Rest poses: up in the mesh frame'\nset boxwidth 0.6\n"
-              "set style fill solid 0.85\nset ylabel 'probability (%)'\nset yrange [0:*]\n"
-              "set grid ytics lc rgb '#e4e4e4'\nunset key\nset xtics (" +
-                  labels + ") font ',8'\nset bmargin 5\n$d << EOD\n" + data +
-                  "EOD\n"
-                  "plot $d using 1:2 with boxes lc rgb '#4c78a8', "
-                  "$d using 1:2:3:4 with yerrorbars lc rgb '#444444' pt 0\n");
+  return slots;
+}
+
+std::string bars(const std::vector<Slot>& slots, const KnownRestPose* Slot::*source,
+                 double offset) {
+  std::string data;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const KnownRestPose* p = slots[i].*source;
+    if (p == nullptr) continue;
+    data += number(static_cast<double>(i) + offset) + " " + number(100 * p->probability) + " " +
+            number(100 * p->probability_low) + " " + number(100 * p->probability_high) + "\n";
+  }
+  return data;
+}
+
+fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path& file) {
+  std::vector<Slot> slots = slots_of(poses);
+  const bool simulated =
+      std::ranges::any_of(slots, [](const Slot& s) { return s.by_simulation != nullptr; });
+  std::string title = "Rest poses: up in the mesh frame";
+  if (slots.size() > kMostSlots) {
+    title += ", " + std::to_string(kMostSlots) + " of " + std::to_string(slots.size());
+    slots.resize(kMostSlots);
+  }
+  std::string labels;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    const Vec3 up = slots[i].pose->up.unaryExpr(
+        [](double x) { return std::abs(x) < 5e-3 ? 0.0 : x; });  // no "-0.00"
+    char text[80];
+    std::snprintf(text, sizeof text, "(%.2f, %.2f, %.2f)", up.x(), up.y(), up.z());
+    // Double quotes: gnuplot breaks lines only in those.
+    labels += (i > 0 ? ", \"" : "\"") + std::string(text) + "\\nh " +
+              number(std::round(slots[i].pose->height_m * 1e5) / 1e5) + " m\" " + std::to_string(i);
+  }
+  std::string script =
+      "set title '" + title + "'\nset boxwidth " + (simulated ? "0.36" : "0.6") +
+      "\nset style fill solid 0.85\nset ylabel 'probability (%)'\n"
+      "set yrange [0:*]\nset xrange [-0.6:" +
+      number(static_cast<double>(slots.size()) - 0.4) +
+      "]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\nset xtics (" + labels +
+      ") font ',8'\nset bmargin 4\n$g << EOD\n" +
+      bars(slots, &Slot::by_geometry, simulated ? -0.19 : 0) + "EOD\n";
+  std::string plot = "plot $g using 1:2 with boxes lc rgb '#4c78a8' title 'geometry'";
+  if (simulated) {
+    script += "$s << EOD\n" + bars(slots, &Slot::by_simulation, 0.19) + "EOD\n";
+    plot +=
+        ", $s using 1:2 with boxes lc rgb '#f0a35e' title 'simulation, 95%', "
+        "$s using 1:2:3:4 with yerrorbars lc rgb '#444444' pt 7 ps 0.3 notitle";
+  }
+  return draw(file, 320 + 110 * static_cast<int>(slots.size()), 420, script + plot + "\n");
 }
 
 }  // namespace

@@ -6,10 +6,9 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
-#include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
-#include "signature/rest_poses.h"
+#include "signature/known_rest_poses.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {
@@ -139,22 +138,6 @@ AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup
   return measure_accuracy(setup, signature.heights, models, *options.accuracy);
 }
 
-std::vector<KnownRestPose> geometric_rest_poses(const TriangleMesh& mesh, const ContactBody& body) {
-  TriangleMesh hull = convex_hull(mesh.vertices);
-  for (Vec3& v : hull.vertices) v -= body.centre_of_mass;
-  std::vector<KnownRestPose> known;
-  for (const RestPose& pose :
-       cluster_rest_poses(stable_rest_poses(hull), kRestPoseAngle, kLeastRestProbability)) {
-    known.push_back({.up = pose.up,
-                     .height_m = pose.height_m,
-                     .probability = pose.probability,
-                     .probability_low = pose.probability,
-                     .probability_high = pose.probability,
-                     .source = "geometry"});
-  }
-  return known;
-}
-
 }  // namespace
 
 TableSampling default_sampling(TableLayout layout) {
@@ -170,16 +153,24 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 
+  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  install_interrupt_handler();
   SignatureRun run;
   Clock::time_point start = Clock::now();
-  run.signature = {.body = describe(options, mesh, body),
-                   .material = options.material,
-                   .kind = options.kind,
-                   .seed = options.seed,
-                   .sampling = options.sampling,
-                   .heights = sample_collision_heights(setup, options.layout, height_trials),
-                   .responses = sample_responses(options, setup),
-                   .rest_poses = geometric_rest_poses(mesh, body)};
+  std::vector<ObservedRest> drops;
+  if (options.drop_to_rest) drops = options.drop_to_rest(mesh);
+  run.drops_s = seconds_since(start);
+  start = Clock::now();
+  run.signature = {
+      .body = describe(options, mesh, body),
+      .material = options.material,
+      .kind = options.kind,
+      .seed = options.seed,
+      .sampling = options.sampling,
+      .heights = sample_collision_heights(setup, options.layout, height_trials),
+      .responses = sample_responses(options, setup),
+      .rest_poses = known_rest_poses(mesh_rest_poses(mesh, body.centre_of_mass), drops),
+      .rest_drops = static_cast<uint32_t>(drops.size())};
   run.sampling_s = seconds_since(start);
   start = Clock::now();
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "core/progress.h"
+#include "signature/known_rest_poses.h"
 #include "signature/signature.h"
 
 namespace pilesim {
@@ -19,6 +21,9 @@ struct SignatureOptions {
   uint64_t seed = 1;
   TableSampling sampling;
   std::optional<AccuracySettings> accuracy = AccuracySettings{};
+  // Drops the checked mesh in a simulation (job/rest_drops.h: simulators lie above this folder).
+  // Empty: rest poses are by geometry only.
+  std::function<std::vector<ObservedRest>(const TriangleMesh&)> drop_to_rest;
   // Kept while sampling goes on, removed when it is done; taken up again if it is there and belongs
   // to the same measurement. Empty: nothing is kept.
   std::filesystem::path partial_file;
@@ -29,16 +34,17 @@ struct SignatureOptions {
 struct SignatureRun {
   Signature signature;
   double sampling_s = 0;  // wall time of the tables
-  double accuracy_s = 0;  // and of the accuracy report
+  double accuracy_s = 0;  // of the accuracy report
+  double drops_s = 0;     // of the drops
 };
 
 // The defaults of a layout: trials a cell (the dissertation's 30) and exemplars.
 TableSampling default_sampling(TableLayout layout);
 
+// Checks everything, then takes over SIGINT and SIGTERM and measures.
 // Throws Error(usage) for settings out of range or that contradict each other, Error(input) for a
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
-// `partial_file`. Rest poses are
-// those that follow from geometry.
+// `partial_file`.
 SignatureRun sample_signature(const SignatureOptions& options);
 
 }  // namespace pilesim

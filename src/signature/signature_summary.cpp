@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <numeric>
 
+#include "signature/known_rest_poses.h"
+
 namespace pilesim {
 namespace {
 
@@ -19,6 +21,11 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
   va_end(arguments);
   va_end(again);
   return text;
+}
+
+// Of numbers printed with three digits: no "-0.000".
+Vec3 without_negative_zero(const Vec3& v) {
+  return v.unaryExpr([](double x) { return std::abs(x) < 5e-4 ? 0.0 : x; });
 }
 
 std::string axis_text(const Axis& axis) {
@@ -115,15 +122,58 @@ std::string responses_text(const Signature& s) {
   return text;
 }
 
-std::string rest_text(const std::vector<KnownRestPose>& poses) {
-  if (poses.empty()) return "rest poses: none recorded\n";
-  std::string text = "rest poses:\n";
-  for (const KnownRestPose& p : poses) {
+// A round side has dozens of poses: more than these are counted, not listed.
+constexpr size_t kPosesListed = 12;
+
+std::string pose_list(const Signature& s, const char* source) {
+  std::string text;
+  size_t left = 0;
+  double left_probability = 0;
+  for (const KnownRestPose& p : s.rest_poses) {
+    if (p.source != source) continue;
+    if (std::count(text.begin(), text.end(), '\n') >= static_cast<ptrdiff_t>(kPosesListed)) {
+      ++left;
+      left_probability += p.probability;
+      continue;
+    }
+    const Vec3 up = without_negative_zero(p.up);
     text += format("  %5.1f%% (%.1f .. %.1f)  height %.4g m  up (%.3f, %.3f, %.3f)  by %s\n",
                    100 * p.probability, 100 * p.probability_low, 100 * p.probability_high,
-                   p.height_m, p.up.x(), p.up.y(), p.up.z(), p.source.c_str());
+                   p.height_m, up.x(), up.y(), up.z(), source);
+  }
+  if (left > 0) {
+    text += format("  %5.1f%% in %zu more by %s\n", 100 * left_probability, left, source);
   }
   return text;
+}
+
+std::string agreement_text(const Signature& s) {
+  const std::vector<RestPoseComparison> families = compare_rest_poses(s.rest_poses, s.rest_drops);
+  if (families.empty()) return {};
+  std::string text = format(
+      "rest poses by geometry against %u simulated drops (within %.0f degrees; what one "
+      "has above %.0f%% the other has above %.1f%%):\n",
+      s.rest_drops, degrees(kRestPoseAngle), 100 * kLeastRestProbability,
+      100 * kRestAgreement * kLeastRestProbability);
+  size_t apart = 0;
+  for (const RestPoseComparison& f : families) {
+    const Vec3 up = without_negative_zero(f.up);
+    text += format("  geometry %5.1f%%  simulation %5.1f%% (%.1f .. %.1f)  up (%.3f, %.3f, %.3f)",
+                   100 * f.by_geometry, 100 * f.by_simulation, 100 * f.simulation_low,
+                   100 * f.simulation_high, up.x(), up.y(), up.z());
+    if (f.poses > 1) text += format(" and %zu more of its family", f.poses - 1);
+    text += f.agrees ? "\n" : "  DIFFERS\n";
+    apart += f.agrees ? 0 : 1;
+  }
+  text += apart == 0 ? "  they agree on which poses exist\n"
+                     : format("  they do not agree on %zu of %zu poses\n", apart, families.size());
+  return text;
+}
+
+std::string rest_text(const Signature& s) {
+  if (s.rest_poses.empty()) return "rest poses: none recorded\n";
+  return "rest poses:\n" + pose_list(s, "geometry") + pose_list(s, "simulation") +
+         agreement_text(s);
 }
 
 }  // namespace
@@ -168,7 +218,7 @@ std::string accuracy_text(const AccuracyReport& r) {
 std::string summary_text(const Signature& signature) {
   std::string text = body_text(signature) + heights_text(signature.heights) +
                      (signature.fit ? fit_text(signature) : responses_text(signature)) +
-                     rest_text(signature.rest_poses);
+                     rest_text(signature);
   if (signature.accuracy) text += accuracy_text(*signature.accuracy);
   return text;
 }

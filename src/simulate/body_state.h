@@ -10,10 +10,11 @@ namespace pilesim {
 
 // Bits of BodyStates::flags, stored in trajectories as they are.
 enum BodyFlag : uint8_t {
-  kPresent = 1,  // in the scene: emitted and not removed
-  kAsleep = 2,   // at rest, out of the solver
-  kImpulse = 4,  // stepped by the impulse solver
-  kHeld = 8,     // waits for its release event
+  kPresent = 1,       // in the scene: emitted and not removed
+  kAsleep = 2,        // at rest, out of the solver
+  kImpulse = 4,       // stepped by the impulse solver
+  kHeld = 8,          // waits for its release event
+  kStatistical = 16,  // a sphere that collides by its signature
 };
 
 // Written by the simulator only. World frame, SI.

@@ -13,6 +13,8 @@
 #include "simulate/bullet_contact_solver.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
+#include "simulate/kinematic_motion.h"
+#include "simulate/timeline.h"
 
 namespace pilesim {
 namespace {
@@ -45,33 +47,6 @@ double position_time_s(const Scene& scene, const Model& model) {
                                               : kUsualTime;
 }
 
-// Times within this share of a step are the same time.
-constexpr double kSameTime = 1e-6;
-
-// Of the shape's own frame.
-Pose key_pose(const std::vector<MotionKey>& keys, double time_s) {
-  const auto after = std::ranges::upper_bound(keys, time_s, {}, &MotionKey::time_s);
-  if (after == keys.begin()) return keys.front().pose;
-  if (after == keys.end()) return keys.back().pose;
-  const MotionKey& a = *std::prev(after);
-  const double share = (time_s - a.time_s) / (after->time_s - a.time_s);
-  return {a.pose.position + share * (after->pose.position - a.pose.position),
-          a.pose.orientation.slerp(share, after->pose.orientation)};
-}
-
-// Of the body frame, whose origin is the centre of mass.
-Pose pose_at(const ModelShape& shape, const std::vector<MotionKey>& keys, double time_s) {
-  const Pose pose = key_pose(keys, time_s);
-  return {pose.apply(shape.origin_offset), pose.orientation};
-}
-
-// The turn from one orientation to another as an axis times an angle, world frame.
-Vec3 turn_between(const Quat& from, const Quat& to) {
-  const Eigen::AngleAxisd turn(to * from.conjugate());
-  const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
-  return angle * turn.axis();
-}
-
 class ImpulseSimulator final : public Simulator {
  public:
   ImpulseSimulator(const Scene& scene, const Model& model);
@@ -89,11 +64,10 @@ class ImpulseSimulator final : public Simulator {
     bool moved = false;  // kinematic: in the step before
   };
 
-  bool appears_now(const ModelBody& body) const { return body.start_s <= time_s_ + slack_s_; }
   void add_new_bodies();
   void add_body(uint32_t index);
   void remove_body(uint32_t index);
-  void apply_events();
+  void apply_event(const ModelEvent& event);
   void apply_impulse(uint32_t index, const ModelEvent& event);
   void move_kinematic_bodies();
   void read_states();
@@ -103,12 +77,10 @@ class ImpulseSimulator final : public Simulator {
   const Scene& scene_;
   const Model& model_;
   double step_s_;
-  double slack_s_;
   double time_s_ = 0;   // of the state
   uint64_t steps_ = 0;  // taken since the start
   uint64_t frames_ = 0;
-  size_t next_event_ = 0;
-  std::vector<uint32_t> waiting_;    // bodies to come, the next one last
+  Timeline timeline_;
   std::vector<uint32_t> kinematic_;  // indices
   BodyStates states_;
   StageTimer timer_;
@@ -127,7 +99,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
-      slack_s_(kSameTime * step_s_),
+      timeline_(model, step_s_),
       solver_(scene.gravity.norm()),
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
@@ -156,12 +128,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
     states_.angular_velocity.push_back(body.angular_velocity);
     states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
     if (body.role == Role::kinematic) kinematic_.push_back(i);
-    waiting_.push_back(i);
   }
-  std::ranges::stable_sort(waiting_, [&](uint32_t a, uint32_t b) {
-    return model.bodies[a].start_s > model.bodies[b].start_s ||
-           (model.bodies[a].start_s == model.bodies[b].start_s && a > b);
-  });
   add_new_bodies();
 }
 
@@ -173,10 +140,7 @@ ImpulseSimulator::~ImpulseSimulator() {
 }
 
 void ImpulseSimulator::add_new_bodies() {
-  while (!waiting_.empty() && appears_now(model_.bodies[waiting_.back()])) {
-    add_body(waiting_.back());
-    waiting_.pop_back();
-  }
+  timeline_.bring_bodies(time_s_, [&](uint32_t index) { add_body(index); });
 }
 
 void ImpulseSimulator::add_body(uint32_t index) {
@@ -236,7 +200,7 @@ void ImpulseSimulator::remove_body(uint32_t index) {
   Record& record = records_[index];
   states_.flags[index] &= static_cast<uint8_t>(~(kPresent | kAsleep | kImpulse));
   if (!record.body) {
-    std::erase(waiting_, index);
+    timeline_.cancel(index);
     return;
   }
   world_.wake_neighbours(*record.body);
@@ -255,26 +219,22 @@ void ImpulseSimulator::apply_impulse(uint32_t index, const ModelEvent& event) {
   body->applyImpulse(to_bullet(event.impulse), arm);
 }
 
-void ImpulseSimulator::apply_events() {
-  for (; next_event_ < model_.events.size(); ++next_event_) {
-    const ModelEvent& event = model_.events[next_event_];
-    if (event.time_s > time_s_ + slack_s_) return;
-    for (const uint32_t index : event.bodies) {
-      switch (event.kind) {
-        case ModelEvent::Kind::remove:
-          remove_body(index);
-          break;
-        case ModelEvent::Kind::impulse:
-          apply_impulse(index, event);
-          break;
-        case ModelEvent::Kind::release: {
-          if ((states_.flags[index] & kHeld) == 0) break;
-          const bool present = records_[index].body != nullptr;
-          if (present) remove_body(index);
-          states_.flags[index] &= static_cast<uint8_t>(~kHeld);
-          if (present) add_body(index);
-          break;
-        }
+void ImpulseSimulator::apply_event(const ModelEvent& event) {
+  for (const uint32_t index : event.bodies) {
+    switch (event.kind) {
+      case ModelEvent::Kind::remove:
+        remove_body(index);
+        break;
+      case ModelEvent::Kind::impulse:
+        apply_impulse(index, event);
+        break;
+      case ModelEvent::Kind::release: {
+        if ((states_.flags[index] & kHeld) == 0) break;
+        const bool present = records_[index].body != nullptr;
+        if (present) remove_body(index);
+        states_.flags[index] &= static_cast<uint8_t>(~kHeld);
+        if (present) add_body(index);
+        break;
       }
     }
   }
@@ -308,7 +268,7 @@ FrameStatistics ImpulseSimulator::step_frame() {
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
     add_new_bodies();
-    apply_events();
+    timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
     move_kinematic_bodies();
     world_.step(step_s_, scene_.simulator.sleeping, timer_);
     ++steps_;

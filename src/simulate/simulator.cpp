@@ -1,6 +1,7 @@
 #include "simulate/simulator.h"
 
 #include "simulate/impulse_simulator.h"
+#include "simulate/statistical_simulator.h"
 
 namespace pilesim {
 
@@ -8,6 +9,8 @@ std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model
   switch (scene.simulator.mode) {
     case SimulatorMode::impulse:
       return make_impulse_simulator(scene, model);
+    case SimulatorMode::statistical:
+      return make_statistical_simulator(scene, model);
   }
   return nullptr;
 }

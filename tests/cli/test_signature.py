@@ -10,6 +10,31 @@ BOX = SOURCE / "assets" / "box.obj"
 QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
 
 
+def write_fine_cube(file, n):
+    """A closed cube, each face a grid of n x n squares."""
+    numbers, lines = {}, []
+
+    def vertex(*point):
+        number = numbers.setdefault(point, len(numbers) + 1)
+        if number > len(lines):
+            lines.append("v %d %d %d" % point)
+        return number
+
+    faces = []
+    for a in range(n):
+        for b in range(n):
+            for far in (0, n):
+                # In the order of a right-handed turn about each axis.
+                corners = ((a, b), (a + 1, b), (a + 1, b + 1), (a, b + 1))
+                if far == 0:
+                    corners = corners[::-1]
+                faces.append([vertex(far, u, v) for u, v in corners])
+                faces.append([vertex(v, far, u) for u, v in corners])
+                faces.append([vertex(u, v, far) for u, v in corners])
+    lines += ["f %d %d %d %d" % tuple(face) for face in faces]
+    file.write_text("\n".join(lines) + "\n")
+
+
 class SampleSignature(CommandTest):
     def test_a_box_is_sampled_and_inspected_the_same(self):
         sampled = self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK).stdout
@@ -42,6 +67,7 @@ class SampleSignature(CommandTest):
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
+        self.assertIn(process.returncode, (0, 130))
         if process.returncode == 130:
             self.assertTrue((self.dir / "a.sig.partial").exists())
             other = self.expect_exit(
@@ -51,6 +77,14 @@ class SampleSignature(CommandTest):
             self.succeed("sample-signature", BOX, "-o", "a.sig", *settings)
         self.succeed("sample-signature", BOX, "-o", "b.sig", *settings)
         self.assertEqual((self.dir / "a.sig").read_bytes(), (self.dir / "b.sig").read_bytes())
+
+    def test_drops_find_the_faces_of_a_die(self):
+        result = self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK, "--rest-drops", "60")
+        self.assertEqual(result.stderr, "")
+        inspected = self.succeed("inspect", "box.sig").stdout
+        self.assertIn(inspected, result.stdout)
+        self.assertEqual(inspected.count("by simulation"), 6)
+        self.assertIn("they agree on which poses exist", inspected)
 
     def test_bad_input_is_named(self):
         square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -72,6 +106,12 @@ class SampleSignature(CommandTest):
         )
         self.assertIn("--layout dissertation", result.stderr)
         self.assertFalse((self.dir / "x.sig").exists())
+
+    def test_a_mesh_of_a_million_vertices(self):
+        write_fine_cube(self.dir / "fine.obj", 409)  # 1,003,688 vertices
+        sampled = self.succeed("sample-signature", "fine.obj", "-o", "fine.sig", *QUICK).stdout
+        self.assertIn("hull of 8 vertices", sampled)
+        self.assertEqual(sampled.count("by geometry"), 6)
 
     def test_an_output_that_exists_is_kept(self):
         (self.dir / "box.sig").write_text("mine")

@@ -16,12 +16,16 @@ namespace {
 
 class Signatures : public testing::Test {
  protected:
-  Signatures() { std::filesystem::create_directories(dir_); }
+  Signatures() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "signatures.XXXXXX").string();
+    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
+    dir_ = pattern;
+  }
   ~Signatures() override {
     std::filesystem::remove_all(dir_);
     set_thread_count(available_threads());
   }
-  std::filesystem::path dir_ = std::filesystem::path(testing::TempDir()) / "pilesim_signatures";
+  std::filesystem::path dir_;
 };
 
 TEST_F(Signatures, DoNotDependOnThreads) {

@@ -21,11 +21,11 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"geometry", {"core"}},
     {"scene", {"core", "geometry"}},
     {"signature", {"core", "geometry"}},
-    {"simulate", {"core", "geometry", "scene"}},
+    {"simulate", {"core", "geometry", "scene", "signature"}},
     {"trajectory", {"core"}},
     {"report", {"core"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
-    {"job", {"core", "geometry", "scene", "simulate", "trajectory", "report"}},
+    {"job", {"core", "geometry", "scene", "signature", "simulate", "trajectory", "report"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {

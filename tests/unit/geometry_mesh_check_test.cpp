@@ -198,5 +198,19 @@ TEST(MeshCheck, FlatGridsAreNotTouching) {
   }
 }
 
+TEST(MeshCheck, VolumesMayTouchButNotLieInOneAnother) {
+  TriangleMesh other = box_mesh({1, 1, 1});
+  const auto beside = [&](double x) {
+    TriangleMesh moved = other;
+    for (Vec3& v : moved.vertices) v.x() += x;
+    return test::joined(box_mesh({2, 2, 2}), moved);
+  };
+  EXPECT_THAT(find_volume_defects(beside(1)), testing::IsEmpty());  // crossing
+  EXPECT_THAT(find_volume_defects(beside(5)), testing::IsEmpty());
+  EXPECT_THAT(kinds(find_volume_defects(beside(0.1))), ElementsAre(MeshDefectKind::self_touching));
+  other.triangles.pop_back();
+  EXPECT_THAT(kinds(find_volume_defects(beside(1))), ElementsAre(MeshDefectKind::open_edge));
+}
+
 }  // namespace
 }  // namespace pilesim

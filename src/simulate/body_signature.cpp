@@ -1,0 +1,89 @@
+#include "simulate/body_signature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/error.h"
+#include "geometry/convex_hull.h"
+#include "signature/signature_file.h"
+
+namespace pilesim {
+namespace {
+
+// Against runs of the impulse mode; see docs/statistical.md.
+constexpr double kHullShare = 0.25;
+constexpr double kRolling = 0.5;
+
+// Restitution and friction that differ by less are the same.
+constexpr double kSameMaterial = 1e-3;
+
+void check(const ModelShape& shape, const Material& material, const Signature& signature) {
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    throw Error(ErrorKind::input,
+                {.file = shape.signature_file.string(),
+                 .pointer = "/shapes/" + shape.name + "/signature",
+                 .found = found,
+                 .expected = expected,
+                 .remedy = "Measure one with pilesim sample-signature, with the shape's scale and "
+                           "the material's restitution and friction."});
+  };
+  if (signature.body.mesh_hash != shape.mesh_hash) {
+    refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
+               std::to_string(signature.body.scale) + ")",
+           "one of the shape's own mesh");
+  }
+  if (std::abs(signature.material.restitution - material.restitution) > kSameMaterial ||
+      std::abs(signature.material.friction - material.friction) > kSameMaterial) {
+    refuse("a signature measured with restitution " +
+               std::to_string(signature.material.restitution) + " and friction " +
+               std::to_string(signature.material.friction),
+           "the body's material: restitution " + std::to_string(material.restitution) +
+               ", friction " + std::to_string(material.friction));
+  }
+}
+
+BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> signature) {
+  BodySignature body;
+  body.gyration_m = static_cast<float>(signature->body.gyration_m);
+  body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
+  const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
+  // A concave body takes more room than its volume, but others reach into its hull.
+  const double volume_m3 =
+      signature->body.volume_m3 * std::pow(hull_m3 / signature->body.volume_m3, kHullShare);
+  body.packing_radius_m = static_cast<float>(std::cbrt(3 * volume_m3 / (4 * kPi)));
+  double lowest = signature->body.outer_radius_m;
+  for (const KnownRestPose& pose : signature->rest_poses) lowest = std::min(lowest, pose.height_m);
+  body.rolling = static_cast<float>(kRolling * (1 - lowest / signature->body.outer_radius_m));
+  body.signature = std::move(signature);
+  return body;
+}
+
+}  // namespace
+
+std::vector<BodySignature> load_signatures(const Model& model) {
+  std::vector<BodySignature> result(model.shapes.size());
+  std::map<std::string, std::shared_ptr<const Signature>> files;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    const ModelShape& shape = model.shapes[body.shape];
+    if (shape.signature_file.empty()) {
+      throw Error(ErrorKind::input,
+                  {.pointer = "/shapes/" + shape.name,
+                   .found = "the shape of '" + body.name + "' has no signature",
+                   .expected = "one, since /simulator/mode is statistical",
+                   .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
+                             "\"signature\": \"FILE.sig\" (shapes of type mesh have it)."});
+    }
+    std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
+    if (!signature) {
+      signature = std::make_shared<const Signature>(read_signature(shape.signature_file));
+    }
+    if (!result[body.shape].signature) result[body.shape] = make(shape, signature);
+    check(shape, model.materials[body.material], *signature);
+  }
+  return result;
+}
+
+}  // namespace pilesim

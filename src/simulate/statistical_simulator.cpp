@@ -1,0 +1,225 @@
+#include "simulate/statistical_simulator.h"
+
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "simulate/body_signature.h"
+#include "simulate/kinematic_motion.h"
+#include "simulate/sphere_world.h"
+#include "simulate/timeline.h"
+
+namespace pilesim {
+namespace {
+
+SphereWorldSettings world_settings(const Scene& scene) {
+  return {.gravity = scene.gravity.cast<float>(),
+          .step_s = static_cast<float>(scene.actual_step_s()),
+          .seed = scene.seed,
+          .sleeping = scene.simulator.sleeping,
+          .sweeps = scene.simulator.solver_iterations};
+}
+
+void refuse_hinges(const Model& model) {
+  for (const ModelBody& body : model.bodies) {
+    if (!body.hinge) continue;
+    throw Error(ErrorKind::input,
+                {.found = "'" + body.name + "' has a hinge",
+                 .expected = "free bodies in the statistical mode",
+                 .remedy = "Take the hinge away, or set /simulator/mode to impulse."});
+  }
+}
+
+class StatisticalSimulator final : public Simulator {
+ public:
+  StatisticalSimulator(const Scene& scene, const Model& model)
+      : scene_(scene),
+        model_(model),
+        step_s_(scene.actual_step_s()),
+        timeline_(model, step_s_),
+        objects_(load_signatures(model)),
+        world_(model, objects_, world_settings(scene)) {
+    refuse_hinges(model);
+    for (const ModelBody& body : model.bodies) {
+      states_.position.push_back(body.pose.position);
+      states_.orientation.push_back(body.pose.orientation);
+      states_.linear_velocity.push_back(body.linear_velocity);
+      states_.angular_velocity.push_back(body.angular_velocity);
+      states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
+    }
+    bring_bodies();
+  }
+
+  FrameStatistics step_frame() override;
+  const BodyStates& states() const override { return states_; }
+  FrameStatistics statistics() const override;
+
+ private:
+  bool is_free(uint32_t body) const {
+    return model_.bodies[body].role == Role::dynamic && (states_.flags[body] & kHeld) == 0;
+  }
+  void bring_bodies() {
+    timeline_.bring_bodies(time_s_, [&](uint32_t body) { add(body); });
+  }
+  void add(uint32_t body);
+  void remove(uint32_t body);
+  void apply_event(const ModelEvent& event);
+  void apply_impulse(uint32_t body, const ModelEvent& event);
+  void move_kinematic_bodies();
+  void read_states();
+
+  const Scene& scene_;
+  const Model& model_;
+  double step_s_;
+  double time_s_ = 0;
+  uint64_t steps_ = 0;
+  uint64_t frames_ = 0;
+  Timeline timeline_;
+  std::vector<BodySignature> objects_;
+  SphereWorld world_;
+  BodyStates states_;
+  StageTimer timer_;
+};
+
+void StatisticalSimulator::add(uint32_t body) {
+  const Pose pose{states_.position[body], states_.orientation[body]};
+  states_.flags[body] |= kPresent;
+  if (is_free(body)) {
+    states_.flags[body] |= kStatistical;
+    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body]);
+  } else {
+    world_.surfaces().place(body, pose, Vec3::Zero(), Vec3::Zero());
+  }
+}
+
+void StatisticalSimulator::remove(uint32_t body) {
+  const bool present = (states_.flags[body] & kPresent) != 0;
+  states_.flags[body] &= static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical));
+  if (!present) return timeline_.cancel(body);
+  if (is_free(body)) {
+    world_.remove(body);
+  } else {
+    world_.wake_near(body);
+    world_.surfaces().remove(body);
+  }
+}
+
+void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
+  if ((states_.flags[body] & kPresent) == 0 || !is_free(body)) return;
+  SphereStates& s = world_.states();
+  const float mass = s.mass_kg[body], k = s.object[body]->gyration_m;
+  const Vec3f impulse = event.impulse.cast<float>();
+  s.velocity[body] += impulse / mass;
+  if (event.point) {
+    const Vec3f arm = event.point->cast<float>() - s.position[body];
+    s.spin[body] += arm.cross(impulse) / (mass * k * k);
+  }
+  world_.wake(body);
+}
+
+void StatisticalSimulator::apply_event(const ModelEvent& event) {
+  for (const uint32_t body : event.bodies) {
+    switch (event.kind) {
+      case ModelEvent::Kind::remove:
+        remove(body);
+        break;
+      case ModelEvent::Kind::impulse:
+        apply_impulse(body, event);
+        break;
+      case ModelEvent::Kind::release: {
+        if ((states_.flags[body] & kHeld) == 0) break;
+        const bool present = (states_.flags[body] & kPresent) != 0;
+        if (present) remove(body);
+        states_.flags[body] &= static_cast<uint8_t>(~kHeld);
+        if (present) add(body);
+        break;
+      }
+    }
+  }
+}
+
+void StatisticalSimulator::move_kinematic_bodies() {
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    const ModelBody& body = model_.bodies[i];
+    if (body.role != Role::kinematic || body.motion.empty()) continue;
+    if ((states_.flags[i] & kPresent) == 0) continue;
+    const ModelShape& shape = model_.shapes[body.shape];
+    const Pose now = pose_at(shape, body.motion, time_s_);
+    const Pose then = pose_at(shape, body.motion, time_s_ + step_s_);
+    const Vec3 velocity = (then.position - now.position) / step_s_;
+    const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s_;
+    world_.surfaces().place(i, now, velocity, turn_rate);
+    if (!velocity.isZero() || !turn_rate.isZero()) world_.wake_near(i);
+    states_.position[i] = then.position;
+    states_.orientation[i] = then.orientation;
+    states_.linear_velocity[i] = velocity;
+    states_.angular_velocity[i] = turn_rate;
+  }
+}
+
+FrameStatistics StatisticalSimulator::step_frame() {
+  timer_.take();
+  const int steps = scene_.steps_per_frame();
+  for (int step = 0; step < steps; ++step) {
+    bring_bodies();
+    timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
+    move_kinematic_bodies();
+    world_.step(timer_);
+    ++steps_;
+    time_s_ = static_cast<double>(steps_) * step_s_;
+  }
+  ++frames_;
+  read_states();
+  bring_bodies();
+  FrameStatistics statistics = this->statistics();
+  statistics.steps = steps;
+  statistics.times = timer_.take();
+  return statistics;
+}
+
+void StatisticalSimulator::read_states() {
+  const SphereStates& s = world_.states();
+  for (const uint32_t i : world_.members()) {
+    if (!s.position[i].allFinite() || !s.velocity[i].allFinite() || !s.spin[i].allFinite()) {
+      throw Error(ErrorKind::input,
+                  {.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
+                            std::to_string(frames_),
+                   .expected = "a state that stays finite",
+                   .remedy = "Make step_s shorter, or look for extreme velocities."});
+    }
+    states_.position[i] = s.position[i].cast<double>();
+    states_.orientation[i] = s.orientation[i].cast<double>().normalized();
+    states_.linear_velocity[i] = s.velocity[i].cast<double>();
+    states_.angular_velocity[i] = s.spin[i].cast<double>();
+    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
+    if (s.asleep[i] != 0) states_.flags[i] |= kAsleep;
+  }
+}
+
+FrameStatistics StatisticalSimulator::statistics() const {
+  FrameStatistics statistics;
+  for (const uint8_t flags : states_.flags) {
+    if ((flags & kPresent) != 0) ++statistics.bodies_present;
+  }
+  const SphereStates& s = world_.states();
+  for (const uint32_t i : world_.members()) {
+    if (s.asleep[i] == 0) ++statistics.bodies_awake;
+    const double mass_kg = s.mass_kg[i];
+    const double k = s.object[i]->gyration_m;
+    statistics.kinetic_energy_j += 0.5 * mass_kg *
+                                   (s.velocity[i].cast<double>().squaredNorm() +
+                                    k * k * s.spin[i].cast<double>().squaredNorm());
+    statistics.potential_energy_j -= mass_kg * scene_.gravity.dot(states_.position[i]);
+  }
+  statistics.contacts = world_.contact_count();
+  statistics.deepest_penetration_m = world_.deepest_penetration_m();
+  return statistics;
+}
+
+}  // namespace
+
+std::unique_ptr<Simulator> make_statistical_simulator(const Scene& scene, const Model& model) {
+  return std::make_unique<StatisticalSimulator>(scene, model);
+}
+
+}  // namespace pilesim

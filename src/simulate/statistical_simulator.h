@@ -1,0 +1,14 @@
+// Bodies as spheres that collide by signature: chapter 3 of the dissertation, and piles that stand.
+#pragma once
+
+#include <memory>
+
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+// Both arguments must outlive it. Throws Error(input) if a dynamic body has no signature that fits
+// it, or a hinge, which this mode does not know.
+std::unique_ptr<Simulator> make_statistical_simulator(const Scene& scene, const Model& model);
+
+}  // namespace pilesim

@@ -1,0 +1,75 @@
+// Collisions drawn at random: what must hold of each.
+
+#include "simulate/collision_response.h"
+
+#include <gtest/gtest.h>
+
+#include "support/statistical_scene.h"
+
+namespace pilesim {
+namespace {
+
+class Response : public test::StatisticalScene {
+ protected:
+  Response() {
+    add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+    add_shape("needle", box_mesh({1, 0.02, 0.03}));
+    add_body("box", Vec3::Zero());
+    add_body("needle", Vec3::Zero());
+    model_ = build_model(scene_);
+    objects_ = load_signatures(model_);
+  }
+  Collider random_body(Philox& random) {
+    const size_t shape = model_.bodies[random.index(2)].shape;
+    return {&objects_[shape], static_cast<float>(random.uniform(0.01, 10)),
+            (random.uniform(0, 5) * random.direction()).cast<float>(),
+            (random.uniform(0, 30) * random.direction()).cast<float>()};
+  }
+  static double energy(const Collider& body) {
+    const double k = body.object->gyration_m;
+    return 0.5 * body.mass_kg *
+           (body.velocity.cast<double>().squaredNorm() +
+            k * k * body.spin.cast<double>().squaredNorm());
+  }
+  std::vector<BodySignature> objects_;
+};
+
+TEST_F(Response, PairsKeepMomentumLoseEnergyAndSeparate) {
+  for (uint64_t i = 0; i < 3000; ++i) {
+    Philox random(1, Stream::test, i), random_b(2, Stream::test, i);
+    Collider a = random_body(random), b = random_body(random);
+    Vec3f normal = random.direction().cast<float>();
+    if ((a.velocity - b.velocity).dot(normal) > 0) normal = -normal;
+    const auto momentum = [&]() -> Vec3f {
+      return a.mass_kg * a.velocity + b.mass_kg * b.velocity;
+    };
+    const Vec3f before = momentum();
+    const double energy_before = energy(a) + energy(b);
+    collide(normal, random, random_b, a, b);
+    const float scale = a.mass_kg * a.velocity.norm() + b.mass_kg * b.velocity.norm() + 1e-3F;
+    EXPECT_LT((momentum() - before).norm(), 1e-4F * (scale + before.norm()));
+    EXPECT_LE(energy(a) + energy(b), energy_before * (1 + 1e-4));
+    EXPECT_GE((a.velocity - b.velocity).dot(normal), -1e-4F);
+  }
+}
+
+TEST_F(Response, SurfacesTakeNoEnergyButTheirOwnMotionsAndThrowOff) {
+  for (uint64_t i = 0; i < 3000; ++i) {
+    Philox random(1, Stream::test, i);
+    Collider body = random_body(random);
+    const Vec3f normal = random.direction().cast<float>();
+    const Vec3f surface = random.direction().cast<float>();
+    if ((body.velocity - surface).dot(normal) > 0) continue;
+    Collider relative = body;
+    relative.velocity -= surface;
+    const double before = energy(relative);
+    collide_with_surface(normal, surface, random, body);
+    relative = body;
+    relative.velocity -= surface;
+    EXPECT_LE(energy(relative), before * (1 + 1e-4));
+    EXPECT_GE(relative.velocity.dot(normal), -1e-4F);
+  }
+}
+
+}  // namespace
+}  // namespace pilesim

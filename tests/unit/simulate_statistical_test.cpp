@@ -1,0 +1,175 @@
+// The statistical mode: bounces, rest, piles, hard starts and bad input.
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "support/statistical_scene.h"
+
+namespace pilesim {
+namespace {
+
+using testing::HasSubstr;
+using Statistical = test::StatisticalScene;
+
+TEST_F(Statistical, AFlightIsAParabola) {
+  add_shape("box", box_mesh({0.2, 0.1, 0.3}));
+  add_body("box", {0, 100, 0}).linear_velocity = {3, 2, 0};
+  start();
+  run(60);
+  // Symplectic Euler falls short of the parabola by g dt t / 2.
+  const double step = scene_.actual_step_s();
+  EXPECT_NEAR(states().position[0].x(), 3, 1e-4);
+  EXPECT_NEAR(states().position[0].y(), 102 - 9.81 / 2 * (1 + step), 1e-3);
+}
+
+// The signature of a ball has no spread: Newton's restitution.
+TEST_F(Statistical, ABallBouncesToRestitutionSquaredOfItsHeight) {
+  constexpr double kRadius = 0.1, kBounce = 0.8;
+  scene_.materials["stuff"].restitution = kBounce;
+  scene_.step_s = 1.0 / 240;
+  scene_.frame_rate = 240;
+  add_ground();
+  add_shape("ball", sphere_mesh(kRadius, 4), kBounce);
+  add_body("ball", {0, kRadius + 1, 0});
+  start();
+  double highest = 0;
+  bool rising = false;
+  for (int i = 0; i < 400; ++i) {
+    run(1);
+    rising = rising || states().linear_velocity[1].y() > 1;
+    if (rising) highest = std::max(highest, states().position[1].y() - kRadius);
+    if (rising && states().linear_velocity[1].y() < 0) break;
+  }
+  EXPECT_NEAR(highest, kBounce * kBounce, 0.02);
+}
+
+TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
+  const Vec3 size(0.3, 0.2, 0.1);
+  add_ground();
+  add_shape("box", box_mesh(size));
+  add_grid("box", {6, 1, 6}, {1, 1, 1}, {0, 0.6, 0});
+  start();
+  const FrameStatistics end = run(360);
+  EXPECT_EQ(end.bodies_awake, 0U);
+  for (size_t i = 1; i < states().size(); ++i) {
+    const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+    Eigen::Index axis = 0;
+    EXPECT_NEAR(up.cwiseAbs().maxCoeff(&axis), 1, 1e-5) << i;
+    EXPECT_NEAR(states().position[i].y(), size(axis) / 2, 1e-3) << i;
+  }
+}
+
+TEST_F(Statistical, APileStandsAndSleeps) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  add_grid("box", {5, 5, 5}, {0.3, 0.3, 0.3}, {0, 0.9, 0});
+  start();
+  const FrameStatistics end = run(480);
+  EXPECT_EQ(end.bodies_awake, 0U);
+  EXPECT_EQ(end.kinetic_energy_j, 0);
+  double mean = 0;
+  for (size_t i = 1; i < states().size(); ++i) {
+    EXPECT_GT(states().position[i].y(), 0.099) << i;
+    mean += states().position[i].y() / 125;
+  }
+  // One layer lies at 0.1; what sinks into itself ends up there.
+  EXPECT_GT(mean, 0.14);
+}
+
+TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
+  scene_.shapes["slab"] = BoxShape{{2, 0.2, 2}};
+  Body slab{.name = "slab", .shape = "slab", .material = "stuff", .role = Role::fixed};
+  slab.pose.position = {0, 1, 0};
+  scene_.bodies.push_back(slab);
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  add_body("box", {0, 1.3, 0});
+  scene_.events.push_back({4, RemoveEvent{{"slab"}}});
+  start();
+  EXPECT_EQ(run(230).bodies_awake, 0U);
+  EXPECT_NEAR(states().position[1].y(), 1.2, 5e-3);
+  run(60);
+  EXPECT_LT(states().position[1].y(), 0);
+}
+
+TEST_F(Statistical, FreeBodiesKeepTheirMomentumAndGainNoEnergy) {
+  scene_.gravity = Vec3::Zero();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  add_grid("box", {4, 4, 4}, {0.4, 0.4, 0.4}, Vec3::Zero());
+  scene_.emitters[0].linear_velocity_jitter = 3;
+  scene_.emitters[0].angular_velocity_jitter = 10;
+  start();
+  const auto momentum = [&] {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& v : states().linear_velocity) sum += v;
+    return sum;
+  };
+  const Vec3 before = momentum();
+  double energy = simulator_->statistics().kinetic_energy_j;
+  const double first = energy;
+  for (int i = 0; i < 120; ++i) {
+    const double now = run(1).kinetic_energy_j;
+    EXPECT_LE(now, energy * (1 + 1e-5)) << i;
+    energy = now;
+  }
+  EXPECT_LT(energy, 0.9 * first);  // they did collide
+  EXPECT_LT((momentum() - before).norm(), 1e-3);
+}
+
+TEST_F(Statistical, HardStartsStayFinite) {
+  add_ground();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  add_shape("boulder", box_mesh({30, 20, 10}));
+  for (int i = 0; i < 40; ++i) add_body("box", {0, 1, 0});  // all in one place
+  add_body("box", {5, 1, 0}).linear_velocity = {-1000, 0, 0};
+  add_body("box", {0, 50, 0}).linear_velocity = {0, -1000, 0};
+  add_body("boulder", {40, 20, 0});
+  start();
+  run(300);  // throws where a state stops being finite
+  for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), -0.01) << i;
+}
+
+TEST_F(Statistical, ABodyWithoutSignatureIsAnError) {
+  scene_.shapes["bare"] = BoxShape{Vec3::Ones()};
+  add_body("bare", Vec3::Zero());
+  try {
+    start();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), HasSubstr("/shapes/bare"));
+    EXPECT_THAT(error.what(), HasSubstr("sample-signature"));
+  }
+}
+
+TEST_F(Statistical, ASignatureOfAnotherMeshOrMaterialIsAnError) {
+  add_shape("box", box_mesh(Vec3::Ones()));
+  add_shape("brick", box_mesh({1, 2, 4}));
+  add_body("box", Vec3::Zero());
+  const auto message = [&] {
+    try {
+      start();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  auto& box = std::get<MeshShape>(scene_.shapes["box"]);
+  const auto right = box.signature;
+  box.signature = std::get<MeshShape>(scene_.shapes["brick"]).signature;
+  EXPECT_THAT(message(), HasSubstr("another mesh"));
+  box.signature = right;
+  EXPECT_EQ(message(), "");
+  scene_.materials["stuff"].restitution = 0.7;
+  EXPECT_THAT(message(), HasSubstr("restitution"));
+}
+
+TEST_F(Statistical, AHingeIsAnError) {
+  add_shape("box", box_mesh(Vec3::Ones()));
+  add_body("box", Vec3::Zero()).hinge = Hinge{};
+  EXPECT_THROW(start(), Error);
+}
+
+}  // namespace
+}  // namespace pilesim
