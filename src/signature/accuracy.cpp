@@ -82,7 +82,7 @@ Comparison compare(const TrialSetup& setup, const CollisionHeightTable& heights,
     std::vector<Vector6> drawn;
     for (size_t i = 0; i < truth.responses.size(); ++i) {
       const ResponseDraw draw =
-          draw_response(*model.table, model.model, static_cast<float>(k),
+          draw_response(model.responses, model.model, static_cast<float>(k),
                         setup.material.restitution, setup.material.friction, normal, v, w, random);
       drawn.push_back(relative(draw.velocity.cast<double>(), draw.spin.cast<double>(), k));
       accuracy.energy_gain += draw.limits.energy_gain ? 1 : 0;

@@ -41,10 +41,10 @@ struct AccuracySettings {
   uint32_t slices = 24;
 };
 
-// A table under a name, drawn with one model.
+// Responses under a name, drawn with one model.
 struct ModelUnderTest {
   std::string name;
-  const ResponseTable* table;
+  ResponseModel responses;
   DrawModel model;
 };
 

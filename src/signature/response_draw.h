@@ -1,12 +1,12 @@
-// A random response of a body that collides, drawn from its response table: what the statistical
-// simulator does at every contact instead of solving it.
+// A random response of a body that collides, drawn from its response table or fit: what the
+// statistical simulator does at every contact instead of solving it.
 #pragma once
 
 #include <cmath>
 
 #include "core/philox.h"
 #include "core/types.h"
-#include "signature/response_table.h"
+#include "signature/response_model.h"
 
 namespace pilesim {
 
@@ -38,42 +38,6 @@ inline WorkingFrame working_frame(const Vec3f& normal, const Vec3f& velocity) {
   return {x, normal, x.cross(normal)};
 }
 
-// A response, or its distribution, at one set of keys.
-struct ResponseSpread {
-  Vector6 mean;
-  std::array<float, kFactorSize> spread;  // spread_size() of them are used
-  std::array<size_t, 16> cells;           // the corners around
-  std::array<float, 16> weights;          // of the corners, sum 1
-};
-
-// `v` and `w` in the working frame.
-inline ResponseSpread interpolate(const ResponseTable& table, float gyration_m, const Vec3f& v,
-                                  const Vec3f& w) {
-  const std::array<float, 4> keys = response_keys(table, gyration_m, v, w);
-  std::array<AxisPlace, 4> place;
-  for (size_t i = 0; i < 4; ++i) place[i] = locate(table.axes[i], keys[i]);
-  ResponseSpread result{};
-  result.mean.setZero();
-  const size_t width = table.spread_size();
-  for (uint32_t corner = 0; corner < 16; ++corner) {
-    std::array<uint32_t, 4> index;
-    float weight = 1;
-    for (size_t i = 0; i < 4; ++i) {
-      const bool high = (corner >> i & 1) != 0;
-      index[i] = high ? place[i].high : place[i].low;
-      weight *= high ? place[i].high_weight : 1 - place[i].high_weight;
-    }
-    const size_t cell = table.cell(index);
-    result.cells[corner] = cell;
-    result.weights[corner] = weight;
-    for (size_t i = 0; i < 6; ++i) {
-      result.mean(static_cast<Eigen::Index>(i)) += weight * table.mean[6 * cell + i];
-    }
-    for (size_t i = 0; i < width; ++i) result.spread[i] += weight * table.spread[width * cell + i];
-  }
-  return result;
-}
-
 // The limits of a response in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the body
 // moves away from the plane and gains no more than `most_growth`. One outside is moved to the
 // nearest one inside.
@@ -95,10 +59,11 @@ struct ResponseDraw {
 };
 
 // `velocity` approaches the plane of unit normal `normal`; world frame. Restitution and friction
-// are of the table's material.
-inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, float gyration_m,
+// are of the signature's material.
+inline ResponseDraw draw_response(const ResponseModel& responses, DrawModel model, float gyration_m,
                                   double restitution, double friction, const Vec3f& normal,
                                   const Vec3f& velocity, const Vec3f& spin, Philox& random) {
+  const ResponseTable& table = responses.table();
   const WorkingFrame frame = working_frame(normal, velocity);
   const Vec3f v = frame.to_frame(velocity), w = frame.to_frame(spin);
   const float measure = std::sqrt(v.squaredNorm() + gyration_m * gyration_m * w.squaredNorm());
@@ -107,9 +72,11 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
   if (model == DrawModel::particle) {
     return {frame.to_world(particle), spin, {}};
   }
-  const ResponseSpread here = interpolate(table, gyration_m, v, w);
-  Vector6 response = here.mean;
+  const ResponseKeys keys = response_keys(table, gyration_m, v, w);
+  Vector6 response;
   if (model == DrawModel::exemplars) {
+    const ResponseSpread here = interpolate(table, keys);
+    response = here.mean;
     float left = static_cast<float>(random.uniform());
     size_t corner = 0;
     while (corner < 15 && left >= here.weights[corner]) left -= here.weights[corner++];
@@ -120,17 +87,17 @@ inline ResponseDraw draw_response(const ResponseTable& table, DrawModel model, f
       response(i) += kExemplarUnit * table.exemplars[6 * exemplar + k];
     }
   } else {
+    SpreadFactor factor;
+    responses.evaluate(keys, response, factor);
     Vector6 normal_draw;
     for (Eigen::Index i = 0; i < 6; ++i) normal_draw(i) = static_cast<float>(random.normal());
     size_t at = 0;
     for (Eigen::Index i = 0; i < 6; ++i) {
-      if (raw) {
-        response(i) += here.spread[at++] * normal_draw(i);
-      } else if (model == DrawModel::full) {
-        for (Eigen::Index j = 0; j <= i; ++j) response(i) += here.spread[at++] * normal_draw(j);
+      if (model == DrawModel::full) {
+        for (Eigen::Index j = 0; j <= i; ++j) response(i) += factor[at++] * normal_draw(j);
       } else {
         float variance = 0;
-        for (Eigen::Index j = 0; j <= i; ++j, ++at) variance += here.spread[at] * here.spread[at];
+        for (Eigen::Index j = 0; j <= i; ++j, ++at) variance += factor[at] * factor[at];
         response(i) += std::sqrt(variance) * normal_draw(i);
       }
     }

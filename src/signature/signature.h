@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "signature/accuracy.h"
+#include "signature/bspline_fit.h"
 #include "signature/collision_height.h"
 #include "signature/contact_sampler.h"
 #include "signature/response_table.h"
@@ -43,8 +44,12 @@ struct Signature {
   TrialKind kind = TrialKind::macro;
   uint64_t seed = 1;
   TableSampling sampling;
-  CollisionHeightTable heights;
+  CollisionHeightTable heights;  // if fitted: as the fit gives it, without trials and errors
+  // Where `fit` stands for the table: layout, axes and most_growth only, no cells. ResponseModel
+  // takes either.
   ResponseTable responses;
+  std::optional<ResponseFit> fit;
+  SplineField height_fit;  // with `fit`: over (spin, tilt), mean and deviation, m
   std::vector<KnownRestPose> rest_poses;
   uint32_t rest_drops = 0;  // simulated, that came to rest; 0: poses are by geometry only
   std::optional<AccuracyReport> accuracy;

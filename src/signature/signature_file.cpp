@@ -27,6 +27,7 @@ constexpr uint64_t array_tag() {
   if constexpr (std::is_same_v<T, double>) return 86;
   if constexpr (std::is_same_v<T, int16_t>) return 77;
   if constexpr (std::is_same_v<T, uint32_t>) return 70;
+  if constexpr (std::is_same_v<T, uint8_t>) return 64;
 }
 
 template <typename T>
@@ -161,21 +162,128 @@ json to_json(const ResponseTable& table) {
           {"exemplars", to_array(table.exemplars)}};
 }
 
-ResponseTable responses_of(const json& j) {
+// What a fit leaves of a table.
+ResponseTable axes_of(const json& j) {
   ResponseTable table{.layout = from_name(kLayouts, j.at("layout"))};
   const json& axes = j.at("axes");
   if (axes.size() != table.axes.size()) damaged(std::to_string(axes.size()) + " axes", "4");
   for (size_t i = 0; i < table.axes.size(); ++i) table.axes[i] = axis_of(axes[i]);
+  table.most_growth = j.at("most_growth");
+  return table;
+}
+
+ResponseTable responses_of(const json& j) {
+  ResponseTable table = axes_of(j);
   const size_t cells = table.cell_count();
   table.trials = from_array<float>(j, "trials", cells);
   table.mean = from_array<float>(j, "mean", 6 * cells);
   table.spread = from_array<float>(j, "spread", table.spread_size() * cells);
   table.mean_error = from_array<float>(j, "mean_error", 6 * cells);
-  table.most_growth = j.at("most_growth");
   table.exemplar_count = j.at("exemplar_count");
   table.exemplars = from_array<int16_t>(j, "exemplars", 6 * cells * table.exemplar_count);
   return table;
 }
+
+// --- Fits ----------------------------------------------------------------------------------------
+
+json to_json(const SplineField& field) {
+  std::vector<int> degrees, points;
+  std::vector<float> parameters;
+  for (const SplineAxis& axis : field.axes) {
+    degrees.push_back(axis.basis.degree());
+    points.push_back(axis.basis.control_points());
+    parameters.insert(parameters.end(), axis.parameters.begin(), axis.parameters.end());
+  }
+  return {{"degree", degrees},
+          {"control_points", points},
+          {"parameters", to_array(parameters)},
+          {"low", to_array(field.low)},
+          {"step", to_array(field.step)},
+          {"bits", to_array(field.bits)},
+          {"levels", to_array(pack_levels(field))}};
+}
+
+// Over the axes of the table it stands for.
+SplineField field_of(const json& j, std::span<const Axis> axes, size_t width) {
+  SplineField field{.width = width};
+  const auto degrees = j.at("degree").get<std::vector<int>>();
+  const auto points = j.at("control_points").get<std::vector<int>>();
+  if (degrees.size() != axes.size() || points.size() != axes.size()) {
+    damaged("a spline over " + std::to_string(degrees.size()) + " axes",
+            std::to_string(axes.size()));
+  }
+  size_t nodes = 0;
+  for (const Axis& axis : axes) nodes += axis.size();
+  const auto parameters = from_array<float>(j, "parameters", nodes);
+  auto from = parameters.begin();
+  for (size_t i = 0; i < axes.size(); ++i) {
+    const auto size = static_cast<ptrdiff_t>(axes[i].size());
+    if (degrees[i] < 0 || degrees[i] > kMostDegree || points[i] <= degrees[i] || points[i] > size) {
+      damaged("degree " + std::to_string(degrees[i]) + " with " + std::to_string(points[i]) +
+                  " control points on axis " + axes[i].name,
+              "a spline that this version evaluates");
+    }
+    if (!std::is_sorted(from, from + size) || *from < 0 || *(from + size - 1) > 1) {
+      damaged("parameters of axis " + axes[i].name, "ascending ones from 0 to 1");
+    }
+    field.axes.push_back({.axis = axes[i],
+                          .parameters = {from, from + size},
+                          .basis = BSplineBasis(degrees[i], points[i], axes[i].period > 0)});
+    from += size;
+  }
+  field.low = from_array<float>(j, "low", width);
+  field.step = from_array<float>(j, "step", width);
+  field.bits = from_array<uint8_t>(j, "bits", width);
+  for (const uint8_t bits : field.bits) {
+    if (bits > kMostBits) damaged(std::to_string(bits) + " bits", "at most 16");
+  }
+  unpack_levels(from_array<uint8_t>(j, "levels", packed_size(field.control_points(), field.bits)),
+                field);
+  return field;
+}
+
+constexpr std::array kCoordinates = {std::pair(ResponseCoordinates::cartesian, "cartesian"),
+                                     std::pair(ResponseCoordinates::spherical, "spherical")};
+constexpr std::array kParametrisations = {std::pair(Parametrisation::uniform, "uniform"),
+                                          std::pair(Parametrisation::centripetal, "centripetal")};
+
+// The parts of a signature that differ where it is fitted: heights, responses and fit.
+void add_fit(const Signature& signature, json& document) {
+  const ResponseTable& table = signature.responses;
+  const ResponseFit& fit = *signature.fit;
+  json axes = json::array();
+  for (const Axis& axis : table.axes) axes.push_back(to_json(axis));
+  document["responses"] = {{"layout", to_name(kLayouts, table.layout)},
+                           {"axes", axes},
+                           {"most_growth", table.most_growth}};
+  document["fit"] = {{"coordinates", to_name(kCoordinates, fit.coordinates)},
+                     {"parametrisation", to_name(kParametrisations, fit.parametrisation)},
+                     {"mean", to_json(fit.mean)},
+                     {"spread", to_json(fit.spread)}};
+  document["heights"] = {{"layout", to_name(kLayouts, signature.heights.layout)},
+                         {"spin", to_json(signature.heights.spin)},
+                         {"tilt", to_json(signature.heights.tilt)},
+                         {"fit", to_json(signature.height_fit)}};
+}
+
+void read_fit(const json& document, Signature& signature) {
+  const json& j = document.at("fit");
+  ResponseTable& table = signature.responses = axes_of(document.at("responses"));
+  ResponseFit& fit = signature.fit.emplace();
+  fit.coordinates = from_name(kCoordinates, j.at("coordinates"));
+  fit.parametrisation = from_name(kParametrisations, j.at("parametrisation"));
+  fit.mean = field_of(j.at("mean"), table.axes, mean_width(fit.coordinates));
+  fit.spread = field_of(j.at("spread"), table.axes, table.spread_size());
+  const json& heights = document.at("heights");
+  signature.heights = {.layout = from_name(kLayouts, heights.at("layout")),
+                       .spin = axis_of(heights.at("spin")),
+                       .tilt = axis_of(heights.at("tilt"))};
+  const std::array axes = {signature.heights.spin, signature.heights.tilt};
+  signature.height_fit = field_of(heights.at("fit"), axes, 2);
+  expand_heights(signature.height_fit, signature.heights);
+}
+
+// --- The rest ------------------------------------------------------------------------------------
 
 json to_json(const KnownRestPose& pose) {
   return {{"up", to_numbers(pose.up)},
@@ -274,7 +382,7 @@ auto read_cbor(const std::filesystem::path& file, const char* format, const Pars
 
 }  // namespace
 
-void write_signature(const Signature& signature, const std::filesystem::path& file) {
+std::vector<uint8_t> encode_signature(const Signature& signature) {
   const ContactMaterial& m = signature.material;
   json document = {{"format", kFormat},
                    {"version", kSignatureVersion},
@@ -287,15 +395,24 @@ void write_signature(const Signature& signature, const std::filesystem::path& fi
                    {"seed", signature.seed},
                    {"sampling",
                     {{"trials_per_cell", signature.sampling.trials_per_cell},
-                     {"target_error", signature.sampling.target_error}}},
-                   {"heights", to_json(signature.heights)},
-                   {"responses", to_json(signature.responses)}};
+                     {"target_error", signature.sampling.target_error}}}};
+  if (signature.fit) {
+    add_fit(signature, document);
+  } else {
+    document["heights"] = to_json(signature.heights);
+    document["responses"] = to_json(signature.responses);
+  }
   json poses = json::array();
   for (const KnownRestPose& pose : signature.rest_poses) poses.push_back(to_json(pose));
   document["rest_poses"] = poses;
   document["rest_drops"] = signature.rest_drops;
   if (signature.accuracy) document["accuracy"] = to_json(*signature.accuracy);
-  write_cbor(document, file);
+  return json::to_cbor(document);
+}
+
+void write_signature(const Signature& signature, const std::filesystem::path& file) {
+  const std::vector<uint8_t> bytes = encode_signature(signature);
+  write_file_atomically(file, std::as_bytes(std::span(bytes)));
 }
 
 Signature read_signature(const std::filesystem::path& file) {
@@ -309,10 +426,14 @@ Signature read_signature(const std::filesystem::path& file) {
         .kind = from_name(kKinds, document.at("kind")),
         .seed = document.at("seed"),
         .sampling = {.trials_per_cell = document.at("sampling").at("trials_per_cell"),
-                     .target_error = document.at("sampling").at("target_error")},
-        .heights = heights_of(document.at("heights")),
-        .responses = responses_of(document.at("responses"))};
-    signature.sampling.exemplars = signature.responses.exemplar_count;
+                     .target_error = document.at("sampling").at("target_error")}};
+    if (document.contains("fit")) {
+      read_fit(document, signature);
+    } else {
+      signature.heights = heights_of(document.at("heights"));
+      signature.responses = responses_of(document.at("responses"));
+      signature.sampling.exemplars = signature.responses.exemplar_count;
+    }
     for (const json& pose : document.at("rest_poses")) {
       signature.rest_poses.push_back(rest_pose_of(pose));
     }

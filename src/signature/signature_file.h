@@ -14,6 +14,9 @@ inline constexpr int kSignatureVersion = 2;
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);
 
+// What write_signature() writes.
+std::vector<uint8_t> encode_signature(const Signature& signature);
+
 // Throws Error(io) if it cannot be read, Error(input) if it is no signature, is damaged, or has
 // another format version.
 Signature read_signature(const std::filesystem::path& file);

@@ -2,8 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/atomic_file.h"
-#include "core/subprocess.h"
+#include "signature/plotting.h"
 #include "signature/rest_poses.h"
 #include "signature/signature_summary.h"
 
@@ -11,34 +10,6 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kStyle =
-    "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
-    "set key textcolor rgb '#444444' samplen 1.5\n";
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
-// gnuplot prints the picture to its stdout.
-fs::path draw(const fs::path& file, int width, int height, const std::string& script) {
-  const std::string terminal = "set terminal pngcairo size " + std::to_string(width) + "," +
-                               std::to_string(height) + " font 'sans,11' background '#ffffff'\n";
-  write_file_atomically(file, run_program({"gnuplot"}, "gnuplot-nox", terminal + kStyle + script));
-  return file;
-}
-
-bool is_angle(const Axis& axis) { return axis.unit == "rad"; }
-double shown(const Axis& axis, size_t node) {
-  return is_angle(axis) ? degrees(axis.nodes[node]) : axis.nodes[node];
-}
-std::string label(const Axis& axis) {
-  std::string name = axis.name;
-  for (char& c : name) c = c == '_' ? ' ' : c;
-  return name + " (" + (is_angle(axis) ? "deg" : axis.unit) + ")";
-}
 
 // Mean against spin for some tilts, with the deviation of the middle one as a band.
 fs::path plot_heights(const CollisionHeightTable& t, const fs::path& file) {
@@ -195,7 +166,7 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
 }  // namespace
 
 std::vector<fs::path> plot_signature(const Signature& signature, const fs::path& directory) {
-  const ResponseTable& t = signature.responses;
+  const ResponseTable t = signature.fit ? tabulate(ResponseModel(signature)) : signature.responses;
   std::vector<fs::path> files;
   files.push_back(plot_heights(signature.heights, directory / "collision_height.png"));
   files.push_back(plot_slices(

@@ -125,15 +125,15 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
 AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup& setup,
                                const Signature& signature) {
   const ResponseTable& table = signature.responses;
-  std::vector<ModelUnderTest> models = {{"particle", &table, DrawModel::particle}};
+  std::vector<ModelUnderTest> models = {{"particle", table, DrawModel::particle}};
   if (table.layout == TableLayout::dissertation) {
-    models.push_back({"dissertation", &table, DrawModel::diagonal});
+    models.push_back({"dissertation", table, DrawModel::diagonal});
   } else {
-    models.push_back({"4 keys, diagonal", &table, DrawModel::diagonal});
-    models.push_back({"4 keys, full covariance", &table, DrawModel::full});
+    models.push_back({"4 keys, diagonal", table, DrawModel::diagonal});
+    models.push_back({"4 keys, full covariance", table, DrawModel::full});
   }
   if (table.exemplar_count > 0) {
-    models.push_back({"4 keys, exemplars", &table, DrawModel::exemplars});
+    models.push_back({"4 keys, exemplars", table, DrawModel::exemplars});
   }
   return measure_accuracy(setup, signature.heights, models, *options.accuracy);
 }

@@ -53,10 +53,51 @@ std::string heights_text(const CollisionHeightTable& t) {
   const auto trials = std::accumulate(t.trials.begin(), t.trials.end(), 0.0);
   const auto [low, high] = std::minmax_element(t.mean_m.begin(), t.mean_m.end());
   const float error = *std::max_element(t.error_m.begin(), t.error_m.end());
-  return format("collision height: %s layout, %.0f effective trials, keys %s, %s\n",
-                layout_name(t.layout).c_str(), trials, axis_text(t.spin).c_str(),
-                axis_text(t.tilt).c_str()) +
-         format("  mean %.4g .. %.4g m, standard error at most %.2g m\n", *low, *high, error);
+  const bool fitted = trials == 0;
+  return format("collision height: %s layout, keys %s, %s%s\n", layout_name(t.layout).c_str(),
+                axis_text(t.spin).c_str(), axis_text(t.tilt).c_str(), fitted ? ", fitted" : "") +
+         format("  mean %.4g .. %.4g m", *low, *high) +
+         (fitted
+              ? "\n"
+              : format(", %.0f effective trials, standard error at most %.2g m\n", trials, error));
+}
+
+std::string origin_text(const Signature& s) {
+  const ResponseTable& t = s.responses;
+  std::string text = format(
+      "collision response: %s layout, %s, seed %llu\n", layout_name(t.layout).c_str(),
+      s.kind == TrialKind::macro ? "until the body leaves the plane (macro)" : "one impact (micro)",
+      static_cast<unsigned long long>(s.seed));
+  text += "  keys";
+  for (const Axis& axis : t.axes) text += " " + axis_text(axis);
+  return text + "\n";
+}
+
+std::string growth_text(const ResponseTable& t) {
+  if (t.most_growth <= 1) return {};
+  return format("  sqrt(v^2 + k^2 w^2) grows up to %.3g times (99%% of trials)\n", t.most_growth);
+}
+
+std::string spline_text(const char* name, const SplineField& field) {
+  std::string degrees, points;
+  for (const SplineAxis& axis : field.axes) {
+    degrees += (degrees.empty() ? "" : " ") + std::to_string(axis.basis.degree());
+    points += (points.empty() ? "" : " x ") + std::to_string(axis.basis.control_points());
+  }
+  const auto [fewest, most] = std::minmax_element(field.bits.begin(), field.bits.end());
+  return format("  %s: %s control points of %zu values, degrees %s, %d .. %d bits, %zu bytes\n",
+                name, points.c_str(), field.width, degrees.c_str(), *fewest, *most,
+                packed_size(field.control_points(), field.bits));
+}
+
+std::string fit_text(const Signature& s) {
+  const ResponseFit& fit = *s.fit;
+  return origin_text(s) +
+         format("  fitted B-splines, %s coordinates, %s parameters\n",
+                coordinates_name(fit.coordinates).c_str(),
+                parametrisation_name(fit.parametrisation).c_str()) +
+         spline_text("mean", fit.mean) + spline_text("spread", fit.spread) +
+         growth_text(s.responses);
 }
 
 std::string responses_text(const Signature& s) {
@@ -69,22 +110,14 @@ std::string responses_text(const Signature& s) {
   }
   const double cells = static_cast<double>(t.cell_count());
   const bool raw = t.layout == TableLayout::dissertation;
-  std::string text = format(
-      "collision response: %s layout, %s, seed %llu\n", layout_name(t.layout).c_str(),
-      s.kind == TrialKind::macro ? "until the body leaves the plane (macro)" : "one impact (micro)",
-      static_cast<unsigned long long>(s.seed));
-  text += "  keys";
-  for (const Axis& axis : t.axes) text += " " + axis_text(axis);
-  text += format("\n  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest,
-                 *most);
+  std::string text = origin_text(s);
+  text +=
+      format("  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest, *most);
   text +=
       format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
              std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",
              std::sqrt(squares[1] / cells), raw ? " rad/s" : ", in units of sqrt(v^2 + k^2 w^2)");
-  if (t.most_growth > 1) {
-    text +=
-        format("  sqrt(v^2 + k^2 w^2) grows up to %.3g times (99%% of trials)\n", t.most_growth);
-  }
+  text += growth_text(t);
   if (t.exemplar_count > 0) text += format("  %u exemplars a cell\n", t.exemplar_count);
   return text;
 }
@@ -145,6 +178,26 @@ std::string rest_text(const Signature& s) {
 
 }  // namespace
 
+std::string fit_report_text(const FitRun& run) {
+  std::string text;
+  if (!run.curve.empty()) {
+    text += "size against error (units of sqrt(v^2 + k^2 w^2)):\n      bytes  expected  measured\n";
+    for (size_t i = 0; i < run.curve.size(); ++i) {
+      const FitCurvePoint& p = run.curve[i];
+      text += format("  %9zu    %.4f", p.bytes, p.expected_error) +
+              (p.distance ? format("    %.4f", *p.distance) : std::string("         -")) +
+              (i == run.chosen ? "  chosen\n" : "\n");
+    }
+  }
+  const bool raw = run.table.responses.layout == TableLayout::dissertation;
+  text += format("residuals, fit less table at the nodes%s:\n  %-32s       rms   largest\n",
+                 raw ? " (m/s, rad/s)" : " (units of sqrt(v^2 + k^2 w^2))", "");
+  for (const FitResidual& r : run.residuals) {
+    text += format("  %-32s  %8.4f  %8.4f\n", r.component.c_str(), r.rms, r.largest);
+  }
+  return text;
+}
+
 std::string accuracy_text(const AccuracyReport& r) {
   std::string text = format(
       "accuracy: sliced Wasserstein-2 distance to %u x %u fresh trials, in units of "
@@ -164,7 +217,8 @@ std::string accuracy_text(const AccuracyReport& r) {
 
 std::string summary_text(const Signature& signature) {
   std::string text = body_text(signature) + heights_text(signature.heights) +
-                     responses_text(signature) + rest_text(signature);
+                     (signature.fit ? fit_text(signature) : responses_text(signature)) +
+                     rest_text(signature);
   if (signature.accuracy) text += accuracy_text(*signature.accuracy);
   return text;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "signature/signature.h"
+#include "signature/signature_fitting.h"
 
 namespace pilesim {
 
@@ -16,6 +17,9 @@ std::string summary_text(const Signature& signature);
 // The accuracy report alone, one line a model.
 std::string accuracy_text(const AccuracyReport& report);
 
+// What a fit was chosen by and what it leaves: the curve of size against error, residuals.
+std::string fit_report_text(const FitRun& run);
+
 // Draws pictures (PNG, by gnuplot) into `directory`, which exists, and gives their names:
 //   collision_height.png  height against spin, with its deviation (as the dissertation's
 //   Figure 3.2) response_mean.png     slices of the mean response through the table
@@ -24,5 +28,13 @@ std::string accuracy_text(const AccuracyReport& report);
 // Throws Error(io) where gnuplot is missing or fails.
 std::vector<std::filesystem::path> plot_signature(const Signature& signature,
                                                   const std::filesystem::path& directory);
+
+// Likewise for a fit:
+//   fit_mean.png   polar angle, azimuth and magnitude of the mean response over two axes, the
+//   table's
+//                  nodes and the fitted surface (as the dissertation's Figure 3.4)
+//   fit_curve.png  size against error, if the fit was searched for
+std::vector<std::filesystem::path> plot_fit(const FitRun& run,
+                                            const std::filesystem::path& directory);
 
 }  // namespace pilesim

@@ -1,0 +1,137 @@
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/output_directory.h"
+#include "options.h"
+#include "signature/signature_file.h"
+#include "signature/signature_fitting.h"
+#include "signature/signature_summary.h"
+
+namespace pilesim {
+namespace {
+
+struct Options {
+  FitOptions fit;
+  RunOptions run;
+  std::string output;
+  std::string plots;
+  int degree = 3;
+  std::vector<int> control_points = {4};
+  double precision = 1e-3;
+};
+
+SplineSize size_of(const Options& options) {
+  SplineSize size;
+  size.degree.fill(options.degree);
+  const std::vector<int>& points = options.control_points;
+  for (size_t i = 0; i < 4; ++i) size.control_points[i] = points[points.size() == 1 ? 0 : i];
+  return size;
+}
+
+void fit(Options& options) {
+  if (std::filesystem::exists(options.output) && !options.run.force) {
+    throw Error(ErrorKind::usage, {.file = options.output,
+                                   .found = "the file exists already",
+                                   .expected = "a new name",
+                                   .remedy = "Choose another -o, or replace it with --force."});
+  }
+  if (options.control_points.size() != 1 && options.control_points.size() != 4) {
+    throw Error(ErrorKind::usage,
+                {.found = std::to_string(options.control_points.size()) + " --control-points",
+                 .expected = "one number for all axes, or four"});
+  }
+  FitOptions& f = options.fit;
+  f.settings.mean = f.settings.spread = size_of(options);
+  f.settings.mean_step = f.settings.spread_step = options.precision;
+  f.most_degree = options.degree;
+  constexpr std::array<std::string_view, 2> kPictures = {"fit_mean.png", "fit_curve.png"};
+  if (!options.plots.empty()) claim_output(options.plots, kPictures, options.run.force);
+  const FitRun run = fit_signature(f);
+  write_signature(run.fitted, options.output);
+  if (!options.plots.empty()) {
+    remove_output(claim_output(options.plots, kPictures, options.run.force));
+    make_output_directory(options.plots);
+    for (const auto& picture : plot_fit(run, options.plots)) {
+      if (!options.run.quiet) std::printf("%s\n", picture.c_str());
+    }
+  }
+  if (options.run.quiet) return;
+  std::printf("%s: %zu bytes, from %zu; fitted in %.2f s", options.output.c_str(), run.fitted_bytes,
+              run.table_bytes, run.fit_s);
+  if (!run.curve.empty()) std::printf(", searched in %.2f s", run.search_s);
+  if (run.fitted.accuracy) std::printf(", accuracy measured in %.2f s", run.accuracy_s);
+  std::printf("\n%s%s", fit_report_text(run).c_str(), summary_text(run.fitted).c_str());
+}
+
+}  // namespace
+
+void add_fit_bspline_command(CLI::App& app) {
+  static const std::map<std::string, ResponseCoordinates> kCoordinates = {
+      {"cartesian", ResponseCoordinates::cartesian}, {"spherical", ResponseCoordinates::spherical}};
+  static const std::map<std::string, Parametrisation> kParametrisations = {
+      {"uniform", Parametrisation::uniform}, {"centripetal", Parametrisation::centripetal}};
+  auto options = std::make_shared<Options>();
+  FitOptions& f = options->fit;
+  CLI::App* command = app.add_subcommand(
+      "fit-bspline", "Make a signature a thousand times smaller: B-splines in place of its tables");
+  command->add_option("signature", f.signature, "A file of pilesim sample-signature")->required();
+  command->add_option("-o,--output", options->output, "The fitted signature to write, NAME.fit.sig")
+      ->required();
+  command->add_option("--mesh", f.mesh,
+                      "The mesh that was sampled, to measure the fit against fresh true responses");
+  auto* bytes = command
+                    ->add_option("--max-bytes", f.max_bytes,
+                                 "Choose the fit of least error in a file of this size")
+                    ->type_name("N");
+  auto* error = command
+                    ->add_option("--max-error", f.max_error,
+                                 "Choose the smallest fit with this distance from true "
+                                 "responses or less (with --mesh)")
+                    ->type_name("E");
+  command
+      ->add_option("--degree", options->degree,
+                   "Of the splines; with --max-bytes or --max-error, the highest to try")
+      ->capture_default_str();
+  command
+      ->add_option("--control-points", options->control_points,
+                   "On each axis, or four numbers by axis (default 4)")
+      ->delimiter(',')
+      ->type_name("N[,N,N,N]")
+      ->excludes(bytes)
+      ->excludes(error);
+  command
+      ->add_option("--precision", options->precision,
+                   "Rounding of control points, in units of the speed before")
+      ->capture_default_str()
+      ->excludes(bytes)
+      ->excludes(error);
+  command
+      ->add_option("--coordinates", f.settings.coordinates,
+                   "Of the mean response: cartesian (default) or spherical")
+      ->transform(CLI::CheckedTransformer(kCoordinates))
+      ->type_name("NAME")
+      ->default_str("cartesian");
+  command
+      ->add_option("--parameters", f.settings.parametrisation,
+                   "Where nodes lie on the splines: uniform (default) or centripetal")
+      ->transform(CLI::CheckedTransformer(kParametrisations))
+      ->type_name("NAME")
+      ->default_str("uniform");
+  command->add_option("--plot", options->plots, "Draw the fit, too, into this directory (PNG)")
+      ->type_name("DIRECTORY");
+  add_run_options(*command, options->run);
+  command->footer(R"(
+Examples:
+  pilesim fit-bspline ring.sig -o ring.fit.sig --max-bytes 5000 --mesh assets/ring.obj
+  pilesim fit-bspline ring.sig -o ring.fit.sig --max-error 0.03 --mesh assets/ring.obj
+  pilesim fit-bspline ring.sig -o ring.fit.sig --degree 3 --control-points 4 --plot ring-fit
+
+The fitted file takes the place of the signature everywhere.)");
+  command->callback([options] { fit(*options); });
+}
+
+}  // namespace pilesim
