@@ -2,15 +2,18 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "scene/model.h"
+#include "signature/response_model.h"
 #include "signature/signature.h"
 
 namespace pilesim {
 
 struct BodySignature {
   std::shared_ptr<const Signature> signature;
+  std::optional<ResponseModel> responses;  // of the signature: tables or splines
   float gyration_m = 0;
   float outer_radius_m = 0;
   // Of the sphere that stands for the body where it lies among others: spheres of this radius pile

@@ -16,9 +16,9 @@ float energy(const Collider& body) {
 void draw(const Vec3f& normal, Philox& random, Collider& body) {
   const Signature& signature = *body.object->signature;
   const ResponseDraw response =
-      draw_response(signature.responses, best_model(signature.responses), body.object->gyration_m,
-                    signature.material.restitution, signature.material.friction, normal,
-                    body.velocity, body.spin, random);
+      draw_response(*body.object->responses, best_model(signature.responses),
+                    body.object->gyration_m, signature.material.restitution,
+                    signature.material.friction, normal, body.velocity, body.spin, random);
   body.velocity = response.velocity;
   body.spin = response.spin;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "signature/signature_fitting.h"
 #include "support/statistical_scene.h"
 
 namespace pilesim {
@@ -59,6 +60,21 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
     EXPECT_NEAR(up.cwiseAbs().maxCoeff(&axis), 1, 1e-5) << i;
     EXPECT_NEAR(states().position[i].y(), size(axis) / 2, 1e-3) << i;
   }
+}
+
+TEST_F(Statistical, AFittedSignatureServesAsWell) {
+  add_ground();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  const auto& file = *std::get<MeshShape>(scene_.shapes["box"]).signature;
+  write_signature(fitted_signature(read_signature(file), {}), file);
+  add_grid("box", {4, 2, 4}, {0.5, 0.4, 0.5}, {0, 0.8, 0});
+  start();
+  const double before = simulator_->statistics().potential_energy_j;
+  EXPECT_GT(run(20).kinetic_energy_j, 0);
+  const FrameStatistics end = run(400);
+  EXPECT_EQ(end.bodies_awake, 0U);
+  EXPECT_LT(end.potential_energy_j, before);
+  for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.049) << i;
 }
 
 TEST_F(Statistical, APileStandsAndSleeps) {
