@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel_for.h"
 #include "core/stage_timer.h"
 #include "scene/model.h"
 #include "simulate/body_signature.h"
@@ -74,6 +75,7 @@ class SphereWorld {
     float widest_m = 0;
   };
   static constexpr uint32_t kNone = ~0u;
+  static constexpr size_t kBodiesPerTask = 1024;
 
   void speed_up();
   void sort();
@@ -90,7 +92,13 @@ class SphereWorld {
   void for_each_batch(const Do& work);
   // parallel_for, or a plain loop over [0, count) where there is little to do.
   template <class Do>
-  void share_out(size_t count, size_t grain, const Do& work) const;
+  void share_out(size_t count, size_t grain, const Do& work) const {
+    if (worth_threads_) {
+      parallel_for(count, grain, work);
+    } else if (count > 0) {
+      work(0, count);
+    }
+  }
   void separate();
   void move();
   void settle();
