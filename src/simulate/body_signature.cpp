@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <string>
 
@@ -76,6 +77,15 @@ std::vector<BodySignature> load_signatures(const Model& model) {
                    .expected = "one, since /simulator/mode is statistical",
                    .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
                              "\"signature\": \"FILE.sig\" (shapes of type mesh have it)."});
+    }
+    if (!std::filesystem::exists(shape.signature_file)) {
+      throw Error(ErrorKind::input,
+                  {.file = shape.signature_file.string(),
+                   .pointer = "/shapes/" + shape.name + "/signature",
+                   .found = "no such file",
+                   .expected = "a signature of the shape's mesh",
+                   .remedy = "Measure it with pilesim sample-signature (those of the presets: "
+                             "ninja -C build/release signatures)."});
     }
     std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
     if (!signature) {

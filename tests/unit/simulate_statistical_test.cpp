@@ -177,6 +177,9 @@ TEST_F(Statistical, ASignatureOfAnotherMeshOrMaterialIsAnError) {
   EXPECT_THAT(message(), HasSubstr("another mesh"));
   box.signature = right;
   EXPECT_EQ(message(), "");
+  box.signature = directory_ / "missing.sig";
+  EXPECT_THAT(message(), HasSubstr("sample-signature"));
+  box.signature = right;
   scene_.materials["stuff"].restitution = 0.7;
   EXPECT_THAT(message(), HasSubstr("restitution"));
 }
