@@ -31,6 +31,7 @@ void fill(Image& image, Rectangle r, uint8_t value, double share) {
 
 // White on a darkened strip in the lower left corner of the tile at `left`; `bottom` is its end.
 void draw_label(Image& sheet, std::string label, int left, int bottom, int scale) {
+  if (label.empty()) return;
   struct Vertex {
     float x, y, z;
     std::array<uint8_t, 4> colour;

@@ -122,14 +122,16 @@ class Painter {
   double time_s(uint64_t frame) const {
     return static_cast<double>(frame) / trajectory_.header().frame_rate;
   }
-  Image draw(uint64_t frame) {
+  // On a sheet, pictures bear the time.
+  Image draw(uint64_t frame, bool on_sheet) {
     const CameraKey camera = camera_at(camera_, time_s(frame));
     trajectory_.read(frame, frame_);
     const Image& picture = renderer_->draw(frame_, camera);
     if (job_.beside == nullptr) return picture;
     job_.beside->read(frame, frame_);
-    return contact_sheet({picture, renderer_beside_->draw(frame_, camera)},
-                         {job_.labels[0], job_.labels[1]}, 2);
+    return contact_sheet(
+        {picture, renderer_beside_->draw(frame_, camera)},
+        {job_.labels[0] + (on_sheet ? ", " + time_label(time_s(frame)) : ""), job_.labels[1]}, 2);
   }
 
  private:
@@ -149,8 +151,8 @@ void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
   for (size_t i = 0; i < count; ++i) {
     const uint64_t index =
         job.frames[count == 1 ? job.frames.size() - 1 : i * (job.frames.size() - 1) / (count - 1)];
-    pictures.push_back(painter.draw(index));
-    labels.push_back(time_label(painter.time_s(index)));
+    pictures.push_back(painter.draw(index, true));
+    labels.push_back(job.beside != nullptr ? "" : time_label(painter.time_s(index)));
     progress.update(i + 1);
     if (interrupted()) {
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
@@ -165,7 +167,7 @@ size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, P
   PictureSink sink(job.output, video);
   size_t drawn = 0;
   for (const uint64_t index : job.frames) {
-    sink.push(index, painter.draw(index));
+    sink.push(index, painter.draw(index, false));
     progress.update(++drawn);
     if (interrupted()) break;
   }
