@@ -82,7 +82,7 @@ std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQ
                                          : gate.figure == "escaped" ? quality.escaped
                                                                     : quality.floating);
     }
-    result.passed = !(result.value > gate.limit);
+    result.passed = result.value <= gate.limit;  // what is no number fails
   }
   return results;
 }

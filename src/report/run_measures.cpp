@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMoving = 0.05;        // D/T: slower bodies count as settled
 constexpr double kLeastMotion = 0.001;  // D
-constexpr double kLowestShare = 0.02;   // of the bodies: their heights are the pile's ground
+constexpr double kLowestShare = 0.005;  // of the bodies: their heights are the pile's ground
 
 struct ShapeFigures {
   double radius_m = 0;
