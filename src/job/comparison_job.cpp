@@ -17,6 +17,7 @@
 #include "scene/model.h"
 #include "scene/scene_loader.h"
 #include "simulate/pile_inspection.h"
+#include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -78,6 +79,12 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
   return modes;
 }
 
+// Throws what the run would throw at its start: a mode that misses a signature, say.
+void require_simulator(const Scene& scene) {
+  const Model model = build_model(scene);
+  make_simulator(scene, model);
+}
+
 Plan make_plan(const ComparisonJob& job) {
   Plan plan;
   plan.scene = load_scene(job.scene_file, job.overrides);
@@ -92,6 +99,7 @@ Plan make_plan(const ComparisonJob& job) {
       run.overrides.push_back("/seed=" + std::to_string(seed));
       const LoadedScene loaded = load_scene(job.scene_file, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
+      if (i == 0) require_simulator(loaded.scene);
       run.key = run_key(program_hash, loaded);
       plan.runs.push_back(std::move(run));
     }
