@@ -53,9 +53,11 @@ class Inspection {
   double distance_to_plane(const Placed& body, const Placed& plane) const;
   double distance_to_mesh(const Placed& body, const Placed& mesh) const;
   double distance_of_pieces(const Placed& a, const Placed& b) const;
-  uint64_t count_escaped() const;
+  uint64_t count_escaped(const std::vector<uint8_t>& held_up) const;
   void judge_pairs(const std::vector<BodyPair>& pairs, const std::vector<double>& distances);
-  void judge_support(const std::vector<BodyPair>& pairs, const std::vector<double>& distances);
+  std::vector<uint8_t> joined_to(const std::vector<uint8_t>& roots,
+                                 const std::vector<BodyPair>& pairs,
+                                 const std::vector<double>& distances) const;
 
   const ConvexPieces& pieces(const Placed& placed) const {
     return *static_cast<const ConvexPieces*>(
@@ -216,7 +218,8 @@ double Inspection::distance(const BodyPair& pair) const {
   return distance_of_pieces(a, b);
 }
 
-uint64_t Inspection::count_escaped() const {
+// `held_up`: what touches, over others, something that is fixed; a chain may hang below it.
+uint64_t Inspection::count_escaped(const std::vector<uint8_t>& held_up) const {
   const Vec3 up = gravity_.norm() > 0 ? Vec3(-gravity_.normalized()) : Vec3::UnitY();
   bool has_plane = false;
   double floor_m = kNone;
@@ -234,7 +237,7 @@ uint64_t Inspection::count_escaped() const {
     const btVector3& centre = body.pose.getOrigin();
     if (!from_bullet(centre).allFinite()) return true;
     if (!has_plane) {
-      return std::isfinite(floor_m) &&
+      return std::isfinite(floor_m) && held_up[static_cast<size_t>(&body - placed_.data())] == 0 &&
              up.dot(from_bullet(centre)) < floor_m - quality_.body_diameter_m;
     }
     return std::ranges::any_of(placed_, [&](const Placed& plane) {
@@ -275,42 +278,50 @@ void Inspection::judge_pairs(const std::vector<BodyPair>& pairs,
   if (resting > 0) quality_.mean_gap_m = gap_sum_m / static_cast<double>(resting);
 }
 
-void Inspection::judge_support(const std::vector<BodyPair>& pairs,
-                               const std::vector<double>& distances) {
+// 1 for the bodies that a chain of touching ones joins to a root.
+std::vector<uint8_t> Inspection::joined_to(const std::vector<uint8_t>& roots,
+                                           const std::vector<BodyPair>& pairs,
+                                           const std::vector<double>& distances) const {
   std::vector<std::vector<uint32_t>> touching(placed_.size());
   for (size_t i = 0; i < pairs.size(); ++i) {
     if (distances[i] > kTouchingGap * quality_.body_diameter_m) continue;
     touching[pairs[i].a].push_back(pairs[i].b);
     touching[pairs[i].b].push_back(pairs[i].a);
   }
-  std::vector<uint8_t> supported(placed_.size(), 0);
+  std::vector<uint8_t> joined = roots;
   std::vector<uint32_t> front;
-  for (uint32_t i = 0; i < placed_.size(); ++i) {
-    if (placed_[i].resting) continue;
-    supported[i] = 1;
-    front.push_back(i);
+  for (uint32_t i = 0; i < joined.size(); ++i) {
+    if (joined[i] != 0) front.push_back(i);
   }
   while (!front.empty()) {
     const uint32_t body = front.back();
     front.pop_back();
     for (const uint32_t other : touching[body]) {
-      if (supported[other] != 0) continue;
-      supported[other] = 1;
+      if (joined[other] != 0) continue;
+      joined[other] = 1;
       front.push_back(other);
     }
   }
-  quality_.floating = static_cast<uint64_t>(std::ranges::count(supported, 0));
+  return joined;
 }
 
 PileQuality Inspection::run() {
-  quality_.escaped = count_escaped();
   const std::vector<BodyPair> pairs = near_pairs();
   std::vector<double> distances(pairs.size());
   parallel_for(pairs.size(), 64, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) distances[i] = distance(pairs[i]);
   });
   judge_pairs(pairs, distances);
-  if (gravity_.norm() > 0) judge_support(pairs, distances);
+  std::vector<uint8_t> fixed, support;
+  for (const Placed& placed : placed_) {
+    fixed.push_back(!placed.free);
+    support.push_back(!placed.resting);
+  }
+  quality_.escaped = count_escaped(joined_to(fixed, pairs, distances));
+  if (gravity_.norm() > 0) {
+    support = joined_to(support, pairs, distances);
+    quality_.floating = static_cast<uint64_t>(std::ranges::count(support, 0));
+  }
   return quality_;
 }
 

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "geometry/mesh.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
@@ -149,7 +150,7 @@ Outcome run(const Case& one, const LoadedScene& loaded) {
   return outcome;
 }
 
-std::string verdict(const Case& one, const Outcome& outcome) {
+std::string verdict(const Case& one, const Outcome& outcome, double most_momentum_change) {
   if (!outcome.fault.empty()) return outcome.fault;
   std::string failed;
   const auto require = [&](bool met, const std::string& what) {
@@ -164,7 +165,8 @@ std::string verdict(const Case& one, const Outcome& outcome) {
   require(!one.rests || quality.unsettled == 0, "unsettled " + std::to_string(quality.unsettled));
   require(!one.rests || quality.floating == 0, "floating " + std::to_string(quality.floating));
   require(outcome.drift <= one.most_drift, "moved");
-  require(!one.keeps_momentum || outcome.momentum_change < 1e-9, "momentum");
+  require(!one.keeps_momentum || outcome.momentum_change < most_momentum_change,
+          "momentum by " + with_digits(outcome.momentum_change, 2));
   return failed;
 }
 
@@ -199,7 +201,8 @@ void run_case(const Case& one, const fs::path& scratch) {
       const LoadedScene loaded = load_scene(
           scene, std::vector<std::string>{"/simulator/mode=" + mode, step, "/frame_rate=15"});
       const Outcome outcome = run(one, loaded);
-      std::string failed = verdict(one, outcome);
+      // Rounding: the statistical mode moves bodies in single precision.
+      std::string failed = verdict(one, outcome, mode == "impulse" ? 1e-9 : 1e-5);
       if (failed.empty() && step_s == kSteps[1] && run(one, loaded).hash != outcome.hash) {
         failed = "not the same bytes twice";
       }
