@@ -164,6 +164,23 @@ TEST_F(RunMeasuresTest, LeavesOutWhatDoesNotMoveByForces) {
   EXPECT_EQ(measures.unit_time_s, 1);
 }
 
+TEST_F(RunMeasuresTest, CountsALostBody) {
+  const auto path = write("run", 4, 11, [](size_t, double) { return Pose{}; });
+  TrajectoryReader whole(path);
+  TrajectoryWriter writer(directory_ / "lost" / "trajectory.zarr", whole.header());
+  TrajectoryFrame frame;
+  for (uint64_t i = 0; i < whole.frame_count(); ++i) {
+    whole.read(i, frame);
+    if (i > 5) frame.state[2] = 0;
+    writer.append(frame);
+  }
+  writer.close();
+  const RunMeasures measures = measure(directory_ / "lost");
+  EXPECT_EQ(measures.bodies_at_end, 3);
+  EXPECT_EQ(quantity(measures, "height").samples.back().size(), 3);
+  EXPECT_NEAR(measures.mean_bodies, 3.5, 1e-12);
+}
+
 TEST_F(RunMeasuresTest, RefusesWhatCannotBeMeasured) {
   const auto still = [](size_t, double) { return Pose{}; };
   const auto one = write("one", 1, 1, still);
