@@ -23,7 +23,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"signature", {"core", "geometry"}},
     {"simulate", {"core", "geometry", "scene", "signature"}},
     {"trajectory", {"core"}},
-    {"report", {"core"}},
+    {"report", {"core", "geometry", "signature", "trajectory"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
     {"job", {"core", "geometry", "scene", "signature", "simulate", "trajectory", "report"}},
 };
