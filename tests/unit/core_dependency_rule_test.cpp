@@ -22,6 +22,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"scene", {"core", "geometry"}},
     {"signature", {"core", "geometry"}},
     {"simulate", {"core", "geometry", "scene", "signature"}},
+    {"pile", {"core", "geometry", "scene", "signature", "simulate"}},
     {"trajectory", {"core"}},
     {"report", {"core"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
