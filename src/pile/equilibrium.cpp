@@ -13,6 +13,9 @@ constexpr double kNoPower = 1e-11;
 // An edge whose part across the others is below this share of it adds nothing but rounding.
 constexpr double kParallel = 1e-11;
 
+// A column of which less than this is left is orthogonalised again.
+constexpr double kCancelled = 0.7;
+
 // Exact cones take a few more sweeps than they have contacts; pyramids end by themselves.
 constexpr int kMostSweeps = 200;
 
@@ -144,20 +147,22 @@ EquilibriumSolver::Wrench EquilibriumSolver::wrench_of(const Edge& edge) const {
   return wrench;
 }
 
-// Gram-Schmidt, twice: edges of an exact cone come to lie close to one another. False: nothing of
-// the column is left across the ones before it.
+// Gram-Schmidt, again where much of the column went: edges of an exact cone come to lie close to
+// one another. False: nothing of the column is left across the ones before it.
 bool EquilibriumSolver::factor_column(int k) {
   Wrench v = active_.column[k];
   const double size = v.norm();
   for (int j = 0; j < k; ++j) active_.r[j][k] = 0;
-  for (int pass = 0; pass < 2; ++pass) {
+  double rest = size;
+  for (double before = 2 * rest; rest < kCancelled * before && rest > kParallel * size;) {
     for (int j = 0; j < k; ++j) {
       const double part = active_.q[j].dot(v);
       v -= part * active_.q[j];
       active_.r[j][k] += part;
     }
+    before = rest;
+    rest = v.norm();
   }
-  const double rest = v.norm();
   active_.r[k][k] = rest;
   active_.q[k] = v / rest;
   return rest > kParallel * size;
