@@ -140,7 +140,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
-  const std::unique_ptr<Simulator> simulator = make_simulator(scene, model);
+  const std::unique_ptr<Simulator> simulator = job.simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
@@ -155,6 +155,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                       "frames");
     report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
     writer.close();
+    if (job.at_end) job.at_end(model);
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }

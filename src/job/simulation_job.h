@@ -2,10 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
+#include "simulate/simulator.h"
 
 namespace pilesim {
 
@@ -15,6 +18,9 @@ struct SimulationJob {
   std::vector<std::string> overrides;  // "/json/pointer=value"
   bool force = false;                  // replace the output of an earlier run
   ProgressMode progress = ProgressMode::automatic;
+  // What steps the scene; throws Error(input) where the scene does not suit it.
+  std::function<std::unique_ptr<Simulator>(const Scene&, const Model&)> simulator = make_simulator;
+  std::function<void(const Model&)> at_end;  // called when all frames are simulated, if set
 };
 
 struct SimulationSummary {

@@ -29,7 +29,7 @@ Vec3 level_tangent(const Vec3& normal) {
 }  // namespace
 
 void EquilibriumSolver::set_body(const Vec3& centre, double radius_m,
-                                 std::span<const BodyContact> contacts) {
+                                 std::span<const SupportPoint> contacts) {
   assert(radius_m > 0);
   count_ = static_cast<uint32_t>(contacts.size());
   const size_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
@@ -44,7 +44,7 @@ void EquilibriumSolver::set_body(const Vec3& centre, double radius_m,
   power_.resize(padded);
   const double scale = 1 / radius_m;
   for (uint32_t i = 0; i < count_; ++i) {
-    const BodyContact& contact = contacts[i];
+    const SupportPoint& contact = contacts[i];
     const Vec3 arm = (contact.position - centre) * scale;
     for (int axis = 0; axis < 3; ++axis) {
       normal_[axis][i] = contact.normal[axis];

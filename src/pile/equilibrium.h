@@ -19,7 +19,7 @@
 
 namespace pilesim {
 
-struct BodyContact {
+struct SupportPoint {
   Vec3 position;    // m, world frame
   Vec3 normal;      // unit, towards the body that is analysed
   double friction;  // Coulomb, >= 0
@@ -60,7 +60,7 @@ class EquilibriumSolver {
   explicit EquilibriumSolver(const EquilibriumSettings& settings = {}) : settings_(settings) {}
 
   // `centre` of mass in m; `radius_m` > 0 bounds the body about it.
-  void set_body(const Vec3& centre, double radius_m, std::span<const BodyContact> contacts);
+  void set_body(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts);
   void scale_friction(double factor);     // of every contact as it was given, >= 0
   void set_friction(double coefficient);  // of every contact, >= 0
 

@@ -55,18 +55,19 @@ double tilt_margin(EquilibriumSolver& solver, const Vec3& up) {
   return margin;
 }
 
-double contact_spread(std::span<const BodyContact> contacts, double radius_m) {
+double contact_spread(std::span<const SupportPoint> contacts, double radius_m) {
   if (contacts.empty()) return 0;
   const auto farthest_from = [&](const Vec3& point) {
-    return std::ranges::max_element(
-               contacts, {},
-               [&](const BodyContact& contact) { return (contact.position - point).squaredNorm(); })
+    return std::ranges::max_element(contacts, {},
+                                    [&](const SupportPoint& contact) {
+                                      return (contact.position - point).squaredNorm();
+                                    })
         ->position;
   };
   const Vec3 a = farthest_from(contacts.front().position);
   const Vec3 b = farthest_from(a);
   double area = 0;
-  for (const BodyContact& contact : contacts) {
+  for (const SupportPoint& contact : contacts) {
     area = std::max(area, (contact.position - a).cross(b - a).norm());
   }
   return area / (radius_m * radius_m);

@@ -18,6 +18,6 @@ double tilt_margin(EquilibriumSolver& solver, const Vec3& up = Vec3::UnitY());
 // Twice the area of the largest triangle over the two contacts farthest apart, in r^2: 0 where all
 // lie in a line. A bound on it does what (6.2) is meant to do without depending on scale, on the
 // order of the contacts or on two of them that coincide.
-double contact_spread(std::span<const BodyContact> contacts, double radius_m);
+double contact_spread(std::span<const SupportPoint> contacts, double radius_m);
 
 }  // namespace pilesim

@@ -352,6 +352,10 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
     const auto* volume = std::get_if<VolumeSource>(&scene.emitters[i].source);
     if (volume != nullptr) check_mesh_file(volume->file, place / "file", log);
   }
+  if (scene.guide && scene.guide->file) {
+    const Path place = root / "guide";
+    check_mesh_file(*scene.guide->file, place / "file", log);
+  }
 }
 
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {

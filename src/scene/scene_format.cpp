@@ -110,6 +110,8 @@ Fields<Scene> content_fields() {
       field<Scene>("events", &Scene::events, list(event_codec()),
                    "What happens to bodies at given times."),
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+      optional_field<Scene>("guide", &Scene::guide, guide_codec(),
+                            "Holds a pile in a shape, for pilesim direct-pile."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

@@ -46,7 +46,7 @@ TEST(EquilibriumProperty, SizeAndPlaceDoNotMatter) {
   for (uint64_t i = 0; i < kInstances / 3; ++i) {
     EquilibriumInstance instance = random_instance(i);
     const EquilibriumVerdict verdict = solve(solver, instance);
-    for (BodyContact& contact : instance.contacts) {
+    for (SupportPoint& contact : instance.contacts) {
       contact.position = 64 * (contact.position - instance.centre);
     }
     instance.centre.setZero();
@@ -62,7 +62,7 @@ TEST(EquilibriumProperty, ARotationOfAllRotatesTheVerdict) {
     const EquilibriumVerdict verdict = solve(solver, instance);
     const Quat turn = Philox(3, Stream::test, i).rotation();
     instance.centre = turn * instance.centre;
-    for (BodyContact& contact : instance.contacts) {
+    for (SupportPoint& contact : instance.contacts) {
       contact.position = turn * contact.position;
       contact.normal = turn * contact.normal;
     }

@@ -15,7 +15,7 @@ namespace pilesim::test {
 struct EquilibriumInstance {
   Vec3 centre;
   double radius_m;
-  std::vector<BodyContact> contacts;
+  std::vector<SupportPoint> contacts;
 };
 
 // Kinds: 0 free points on a ball; 1 all on the lower side, nearly level; 2 in a line; 3 some twice;
@@ -54,14 +54,14 @@ inline std::string find_fault(const EquilibriumInstance& instance,
                               std::span<const ContactForce> forces, double tolerance = 1e-3,
                               long double slack = 1e-9L) {
   using Real = Eigen::Matrix<long double, 3, 1>;
-  const auto arm_of = [&](const BodyContact& contact) -> Real {
+  const auto arm_of = [&](const SupportPoint& contact) -> Real {
     return (contact.position.cast<long double>() - instance.centre.cast<long double>()) /
            static_cast<long double>(instance.radius_m);
   };
   if (verdict.stable) {
     Real force(0, -1, 0), torque(0, 0, 0);
     for (const ContactForce& entry : forces) {
-      const BodyContact& contact = instance.contacts[entry.contact];
+      const SupportPoint& contact = instance.contacts[entry.contact];
       const Real f = entry.force.cast<long double>();
       const Real normal = contact.normal.cast<long double>();
       const long double along = f.dot(normal);
@@ -80,7 +80,7 @@ inline std::string find_fault(const EquilibriumInstance& instance,
   // Gravity's power in the motion is the least distance from balance of any forces that the motion
   // need not fight against.
   if (-push.y() < tolerance - 1e-6L) return "gravity does not drive it";
-  for (const BodyContact& contact : instance.contacts) {
+  for (const SupportPoint& contact : instance.contacts) {
     const Real motion = push + turn.cross(arm_of(contact));
     const Real normal = contact.normal.cast<long double>();
     const long double along = motion.dot(normal);

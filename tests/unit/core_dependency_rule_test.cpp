@@ -26,7 +26,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"trajectory", {"core"}},
     {"report", {"core"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
-    {"job", {"core", "geometry", "scene", "signature", "simulate", "trajectory", "report"}},
+    {"job", {"core", "geometry", "scene", "signature", "simulate", "pile", "trajectory", "report"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {

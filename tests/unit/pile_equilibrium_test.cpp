@@ -19,9 +19,9 @@ EquilibriumSolver fine_solver(FrictionCone cone = FrictionCone::exact) {
 }
 
 // Under the corners of a box of half sizes `half`, turned about z by `slope`.
-std::vector<BodyContact> corners(const Vec3& half, double slope, double friction) {
+std::vector<SupportPoint> corners(const Vec3& half, double slope, double friction) {
   const Quat turn(Eigen::AngleAxisd(slope, Vec3::UnitZ()));
-  std::vector<BodyContact> contacts;
+  std::vector<SupportPoint> contacts;
   for (const double x : {-half.x(), half.x()}) {
     for (const double z : {-half.z(), half.z()}) {
       contacts.push_back({turn * Vec3(x, -half.y(), z), turn * Vec3::UnitY(), friction});
@@ -67,12 +67,12 @@ TEST(Equilibrium, ALadderNeedsTheFrictionOfItsAngle) {
   EquilibriumSolver solver = fine_solver();
   // A smooth wall: half the cotangent at the foot.
   for (const double friction : {0.25, 0.32}) {
-    const BodyContact contacts[] = {{-along, Vec3::UnitY(), friction}, {along, -Vec3::UnitX(), 0}};
+    const SupportPoint contacts[] = {{-along, Vec3::UnitY(), friction}, {along, -Vec3::UnitX(), 0}};
     solver.set_body(Vec3::Zero(), 1, contacts);
     EXPECT_EQ(solver.solve().stable, friction > 0.5 / std::tan(angle)) << friction;
   }
   // Wall and ground of one friction: tan = (1 - mu^2) / (2 mu).
-  const BodyContact contacts[] = {{-along, Vec3::UnitY(), 1}, {along, -Vec3::UnitX(), 1}};
+  const SupportPoint contacts[] = {{-along, Vec3::UnitY(), 1}, {along, -Vec3::UnitX(), 1}};
   solver.set_body(Vec3::Zero(), 1, contacts);
   const double tangent = std::tan(angle);
   EXPECT_NEAR(smallest_friction(solver), std::sqrt(tangent * tangent + 1) - tangent, 2e-6);
@@ -80,7 +80,7 @@ TEST(Equilibrium, ALadderNeedsTheFrictionOfItsAngle) {
 
 TEST(Equilibrium, AThreeLeggedTableFallsWhenItsLoadPassesAnEdge) {
   EquilibriumSolver solver;
-  std::vector<BodyContact> legs;
+  std::vector<SupportPoint> legs;
   for (const double azimuth : {0.0, 120.0, 240.0}) {
     legs.push_back(
         {Vec3(std::cos(radians(azimuth)), -1, std::sin(radians(azimuth))), Vec3::UnitY(), 0.5});
@@ -114,7 +114,7 @@ TEST(Equilibrium, ABoxTiltsUntilItSlidesOrTipsOver) {
 
 TEST(Equilibrium, NoFrictionMayBeEnough) {
   EquilibriumSolver solver = fine_solver();
-  const BodyContact point[] = {{Vec3(0.1, -1, 0), Vec3::UnitY(), 0.5}};
+  const SupportPoint point[] = {{Vec3(0.1, -1, 0), Vec3::UnitY(), 0.5}};
   solver.set_body(Vec3::Zero(), 1, point);
   EXPECT_EQ(smallest_friction(solver), std::numeric_limits<double>::infinity());
 }
@@ -136,7 +136,7 @@ TEST(Equilibrium, APyramidHoldsMoreAcrossItsTangents) {
 }
 
 TEST(Equilibrium, SpreadIsOfTheLargestTriangle) {
-  std::vector<BodyContact> contacts;
+  std::vector<SupportPoint> contacts;
   for (const double x : {0.0, 1.0, 2.0, 0.5}) contacts.push_back({Vec3(x, 0, 0), Vec3::UnitY(), 0});
   EXPECT_EQ(contact_spread({}, 1), 0);
   EXPECT_EQ(contact_spread(contacts, 1), 0);
