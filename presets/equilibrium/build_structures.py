@@ -100,22 +100,20 @@ def card_tower():
 
 
 def books():
-    thickness, around, layers, gap = 0.03, 16, 30, 1e-4
+    thickness, around, layers, radius, sway = 0.03, 6, 60, 0.33, 0.3
     stack = []
     colours = ["#7d3b34", "#34506b", "#8a7a4d", "#3f5f4a", "#6b4a6e", "#a3623a", "#4a4e57"]
     for layer in range(layers):
-        radius = 0.50 + 0.013 * layer
+        along = 2 * math.pi * 0.8 * layer / layers  # the axis of the pile is a helix
         for i in range(around):
-            turn = (i + 0.5 * (layer % 2)) / around
-            if layer >= 8 + (layers - 8) * turn:
-                continue
-            angle = 2 * math.pi * turn
-            place = [radius * math.cos(angle), thickness / 2 + layer * (thickness + gap),
-                     -radius * math.sin(angle)]
+            angle = 2 * math.pi * (i + 0.5 * (layer % 2)) / around
+            place = [radius * math.cos(angle) + sway * (1 - math.cos(along)),
+                     thickness / 2 + layer * thickness,
+                     -radius * math.sin(angle) + sway * math.sin(along)]
             # The spine outwards, the long edge around.
             stack.append(body("book %d.%d" % (layer, i), "book", "paper", place, about_y(angle),
                               colours[(3 * i + 5 * layer) % len(colours)]))
-    write("book_spiral", "%d books in a spiral that leans outwards stand until a giant ball hits "
+    write("book_spiral", "%d books, stacked in a ring that winds upwards, stand until a giant ball hits "
           "them (example 4)." % len(stack), {
               "name": "Book spiral", "duration_s": 8, "frame_rate": 30,
               "materials": {"ground": {"restitution": 0, "friction": 0.7},
@@ -127,11 +125,11 @@ def books():
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.6, 3.2, 0.4], [4.5, 0, -0.4], "#4a4e57"),
               "guide": {},
-              "camera": {"position": [1.6, 2.3, 4.6], "target": [-0.1, 0.45, 0]}})
+              "camera": {"position": [1.6, 2.0, 5.0], "target": [0.1, 0.85, 0]}})
 
 
 def sticks():
-    layers, side, gap = 110, 0.02, 5e-5
+    layers, side, gap = 110, 0.02, -1e-5
     stack = []
     for layer in range(layers):
         height = layer * (side + gap)
@@ -157,10 +155,10 @@ def sticks():
 
 
 def tyres():
-    high, columns, gap = 0.2, 5, 2e-4
+    high, columns, gap = 0.2, 5, -1e-4
     stack = []
     for layer in range(14):
-        spread = 0.68 + 0.034 * layer
+        spread = 0.68 + 0.026 * layer
         for row in (0, 1):
             for i in range(columns):
                 x = (i - (columns - 1) / 2) * spread
@@ -175,7 +173,8 @@ def tyres():
                             "rubber": {"restitution": 0.1, "friction": 0.8, "density_kg_m3": 300},
                             "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 700}},
               "shapes": {"ground": {"type": "plane"},
-                         "tyre": {"type": "mesh", "file": "../../assets/tyre.obj"},
+                         "tyre": {"type": "mesh", "file": "../../assets/tyre.obj",
+                            "hull_max_vertices": 255},
                          "ball": {"type": "sphere", "radius": 0.5}},
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.5, 4.2, 0.2], [6, 0, 0], "#b0402f"),
