@@ -9,6 +9,7 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "job/pile_job.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
@@ -75,7 +76,7 @@ FrameRow make_row(uint64_t frame, double frame_rate, const FrameStatistics& stat
 SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loaded,
                               const Model& model) {
   SimulationReport report;
-  report.command = "simulate";
+  report.command = job.direct_piles ? "direct-pile" : "simulate";
   report.scene_name = loaded.scene.name;
   report.scene_file = job.scene_file.string();
   report.scene_hash = content_hash(loaded.resolved);
@@ -140,7 +141,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
-  const std::unique_ptr<Simulator> simulator = make_simulator(scene, model);
+  std::optional<PileJob> piles;
+  if (job.direct_piles) piles.emplace(job.scene_file, scene, model);
+  const std::unique_ptr<Simulator> simulator =
+      piles ? piles->make_simulator() : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
@@ -160,6 +164,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
+  if (piles) {
+    report.piles = piles->figures();
+    piles->write_layers(job.output);
+  }
   const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
@@ -175,6 +183,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
                             .collision_shapes = report.collision_shapes};
+  if (piles) summary.piles = piles->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =

@@ -1,4 +1,5 @@
-// A scene file turned into a directory of results: the whole of `pilesim simulate`.
+// A scene file turned into a directory of results: the whole of `pilesim simulate` and of `pilesim
+// direct-pile`.
 #pragma once
 
 #include <filesystem>
@@ -15,6 +16,7 @@ struct SimulationJob {
   std::vector<std::string> overrides;  // "/json/pointer=value"
   bool force = false;                  // replace the output of an earlier run
   ProgressMode progress = ProgressMode::automatic;
+  bool direct_piles = false;  // by the angles of repose of the scene's piles
 };
 
 struct SimulationSummary {
@@ -25,6 +27,7 @@ struct SimulationSummary {
   double deepest_penetration_m = 0;
   uint32_t awake_at_end = 0;
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 

@@ -110,6 +110,8 @@ Fields<Scene> content_fields() {
       field<Scene>("events", &Scene::events, list(event_codec()),
                    "What happens to bodies at given times."),
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+      field<Scene>("piles", &Scene::piles, list(pile_codec()),
+                   "Piles that direct-pile lets grow to an angle of repose."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

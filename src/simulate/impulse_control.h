@@ -63,11 +63,13 @@ class ImpulseControl {
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
 };
 
-// Called before every step of a simulation that it directs.
 class StepDirector {
  public:
   virtual ~StepDirector() = default;
+  // Called before every step of a simulation that it directs.
   virtual void direct(ImpulseControl& control) = 0;
+  // Called at the end of every frame.
+  virtual void end_frame(ImpulseControl& /*control*/) {}
 };
 
 // The impulse mode under a director, which must outlive it.
