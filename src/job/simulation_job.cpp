@@ -9,6 +9,8 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "job/guide_job.h"
+#include "job/pile_job.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
@@ -75,7 +77,7 @@ FrameRow make_row(uint64_t frame, double frame_rate, const FrameStatistics& stat
 SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loaded,
                               const Model& model) {
   SimulationReport report;
-  report.command = "simulate";
+  report.command = job.direct_piles ? "direct-pile" : "simulate";
   report.scene_name = loaded.scene.name;
   report.scene_file = job.scene_file.string();
   report.scene_hash = content_hash(loaded.resolved);
@@ -140,7 +142,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
-  const std::unique_ptr<Simulator> simulator = job.simulator(scene, model);
+  std::optional<GuideJob> guide;
+  std::optional<PileJob> piles;
+  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model);
+  if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
+  const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
+                                               : piles ? piles->make_simulator()
+                                                       : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
@@ -155,12 +163,20 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                       "frames");
     report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
     writer.close();
-    if (job.at_end) job.at_end(model);
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
+  if (piles) {
+    report.piles = piles->figures();
+    piles->write_layers(job.output);
+  }
+  if (guide) {
+    guide->measure(*simulator);
+    report.piles = guide->figures();
+    guide->write_frames(job.output);
+  }
   const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
@@ -176,6 +192,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
                             .collision_shapes = report.collision_shapes};
+  if (piles) summary.piles = piles->lines();
+  if (guide) summary.piles = guide->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =

@@ -1,14 +1,12 @@
-// A scene file turned into a directory of results: the whole of `pilesim simulate`.
+// A scene file turned into a directory of results: the whole of `pilesim simulate` and of `pilesim
+// direct-pile`.
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
-#include "simulate/simulator.h"
 
 namespace pilesim {
 
@@ -18,9 +16,7 @@ struct SimulationJob {
   std::vector<std::string> overrides;  // "/json/pointer=value"
   bool force = false;                  // replace the output of an earlier run
   ProgressMode progress = ProgressMode::automatic;
-  // What steps the scene; throws Error(input) where the scene does not suit it.
-  std::function<std::unique_ptr<Simulator>(const Scene&, const Model&)> simulator = make_simulator;
-  std::function<void(const Model&)> at_end;  // called when all frames are simulated, if set
+  bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };
 
 struct SimulationSummary {
@@ -31,6 +27,7 @@ struct SimulationSummary {
   double deepest_penetration_m = 0;
   uint32_t awake_at_end = 0;
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 

@@ -52,8 +52,8 @@ double GuideDirector::free_fall_speed(uint32_t body) const {
 }
 
 void GuideDirector::direct(ImpulseControl& control) {
-  // At the start every step: a pile that is given has its first contacts after one, and Bullet finds
-  // the rest in the next few, in which it would begin to slump.
+  // At the start every step: a pile that is given has its first contacts after one, and Bullet
+  // finds the rest in the next few, in which it would begin to slump.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
   if (step_ > 0 && (step_ <= period || step_ % period == 0)) {
     const double start = seconds_now();

@@ -121,6 +121,11 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   html += key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
+  if (figures.contains("piles")) {
+    for (const auto& [title, values] : figures["piles"].items()) {
+      html += value_table("Piles: " + escaped(title), values);
+    }
+  }
   html += stage_table(figures["time"]["stages"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
   html += value_table("Penetration", figures["penetration"]);

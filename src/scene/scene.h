@@ -189,6 +189,27 @@ struct Guide {
   double break_speed = 0.3;        // of a hit, in sqrt(g r): see docs/equilibrium.md
 };
 
+// A point of the ground plan: (x, z), m.
+using GroundPoint = Eigen::Vector2d;
+
+// Walls that a pile grows against: a convex polygon and how high it can be filled.
+struct PileBoundary {
+  std::vector<GroundPoint> polygon;  // >= 3 corners
+  double rim_m = 0;                  // y of the lowest place of the walls' top
+};
+
+// A pile that `pilesim direct-pile` lets grow to an angle of repose (dissertation 5.2).
+struct Pile {
+  double angle = radians(30);         // of repose, (0, 80 degrees]
+  double tau = 0.5;                   // of the sleep score, (0, 1)
+  double base_m = 0;                  // y of what it stands on
+  std::optional<GroundPoint> centre;  // none (and no footprint): where the first bodies land
+  // Instead of a centre: 2 points of a line or a convex polygon, from which slopes fall on all
+  // sides. Empty: a cone.
+  std::vector<GroundPoint> footprint;
+  std::optional<PileBoundary> boundary;
+};
+
 struct CameraKey {
   double time_s = 0;
   Vec3 position = Vec3::Zero();        // m
@@ -219,6 +240,7 @@ struct Scene {
   std::vector<Event> events;  // ordered by time
   SimulatorSettings simulator;
   std::optional<Guide> guide;
+  std::vector<Pile> piles;
   Camera camera;
   RenderSettings render;
 

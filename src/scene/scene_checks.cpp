@@ -6,6 +6,7 @@
 #include <set>
 
 #include "scene/codec.h"
+#include "scene/pile_checks.h"
 #include "scene/scene_format.h"
 
 namespace pilesim {
@@ -360,6 +361,7 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
 
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();
+  check_piles(scene, log);
 }
 
 }  // namespace pilesim

@@ -112,6 +112,8 @@ Fields<Scene> content_fields() {
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
       optional_field<Scene>("guide", &Scene::guide, guide_codec(),
                             "Holds a pile in a shape, for pilesim direct-pile."),
+      field<Scene>("piles", &Scene::piles, list(pile_codec()),
+                   "Piles that direct-pile lets grow to an angle of repose."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

@@ -19,5 +19,6 @@ Codec<Emitter> emitter_codec();
 Codec<Event> event_codec();
 Codec<Camera> camera_codec();
 Codec<Guide> guide_codec();
+Codec<Pile> pile_codec();
 
 }  // namespace pilesim

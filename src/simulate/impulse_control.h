@@ -92,6 +92,8 @@ class StepDirector {
   // Within a step, before its contacts are solved: what is woken here takes the blow, what sleeps
   // on stands it like a wall.
   virtual void take_hits(ImpulseControl& /*control*/, std::span<const Hit> /*hits*/) {}
+  // Called at the end of every frame.
+  virtual void end_frame(ImpulseControl& /*control*/) {}
 };
 
 // The impulse mode under a director, which must outlive it.

@@ -324,6 +324,7 @@ FrameStatistics ImpulseSimulator::step_frame() {
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
   add_new_bodies();
+  if (director_ != nullptr) director_->end_frame(*this);
   ++frames_;
   read_states();
   check_finite();
