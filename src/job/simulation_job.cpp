@@ -49,7 +49,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent, "what is stored is what the renderer reads");
+static_assert(kPresent == kStatePresent && kPassed == kStatePassed && kFailed == kStateFailed,
+              "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());

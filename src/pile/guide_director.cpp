@@ -157,40 +157,47 @@ void GuideDirector::hold(uint32_t body) {
   queue_.push_back(body);
 }
 
-// One nail for each pair of a chosen body and a neighbour: at the contact nearest to the middle of
-// theirs.
+// One nail for each pair of which one is chosen, at the contact nearest to the middle of theirs. It
+// stays while it holds and is wanted: one that is renewed takes what has shifted for what is meant.
 void GuideDirector::nail(ImpulseControl& control) {
-  for (const ConstraintId id : nails_) control.remove_constraint(id);
-  nails_.clear();
   const auto pair_of = [&](uint32_t contact) {
-    return std::minmax(contacts_[contact].a, contacts_[contact].b);
+    return std::pair<uint32_t, uint32_t>(std::minmax({contacts_[contact].a, contacts_[contact].b}));
   };
+  std::erase_if(nails_, [&](const auto& nail) {
+    const bool wanted = chosen_[nail.first.first] != 0 || chosen_[nail.first.second] != 0;
+    if (wanted && control.holds(nail.second)) return false;
+    control.remove_constraint(nail.second);
+    return true;
+  });
   queue_.resize(contacts_.size());
   std::iota(queue_.begin(), queue_.end(), 0U);
   std::ranges::stable_sort(queue_, {}, pair_of);
   for (size_t first = 0, last = 0; first < queue_.size(); first = last) {
+    const std::pair<uint32_t, uint32_t> pair = pair_of(queue_[first]);
     Vec3 middle = Vec3::Zero();
-    for (; last < queue_.size() && pair_of(queue_[last]) == pair_of(queue_[first]); ++last) {
+    for (; last < queue_.size() && pair_of(queue_[last]) == pair; ++last) {
       middle += contacts_[queue_[last]].point;
     }
     middle /= static_cast<double>(last - first);
+    if ((chosen_[pair.first] == 0 && chosen_[pair.second] == 0) || nails_.contains(pair)) continue;
     const BodyContact& contact = contacts_[*std::ranges::min_element(
         std::span(queue_).subspan(first, last - first), {},
         [&](uint32_t i) { return (contacts_[i].point - middle).squaredNorm(); })];
-    nail_pair(control, contact);
+    nails_[pair] = drive_in(control, contact);
+  }
+  for (const auto& [pair, id] : nails_) {
+    for (const uint32_t body : {pair.first, pair.second}) held_[body] = chosen_[body];
   }
 }
 
-void GuideDirector::nail_pair(ImpulseControl& control, const BodyContact& contact) {
+ConstraintId GuideDirector::drive_in(ImpulseControl& control, const BodyContact& contact) {
   Nail nail{contact.a, contact.b, contact.point, contact.normal, 0};
-  if (chosen_[nail.a] == 0 && chosen_[nail.b] == 0) return;
   if (!control.is_in_world(nail.a)) std::swap(nail.a, nail.b);
   nail.breaking_impulse_ns = strength(nail.a);
   if (control.is_in_world(nail.b)) {
     nail.breaking_impulse_ns = std::min(nail.breaking_impulse_ns, strength(nail.b));
   }
-  nails_.push_back(control.add_nail(nail));
-  for (const uint32_t body : {nail.a, nail.b}) held_[body] = chosen_[body];
+  return control.add_nail(nail);
 }
 
 double GuideDirector::strength(uint32_t body) const {

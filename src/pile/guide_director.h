@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "geometry/inside_test.h"
@@ -43,7 +45,7 @@ class GuideDirector final : public StepDirector {
   void freeze(ImpulseControl& control);
   void hold(uint32_t body);
   void nail(ImpulseControl& control);
-  void nail_pair(ImpulseControl& control, const BodyContact& contact);
+  ConstraintId drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
   bool in_guide(uint32_t body, const Vec3& centre);
   bool is_anchor(const ImpulseControl& control, uint32_t body) const;
@@ -64,7 +66,7 @@ class GuideDirector final : public StepDirector {
   std::vector<Vec3> tested_;           // (B) m, where inside_ was found
   std::vector<uint32_t> queue_;        // of searches through the graph
   std::vector<uint8_t> held_;          // (B) 1: sleeps or is nailed
-  std::vector<ConstraintId> nails_;
+  std::map<std::pair<uint32_t, uint32_t>, ConstraintId> nails_;  // of two bodies, the lower first
   GuideCounts counts_;
 };
 

@@ -33,12 +33,7 @@ GuidedSimulator::GuidedSimulator(const Scene& scene, const Model& model)
       director_(scene, model),
       simulator_(make_directed_simulator(scene, model, director_)),
       start_(model.bodies.size()),
-      has_start_(model.bodies.size()) {
-  floor_m_ = std::numeric_limits<double>::infinity();
-  for (const ModelBody& body : model.bodies) {
-    if (body.role == Role::dynamic) floor_m_ = std::min(floor_m_, body.pose.position.y());
-  }
-}
+      has_start_(model.bodies.size()) {}
 
 FrameStatistics GuidedSimulator::step_frame() {
   FrameStatistics statistics = simulator_->step_frame();
@@ -57,6 +52,7 @@ void GuidedSimulator::record_frame() {
   frame.counts = director_.counts();
   const BodyStates& now = states();
   double bodies = 0;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   for (uint32_t body = 0; body < now.size(); ++body) {
     const bool moves = model_.bodies[body].role == Role::dynamic &&
                        (now.flags[body] & kPresent) != 0 && (now.flags[body] & kHeld) == 0;
@@ -68,10 +64,14 @@ void GuidedSimulator::record_frame() {
     const double drift = (now.position[body] - start_[body]).norm();
     frame.mean_drift_m += drift;
     frame.largest_drift_m = std::max(frame.largest_drift_m, drift);
-    frame.height_m = std::max(frame.height_m, now.position[body].y() - floor_m_);
+    lowest = std::min(lowest, now.position[body].y());
+    highest = std::max(highest, now.position[body].y());
     ++bodies;
   }
-  if (bodies > 0) frame.mean_drift_m /= bodies;
+  if (bodies > 0) {
+    frame.mean_drift_m /= bodies;
+    frame.height_m = highest - lowest;
+  }
   frames_.push_back(frame);
 }
 

@@ -13,7 +13,7 @@ namespace pilesim {
 struct GuideFrame {
   double time_s = 0;
   GuideCounts counts;
-  double height_m = 0;  // highest centre of mass of a dynamic body above the lowest at the start
+  double height_m = 0;  // from the lowest centre of mass of a dynamic body to the highest
   // Mean and largest way of the dynamic bodies from where they were when the pile was whole: a body
   // that appears or is released later counts from then on.
   double mean_drift_m = 0, largest_drift_m = 0;
@@ -41,7 +41,6 @@ class GuidedSimulator final : public Simulator {
   std::unique_ptr<Simulator> simulator_;
   std::vector<Vec3> start_;         // (B) m, where drift counts from
   std::vector<uint8_t> has_start_;  // (B)
-  double floor_m_ = 0;
   std::vector<GuideFrame> frames_;
   double total_s_ = 0;
 };

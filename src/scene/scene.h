@@ -224,6 +224,7 @@ struct Camera {
 struct RenderSettings {
   std::array<int, 2> size = {960, 540};  // pixels
   int samples = 4;                       // anti-aliasing: 1, 2, 4 or 8
+  bool analysis = false;                 // colour bodies by their equilibrium
 };
 
 struct Scene {

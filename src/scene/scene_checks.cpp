@@ -362,6 +362,11 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();
   check_piles(scene, log);
+  if (scene.guide && !scene.piles.empty()) {
+    const Path root;
+    log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
+               "Take out one of the two");
+  }
 }
 
 }  // namespace pilesim

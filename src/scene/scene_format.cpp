@@ -81,6 +81,9 @@ Codec<RenderSettings> render_codec() {
                                  "Width and height of a frame, pixels."),
                         field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
                                  "Samples a pixel, against jagged edges."),
+                        field<R>("analysis", &R::analysis, boolean(),
+                                 "Colour the bodies of a directed pile by their equilibrium: cyan "
+                                 "passed, blue filtered, red failed."),
                     }});
 }
 
