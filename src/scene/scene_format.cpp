@@ -84,6 +84,9 @@ Codec<RenderSettings> render_codec() {
                                  "Width and height of a frame, pixels."),
                         field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
                                  "Samples a pixel, against jagged edges."),
+                        field<R>("analysis", &R::analysis, boolean(),
+                                 "Colour the bodies of a directed pile by their equilibrium: cyan "
+                                 "passed, blue filtered, red failed."),
                     }});
 }
 
@@ -113,6 +116,10 @@ Fields<Scene> content_fields() {
       field<Scene>("events", &Scene::events, list(event_codec()),
                    "What happens to bodies at given times."),
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+      optional_field<Scene>("guide", &Scene::guide, guide_codec(),
+                            "Holds a pile in a shape, for pilesim direct-pile."),
+      field<Scene>("piles", &Scene::piles, list(pile_codec()),
+                   "Piles that direct-pile lets grow to an angle of repose."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

@@ -1,0 +1,26 @@
+// What piles need to know of the bodies of a model: sizes and surfaces.
+#pragma once
+
+#include <vector>
+
+#include "scene/model.h"
+
+namespace pilesim {
+
+struct PileBodyShape {
+  double box_m3 = 0;          // of the bounding box: the conservative volume of section 5.2.1
+  double longest_m = 0;       // the box's diagonal
+  double smallest_m = 0;      // the box's smallest edge
+  std::vector<Vec3> surface;  // m, body frame
+};
+
+struct PileBodies {
+  std::vector<PileBodyShape> shapes;  // as Model::shapes
+  std::vector<uint32_t> dynamic;      // indices of dynamic bodies
+  double size_m = 0;                  // edge of a cube of the mean box volume
+  double longest_m = 0;               // the longest extent of all: D
+
+  explicit PileBodies(const Model& model);
+};
+
+}  // namespace pilesim
