@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <string>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace pilesim {
 namespace {
@@ -35,6 +36,47 @@ constexpr double kSpillPush = 0.35;  // of gravity, down the slope
 constexpr double kHeavy = 15;  // momentum in mean masses times sqrt(g L) that wakes
 constexpr double kDrift = 0.05;
 
+// The narrowest distance between two parallels that enclose a convex polygon.
+double width(const std::vector<GroundPoint>& corners) {
+  double narrowest = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const GroundPoint along = (corners[(i + 1) % corners.size()] - corners[i]).normalized();
+    double across = 0;
+    for (const GroundPoint& corner : corners) {
+      const GroundPoint way = corner - corners[i];
+      across = std::max(across, std::abs(along.x() * way.y() - along.y() * way.x()));
+    }
+    narrowest = std::min(narrowest, across);
+  }
+  return narrowest;
+}
+
+void check(const Scene& scene, const PileBodies& bodies) {
+  std::vector<Problem> problems;
+  const Vec3& gravity = scene.gravity;
+  if (gravity.x() != 0 || gravity.y() >= 0 || gravity.z() != 0) {
+    problems.push_back({.pointer = "/gravity",
+                        .found = "does not point down",
+                        .expected = "[0, -g, 0] with g > 0 where there are piles"});
+  }
+  for (size_t i = 0; i < scene.piles.size(); ++i) {
+    const std::string place = "/piles/" + std::to_string(i);
+    if (bodies.dynamic.empty()) {
+      problems.push_back({.pointer = place,
+                          .found = "has nothing to pile up",
+                          .expected = "a scene with dynamic bodies"});
+    } else if (scene.piles[i].boundary) {
+      const double width_m = width(scene.piles[i].boundary->polygon);
+      if (width_m >= bodies.longest_m) continue;
+      problems.push_back({.pointer = place + "/boundary/polygon",
+                          .found = "is " + with_digits(width_m, 3) + " m wide, less than a body",
+                          .expected = "at least " + with_digits(bodies.longest_m, 3) +
+                                      " m, the longest extent of the bodies"});
+    }
+  }
+  if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
+}
+
 }  // namespace
 
 ReposeDirector::ReposeDirector(const Scene& scene, const Model& model)
@@ -50,8 +92,7 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model)
       grace_until_s_(model.bodies.size()),
       shaken_until_s_(model.bodies.size()),
       support_(model, bodies_) {
-  for (const uint32_t body : bodies_.dynamic) mean_mass_kg_ += model.bodies[body].mass_kg;
-  mean_mass_kg_ /= static_cast<double>(std::max<size_t>(1, bodies_.dynamic.size()));
+  check(scene, bodies_);
   for (const Pile& pile : scene.piles) {
     PileState& state = piles_.emplace_back();
     state.settings = pile;
@@ -257,7 +298,7 @@ void ReposeDirector::wake(ImpulseControl& control, uint32_t body, double grace_s
 }
 
 void ReposeDirector::wake_by_momentum(ImpulseControl& control) {
-  const double threshold = kHeavy * mean_mass_kg_ * speed_unit_;
+  const double threshold = kHeavy * bodies_.mass_kg * speed_unit_;
   const double ahead_s = 2 * kDecisionPeriod * time_unit_s_;
   for (const uint32_t body : bodies_.dynamic) {
     if (!present_[body] || asleep_[body]) continue;
@@ -275,7 +316,7 @@ void ReposeDirector::wake_by_momentum(ImpulseControl& control) {
     if (!hits) continue;
     // As far as the momentum moves bodies by a tenth of the speed unit; a pile has about a body in
     // every L^3.
-    const double bodies = momentum / (0.1 * mean_mass_kg_ * speed_unit_);
+    const double bodies = momentum / (0.1 * bodies_.mass_kg * speed_unit_);
     const double reach_m = near_m + bodies_.size_m * std::cbrt(bodies);
     ++wakes_by_momentum_;
     for (const uint32_t other : bodies_.dynamic) {

@@ -83,7 +83,6 @@ class ReposeDirector final : public StepDirector {
   PileBodies bodies_;
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
-  double mean_mass_kg_ = 0;
   uint64_t steps_ = 0;
   uint64_t decisions_ = 0;
   double now_s_ = 0;
