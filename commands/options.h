@@ -31,9 +31,11 @@ void add_run_options(CLI::App& command, RunOptions& options);
 void add_schema_command(CLI::App& app);
 void add_validate_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
+void add_direct_pile_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
+void add_compare_command(CLI::App& app);
 
 }  // namespace pilesim

@@ -49,7 +49,37 @@ Json machine() {
           {"system", info.system}, {"pilesim", info.version}, {"compiler", info.compiler}};
 }
 
+Json gates_json(const std::vector<GateResult>& gates) {
+  Json results = Json::array();
+  for (const GateResult& result : gates) {
+    results.push_back({{"fails_if", result.gate.text},
+                       {"value", result.value},
+                       {"unit", result.gate.figure != "penetration" ? "bodies"
+                                : result.gate.in_diameters          ? "D"
+                                                                    : "m"},
+                       {"passed", result.passed}});
+  }
+  return results;
+}
+
 }  // namespace
+
+Json quality_json(const PileQuality& quality) {
+  const auto in_diameters = [&](double length_m) {
+    return quality.body_diameter_m > 0 ? length_m / quality.body_diameter_m : 0;
+  };
+  return {{"bodies", quality.bodies},
+          {"unsettled", quality.unsettled},
+          {"escaped", quality.escaped},
+          {"floating", quality.floating},
+          {"overlapping_pairs", quality.overlapping_pairs},
+          {"deepest_penetration_m", quality.deepest_penetration_m},
+          {"deepest_penetration_diameters", in_diameters(quality.deepest_penetration_m)},
+          {"mean_penetration_diameters", in_diameters(quality.mean_penetration_m)},
+          {"largest_gap_diameters", in_diameters(quality.largest_gap_m)},
+          {"mean_gap_diameters", in_diameters(quality.mean_gap_m)},
+          {"body_diameter_m", quality.body_diameter_m}};
+}
 
 Json report_json(const SimulationReport& report) {
   const FrameRow& first = report.rows.front();
@@ -63,44 +93,49 @@ Json report_json(const SimulationReport& report) {
   const auto in_diameters = [&](double length_m) {
     return report.body_diameter_m > 0 ? length_m / report.body_diameter_m : 0;
   };
-  return {{"format", "pilesim report"},
-          {"format_version", 1},
-          {"command", report.command},
-          {"scene",
-           {{"name", report.scene_name}, {"file", report.scene_file}, {"hash", report.scene_hash}}},
-          {"mode", report.mode},
-          {"seed", report.seed},
-          {"changed_options", Json::parse(report.changed_options)},
-          {"interrupted", report.interrupted},
-          {"machine", machine()},
-          {"threads", report.threads},
-          {"counts",
-           {{"frames", report.rows.size()},
-            {"steps", steps},
-            {"step_s", report.step_s},
-            {"bodies_present", last.bodies_present},
-            {"dynamic_bodies", report.dynamic_bodies},
-            {"awake_at_end", last.bodies_awake},
-            {"contacts_at_end", last.contacts}}},
-          {"settled", last.bodies_awake == 0},
-          {"penetration",
-           {{"deepest_m", deepest_m},
-            {"deepest_at_end_m", last.deepest_penetration_m},
-            {"body_diameter_m", report.body_diameter_m},
-            {"deepest_diameters", in_diameters(deepest_m)},
-            {"deepest_at_end_diameters", in_diameters(last.deepest_penetration_m)}}},
-          {"energy",
-           {{"kinetic_start_j", first.kinetic_energy_j},
-            {"potential_start_j", first.potential_energy_j},
-            {"kinetic_end_j", last.kinetic_energy_j},
-            {"potential_end_j", last.potential_energy_j}}},
-          {"collision_shapes", report.collision_shapes},
-          {"time",
-           {{"setup_s", report.setup_s},
-            {"total_s", report.total_s},
-            {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},
-            {"stages", stage_times(report.rows)}}},
-          {"peak_memory_bytes", report.peak_memory_bytes}};
+  Json figures = {
+      {"format", "pilesim report"},
+      {"format_version", 1},
+      {"command", report.command},
+      {"scene",
+       {{"name", report.scene_name}, {"file", report.scene_file}, {"hash", report.scene_hash}}},
+      {"mode", report.mode},
+      {"seed", report.seed},
+      {"changed_options", Json::parse(report.changed_options)},
+      {"interrupted", report.interrupted},
+      {"machine", machine()},
+      {"threads", report.threads},
+      {"counts",
+       {{"frames", report.rows.size()},
+        {"steps", steps},
+        {"step_s", report.step_s},
+        {"bodies_present", last.bodies_present},
+        {"dynamic_bodies", report.dynamic_bodies},
+        {"awake_at_end", last.bodies_awake},
+        {"contacts_at_end", last.contacts}}},
+      {"settled", last.bodies_awake == 0},
+      {"quality_at_end", quality_json(report.quality)},
+      {"gates", gates_json(report.gates)},
+      {"penetration",
+       {{"deepest_m", deepest_m},
+        {"deepest_at_end_m", last.deepest_penetration_m},
+        {"body_diameter_m", report.body_diameter_m},
+        {"deepest_diameters", in_diameters(deepest_m)},
+        {"deepest_at_end_diameters", in_diameters(last.deepest_penetration_m)}}},
+      {"energy",
+       {{"kinetic_start_j", first.kinetic_energy_j},
+        {"potential_start_j", first.potential_energy_j},
+        {"kinetic_end_j", last.kinetic_energy_j},
+        {"potential_end_j", last.potential_energy_j}}},
+      {"collision_shapes", report.collision_shapes},
+      {"time",
+       {{"setup_s", report.setup_s},
+        {"total_s", report.total_s},
+        {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},
+        {"stages", stage_times(report.rows)}}},
+      {"peak_memory_bytes", report.peak_memory_bytes}};
+  if (!report.piles.empty()) figures["piles"] = Json::parse(report.piles);
+  return figures;
 }
 
 }  // namespace pilesim
