@@ -82,18 +82,17 @@ class Reach {
   float of_group(const ContactBody& body, size_t group) const {
     const Tag d;
     const size_t i = group * ContactBody::kGroup;
-    return hn::GetLane(hn::MaxOfLanes(d, of(hn::LoadU(d, &body.lane_x[i]),
-                                            hn::LoadU(d, &body.lane_y[i]),
-                                            hn::LoadU(d, &body.lane_z[i]))));
+    return hn::GetLane(
+        hn::MaxOfLanes(d, of(hn::LoadU(d, &body.lane_x[i]), hn::LoadU(d, &body.lane_y[i]),
+                             hn::LoadU(d, &body.lane_z[i]))));
   }
 
   // A point that is `extent` away from another comes down by `extent` more at most.
   V bound_of_groups(const ContactBody& body, size_t first) const {
     const Tag d;
-    return hn::Add(
-        of(hn::LoadU(d, &body.group_x[first]), hn::LoadU(d, &body.group_y[first]),
-           hn::LoadU(d, &body.group_z[first])),
-        hn::LoadU(d, &body.group_extent[first]));
+    return hn::Add(of(hn::LoadU(d, &body.group_x[first]), hn::LoadU(d, &body.group_y[first]),
+                      hn::LoadU(d, &body.group_z[first])),
+                   hn::LoadU(d, &body.group_extent[first]));
   }
 
  private:
@@ -111,29 +110,20 @@ double reach_of_flight(const ContactBody& body, const Vec3& normal, const Vec3& 
   const Reach reach(polhode(body, direction), static_cast<float>(-normal.dot(direction)));
 
   constexpr size_t kGroup = ContactBody::kGroup;
+  const Tag d;
   const size_t groups = body.lane_x.size() / kGroup;
-  alignas(32) float bounds[kGroup];
-  float best = 0;
-  // The second time round the best is good enough to leave most groups alone.
-  for (const bool first_look : {true, false}) {
-    size_t promising = 0;
-    float highest = -1;
-    for (size_t first = 0; first < groups; first += kGroup) {
-      hn::Store(reach.bound_of_groups(body, first), Tag(), bounds);
-      for (size_t group = first; group < std::min(groups, first + kGroup); ++group) {
-        const float bound = bounds[group - first];
-        if (first_look && bound > highest) {
-          highest = bound;
-          promising = group;
-        } else if (!first_look && bound > best) {
-          best = std::max(best, reach.of_group(body, group));
-        }
-      }
+  // What touches now comes as far down at least: a good start leaves most groups alone.
+  float best = reach.of_group(body, lowest_vertex(body, normal).vertex / kGroup);
+  for (size_t first = 0; first < body.group_x.size(); first += kGroup) {
+    const V bounds = reach.bound_of_groups(body, first);
+    alignas(32) float bound[kGroup];
+    if (hn::AllFalse(d, hn::Gt(bounds, hn::Set(d, best)))) continue;
+    hn::Store(bounds, d, bound);
+    for (size_t group = first; group < std::min(groups, first + kGroup); ++group) {
+      if (bound[group - first] > best) best = std::max(best, reach.of_group(body, group));
     }
-    if (first_look) best = std::max(best, reach.of_group(body, promising));
   }
-  return std::min(body.outer_radius_m,
-                  static_cast<double>(best) + kRounding * body.outer_radius_m);
+  return std::min(body.outer_radius_m, static_cast<double>(best) + kRounding * body.outer_radius_m);
 }
 
 }  // namespace pilesim

@@ -25,8 +25,8 @@ constexpr double kResolved = 1e-11;  // a contact's predicted height is known th
 constexpr double kStill = 1e-12;
 // Turn by one step, rad; see contact_body.cpp.
 constexpr double kLongestTurn = 0.5;
-// A body that rises so slowly that it needs more steps than this (dozens of turns) is gone.
-constexpr int kMostSteps = 512;
+// A body that rises so slowly that it needs more steps than this (hundreds of turns) is gone.
+constexpr int kMostSteps = 8192;
 // Rounds of the search for a vertex's safe time.
 constexpr int kParabolas = 2;
 constexpr float kTiny = std::numeric_limits<float>::min();

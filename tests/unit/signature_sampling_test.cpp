@@ -175,7 +175,7 @@ TEST_P(TrialsAtContact, AgreeWithLaunches) {
 
 INSTANTIATE_TEST_SUITE_P(Responses, TrialsAtContact,
                          testing::Values(PartOfTable{{2, 2, 0, 3}, {3, 4, 12, 4}},
-                                         PartOfTable{{5, 0, 0, 6}, {2, 4, 12, 4}}));
+                                         PartOfTable{{5, 0, 0, 0}, {2, 4, 12, 4}}));
 
 // Reflected through the plane of velocity and normal: velocities keep x and y, spins keep z.
 TEST(Responses, OfAMirroredBodyAreMirrored) {
