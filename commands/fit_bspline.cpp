@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -19,14 +20,14 @@ struct Options {
   RunOptions run;
   std::string output;
   std::string plots;
-  int degree = 3;
+  std::optional<int> degree;
   std::vector<int> control_points = {4};
   double precision = 1e-3;
 };
 
 SplineSize size_of(const Options& options) {
   SplineSize size;
-  size.degree.fill(options.degree);
+  size.degree.fill(options.degree.value_or(3));
   const std::vector<int>& points = options.control_points;
   for (size_t i = 0; i < 4; ++i) size.control_points[i] = points[points.size() == 1 ? 0 : i];
   return size;
@@ -47,7 +48,7 @@ void fit(Options& options) {
   FitOptions& f = options.fit;
   f.settings.mean = f.settings.spread = size_of(options);
   f.settings.mean_step = f.settings.spread_step = options.precision;
-  f.most_degree = options.degree;
+  if (options.degree) f.most_degree = *options.degree;
   constexpr std::array<std::string_view, 2> kPictures = {"fit_mean.png", "fit_curve.png"};
   if (!options.plots.empty()) claim_output(options.plots, kPictures, options.run.force);
   const FitRun run = fit_signature(f);
@@ -94,8 +95,8 @@ void add_fit_bspline_command(CLI::App& app) {
                     ->type_name("E");
   command
       ->add_option("--degree", options->degree,
-                   "Of the splines; with --max-bytes or --max-error, the highest to try")
-      ->capture_default_str();
+                   "Of the splines (default 3); with --max-bytes or --max-error, the highest to try "
+                   "(default 2, quicker to query)");
   command
       ->add_option("--control-points", options->control_points,
                    "On each axis, or four numbers by axis (default 4)")

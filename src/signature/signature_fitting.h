@@ -17,7 +17,7 @@ struct FitOptions {
   // against the table.
   std::filesystem::path mesh;
   FitSettings settings;  // sizes and steps are chosen by a search if one of the limits is set
-  int most_degree = 3;   // of that search
+  int most_degree = 2;   // of that search: cubic queries take twice as long, errors are the same
   size_t max_bytes = 0;  // of the file, > 0: the least error within it
   double max_error = 0;  // > 0: the fewest bytes whose measured distance is no larger; needs `mesh`
   AccuracySettings accuracy;
