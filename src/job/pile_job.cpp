@@ -106,13 +106,13 @@ std::string PileJob::figures() const {
         {"spread_deg", rounded(degrees(pile.slope.spread), 0.01)},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.guide_reach_m},
-        {"avalanches", pile.avalanches}};
+        {"radius_m", pile.guide_reach_m}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},
                     {"asleep_in_the_air", counts.hanging},
                     {"asleep_inside_another", counts.inside},
+                    {"woken_by_avalanches", state_->director.woken_by_avalanches()},
                     {"wakes_by_momentum", state_->director.wakes_by_momentum()},
                     {"director_s", state_->seconds}};
   return figures.dump();

@@ -54,7 +54,7 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
           "\"version\", \"name\", \"seed\", \"duration_s\", \"frame_rate\", \"step_s\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
-          "\"simulator\", \"render\", \"camera\". Did you mean \"duration_s\"?"));
+          "\"simulator\", \"piles\", \"render\", \"camera\". Did you mean \"duration_s\"?"));
 }
 
 TEST(SceneErrors, WrongVersionAndWrongKinds) {
