@@ -9,10 +9,12 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "job/guide_job.h"
 #include "job/pile_job.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
+#include "simulate/pile_inspection.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 
@@ -48,7 +50,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent, "what is stored is what the renderer reads");
+static_assert(kPresent == kStatePresent && kPassed == kStatePassed && kFailed == kStateFailed,
+              "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
@@ -124,6 +127,17 @@ bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter&
   return false;
 }
 
+void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>& results) {
+  std::vector<Problem> problems;
+  for (const GateResult& result : results) {
+    if (result.passed) continue;
+    problems.push_back({.file = job.output.string(),
+                        .found = describe_failure(result),
+                        .expected = "not " + result.gate.text});
+  }
+  if (!problems.empty()) throw Error(ErrorKind::quality, std::move(problems));
+}
+
 [[noreturn]] void rethrow_with_what_is_safe(const Error& error, const std::filesystem::path& output,
                                             uint64_t frames) {
   std::vector<Problem> problems = error.problems();
@@ -141,10 +155,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
+  std::optional<GuideJob> guide;
   std::optional<PileJob> piles;
-  if (job.direct_piles) piles.emplace(job.scene_file, scene, model);
-  const std::unique_ptr<Simulator> simulator =
-      piles ? piles->make_simulator() : make_simulator(scene, model);
+  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model);
+  if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
+  const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
+                                               : piles ? piles->make_simulator()
+                                                       : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
@@ -162,11 +179,18 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }
+  report.quality = inspect_pile(model, scene.gravity, simulator->states());
+  report.gates = judge(job.gates, report.quality);
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
   if (piles) {
     report.piles = piles->figures();
     piles->write_layers(job.output);
+  }
+  if (guide) {
+    guide->measure(*simulator);
+    report.piles = guide->figures();
+    guide->write_frames(job.output);
   }
   const std::string missing = write_report(report, job.output);
 
@@ -177,13 +201,16 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                 .found = "interrupted; holds " + std::to_string(report.rows.size()) + " of " +
                          std::to_string(scene.frame_count()) + " frames and their report"});
   }
+  throw_failed_gates(job, report.gates);
   SimulationSummary summary{.frames = writer.frames_on_disk(),
                             .bodies = model.bodies.size(),
                             .simulated_s = report.rows.back().time_s,
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
+                            .quality = report.quality,
                             .collision_shapes = report.collision_shapes};
   if (piles) summary.piles = piles->lines();
+  if (guide) summary.piles = guide->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/types.h"
@@ -27,7 +28,22 @@ struct BodyContact {
   double impulse_ns = 0;  // along the normal in the last step, >= 0
 };
 
-// The handle of a point constraint; not used twice in a run.
+// A point of one body held at a point of another: they may only turn about the axis.
+struct Nail {
+  uint32_t a = 0, b = 0;       // a is dynamic, b of any role that is present
+  Vec3 point;                  // m, world
+  Vec3 axis;                   // unit, world
+  double breaking_impulse_ns;  // of one step, at which it breaks for good
+};
+
+// An awake body that in the coming step meets one that was put to sleep.
+struct Hit {
+  uint32_t sleeper = 0, other = 0;
+  double closing_speed = 0;  // m/s, > 0, of the contact along its normal
+  double momentum_ns = 0;    // that speed by the other's mass as the contact feels it
+};
+
+// The handle of a constraint; not used twice in a run.
 using ConstraintId = uint32_t;
 
 // Between two steps. Bodies are indices into Model::bodies; all but is_in_world() ask for a dynamic
@@ -60,14 +76,22 @@ class ImpulseControl {
   // Ties the material points of both bodies that are at `point` (m, world) now. `b` may be of any
   // role that is present. A constraint ends with either body.
   virtual ConstraintId add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) = 0;
+  virtual ConstraintId add_nail(const Nail& nail) = 0;
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
+  virtual bool holds(ConstraintId constraint) const = 0;        // neither ended nor broken
+
+  // Sets the bits of `mask` in the body's flags (BodyFlag), which nothing else here uses.
+  virtual void mark(uint32_t body, uint8_t mask, uint8_t flags) = 0;
 };
 
 class StepDirector {
  public:
   virtual ~StepDirector() = default;
-  // Called before every step of a simulation that it directs.
+  // Before every step of a simulation that it directs.
   virtual void direct(ImpulseControl& control) = 0;
+  // Within a step, before its contacts are solved: what is woken here takes the blow, what sleeps
+  // on stands it like a wall.
+  virtual void take_hits(ImpulseControl& /*control*/, std::span<const Hit> /*hits*/) {}
   // Called at the end of every frame.
   virtual void end_frame(ImpulseControl& /*control*/) {}
 };

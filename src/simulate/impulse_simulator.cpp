@@ -12,6 +12,8 @@
 #include "simulate/bullet_broad_phase.h"
 #include "simulate/bullet_collision_configuration.h"
 #include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_hits.h"
+#include "simulate/bullet_nail.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
 #include "simulate/impulse_control.h"
@@ -70,7 +72,10 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void set_friction(uint32_t body, double friction) override;
   void read_contacts(std::vector<BodyContact>& contacts) const override;
   ConstraintId add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) override;
+  ConstraintId add_nail(const Nail& nail) override;
   void remove_constraint(ConstraintId constraint) override;
+  bool holds(ConstraintId constraint) const override;
+  void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
 
  private:
   // What Bullet has of a body of the model.
@@ -97,6 +102,9 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void set_up_dynamic(uint32_t index, btRigidBody& body);
   Pose pose_of(uint32_t index) const;
   void refresh_friction();
+  void take_hits();
+  ConstraintId add_constraint(std::unique_ptr<btTypedConstraint> constraint, uint32_t a,
+                              uint32_t b);
   void remove_constraints_of(uint32_t index);
 
   const Scene& scene_;
@@ -123,6 +131,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   bool friction_changed_ = false;  // since the last step
   std::map<ConstraintId, PointConstraint> constraints_;
   ConstraintId next_constraint_ = 0;
+  std::vector<Hit> hits_;
 };
 
 ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model, StepDirector* director)
@@ -310,7 +319,7 @@ FrameStatistics ImpulseSimulator::step_frame() {
       director_->direct(*this);
       refresh_friction();
     }
-    world_.step(step_s_, scene_.simulator.sleeping, timer_);
+    world_.step(step_s_, scene_.simulator.sleeping, timer_, [this] { take_hits(); });
     ++steps_;
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
@@ -323,6 +332,12 @@ FrameStatistics ImpulseSimulator::step_frame() {
   statistics.steps = steps;
   statistics.times = timer_.take();
   return statistics;
+}
+
+void ImpulseSimulator::take_hits() {
+  if (director_ == nullptr) return;
+  find_hits(dispatcher_, step_s_, hits_);
+  if (!hits_.empty()) director_->take_hits(*this, hits_);
 }
 
 void ImpulseSimulator::read_states() {
@@ -490,12 +505,31 @@ ConstraintId ImpulseSimulator::add_point_constraint(uint32_t a, uint32_t b, cons
   btRigidBody& first = *records_[a].body;
   btRigidBody& second = *records_[b].body;
   const btVector3 place = to_bullet(point);
-  auto constraint = std::make_unique<btPoint2PointConstraint>(
-      first, second, first.getWorldTransform().inverse() * place,
-      second.getWorldTransform().inverse() * place);
+  return add_constraint(std::make_unique<btPoint2PointConstraint>(
+                            first, second, first.getWorldTransform().inverse() * place,
+                            second.getWorldTransform().inverse() * place),
+                        a, b);
+}
+
+ConstraintId ImpulseSimulator::add_nail(const Nail& nail) {
+  return add_constraint(make_nail(nail, *records_[nail.a].body, *records_[nail.b].body), nail.a,
+                        nail.b);
+}
+
+ConstraintId ImpulseSimulator::add_constraint(std::unique_ptr<btTypedConstraint> constraint,
+                                              uint32_t a, uint32_t b) {
   world_.addConstraint(constraint.get());
   constraints_[next_constraint_] = {std::move(constraint), a, b};
   return next_constraint_++;
+}
+
+bool ImpulseSimulator::holds(ConstraintId constraint) const {
+  const auto found = constraints_.find(constraint);
+  return found != constraints_.end() && found->second.constraint->isEnabled();
+}
+
+void ImpulseSimulator::mark(uint32_t body, uint8_t mask, uint8_t flags) {
+  states_.flags[body] = static_cast<uint8_t>((states_.flags[body] & ~mask) | flags);
 }
 
 void ImpulseSimulator::remove_constraint(ConstraintId constraint) {
