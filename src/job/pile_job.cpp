@@ -100,19 +100,20 @@ std::string PileJob::figures() const {
   Json figures = Json::object();
   size_t index = 0;
   for (const PileState& pile : state_->director.piles()) {
+    const bool has_slope = pile.slope.azimuths > 0;
     figures["pile " + std::to_string(index++)] = {
         {"angle_asked_deg", rounded(degrees(pile.settings.angle), 0.01)},
-        {"angle_got_deg", rounded(degrees(pile.slope.angle), 0.01)},
-        {"spread_deg", rounded(degrees(pile.slope.spread), 0.01)},
+        {"angle_got_deg", has_slope ? Json(rounded(degrees(pile.slope.angle), 0.01)) : Json()},
+        {"spread_deg", has_slope ? Json(rounded(degrees(pile.slope.spread), 0.01)) : Json()},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.guide_reach_m},
-        {"avalanches", pile.avalanches}};
+        {"radius_m", pile.guide_reach_m}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},
                     {"asleep_in_the_air", counts.hanging},
                     {"asleep_inside_another", counts.inside},
+                    {"woken_by_avalanches", state_->director.woken_by_avalanches()},
                     {"wakes_by_momentum", state_->director.wakes_by_momentum()},
                     {"director_s", state_->seconds}};
   return figures.dump();

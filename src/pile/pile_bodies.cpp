@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "pile/height_field.h"
 
@@ -17,6 +18,19 @@ double at_share(std::vector<double>& values, double share) {
   return *at;
 }
 
+// Value and weight: half of the weight is of smaller ones.
+using Weighted = std::pair<double, double>;
+double weighted_median(std::vector<Weighted> values) {
+  std::ranges::sort(values);
+  double half = 0;
+  for (const auto& [value, weight] : values) half += weight / 2;
+  for (const auto& [value, weight] : values) {
+    half -= weight;
+    if (half <= 0) return value;
+  }
+  return values.back().first;
+}
+
 }  // namespace
 
 PileBodies::PileBodies(const Model& model) {
@@ -28,7 +42,8 @@ PileBodies::PileBodies(const Model& model) {
     body.longest_m = box.norm();
     body.smallest_m = box.minCoeff();
   }
-  std::vector<double> box_m3, longest, mass;
+  std::vector<double> longest;
+  std::vector<Weighted> box_m3, mass;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].role != Role::dynamic) continue;
     dynamic.push_back(i);
@@ -37,14 +52,14 @@ PileBodies::PileBodies(const Model& model) {
       shape.surface = surface_points(model.shapes[model.bodies[i].shape].mesh,
                                      kSurfaceSpacing * std::cbrt(shape.box_m3));
     }
-    box_m3.push_back(shape.box_m3);
+    box_m3.emplace_back(shape.box_m3, shape.box_m3);
     longest.push_back(shape.longest_m);
-    mass.push_back(model.bodies[i].mass_kg);
+    mass.emplace_back(model.bodies[i].mass_kg, shape.box_m3);
   }
   if (dynamic.empty()) return;
-  size_m = std::cbrt(at_share(box_m3, 0.5));
+  size_m = std::cbrt(weighted_median(std::move(box_m3)));
   longest_m = at_share(longest, 0.95);
-  mass_kg = at_share(mass, 0.5);
+  mass_kg = weighted_median(std::move(mass));
 }
 
 }  // namespace pilesim

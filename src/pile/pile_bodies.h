@@ -17,7 +17,8 @@ struct PileBodyShape {
 struct PileBodies {
   std::vector<PileBodyShape> shapes;  // as Model::shapes
   std::vector<uint32_t> dynamic;      // indices of dynamic bodies
-  // Of the many; a few that are much larger, such as what is shot into a pile, do not count.
+  // Of the many; what is much larger but alone, such as a ball shot into a pile, does not count.
+  // Medians are by volume: the large ones of several sizes carry the pile.
   double size_m = 0;     // edge of a cube of the median box volume: L
   double longest_m = 0;  // longest extent of all but the largest twentieth: D
   double mass_kg = 0;    // median

@@ -32,7 +32,8 @@ constexpr double kRestSpeed = 0.12;
 constexpr uint8_t kCalmDecisions = 3;
 constexpr double kSunkShare = 0.04;  // of the smallest extent: too deep to sleep
 
-constexpr double kHoldRate = 3;  // of braking inside the pile
+constexpr double kHoldRate = 3;         // of braking inside the pile
+constexpr double kSpillFriction = 0.5;  // of the material's, at full grip
 constexpr double kHoldFriction = 1;
 constexpr double kHoldTurnRate = 0.5;
 constexpr double kSettleRate = 3;    // of braking level motion between two bounces
@@ -382,12 +383,25 @@ void ReposeDirector::wake_sleepers(ImpulseControl& control) {
       wake(control, body, 0);
       continue;
     }
-    const Place place = place_of(motion_[body].position);
+    const Vec3& p = motion_[body].position;
+    const Place place = place_of(p);
     if (place.pile == nullptr || support_.on_fixed[body]) continue;
-    if (place.excess_m > kAvalancheExcess * bodies_.size_m) {
+    const size_t layer = place.pile->structure->layer_at(p.y() - place.pile->settings.base_m);
+    const bool too_dense = layer_density(*place.pile, layer) > kAvalancheDensity;
+    if (place.excess_m > (too_dense ? 0 : kAvalancheExcess * bodies_.size_m)) {
       wake(control, body, kGrace * time_unit_s_);
+      ++woken_by_avalanches_;
     }
   }
+}
+
+// Against the pile as it is: the structure has up to four times its volume.
+double ReposeDirector::layer_density(const PileState& pile, size_t layer) {
+  const std::vector<StackingLayer>& layers = pile.structure->layers();
+  if (layer == layers.size()) return 0;
+  const double volume_m3 =
+      pile.guide->volume(pile.guide_reach_m, layers[layer].bottom_m, layers[layer].top_m);
+  return volume_m3 > 0 ? layers[layer].occupied_m3 / volume_m3 : 0;
 }
 
 double ReposeDirector::core_score(const PileState& pile, const Vec3& position, double speed) const {
@@ -396,10 +410,7 @@ double ReposeDirector::core_score(const PileState& pile, const Vec3& position, d
   const size_t layer = structure.layer_at(position.y() - pile.settings.base_m);
   if (layer == structure.layers().size() || !structure.layers_below_sleep(layer)) return 0;
   const StackingLayer& counted = structure.layers()[layer];
-  // Density and closeness against the pile as it is: the structure is up to twice its volume.
-  const double volume_m3 =
-      pile.guide->volume(std::max(pile.guide_reach_m, 1e-9), counted.bottom_m, counted.top_m);
-  const double density = volume_m3 > 0 ? std::min(1.0, counted.occupied_m3 / volume_m3) : 0;
+  const double density = std::min(1.0, layer_density(pile, layer));
   const double reach = pile.guide_reach_m - counted.bottom_m / pile.guide->slope();
   const double closeness =
       reach > 0 ? std::max(0.0, reach - pile.shape->distance(point)) / reach : 0;
@@ -446,13 +457,15 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
       asleep_[body] = 1;
       continue;
     }
-    control.set_friction(body, spills ? 0.0 : std::max(friction, kHoldFriction));
+    const double grip = grip_of(*place.pile);
+    control.set_friction(
+        body, spills ? kSpillFriction * grip * friction : std::max(friction, kHoldFriction));
     steered_.push_back({body,
                         spills    ? Drive::spill
                         : touches ? Drive::hold
                                   : Drive::settle,
                         place.pile->shape->outward({p.x(), p.z()}), place.pile->guide->slope(),
-                        grip_of(*place.pile)});
+                        grip});
   }
 }
 
@@ -470,8 +483,9 @@ void ReposeDirector::steer(ImpulseControl& control) {
         const Vec3 down =
             Vec3(steered.outward.x(), -steered.slope, steered.outward.y()).normalized();
         // Drag that balances push and slope at the spill's speed.
-        const double drag = (kSpillPush - down.y()) / kSpillSpeed;
-        velocity += down * (kSpillPush * gravity * step_s);
+        const double push = kSpillPush * (1 - steered.grip);
+        const double drag = (push - down.y()) / kSpillSpeed;
+        velocity += down * (push * gravity * step_s);
         velocity *= keep(drag);
         turn_rate *= keep(drag);
         break;

@@ -27,12 +27,6 @@ struct PileState {
   double guide_angle = 0;    // rad
   double guide_reach_m = 0;  // so that it has as much bulk as there is
   SlopeFit slope;            // of the surface as it was last measured
-  uint32_t avalanches = 0;
-};
-
-struct ReposeFrame {
-  uint32_t asleep = 0;  // put to sleep in piles
-  double seconds = 0;   // wall, of the director, since the start
 };
 
 class ReposeDirector final : public StepDirector {
@@ -47,7 +41,9 @@ class ReposeDirector final : public StepDirector {
   // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
   void measure(ImpulseControl& control);
   const PlausibilityCounts& plausibility() const { return plausibility_; }
+  // Since the start: hits that woke bodies, and bodies that avalanches woke.
   uint32_t wakes_by_momentum() const { return wakes_by_momentum_; }
+  uint32_t woken_by_avalanches() const { return woken_by_avalanches_; }
 
  private:
   enum class Drive : uint8_t { hold, spill, settle };
@@ -78,6 +74,7 @@ class ReposeDirector final : public StepDirector {
   void wake_by_momentum(ImpulseControl& control);
   void wake_sleepers(ImpulseControl& control);
   void judge_awake(ImpulseControl& control);
+  static double layer_density(const PileState& pile, size_t layer);
   static double grip_of(const PileState& pile);
   bool ripe_for_sleep(uint32_t body, const Place& place);
   void wake(ImpulseControl& control, uint32_t body, double grace_s);
@@ -108,7 +105,7 @@ class ReposeDirector final : public StepDirector {
   PileSupport support_;
   std::vector<Steered> steered_;
   PlausibilityCounts plausibility_;
-  uint32_t wakes_by_momentum_ = 0;
+  uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;
 };
 
 }  // namespace pilesim

@@ -1,0 +1,130 @@
+// The repose director on small constructed scenes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "pile/repose_director.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kEdge = 0.2;
+
+// Ground 0 and boxes of 0.2 m, one after the other onto one place.
+struct BoxesOntoAPile : SmallModel {
+  explicit BoxesOntoAPile(int boxes, double angle_deg = 35) {
+    scene.frame_rate = 60;
+    scene.step_s = 1.0 / 120;
+    scene.piles = {{.angle = radians(angle_deg), .centre = GroundPoint(0, 0)}};
+    const uint32_t wood = material(0.1, 0.5);
+    body(plane(), wood, Vec3::Zero(), Role::fixed);
+    const uint32_t shape = box(Vec3::Constant(kEdge));
+    for (int i = 0; i < boxes; ++i) {
+      ModelBody& fallen = body(shape, wood, {0.15 * std::sin(i), 1.6, 0.15 * std::cos(2.0 * i)});
+      fallen.pose.orientation = Quat(Eigen::AngleAxisd(0.7 * i, Vec3(1, i % 3, 1).normalized()));
+      fallen.linear_velocity = {0, -3, 0};
+      fallen.start_s = 0.1 * i;
+    }
+  }
+};
+
+class MeasuringDirector final : public StepDirector {
+ public:
+  explicit MeasuringDirector(const SmallModel& small) : director(small.scene, small.model) {}
+  void direct(ImpulseControl& control) override { director.direct(control); }
+  void end_frame(ImpulseControl& control) override { director.measure(control); }
+  ReposeDirector director;
+};
+
+TEST(ReposeDirector, PutsThePileToSleepAndNothingHangsOrOverlaps) {
+  const BoxesOntoAPile boxes(40);
+  MeasuringDirector measuring(boxes);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, measuring);
+  const FrameStatistics statistics = run(*simulator, 420);
+  EXPECT_LE(statistics.bodies_awake, 4);
+  const PlausibilityCounts& counts = measuring.director.plausibility();
+  EXPECT_GE(counts.asleep, 36);
+  EXPECT_EQ(counts.hanging, 0);
+  EXPECT_EQ(counts.inside, 0);
+}
+
+TEST(ReposeDirector, SameBytesOnEveryRun) {
+  const BoxesOntoAPile boxes(20);
+  std::vector<Vec3> first;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    ReposeDirector director(boxes.scene, boxes.model);
+    const auto simulator = make_directed_simulator(boxes.scene, boxes.model, director);
+    run(*simulator, 150);
+    if (repeat == 0) first = simulator->states().position;
+    EXPECT_EQ(simulator->states().position, first);
+  }
+}
+
+TEST(ReposeDirector, TheStructureDoublesAsThePileGrows) {
+  const BoxesOntoAPile boxes(40);
+  ReposeDirector director(boxes.scene, boxes.model);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, director);
+  run(*simulator, 30);
+  const double early = director.piles()[0].structure->reach();
+  run(*simulator, 390);
+  const StackingStructure& structure = *director.piles()[0].structure;
+  EXPECT_GE(structure.reach(), early * std::cbrt(2.0) * 0.999);
+  EXPECT_LE(structure.occupation(), kMostOccupation);
+}
+
+TEST(ReposeDirector, AHeavyHitWakesThePileBeforeItLands) {
+  BoxesOntoAPile boxes(30);
+  const uint32_t iron = boxes.material(0.1, 0.4, 8000);
+  ModelBody& ball = boxes.body(boxes.sphere(0.2), iron, {-6, 0.5, 0});
+  ball.linear_velocity = {10, 2, 0};
+  ball.start_s = 6;
+  MeasuringDirector measuring(boxes);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, measuring);
+  const FrameStatistics before = run(*simulator, 355);
+  EXPECT_LE(before.bodies_awake, 4);
+  const FrameStatistics after = run(*simulator, 50);
+  EXPECT_GE(measuring.director.wakes_by_momentum(), 1);
+  EXPECT_GE(after.bodies_awake, 10);
+}
+
+TEST(ReposeDirector, APileWithoutAPlaceStandsWhereTheFirstBodyLands) {
+  BoxesOntoAPile boxes(10);
+  boxes.scene.piles[0].centre.reset();
+  for (ModelBody& body : boxes.model.bodies) {
+    if (body.role == Role::dynamic) body.pose.position.x() += 3;
+  }
+  ReposeDirector director(boxes.scene, boxes.model);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, director);
+  EXPECT_FALSE(director.piles()[0].shape);
+  run(*simulator, 120);
+  ASSERT_TRUE(director.piles()[0].shape);
+  EXPECT_NEAR(director.piles()[0].shape->middle().x(), 3, 0.5);
+}
+
+TEST(ReposeDirector, PilesOfOneKindAtOnePlaceBecomeOne) {
+  BoxesOntoAPile boxes(20);
+  boxes.scene.piles = {{.angle = radians(35), .centre = GroundPoint(-0.05, 0)},
+                       {.angle = radians(35), .centre = GroundPoint(0.05, 0)},
+                       {.angle = radians(20), .centre = GroundPoint(0, 0)}};
+  ReposeDirector director(boxes.scene, boxes.model);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, director);
+  run(*simulator, 60);
+  EXPECT_EQ(director.piles().size(), 2) << "the third has another angle";
+}
+
+TEST(ReposeDirector, RefusesABoundaryNarrowerThanABody) {
+  BoxesOntoAPile boxes(2);
+  boxes.scene.piles[0].boundary = PileBoundary{{{-1, -0.1}, {1, -0.1}, {1, 0.1}, {-1, 0.1}}, 0.5};
+  try {
+    const ReposeDirector director(boxes.scene, boxes.model);
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_EQ(error.problems()[0].pointer, "/piles/0/boundary/polygon");
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
