@@ -16,8 +16,8 @@ Examples:
   pilesim render out/crate
   pilesim validate my_scene.json
 
-Exit codes: 0 done, 2 usage, 3 invalid scene or input, 4 input or output failed, 6 internal fault,
-130 interrupted.)";
+Exit codes: 0 done, 2 usage, 3 invalid scene or input, 4 input or output failed, 5 quality gate not
+met, 6 internal fault, 130 interrupted.)";
 
 int run(int argc, char** argv) {
   CLI::App app("Simulates and draws large piles of rigid objects.", "pilesim");
@@ -31,6 +31,7 @@ int run(int argc, char** argv) {
   pilesim::add_sample_signature_command(app);
   pilesim::add_fit_bspline_command(app);
   pilesim::add_inspect_command(app);
+  pilesim::add_compare_command(app);
   pilesim::add_schema_command(app);
   try {
     app.parse(argc, argv);

@@ -36,5 +36,6 @@ void add_render_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
+void add_compare_command(CLI::App& app);
 
 }  // namespace pilesim

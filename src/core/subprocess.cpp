@@ -146,6 +146,26 @@ void Subprocess::write(std::span<const std::byte> bytes) {
 
 void Subprocess::write(std::string_view text) { write(std::as_bytes(std::span(text))); }
 
+bool Subprocess::ends_within(double seconds) {
+  assert(child_ > 0);
+  constexpr double kPause = 0.005;  // s
+  const timespec pause{.tv_sec = 0, .tv_nsec = static_cast<long>(1e9 * kPause)};
+  for (double waited = 0;; waited += kPause) {
+    siginfo_t info{};
+    if (waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+        info.si_pid == child_) {
+      return true;
+    }
+    if (waited >= seconds) return false;
+    nanosleep(&pause, nullptr);
+  }
+}
+
+void Subprocess::ask_to_end() {
+  assert(child_ > 0);
+  kill(child_, SIGTERM);
+}
+
 SubprocessResult Subprocess::wait() {
   assert(child_ > 0);
   close_once(input_);

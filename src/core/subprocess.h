@@ -35,6 +35,12 @@ class Subprocess {
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text);
 
+  // Waits for the child's end for at most so long; true once it has ended. wait() is still to be
+  // called.
+  bool ends_within(double seconds);
+  // SIGTERM.
+  void ask_to_end();
+
   // Ends the child's stdin and waits for its end. Call once.
   SubprocessResult wait();
   // wait(), then Error(io) with the child's last words unless its exit status is 0. Gives stdout.

@@ -106,7 +106,7 @@ std::string PileJob::figures() const {
         {"spread_deg", rounded(degrees(pile.slope.spread), 0.01)},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.surface_reach_m},
+        {"radius_m", pile.guide_reach_m},
         {"avalanches", pile.avalanches}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();

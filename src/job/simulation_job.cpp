@@ -14,6 +14,7 @@
 #include "report/report_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
+#include "simulate/pile_inspection.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 
@@ -126,6 +127,17 @@ bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter&
   return false;
 }
 
+void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>& results) {
+  std::vector<Problem> problems;
+  for (const GateResult& result : results) {
+    if (result.passed) continue;
+    problems.push_back({.file = job.output.string(),
+                        .found = describe_failure(result),
+                        .expected = "not " + result.gate.text});
+  }
+  if (!problems.empty()) throw Error(ErrorKind::quality, std::move(problems));
+}
+
 [[noreturn]] void rethrow_with_what_is_safe(const Error& error, const std::filesystem::path& output,
                                             uint64_t frames) {
   std::vector<Problem> problems = error.problems();
@@ -167,6 +179,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }
+  report.quality = inspect_pile(model, scene.gravity, simulator->states());
+  report.gates = judge(job.gates, report.quality);
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
   if (piles) {
@@ -187,11 +201,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                 .found = "interrupted; holds " + std::to_string(report.rows.size()) + " of " +
                          std::to_string(scene.frame_count()) + " frames and their report"});
   }
+  throw_failed_gates(job, report.gates);
   SimulationSummary summary{.frames = writer.frames_on_disk(),
                             .bodies = model.bodies.size(),
                             .simulated_s = report.rows.back().time_s,
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
+                            .quality = report.quality,
                             .collision_shapes = report.collision_shapes};
   if (piles) summary.piles = piles->lines();
   if (guide) summary.piles = guide->lines();

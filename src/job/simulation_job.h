@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/pile_quality.h"
 #include "core/progress.h"
+#include "report/quality_gate.h"
 
 namespace pilesim {
 
@@ -15,6 +17,7 @@ struct SimulationJob {
   std::filesystem::path output;        // directory; see write order in run_simulation()
   std::vector<std::string> overrides;  // "/json/pointer=value"
   bool force = false;                  // replace the output of an earlier run
+  std::vector<QualityGate> gates;      // what the pile is judged by at the end
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };
@@ -26,6 +29,7 @@ struct SimulationSummary {
   double wall_s = 0;
   double deepest_penetration_m = 0;
   uint32_t awake_at_end = 0;
+  PileQuality quality;                        // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
   std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> warnings;          // what is not as it should be, one line each
@@ -35,7 +39,8 @@ struct SimulationSummary {
 // touched, then takes over SIGINT and SIGTERM, removes the earlier results and writes
 // trajectory.zarr and timing.csv frame by frame and report.json and report.html at the end. Ctrl-C
 // between frames ends the run early with a complete, shorter result and then throws
-// Error(interrupted). Any other fault leaves the frames written so far and says how many they are.
+// Error(interrupted). A gate that the pile fails throws Error(quality), with all results written.
+// Any other fault leaves the frames written so far and says how many they are.
 SimulationSummary run_simulation(const SimulationJob& job);
 
 }  // namespace pilesim

@@ -95,18 +95,17 @@ double reach_of_bulk(const PileShape& shape, const HeightField& field, const Ter
   std::ranges::sort(cells);
   // Heights equal those of the ideal surface on the mean over the first k cells where
   // sum(height) = slope * sum(reach - distance); the reach must end at those cells.
+  // The last such reach: what is steep in the middle still has its foot to be filled.
   double heights = 0;
   double distances = 0;
+  double last_reach = 0;
   for (size_t k = 0; k < cells.size(); ++k) {
     distances += cells[k].first;
     heights += cells[k].second;
     const double reach = (heights / shape.slope() + distances) / static_cast<double>(k + 1);
-    const bool is_last = k + 1 == cells.size();
-    if (is_last || (cells[k].first > field.cell_m() && reach <= cells[k + 1].first)) {
-      return heights > 0 ? std::min(reach, shape.most_reach()) : 0;
-    }
+    if (heights > 0 && reach >= cells[k].first) last_reach = reach;
   }
-  return 0;
+  return std::min(last_reach, shape.most_reach());
 }
 
 SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Territory& territory) {

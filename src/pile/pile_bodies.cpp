@@ -10,6 +10,13 @@ namespace {
 
 constexpr double kSurfaceSpacing = 0.2;  // of a cube of the same box volume
 
+double at_share(std::vector<double>& values, double share) {
+  const double last = static_cast<double>(values.size() - 1);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * last);
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
 }  // namespace
 
 PileBodies::PileBodies(const Model& model) {
@@ -21,7 +28,7 @@ PileBodies::PileBodies(const Model& model) {
     body.longest_m = box.norm();
     body.smallest_m = box.minCoeff();
   }
-  double box_m3 = 0;
+  std::vector<double> box_m3, longest, mass;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].role != Role::dynamic) continue;
     dynamic.push_back(i);
@@ -30,10 +37,14 @@ PileBodies::PileBodies(const Model& model) {
       shape.surface = surface_points(model.shapes[model.bodies[i].shape].mesh,
                                      kSurfaceSpacing * std::cbrt(shape.box_m3));
     }
-    box_m3 += shape.box_m3;
-    longest_m = std::max(longest_m, shape.longest_m);
+    box_m3.push_back(shape.box_m3);
+    longest.push_back(shape.longest_m);
+    mass.push_back(model.bodies[i].mass_kg);
   }
-  if (!dynamic.empty()) size_m = std::cbrt(box_m3 / static_cast<double>(dynamic.size()));
+  if (dynamic.empty()) return;
+  size_m = std::cbrt(at_share(box_m3, 0.5));
+  longest_m = at_share(longest, 0.95);
+  mass_kg = at_share(mass, 0.5);
 }
 
 }  // namespace pilesim

@@ -17,8 +17,10 @@ struct PileBodyShape {
 struct PileBodies {
   std::vector<PileBodyShape> shapes;  // as Model::shapes
   std::vector<uint32_t> dynamic;      // indices of dynamic bodies
-  double size_m = 0;                  // edge of a cube of the mean box volume
-  double longest_m = 0;               // the longest extent of all: D
+  // Of the many; a few that are much larger, such as what is shot into a pile, do not count.
+  double size_m = 0;     // edge of a cube of the median box volume: L
+  double longest_m = 0;  // longest extent of all but the largest twentieth: D
+  double mass_kg = 0;    // median
 
   explicit PileBodies(const Model& model);
 };

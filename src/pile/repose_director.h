@@ -21,8 +21,12 @@ struct PileState {
   Pile settings;
   std::optional<PileShape> shape;  // none: nothing has landed yet
   std::optional<StackingStructure> structure;
-  double surface_reach_m = 0;  // of the ideal pile of as much bulk as there is
-  SlopeFit slope;              // of the surface as it was last measured
+  // The ideal pile that bodies are held inside of. Its angle differs from the one asked for by as
+  // much as brings the measured one there.
+  std::optional<PileShape> guide;
+  double guide_angle = 0;    // rad
+  double guide_reach_m = 0;  // so that it has as much bulk as there is
+  SlopeFit slope;            // of the surface as it was last measured
   uint32_t avalanches = 0;
 };
 
@@ -46,12 +50,13 @@ class ReposeDirector final : public StepDirector {
   uint32_t wakes_by_momentum() const { return wakes_by_momentum_; }
 
  private:
-  enum class Drive : uint8_t { none, hold, spill };
+  enum class Drive : uint8_t { hold, spill, settle };
   struct Steered {
     uint32_t body;
     Drive drive;
     GroundPoint outward;  // unit
     double slope;         // tan
+    double grip;          // of the pile
   };
   // Where a body is in the piles.
   struct Place {
@@ -63,6 +68,8 @@ class ReposeDirector final : public StepDirector {
   void decide(ImpulseControl& control);
   void read_bodies(ImpulseControl& control);
   void place_piles();
+  static void place(PileState& pile, const GroundPoint& centre);
+  void correct_guide(PileState& pile);
   void count_bodies();
   void update_surfaces();
   void grow_structures();
@@ -71,6 +78,7 @@ class ReposeDirector final : public StepDirector {
   void wake_by_momentum(ImpulseControl& control);
   void wake_sleepers(ImpulseControl& control);
   void judge_awake(ImpulseControl& control);
+  static double grip_of(const PileState& pile);
   bool ripe_for_sleep(uint32_t body, const Place& place);
   void wake(ImpulseControl& control, uint32_t body, double grace_s);
   Place place_of(const Vec3& position) const;
@@ -83,7 +91,6 @@ class ReposeDirector final : public StepDirector {
   PileBodies bodies_;
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
-  double mean_mass_kg_ = 0;
   uint64_t steps_ = 0;
   uint64_t decisions_ = 0;
   double now_s_ = 0;
@@ -96,6 +103,7 @@ class ReposeDirector final : public StepDirector {
   std::vector<uint8_t> asleep_;         // (B)
   std::vector<uint8_t> calm_;           // (B) decisions in a row in which it was slow
   std::vector<double> grace_until_s_;   // (B) before which it may not be put to sleep
+  std::vector<double> touched_s_;       // (B) when it last touched anything
   std::vector<double> shaken_until_s_;  // (B) before which nothing steers it
   PileSupport support_;
   std::vector<Steered> steered_;

@@ -3,48 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
+#include "report/html.h"
 
 namespace pilesim {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr char kStyle[] = R"(
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 800px; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.5em; margin-bottom: 0; } h2 { font-size: 1.1em; margin: 2em 0 .4em; }
-.sub { opacity: .7; margin-top: .2em; }
-.keys { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr)); gap: 10px; margin: 1.4em 0; }
-.key { border: 1px solid #8884; border-radius: 8px; padding: 8px 12px; }
-.key b { display: block; font-size: 1.3em; font-weight: 600; } .key span { opacity: .7; font-size: .85em; }
-table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; }
-td, th { border-bottom: 1px solid #8883; padding: 4px 8px 4px 0; } td.n, th.n { text-align: right; }
-svg { width: 100%; height: auto; border-radius: 8px; background: #fff; }
-code { font-size: .9em; }
-)";
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '&':
-        result += "&amp;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
 
 std::string number(double value) { return with_digits(value, 3); }
 
@@ -67,6 +31,8 @@ std::string key_figures(const Json& figures) {
                     "deepest penetration, of a body's diameter") +
          key_figure(figures["settled"].get<bool>() ? "yes" : "no",
                     "settled (" + counts["awake_at_end"].dump() + " awake at the end)") +
+         key_figure(figures["quality_at_end"]["escaped"].dump(), "escaped") +
+         key_figure(figures["quality_at_end"]["floating"].dump(), "floating") +
          key_figure(number(figures["peak_memory_bytes"].get<double>() / 1048576) + " MiB",
                     "peak memory") +
          "</div>\n";
@@ -98,6 +64,18 @@ std::string value_table(const std::string& title, const Json& values) {
   return html + "</table>\n";
 }
 
+std::string gate_table(const Json& gates) {
+  if (gates.empty()) return {};
+  std::string html =
+      "<h2>Quality gates</h2>\n<table><tr><th>fails if</th><th>is</th><th></th></tr>\n";
+  for (const Json& gate : gates) {
+    html += "<tr><td>" + text_of(gate["fails_if"]) + "</td><td>" + number(gate["value"]) + " " +
+            text_of(gate["unit"]) + "</td><td>" +
+            (gate["passed"].get<bool>() ? "passed" : "<b>failed</b>") + "</td></tr>\n";
+  }
+  return html + "</table>\n";
+}
+
 std::string line_list(const std::string& title, const Json& lines) {
   if (lines.empty()) return {};
   std::string html = "<h2>" + title + "</h2>\n<ul>\n";
@@ -110,17 +88,18 @@ std::string line_list(const std::string& title, const Json& lines) {
 std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                         const std::string& missing) {
   const std::string name = text_of(figures["scene"]["name"]);
-  std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
-                     name + "</title><style>" + kStyle + "</style></head><body>\n<h1>" + name +
-                     "</h1>\n<p class=\"sub\">pilesim " + text_of(figures["command"]) + ", " +
-                     text_of(figures["mode"]) + " mode, seed " + text_of(figures["seed"]) +
-                     ", <code>" + text_of(figures["scene"]["file"]) + "</code></p>\n";
+  std::string html = "<h1>" + name + "</h1>\n<p class=\"sub\">pilesim " +
+                     text_of(figures["command"]) + ", " + text_of(figures["mode"]) +
+                     " mode, seed " + text_of(figures["seed"]) + ", <code>" +
+                     text_of(figures["scene"]["file"]) + "</code></p>\n";
   if (figures["interrupted"].get<bool>()) {
     html += "<p><b>Interrupted:</b> shorter than the scene asks for.</p>\n";
   }
   html += key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
+  html += gate_table(figures["gates"]);
+  html += value_table("The pile at the end, by its collision shapes", figures["quality_at_end"]);
   if (figures.contains("piles")) {
     for (const auto& [title, values] : figures["piles"].items()) {
       html += value_table("Piles: " + escaped(title), values);
@@ -132,7 +111,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   html += value_table("Energy", figures["energy"]);
   html += value_table("Options that differ from their defaults", figures["changed_options"]);
   html += value_table("Machine", figures["machine"]);
-  return html + "</body></html>\n";
+  return html_page(name, html);
 }
 
 }  // namespace pilesim

@@ -49,7 +49,37 @@ Json machine() {
           {"system", info.system}, {"pilesim", info.version}, {"compiler", info.compiler}};
 }
 
+Json gates_json(const std::vector<GateResult>& gates) {
+  Json results = Json::array();
+  for (const GateResult& result : gates) {
+    results.push_back({{"fails_if", result.gate.text},
+                       {"value", result.value},
+                       {"unit", result.gate.figure != "penetration" ? "bodies"
+                                : result.gate.in_diameters          ? "D"
+                                                                    : "m"},
+                       {"passed", result.passed}});
+  }
+  return results;
+}
+
 }  // namespace
+
+Json quality_json(const PileQuality& quality) {
+  const auto in_diameters = [&](double length_m) {
+    return quality.body_diameter_m > 0 ? length_m / quality.body_diameter_m : 0;
+  };
+  return {{"bodies", quality.bodies},
+          {"unsettled", quality.unsettled},
+          {"escaped", quality.escaped},
+          {"floating", quality.floating},
+          {"overlapping_pairs", quality.overlapping_pairs},
+          {"deepest_penetration_m", quality.deepest_penetration_m},
+          {"deepest_penetration_diameters", in_diameters(quality.deepest_penetration_m)},
+          {"mean_penetration_diameters", in_diameters(quality.mean_penetration_m)},
+          {"largest_gap_diameters", in_diameters(quality.largest_gap_m)},
+          {"mean_gap_diameters", in_diameters(quality.mean_gap_m)},
+          {"body_diameter_m", quality.body_diameter_m}};
+}
 
 Json report_json(const SimulationReport& report) {
   const FrameRow& first = report.rows.front();
@@ -84,6 +114,8 @@ Json report_json(const SimulationReport& report) {
         {"awake_at_end", last.bodies_awake},
         {"contacts_at_end", last.contacts}}},
       {"settled", last.bodies_awake == 0},
+      {"quality_at_end", quality_json(report.quality)},
+      {"gates", gates_json(report.gates)},
       {"penetration",
        {{"deepest_m", deepest_m},
         {"deepest_at_end_m", last.deepest_penetration_m},

@@ -10,4 +10,6 @@ namespace pilesim {
 // `report` has rows.
 nlohmann::ordered_json report_json(const SimulationReport& report);
 
+nlohmann::ordered_json quality_json(const PileQuality& quality);
+
 }  // namespace pilesim

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/pile_quality.h"
 #include "core/stage_timer.h"
+#include "report/quality_gate.h"
 
 namespace pilesim {
 
@@ -39,6 +41,8 @@ struct SimulationReport {
   bool interrupted = false;
   std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
   std::vector<FrameRow> rows;
+  PileQuality quality;  // at the end, of the collision shapes
+  std::vector<GateResult> gates;
   double setup_s = 0;  // loading, decomposition, building, wall
   double total_s = 0;  // whole command, wall
   uint64_t peak_memory_bytes = 0;

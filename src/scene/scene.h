@@ -163,6 +163,7 @@ std::string mode_name(SimulatorMode mode);
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
+  bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step
 };
 

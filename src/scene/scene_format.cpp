@@ -68,6 +68,9 @@ Codec<SimulatorSettings> simulator_codec() {
                     "collisions from the shapes' signatures."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
+           field<S>("rest_control", &S::rest_control, boolean(),
+                    "Statistical mode: bodies that lie alone on level ground turn into a pose of "
+                    "their signature in which the object can rest."),
            field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
                     "Sweeps of the velocity solver in a step."),
        }});

@@ -36,6 +36,18 @@ Codec<PileBoundary> boundary_codec() {
        }});
 }
 
+// Left out of the resolved scene where there is none: it excludes a centre.
+Field<Pile> footprint_field() {
+  Field<Pile> field = derived_field<Pile>(
+      "footprint", &Pile::footprint, list(ground_point(), 1),
+      "Instead of centre: two ends [x, z] of a line or the corners of a convex polygon, from which "
+      "slopes fall on all sides.");
+  field.write = [write = field.write](const Pile& pile) {
+    return pile.footprint.empty() ? std::nullopt : write(pile);
+  };
+  return field;
+}
+
 }  // namespace
 
 Codec<Pile> pile_codec() {
@@ -56,10 +68,7 @@ Codec<Pile> pile_codec() {
            in_group("place", optional_field<P>("centre", &P::centre, ground_point(),
                                                "Middle [x, z] of the pile, m. Without centre and "
                                                "footprint: where the first bodies land.")),
-           in_group("place",
-                    field<P>("footprint", &P::footprint, list(ground_point()),
-                             "Instead of centre: two ends [x, z] of a line or the corners of a "
-                             "convex polygon, from which slopes fall on all sides.")),
+           in_group("place", footprint_field()),
            optional_field<P>("boundary", &P::boundary, boundary_codec(),
                              "Walls that the pile grows against."),
        }});

@@ -1,6 +1,9 @@
 // The part of SphereWorld that finds contacts.
 
+#include <hwy/highway.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "signature/collision_height.h"
@@ -9,67 +12,77 @@
 namespace pilesim {
 namespace {
 
-constexpr float kNearby = 0.02F;  // contacts are kept up to this gap, in radii
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
 
+namespace hn = hwy::HWY_NAMESPACE;
+using Lanes = hn::FixedTag<float, kLanes>;
+
 }  // namespace
 
-// Levels of spheres by size and speed, each with a grid of its own.
+// Levels of spheres by size and speed, each with a grid of its own. A sphere is where it is in the
+// middle of the step, and reaches as far as it then may be from there, seen from the mean motion.
 void SphereWorld::sort() {
-  const size_t count = members_.size();
+  const size_t count = active_.size();
+  const float half_step = 0.5F * settings_.step_s;
   body_.resize(count);
-  centre_.resize(count);
-  reach_m_.resize(count);
-  radius_m_.resize(count);
-  motion_.resize(count);
-  shift_.resize(count);
-
-  std::vector<uint32_t> bodies = members_;
+  middle_.resize(count);
+  waiting_ = active_;
   uint32_t offset = 0;
   size_t level = 0;
-  std::vector<Vec3f> centres;
-  std::vector<float> reaches;
-  while (!bodies.empty()) {
+  while (!waiting_.empty()) {
     if (levels_.size() <= level) levels_.emplace_back();
     Level& here = levels_[level++];
-    centres.clear();
-    reaches.clear();
-    for (const uint32_t body : bodies) {
-      centres.push_back(states_.position[body]);
-      reaches.push_back(states_.object[body]->packing_radius_m * (1 + kNearby) +
-                        states_.velocity[body].norm() * settings_.step_s);
-    }
-    here.grid.sort(centres, reaches);
+    sorted_middle_.resize(waiting_.size());
+    sorted_reach_.resize(waiting_.size());
+    share_out(waiting_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const uint32_t body = waiting_[i];
+        const Vec3f& velocity = bodies_[body].velocity;
+        sorted_middle_[i] = bodies_[body].position + half_step * velocity;
+        sorted_reach_[i] =
+            kind(body).radius_m * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
+      }
+    });
+    here.grid.sort(sorted_middle_, sorted_reach_);
     here.offset = offset;
     here.widest_m = 0;
     const std::span<const uint32_t> order = here.grid.order();
     for (size_t p = 0; p < here.grid.small_count(); ++p, ++offset) {
-      body_[offset] = bodies[order[p]];
-      reach_m_[offset] = reaches[order[p]];
-      here.widest_m = std::max(here.widest_m, reach_m_[offset]);
+      const uint32_t i = order[p];
+      body_[offset] = waiting_[i];
+      middle_.set(offset, sorted_middle_[i], sorted_reach_[i]);
+      here.widest_m = std::max(here.widest_m, sorted_reach_[i]);
     }
-    std::vector<uint32_t> large;
+    large_.clear();
     for (size_t p = here.grid.small_count(); p < order.size(); ++p) {
-      large.push_back(bodies[order[p]]);
+      large_.push_back(waiting_[order[p]]);
     }
-    bodies = std::move(large);
+    waiting_.swap(large_);
   }
   levels_.resize(level);
+}
 
+// Brings what the step works on into the order of places.
+void SphereWorld::gather() {
+  const size_t count = body_.size();
+  for (auto* places : {&kind_, &last_touch_, &kept_of_}) places->resize(count);
+  for (auto* pushes : {&surface_push_, &body_push_}) pushes->assign(count, 0.0F);
+  centre_.resize(count);
+  motion_.resize(count);
+  shift_.resize(count);
   share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
-      const uint32_t body = body_[p];
-      const BodySignature& object = *states_.object[body];
-      const float mass = states_.mass_kg[body];
-      const bool moves = states_.asleep[body] == 0;
-      centre_[p] = states_.position[body];
-      radius_m_[p] = object.packing_radius_m;
-      shift_[p].setZero();
-      motion_[p] = {states_.velocity[body], moves ? 1 / mass : 0, states_.spin[body],
-                    moves ? 1 / (mass * object.gyration_m * object.gyration_m) : 0};
-      first_[body] = {};
-      states_.surface_push[body] = states_.body_push[body] = 0;
+      SphereBody& body = bodies_[body_[p]];
+      kind_[p] = kind_of_[body_[p]];
+      const SphereKind& kind = kinds_[kind_[p]];
+      centre_[p] = body.position;
+      motion_[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
+                    body.asleep ? 0 : kind.inverse_inertia};
+      shift_[p] = {Vec3f::Zero(), motion_[p].inverse_mass};
+      last_touch_[p] = kNone;
+      kept_of_[p] = body.kept;
+      body.kept = kNone;
     }
   });
 }
@@ -88,160 +101,255 @@ void SphereWorld::find_contacts() {
   }
   colours_.back() = {count};
   batches_.resize(count + 1);
-  for (Batch& batch : batches_) {
-    batch.contacts.clear();
-    batch.next.clear();
-    batch.impacts.clear();
-    batch.woken.clear();
-  }
-  share_out(count, 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) find_of_block(block_of[i], batches_[i]);
+  share_out(count + 1, 1, [&](size_t begin, size_t end) {
+    thread_local std::vector<uint64_t> used;
+    if (used.size() < body_.size()) used.resize(body_.size());
+    for (size_t i = begin; i < end; ++i) {
+      Batch& batch = batches_[i];
+      batch.contacts.clear();
+      batch.fixed.assign(1, {});
+      batch.touches.clear();
+      batch.impacts.clear();
+      batch.woken.clear();
+      if (i < count) {
+        find_of_block(block_of[i], used, batch);
+      } else {
+        find_of_coarse_levels(used, batch);
+      }
+      batch.contacts.clear_marks(used);
+    }
   });
-  find_of_coarse_levels(batches_.back());
-  for (const Batch& batch : batches_) {
+  auto rows = static_cast<uint32_t>(body_.size());
+  uint32_t touches = 0;
+  for (Batch& batch : batches_) {
     for (const uint32_t body : batch.woken) wake(body);
+    batch.kept_begin = touches;
+    touches += static_cast<uint32_t>(batch.touches.size());
+    batch.fixed_begin = rows;
+    rows += static_cast<uint32_t>(batch.fixed.size());
+  }
+  motion_.resize(rows);
+  shift_.resize(rows);
+  kept_.resize(touches);
+}
+
+template <class Visit>
+void SphereWorld::for_each_near(const Vec3f& centre, float reach_m, const Reaches& others,
+                                const SphereGrid::Range& range, const Visit& visit) {
+  const Lanes tag;
+  const auto x = hn::Set(tag, centre.x()), y = hn::Set(tag, centre.y());
+  const auto z = hn::Set(tag, centre.z()), reach = hn::Set(tag, reach_m);
+  for (uint32_t q = range.begin; q < range.end; q += kLanes) {
+    const auto dx = hn::Sub(hn::LoadU(tag, &others.x[q]), x);
+    const auto dy = hn::Sub(hn::LoadU(tag, &others.y[q]), y);
+    const auto dz = hn::Sub(hn::LoadU(tag, &others.z[q]), z);
+    const auto both = hn::Add(hn::LoadU(tag, &others.reach[q]), reach);
+    const auto distance2 = hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, hn::Mul(dz, dz)));
+    uint8_t near = 0;
+    hn::StoreMaskBits(tag, hn::Le(distance2, hn::Mul(both, both)), &near);
+    const uint32_t count = range.end - q;
+    uint32_t bits = count < kLanes ? near & ((1U << count) - 1) : near;
+    for (; bits != 0; bits &= bits - 1) visit(q + static_cast<uint32_t>(std::countr_zero(bits)));
   }
 }
 
-void SphereWorld::find_of_block(uint32_t block, Batch& batch) {
+void SphereWorld::find_of_block(uint32_t block, std::vector<uint64_t>& used, Batch& batch) {
   const SphereGrid& grid = levels_.front().grid;
-  grid.for_each_pair(block, [&](uint32_t p, uint32_t q) { meet(p, q, batch); });
-  const SphereGrid::Range places = grid.places(block);
-  for (uint32_t p = places.begin; p < places.end; ++p) meet_surfaces(p, batch);
+  grid.for_each_place(block, [&](uint32_t p, std::span<const SphereGrid::Range> ranges) {
+    const Vec3f middle = middle_.centre(p);
+    for (const SphereGrid::Range& range : ranges) {
+      for_each_near(middle, middle_.reach[p], middle_, range,
+                    [&](uint32_t q) { touch(p, q, used, batch); });
+    }
+    touch_sleepers(p, used, batch);
+  });
+  meet_surfaces(grid.places(block), used, batch);
+}
+
+void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch& batch) {
+  if (sleepers_.bodies.empty() || motion_[p].inverse_mass == 0) return;
+  const Vec3f middle = middle_.centre(p);
+  // Reaches are seen from the mean motion: sleepers move against it.
+  const float reach = middle_.reach[p] + 0.5F * settings_.step_s * mean_velocity_.norm();
+  const Vec3f around = Vec3f::Constant(reach + sleepers_.widest_m);
+  sleepers_.grid.for_each_range_in(
+      middle - around, middle + around, [&](const SphereGrid::Range& range) {
+        for_each_near(middle, reach, sleepers_.reaches, range, [&](uint32_t q) {
+          const uint32_t body = sleepers_.bodies[q];
+          if (!bodies_[body].still) return;
+          touch(p,
+                {body, ContactGroups::kFixed, bodies_[body].position, Vec3f::Zero(), kind(body),
+                 kNone},
+                used, batch);
+        });
+      });
 }
 
 // What is large or fast meets its like and all that is smaller.
-void SphereWorld::find_of_coarse_levels(Batch& batch) {
+void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batch) {
   for (size_t level = 1; level < levels_.size(); ++level) {
     const Level& here = levels_[level];
     for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
       for (const uint32_t block : here.grid.blocks(colour)) {
-        here.grid.for_each_pair(
-            block, [&](uint32_t p, uint32_t q) { meet(here.offset + p, here.offset + q, batch); });
-      }
-    }
-    for (uint32_t p = here.offset; p < here.offset + here.grid.small_count(); ++p) {
-      for (size_t finer = 0; finer < level; ++finer) {
-        const Vec3f around = Vec3f::Constant(reach_m_[p] + levels_[finer].widest_m);
-        levels_[finer].grid.for_each_in(centre_[p] - around, centre_[p] + around, [&](uint32_t q) {
-          meet(p, levels_[finer].offset + q, batch);
+        here.grid.for_each_pair(block, [&](uint32_t p, uint32_t q) {
+          touch_if_near(here.offset + p, here.offset + q, used, batch);
         });
       }
-      meet_surfaces(p, batch);
     }
+    const auto end = here.offset + static_cast<uint32_t>(here.grid.small_count());
+    for (uint32_t p = here.offset; p < end; ++p) {
+      const Vec3f middle = middle_.centre(p);
+      for (size_t finer = 0; finer < level; ++finer) {
+        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].widest_m);
+        levels_[finer].grid.for_each_in(middle - around, middle + around, [&](uint32_t q) {
+          touch_if_near(p, levels_[finer].offset + q, used, batch);
+        });
+      }
+      touch_sleepers(p, used, batch);
+    }
+    meet_surfaces({here.offset, end}, used, batch);
   }
 }
 
-void SphereWorld::meet(uint32_t p, uint32_t q, Batch& batch) {
-  const Vec3f apart = centre_[p] - centre_[q];
-  const float reach = reach_m_[p] + reach_m_[q];
-  const float distance2 = apart.squaredNorm();
-  if (distance2 > reach * reach) return;
-  if (motion_[p].inverse_mass == 0 && motion_[q].inverse_mass == 0) return;
-  const float distance = std::sqrt(distance2);
-  // Of two in one place the order decides.
-  const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
-  const float gap = distance - radius_m_[p] - radius_m_[q];
-  const float closing = (motion_[q].velocity - motion_[p].velocity).dot(normal);
-  const float small = std::min(radius_m_[p], radius_m_[q]);
-  if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
-  const uint32_t a = body_[p], b = body_[q];
-  add_contact({.a = p,
-               .b = q,
-               .body_a = a,
-               .body_b = b,
-               .normal = normal,
-               .gap = gap,
-               .arm_a = radius_m_[p],
-               .arm_b = radius_m_[q],
-               .friction = std::sqrt(states_.friction[a] * states_.friction[b]),
-               .rolling_m = std::min(states_.object[a]->rolling * radius_m_[p],
-                                     states_.object[b]->rolling * radius_m_[q]),
-               .surface_velocity = Vec3f::Zero()},
-              batch);
+void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
+  const float reach = middle_.reach[p] + middle_.reach[q];
+  if ((middle_.centre(p) - middle_.centre(q)).squaredNorm() <= reach * reach) {
+    touch(p, q, used, batch);
+  }
 }
 
-void SphereWorld::meet_surfaces(uint32_t p, Batch& batch) {
-  if (motion_[p].inverse_mass == 0) return;
+inline void SphereWorld::touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
+  if (motion_[p].inverse_mass == 0 && motion_[q].inverse_mass == 0) return;
+  touch(p, {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], kept_of_[q]}, used,
+        batch);
+}
+
+void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used,
+                        Batch& batch) {
+  const SphereKind& kind = kinds_[kind_[p]];
+  const Vec3f apart = centre_[p] - partner.centre;
+  const float distance = apart.norm();
+  // Of two in one place the order decides.
+  const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
+  const float gap = distance - kind.radius_m - partner.kind.radius_m;
+  const float closing = (partner.velocity - motion_[p].velocity).dot(normal);
+  const float small = std::min(kind.radius_m, partner.kind.radius_m);
+  if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
+  const uint32_t body = body_[p], other = partner.body;
+  if (collides(closing, gap, kind.radius_m)) {
+    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap});
+    for (const uint32_t b : {body, other}) {
+      if (bodies_[b].asleep) batch.woken.push_back(b);
+    }
+  }
+  ContactImpulse impulse = former_impulse(kept_of_[p], other, normal);
+  if (impulse.normal == 0) {
+    impulse = former_impulse(partner.kept, body, normal);
+    impulse.friction = -impulse.friction;
+    impulse.rolling = -impulse.rolling;
+  }
+  add_contact({.a = p,
+               .b = partner.row,
+               .normal = normal,
+               .gap = gap,
+               .arm_a = kind.radius_m,
+               .arm_b = partner.kind.radius_m,
+               .friction = kind.root_friction * partner.kind.root_friction,
+               .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
+               .lift = kind.lift,
+               .impulse = impulse},
+              other, false, used, batch);
+}
+
+void SphereWorld::meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used,
+                                Batch& batch) {
+  const auto reach_of = [&](uint32_t p) {
+    return kinds_[kind_[p]].outer_m * (1 + kNearby) + motion_[p].velocity.norm() * settings_.step_s;
+  };
+  Eigen::AlignedBox3f box;
+  float widest = 0;
+  for (uint32_t p = places.begin; p < places.end; ++p) {
+    if (motion_[p].inverse_mass == 0) continue;
+    box.extend(centre_[p]);
+    widest = std::max(widest, reach_of(p));
+  }
+  if (box.isEmpty()) return;
+  thread_local std::vector<uint32_t> near;
+  surfaces_.select(box, widest, near);
+  if (near.empty()) {
+    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = false;
+    return;
+  }
+  for (uint32_t p = places.begin; p < places.end; ++p) {
+    if (motion_[p].inverse_mass > 0) meet_surfaces(p, reach_of(p), near, used, batch);
+  }
+}
+
+void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
+                                std::vector<uint64_t>& used, Batch& batch) {
   const uint32_t body = body_[p];
-  const BodySignature& object = *states_.object[body];
+  const BodySignature& object = *kind(body).object;
   const Vec3f& velocity = motion_[p].velocity;
-  const float way = velocity.norm() * settings_.step_s;
   thread_local std::vector<SurfaceContact> found;
   found.clear();
-  surfaces_.find(centre_[p], 0, object.outer_radius_m * (1 + kNearby) + way, found);
+  surfaces_.find(near, centre_[p], 0, reach, found);
   bool touches = false;
   for (const SurfaceContact& contact : found) {
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
-    float radius = states_.surface_radius_m[body];
-    if (states_.touched[body] == 0 && closing > impact_speed(radius)) {
+    float radius = bodies_[body].surface_radius_m;
+    if (!bodies_[body].touched && closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)
                    .mean_m;
     }
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * radius) continue;
-    if (!touches && states_.touched[body] == 0) states_.surface_radius_m[body] = radius;
+    if (!touches && !bodies_[body].touched) bodies_[body].surface_radius_m = radius;
     touches = true;
-    add_contact({.a = p,
-                 .b = 0,
-                 .body_a = body,
-                 .body_b = contact.body | kSurface,
-                 .normal = contact.normal,
-                 .gap = gap,
-                 .arm_a = radius,
-                 .arm_b = 0,
-                 .friction = std::sqrt(states_.friction[body] * states_.friction[contact.body]),
-                 .rolling_m = object.rolling * radius,
-                 .surface_velocity = contact.velocity},
-                batch);
-    batch.contacts.back().level = contact.level;
+    const uint32_t other = contact.body | kSurface;
+    if (collides(closing, gap, radius)) {
+      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap});
+    }
+    // Row 0 does not move.
+    const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());
+    if (row > 0) batch.fixed.push_back({.velocity = contact.velocity});
+    add_contact(
+        {.a = p,
+         .b = row | ContactGroups::kFixed,
+         .normal = contact.normal,
+         .gap = gap,
+         .arm_a = radius,
+         .arm_b = 0,
+         .friction = kinds_[kind_[p]].root_friction * std::sqrt(kind(contact.body).friction),
+         .rolling_m = object.rolling * radius,
+         .lift = kinds_[kind_[p]].lift,
+         .impulse = former_impulse(kept_of_[p], other, contact.normal)},
+        other, contact.level, used, batch);
   }
-  states_.touched[body] = touches ? 1 : 0;
+  bodies_[body].touched = touches;
 }
 
-void SphereWorld::add_contact(SphereContact contact, Batch& batch) {
-  const auto index = static_cast<uint32_t>(batch.contacts.size());
-  const SphereMotion& a = motion_[contact.a];
-  const Vec3f other =
-      contact.has_surface() ? contact.surface_velocity : motion_[contact.b].velocity;
-  const float closing = (other - a.velocity).dot(contact.normal);
-  const float impact = impact_speed(contact.arm_a);
-  if (closing > impact && contact.gap <= closing * settings_.step_s) {
-    batch.impacts.push_back(index);
-  }
-  if (!contact.has_surface() && closing > impact) {
-    for (const uint32_t body : {contact.body_a, contact.body_b}) {
-      if (states_.asleep[body] != 0) batch.woken.push_back(body);
-    }
-  }
-  Place& first = first_[contact.body_a];
-  batch.next.push_back(first.contact);
-  first = {static_cast<uint32_t>(&batch - batches_.data()), index};
-  batch.contacts.push_back(contact);
+void SphereWorld::add_contact(const SphereContact& contact, uint32_t other, bool level,
+                              std::vector<uint64_t>& used, Batch& batch) {
+  uint32_t& last = last_touch_[contact.a];
+  batch.touches.push_back({.a = contact.a,
+                           .b = contact.b,
+                           .other = other,
+                           .slot = batch.contacts.add(contact, used),
+                           .next = last,
+                           .level = level});
+  last = static_cast<uint32_t>(batch.touches.size() - 1);
 }
 
-FormerImpulse SphereWorld::former_of(const SphereContact& contact) const {
-  const auto find = [&](uint32_t owner, uint32_t other) -> const SphereContact* {
-    const Place place = former_first_[owner];
-    if (place.contact == kNone) return nullptr;
-    const Batch& batch = former_[place.batch];
-    for (uint32_t i = place.contact; i != kNone; i = batch.next[i]) {
-      const SphereContact& c = batch.contacts[i];
-      if (c.body_b == other &&
-          c.normal.dot(contact.normal) > (other & kSurface ? kSameContact : -2)) {
-        return &c;
-      }
-    }
-    return nullptr;
-  };
-  if (const SphereContact* c = find(contact.body_a, contact.body_b)) {
-    return {c->normal_impulse, c->friction_impulse, c->rolling_impulse};
-  }
-  if (contact.has_surface()) return {};
-  if (const SphereContact* c = find(contact.body_b, contact.body_a)) {
-    return {c->normal_impulse, -c->friction_impulse, -c->rolling_impulse};
+// What the contact with `other` did in the step before, of those of the body that kept it.
+ContactImpulse SphereWorld::former_impulse(uint32_t kept, uint32_t other,
+                                           const Vec3f& normal) const {
+  for (; kept != kNone; kept = former_[kept].next) {
+    const KeptImpulse& former = former_[kept];
+    if (former.other != other) continue;
+    if ((other & kSurface) != 0 && former.normal.dot(normal) < kSameContact) continue;
+    return former.impulse;
   }
   return {};
 }

@@ -9,25 +9,25 @@ namespace {
 // At most so many cells a sphere: what lies far out shares the outermost ones.
 constexpr size_t kCellsPerSphere = 8;
 constexpr size_t kFewestCells = 4096;
+// A median of so many samples, evenly taken, is good enough.
+constexpr size_t kSamples = 1000;
+
+template <class Value>
+float sampled_median(size_t count, const Value& value) {
+  const size_t stride = count / kSamples + 1;
+  std::vector<float> samples;
+  for (size_t i = 0; i < count; i += stride) samples.push_back(value(i));
+  const auto middle = samples.begin() + static_cast<ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
+}
 
 }  // namespace
 
 void SphereGrid::choose_box(std::span<const Vec3f> centres) {
   Eigen::AlignedBox3f box;
   for (const uint32_t i : small_indices_) box.extend(centres[i]);
-  Vec3f middle = Vec3f::Zero();  // most are around here, wherever some may have flown
-  if (small_indices_.empty()) {
-    box.extend(middle);
-  } else {
-    std::vector<float> along(small_indices_.size());
-    const auto half = along.begin() + static_cast<ptrdiff_t>(along.size() / 2);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      std::ranges::transform(small_indices_, along.begin(),
-                             [&](uint32_t i) { return centres[i](axis); });
-      std::nth_element(along.begin(), half, along.end());
-      middle(axis) = *half;
-    }
-  }
+  if (small_indices_.empty()) box.extend(Vec3f::Zero().eval());
   const size_t most = kFewestCells + kCellsPerSphere * small_indices_.size();
   const auto cells_along = [&](Eigen::Index axis) {
     return std::floor(box.sizes()(axis) * inverse_cell_) + 1;
@@ -36,9 +36,12 @@ void SphereGrid::choose_box(std::span<const Vec3f> centres) {
          static_cast<double>(most)) {
     Eigen::Index axis = 0;
     box.sizes().maxCoeff(&axis);
+    // Most are around here, wherever some may have flown.
+    const float middle = sampled_median(small_indices_.size(),
+                                        [&](size_t i) { return centres[small_indices_[i]](axis); });
     const float half = box.sizes()(axis) / 4;
-    box.min()(axis) = std::max(box.min()(axis), middle(axis) - half);
-    box.max()(axis) = std::min(box.max()(axis), middle(axis) + half);
+    box.min()(axis) = std::max(box.min()(axis), middle - half);
+    box.max()(axis) = std::min(box.max()(axis), middle + half);
   }
   origin_ = box.min();
   block_total_ = 1;
@@ -67,17 +70,19 @@ std::array<int, 3> SphereGrid::block_corner(uint32_t block) const {
   return {x * kBlock, y * kBlock, z * kBlock};
 }
 
-// Half of the cells around, so that each pair of cells is met once.
-size_t SphereGrid::neighbours(int x, int y, int z, std::array<Range, 13>& around) const {
+size_t SphereGrid::neighbours(uint32_t key, std::array<Range, kMostRanges>& ranges) const {
+  const std::array<int, 3> corner = block_corner(key / kCellsOfBlock);
+  const int cell = key % kCellsOfBlock;
+  const int x = corner[0] + cell % kBlock, y = corner[1] + cell / kBlock % kBlock;
+  const int z = corner[2] + cell / (kBlock * kBlock);
   size_t count = 0;
-  for (int dz = 0; dz <= 1; ++dz) {
-    for (int dy = dz == 0 ? 0 : -1; dy <= 1; ++dy) {
-      for (int dx = dz == 0 && dy == 0 ? 1 : -1; dx <= 1; ++dx) {
-        const int cx = x + dx, cy = y + dy, cz = z + dz;
-        if (cx < 0 || cy < 0 || cx >= cells_[0] || cy >= cells_[1] || cz >= cells_[2]) continue;
-        const Range range = range_of(cx, cy, cz);
-        if (range.begin < range.end) around[count++] = range;
-      }
+  const auto add = [&](const Range& range) { ranges[count++] = range; };
+  const int from = std::max(x - 1, 0), to = std::min(x + 1, cells_[0] - 1);
+  for_each_of_row(x, to, y, z, add);
+  if (y + 1 < cells_[1]) for_each_of_row(from, to, y + 1, z, add);
+  if (z + 1 < cells_[2]) {
+    for (int cy = std::max(y - 1, 0); cy <= std::min(y + 1, cells_[1] - 1); ++cy) {
+      for_each_of_row(from, to, cy, z + 1, add);
     }
   }
   return count;
@@ -86,13 +91,9 @@ size_t SphereGrid::neighbours(int x, int y, int z, std::array<Range, 13>& around
 void SphereGrid::sort(std::span<const Vec3f> centres, std::span<const float> radii) {
   small_indices_.clear();
   large_indices_.clear();
-  std::vector<float> sorted(radii.begin(), radii.end());
-  float limit = 0;
-  if (!sorted.empty()) {
-    const auto middle = sorted.begin() + static_cast<ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    limit = kLargeRatio * *middle;
-  }
+  const float limit = radii.empty() ? 0 : kLargeRatio * sampled_median(radii.size(), [&](size_t i) {
+                                            return radii[i];
+                                          });
   float widest = 0;
   for (uint32_t i = 0; i < radii.size(); ++i) {
     if (radii[i] <= limit) {
@@ -116,8 +117,8 @@ void SphereGrid::sort(std::span<const Vec3f> centres, std::span<const float> rad
   }
   for (size_t key = 1; key < start_.size(); ++key) start_[key] += start_[key - 1];
   order_.resize(radii.size());
-  std::vector<uint32_t> next(start_.begin(), start_.end() - 1);
-  for (const uint32_t i : small_indices_) order_[next[keys_[i]]++] = i;
+  next_.assign(start_.begin(), start_.end() - 1);
+  for (const uint32_t i : small_indices_) order_[next_[keys_[i]]++] = i;
   std::ranges::copy(large_indices_, order_.begin() + static_cast<ptrdiff_t>(small_));
 
   for (std::vector<uint32_t>& blocks : coloured_) blocks.clear();

@@ -6,6 +6,7 @@
 // that they reach. Spheres outside the grid's box count as within its outermost cells.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -26,52 +27,61 @@ class SphereGrid {
 
   // Blocks with spheres in them, each of kBlock^3 cells. Blocks of one colour have no neighbouring
   // cells.
-  static constexpr int kBlock = 4;
+  static constexpr int kBlock = 8;
   static constexpr size_t kColours = 8;
   std::span<const uint32_t> blocks(size_t colour) const { return coloured_[colour]; }
   size_t block_count() const { return block_total_; }
 
-  // Calls visit(p, q) for the places of pairs whose cells meet, p of the block: each pair of small
-  // spheres once over all blocks.
-  template <class Visit>
-  void for_each_pair(uint32_t block, const Visit& visit) const {
-    const std::array<int, 3> corner = block_corner(block);
-    for (int z = corner[2]; z < corner[2] + kBlock; ++z) {
-      for (int y = corner[1]; y < corner[1] + kBlock; ++y) {
-        for (int x = corner[0]; x < corner[0] + kBlock; ++x) {
-          const Range here = range_of(x, y, z);
-          if (here.begin == here.end) continue;
-          std::array<Range, 13> around;
-          const size_t count = neighbours(x, y, z, around);
-          for (uint32_t p = here.begin; p < here.end; ++p) {
-            for (uint32_t q = p + 1; q < here.end; ++q) visit(p, q);
-            for (size_t i = 0; i < count; ++i) {
-              for (uint32_t q = around[i].begin; q < around[i].end; ++q) visit(p, q);
-            }
-          }
-        }
-      }
-    }
-  }
-
-  // Calls visit(q) for the places of small spheres in the cells that the box meets.
-  template <class Visit>
-  void for_each_in(const Vec3f& low, const Vec3f& high, const Visit& visit) const {
-    const std::array<int, 3> from = cell_of(low), to = cell_of(high);
-    for (int z = from[2]; z <= to[2]; ++z) {
-      for (int y = from[1]; y <= to[1]; ++y) {
-        for (int x = from[0]; x <= to[0]; ++x) {
-          const Range range = range_of(x, y, z);
-          for (uint32_t q = range.begin; q < range.end; ++q) visit(q);
-        }
-      }
-    }
-  }
-
-  // The places of the spheres of a block.
   struct Range {
     uint32_t begin, end;
   };
+
+  // Calls visit(p, ranges) for each place p of the block. The ranges hold the places whose cells
+  // meet p's, so that over all blocks each pair of small spheres is met once.
+  template <class Visit>
+  void for_each_place(uint32_t block, const Visit& visit) const {
+    std::array<Range, kMostRanges> ranges;
+    const Range all = places(block);
+    for (uint32_t first = all.begin; first < all.end;) {
+      const uint32_t key = keys_[order_[first]];
+      const uint32_t end = start_[size_t{key} + 1];
+      const size_t count = neighbours(key, ranges);
+      for (uint32_t p = first; p < end; ++p) {
+        ranges[0].begin = p + 1;
+        visit(p, std::span<const Range>(ranges.data(), count));
+      }
+      first = end;
+    }
+  }
+
+  // Calls visit(p, q) for the places of those pairs.
+  template <class Visit>
+  void for_each_pair(uint32_t block, const Visit& visit) const {
+    for_each_place(block, [&](uint32_t p, std::span<const Range> ranges) {
+      for (const Range& range : ranges) {
+        for (uint32_t q = range.begin; q < range.end; ++q) visit(p, q);
+      }
+    });
+  }
+
+  // Calls visit(range) for the places of small spheres in the cells that the box meets.
+  template <class Visit>
+  void for_each_range_in(const Vec3f& low, const Vec3f& high, const Visit& visit) const {
+    const std::array<int, 3> from = cell_of(low), to = cell_of(high);
+    for (int z = from[2]; z <= to[2]; ++z) {
+      for (int y = from[1]; y <= to[1]; ++y) for_each_of_row(from[0], to[0], y, z, visit);
+    }
+  }
+
+  // Calls visit(q) for those places.
+  template <class Visit>
+  void for_each_in(const Vec3f& low, const Vec3f& high, const Visit& visit) const {
+    for_each_range_in(low, high, [&](const Range& range) {
+      for (uint32_t q = range.begin; q < range.end; ++q) visit(q);
+    });
+  }
+
+  // The places of the spheres of a block.
   Range places(uint32_t block) const {
     return {start_[size_t{block} * kCellsOfBlock], start_[(size_t{block} + 1) * kCellsOfBlock]};
   }
@@ -91,12 +101,22 @@ class SphereGrid {
         static_cast<size_t>(((z % kBlock) * kBlock + y % kBlock) * kBlock + x % kBlock);
     return block * kCellsOfBlock + cell;
   }
-  Range range_of(int x, int y, int z) const {
-    const size_t key = key_of(x, y, z);
-    return {start_[key], start_[key + 1]};
+  // Cells of a row that follow each other within a block are one range.
+  template <class Visit>
+  void for_each_of_row(int from, int to, int y, int z, const Visit& visit) const {
+    while (from <= to) {
+      const int last = std::min(to, (from / kBlock + 1) * kBlock - 1);
+      const size_t key = key_of(from, y, z);
+      const Range range{start_[key], start_[key + static_cast<size_t>(last - from) + 1]};
+      if (range.begin < range.end) visit(range);
+      from = last + 1;
+    }
   }
   std::array<int, 3> block_corner(uint32_t block) const;
-  size_t neighbours(int x, int y, int z, std::array<Range, 13>& around) const;
+  // The cell itself with the one beside it, and half of the rows of three around: each in one range
+  // or, where a block ends, in two.
+  static constexpr size_t kMostRanges = 10;
+  size_t neighbours(uint32_t key, std::array<Range, kMostRanges>& ranges) const;
 
   Vec3f origin_ = Vec3f::Zero();
   float cell_m_ = 1, inverse_cell_ = 1;
@@ -106,7 +126,7 @@ class SphereGrid {
   std::vector<uint32_t> start_;  // by key: the first place
   std::vector<uint32_t> keys_;   // by index
   std::vector<uint32_t> order_;
-  std::vector<uint32_t> small_indices_, large_indices_;
+  std::vector<uint32_t> next_, small_indices_, large_indices_;
   std::array<std::vector<uint32_t>, kColours> coloured_;
 };
 

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <tuple>
 
 #include "simulate/collision_response.h"
 #include "simulate/rest_control.h"
@@ -11,6 +15,7 @@ namespace {
 
 // With fewer awake, handing work to threads takes longer than doing it.
 constexpr size_t kBodiesForThreads = 1500;
+constexpr size_t kFewSleepers = 64;  // may stay among the awake
 // Part of the radius:
 constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
@@ -18,68 +23,108 @@ constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do 
 constexpr float kImpactSpeed = 0.15F;
 constexpr float kRestSpeed = 0.05F;
 constexpr float kRestTime = 3;  // in sqrt(r / g)
-// Sunk spheres come up by e in this time, in sqrt(r / g); in so many sweeps.
+// Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
+// sweeps.
 constexpr float kPositionTime = 0.3F;
+constexpr float kPositionTimeInFlight = 0.03F;
 constexpr int kPositionSweeps = 2;
+// Sweeps over a block of the grid before the next one: its contacts are in the cache then.
+constexpr int kSweepsAtOnce = 2;
+
+Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
+  const float half = 0.5F * rotation_vector.norm();
+  const float half2 = half * half;
+  // Series of sin(x) / x and cos(x), to the last bit of a float.
+  const bool small = half < 0.5F;
+  const float sine =
+      small ? 1 - half2 / 6 * (1 - half2 / 20 * (1 - half2 / 42)) : std::sin(half) / half;
+  const float cosine = small
+                           ? 1 - half2 / 2 * (1 - half2 / 12 * (1 - half2 / 30 * (1 - half2 / 56)))
+                           : std::cos(half);
+  Quatf turn;
+  turn.w() = cosine;
+  turn.vec() = 0.5F * sine * rotation_vector;
+  return (turn * orientation).normalized();
+}
 
 }  // namespace
 
 SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
                          const SphereWorldSettings& settings)
     : model_(model), settings_(settings), surfaces_(model) {
+  const float gravity = settings.gravity.norm();
+  impact_base_ = 1.2F * gravity * settings.step_s;
+  impact_rise_ = kImpactSpeed * std::sqrt(gravity);
   const size_t count = model.bodies.size();
-  SphereStates& s = states_;
-  for (auto* vectors : {&s.position, &s.velocity, &s.spin}) vectors->assign(count, Vec3f::Zero());
-  s.orientation.assign(count, Quatf::Identity());
-  for (auto* floats :
-       {&s.mass_kg, &s.friction, &s.surface_radius_m, &s.slow_s, &s.surface_push, &s.body_push}) {
-    floats->assign(count, 0.0F);
-  }
-  s.asleep.assign(count, 0);
-  s.touched.assign(count, 0);
-  s.object.assign(count, nullptr);
-  first_.assign(count, {});
-  former_first_.assign(count, {});
+  bodies_.resize(count);
   collided_.assign(count, kNone);
-  for (size_t i = 0; i < count; ++i) {
-    const ModelBody& body = model.bodies[i];
-    s.mass_kg[i] = static_cast<float>(body.mass_kg);
-    s.friction[i] = static_cast<float>(model.materials[body.material].friction);
-    if (body.role == Role::dynamic) s.object[i] = &objects[body.shape];
+  std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> kinds;
+  for (const ModelBody& body : model.bodies) {
+    const bool dynamic = body.role == Role::dynamic;
+    const auto [kind, is_new] =
+        kinds.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds_.size());
+    if (is_new) kinds_.push_back(kind_of(body, dynamic ? &objects[body.shape] : nullptr));
+    kind_of_.push_back(kind->second);
   }
+}
+
+SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* object) const {
+  SphereKind kind{.object = object,
+                  .mass_kg = static_cast<float>(body.mass_kg),
+                  .friction = static_cast<float>(model_.materials[body.material].friction)};
+  kind.root_friction = std::sqrt(kind.friction);
+  if (object == nullptr) return kind;
+  const float gravity = settings_.gravity.norm();
+  const float radius = object->packing_radius_m, k = object->gyration_m;
+  const float time_s =
+      gravity > 0 ? kPositionTime * std::sqrt(radius / gravity) : kPositionTimeInFlight;
+  kind.radius_m = radius;
+  kind.outer_m = object->outer_radius_m;
+  kind.rolling_m = object->rolling * radius;
+  kind.lift = -std::expm1(-settings_.step_s / (time_s * kPositionSweeps));
+  kind.inverse_mass = 1 / kind.mass_kg;
+  kind.inverse_inertia = kind.inverse_mass / (k * k);
+  return kind;
 }
 
 void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin) {
-  SphereStates& s = states_;
-  s.position[body] = pose.position.cast<float>();
-  s.orientation[body] = pose.orientation.cast<float>();
-  s.velocity[body] = velocity.cast<float>();
-  s.spin[body] = spin.cast<float>();
-  s.surface_radius_m[body] = s.object[body]->packing_radius_m;
-  s.slow_s[body] = 0;
-  s.asleep[body] = s.touched[body] = 0;
+  SphereBody& added = bodies_[body];
+  added = {};
+  added.position = pose.position.cast<float>();
+  added.orientation = pose.orientation.cast<float>();
+  added.velocity = velocity.cast<float>();
+  added.spin = spin.cast<float>();
+  added.surface_radius_m = kind(body).radius_m;
+  added.changed = true;
   members_.insert(std::ranges::lower_bound(members_, body), body);
+  active_.insert(std::ranges::lower_bound(active_, body), body);
 }
 
 void SphereWorld::wake(uint32_t body) {
-  states_.asleep[body] = 0;
-  states_.slow_s[body] = 0;
+  SphereBody& woken = bodies_[body];
+  if (woken.still) woken_.push_back(body);
+  woken.still = woken.asleep = false;
+  woken.changed = true;
+  woken.slow_steps = 0;
 }
 
 void SphereWorld::remove(uint32_t body) {
   wake_near(body);
   std::erase(members_, body);
+  std::erase(active_, body);
+  std::erase(woken_, body);
+  bodies_[body].still = false;
 }
 
 void SphereWorld::wake_near(uint32_t body) {
   // Some room for what moves within the step.
   constexpr float kRoom = 1.5F;
-  const BodySignature* object = states_.object[body];
+  const BodySignature* object = kind(body).object;
   const bool is_member = std::ranges::binary_search(members_, body);
   for (const uint32_t other : members_) {
-    const float reach = kRoom * states_.object[other]->outer_radius_m;
-    const Vec3f& centre = states_.position[other];
-    const bool near = is_member ? (centre - states_.position[body]).norm() <
+    const float reach = kRoom * kind(other).object->outer_radius_m;
+    const Vec3f& centre = bodies_[other].position;
+    const bool near = is_member ? (centre - bodies_[body].position).norm() <
                                       reach + kRoom * object->outer_radius_m
                                 : surfaces_.may_touch(body, centre, reach);
     if (near) wake(other);
@@ -87,32 +132,25 @@ void SphereWorld::wake_near(uint32_t body) {
 }
 
 uint32_t SphereWorld::contact_count() const {
-  size_t count = 0;
-  for (const Batch& batch : former_) {
-    count += static_cast<size_t>(std::ranges::count_if(
-        batch.contacts, [](const SphereContact& c) { return c.normal_impulse > 0; }));
-  }
-  return static_cast<uint32_t>(count);
+  uint32_t count = 0;
+  for (const Batch& batch : batches_) count += batch.pressed;
+  return count;
 }
 
 float SphereWorld::deepest_penetration_m() const {
   float deepest = 0;
-  for (const Batch& batch : former_) {
-    for (const SphereContact& c : batch.contacts) deepest = std::max(deepest, -c.gap);
-  }
+  for (const Batch& batch : batches_) deepest = std::max(deepest, batch.deepest_m);
   return deepest;
-}
-
-float SphereWorld::impact_speed(float radius_m) const {
-  const float gravity = settings_.gravity.norm();
-  return 1.2F * gravity * settings_.step_s + kImpactSpeed * std::sqrt(gravity * radius_m);
 }
 
 void SphereWorld::step(StageTimer& timer) {
   ++steps_;
-  const bool all_asleep =
-      std::ranges::all_of(members_, [&](uint32_t body) { return states_.asleep[body] != 0; });
-  if (all_asleep) return;
+  join_woken();
+  const auto awake = static_cast<size_t>(
+      std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
+  if (awake == 0) return;
+  if (active_.size() - awake > std::max(kFewSleepers, awake / 4)) lay_down();
+  worth_threads_ = awake > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);
     speed_up();
@@ -120,6 +158,7 @@ void SphereWorld::step(StageTimer& timer) {
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
     sort();
+    gather();
   }
   {
     StageTimer::Scope scope(timer, Stage::narrow_phase);
@@ -134,66 +173,120 @@ void SphereWorld::step(StageTimer& timer) {
   {
     StageTimer::Scope scope(timer, Stage::integration);
     move();
-    settle();
-    former_.swap(batches_);
-    former_first_.swap(first_);
+    former_.swap(kept_);
   }
+}
+
+void SphereWorld::join_woken() {
+  if (woken_.empty()) return;
+  active_.insert(active_.end(), woken_.begin(), woken_.end());
+  std::ranges::sort(active_);
+  woken_.clear();
+}
+
+// Takes what sleeps out of the grid of the awake.
+void SphereWorld::lay_down() {
+  std::vector<uint32_t> asleep;
+  std::ranges::copy_if(members_, std::back_inserter(asleep),
+                       [&](uint32_t body) { return bodies_[body].asleep; });
+  std::vector<Vec3f> centres;
+  std::vector<float> reaches;
+  for (const uint32_t body : asleep) {
+    centres.push_back(bodies_[body].position);
+    reaches.push_back(kind(body).radius_m * (1 + kNearby));
+  }
+  SphereGrid& grid = sleepers_.grid;
+  grid.sort(centres, reaches);
+  // What is much larger than most stays active.
+  const std::span<const uint32_t> order = grid.order().first(grid.small_count());
+  for (const uint32_t body : members_) bodies_[body].still = false;
+  sleepers_.bodies.clear();
+  sleepers_.reaches.resize(order.size());
+  sleepers_.widest_m = 0;
+  for (size_t p = 0; p < order.size(); ++p) {
+    const uint32_t i = order[p], body = asleep[i];
+    sleepers_.bodies.push_back(body);
+    sleepers_.reaches.set(p, centres[i], reaches[i]);
+    sleepers_.widest_m = std::max(sleepers_.widest_m, reaches[i]);
+    bodies_[body].still = true;
+    bodies_[body].kept = kNone;
+  }
+  active_.clear();
+  std::ranges::copy_if(members_, std::back_inserter(active_),
+                       [&](uint32_t body) { return !bodies_[body].still; });
 }
 
 void SphereWorld::speed_up() {
   const Vec3f change = settings_.step_s * settings_.gravity;
-  for (const uint32_t body : members_) {
-    if (states_.asleep[body] == 0) states_.velocity[body] += change;
+  mean_velocity_.setZero();
+  for (const uint32_t body : active_) {
+    if (!bodies_[body].asleep) bodies_[body].velocity += change;
+    mean_velocity_ += bodies_[body].velocity;
   }
+  mean_velocity_ /= static_cast<float>(active_.size());
 }
 
 // Each body collides at most once in a step, first come first served; what else approaches it is
 // stopped as what lies is.
 void SphereWorld::collide_bodies() {
-  std::vector<const SphereContact*> chosen;
+  chosen_.clear();
   const auto now = static_cast<uint32_t>(steps_);
   for (const Batch& batch : batches_) {
-    for (const uint32_t index : batch.impacts) {
-      const SphereContact& c = batch.contacts[index];
-      if (collided_[c.body_a] == now || (!c.has_surface() && collided_[c.body_b] == now)) continue;
-      collided_[c.body_a] = now;
-      if (!c.has_surface()) collided_[c.body_b] = now;
-      chosen.push_back(&c);
+    for (const Impact& impact : batch.impacts) {
+      const bool with_body = (impact.other & kSurface) == 0;
+      if (collided_[impact.body_a] == now || (with_body && collided_[impact.other] == now))
+        continue;
+      collided_[impact.body_a] = now;
+      if (with_body) collided_[impact.other] = now;
+      chosen_.push_back(&impact);
     }
   }
-  share_out(chosen.size(), 64, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const SphereContact& c = *chosen[i];
-      const auto random_of = [&](uint32_t body) {
-        return Philox(settings_.seed, Stream::response, body, now);
-      };
-      const auto collider = [&](uint32_t place) {
-        const uint32_t body = body_[place];
-        return Collider{states_.object[body], states_.mass_kg[body], motion_[place].velocity,
-                        motion_[place].spin};
-      };
-      Collider a = collider(c.a);
-      Philox random_a = random_of(c.body_a);
-      const auto after = [&](const Collider& body, uint32_t place, float share_s) {
-        // It moves as before until the two touch.
-        shift_[place] += share_s * (motion_[place].velocity - body.velocity);
-        motion_[place].velocity = body.velocity;
-        motion_[place].spin = body.spin;
-      };
-      const Vec3f other = c.has_surface() ? c.surface_velocity : motion_[c.b].velocity;
-      const float closing = (other - a.velocity).dot(c.normal);
-      const float until_s = std::max(0.0F, c.gap) / closing;
-      if (c.has_surface()) {
-        collide_with_surface(c.normal, c.surface_velocity, random_a, a);
-      } else {
-        Collider b = collider(c.b);
-        Philox random_b = random_of(c.body_b);
-        collide(c.normal, random_a, random_b, a, b);
-        after(b, c.b, until_s);
-      }
-      after(a, c.a, until_s);
-    }
+  share_out(chosen_.size(), 64, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) collide(*chosen_[i]);
   });
+}
+
+void SphereWorld::collide(const Impact& impact) {
+  // What slept until now stays where it is in this step, and goes on with its new motion.
+  const auto sleeps = [&](uint32_t row) {
+    return (row & ContactGroups::kFixed) != 0 || motion_[row].inverse_mass == 0;
+  };
+  const auto collider = [&](uint32_t body, uint32_t row) {
+    const bool still = sleeps(row);
+    return Collider{kind(body).object, kind(body).mass_kg,
+                    still ? bodies_[body].velocity : motion_[row].velocity,
+                    still ? bodies_[body].spin : motion_[row].spin};
+  };
+  const auto after = [&](const Collider& moved, uint32_t body, uint32_t row, float share_s) {
+    if (sleeps(row)) {
+      bodies_[body].velocity = moved.velocity;
+      bodies_[body].spin = moved.spin;
+      return;
+    }
+    // It moves as before until the two touch.
+    shift_[row].way += share_s * (motion_[row].velocity - moved.velocity);
+    motion_[row].velocity = moved.velocity;
+    motion_[row].spin = moved.spin;
+  };
+  const auto random_of = [&](uint32_t body) {
+    return Philox(settings_.seed, Stream::response, body, static_cast<uint32_t>(steps_));
+  };
+  Collider a = collider(impact.body_a, impact.a);
+  Philox random_a = random_of(impact.body_a);
+  const auto until_s = [&](const Vec3f& other_velocity) {
+    return std::max(0.0F, impact.gap) / (other_velocity - a.velocity).dot(impact.normal);
+  };
+  if ((impact.other & kSurface) != 0) {
+    const float share_s = until_s(impact.surface_velocity);
+    collide_with_surface(impact.normal, impact.surface_velocity, random_a, a);
+    return after(a, impact.body_a, impact.a, share_s);
+  }
+  Collider b = collider(impact.other, impact.b);
+  Philox random_b = random_of(impact.other);
+  const float share_s = until_s(b.velocity);
+  pilesim::collide(impact.normal, random_a, random_b, a, b);
+  after(a, impact.body_a, impact.a, share_s);
+  after(b, impact.other, impact.b, share_s);
 }
 
 // Batches of one colour share no sphere, so that their order, and threads, change nothing.
@@ -207,121 +300,126 @@ void SphereWorld::for_each_batch(const Do& work) {
 }
 
 void SphereWorld::solve_contacts() {
-  const auto second = [&](const SphereContact& c) {
-    return c.has_surface() ? nullptr : &motion_[c.b];
-  };
   for_each_batch([&](Batch& batch) {
-    for (SphereContact& c : batch.contacts) prepare(former_of(c), c, motion_[c.a], second(c));
+    batch.contacts.close(batch.fixed_begin);
+    std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
+    prepare(batch.contacts.groups(), motion_);
   });
   const float inverse_step = 1 / settings_.step_s;
-  for (int sweep = 0; sweep < settings_.sweeps; ++sweep) {
+  for (int sweep = 0; sweep < settings_.sweeps; sweep += kSweepsAtOnce) {
     for_each_batch([&](Batch& batch) {
-      for (SphereContact& c : batch.contacts) solve(inverse_step, c, motion_[c.a], second(c));
+      for (int i = 0; i < std::min(kSweepsAtOnce, settings_.sweeps - sweep); ++i) {
+        solve(inverse_step, batch.contacts.groups(), motion_);
+      }
     });
   }
-  for_each_batch([&](Batch& batch) {
-    for (const SphereContact& c : batch.contacts) {
-      if (c.has_surface()) {
-        states_.surface_push[c.body_a] += c.level ? c.normal_impulse : 0;
-        states_.body_push[c.body_a] += c.level ? 0 : c.normal_impulse;
-      } else {
-        states_.body_push[c.body_a] += c.normal_impulse;
-        states_.body_push[c.body_b] += c.normal_impulse;
-      }
+  for_each_batch([&](Batch& batch) { keep_impulses(batch); });
+}
+
+// For the next step, and for putting to rest.
+void SphereWorld::keep_impulses(Batch& batch) {
+  batch.pressed = 0;
+  batch.deepest_m = 0;
+  for (size_t i = 0; i < batch.touches.size(); ++i) {
+    const Touch& touch = batch.touches[i];
+    const ContactGroup& group = batch.contacts.of(touch.slot);
+    const size_t lane = touch.slot % kLanes;
+    const float push = group.normal_impulse[lane];
+    kept_[batch.kept_begin + i] = {touch.other,
+                                   touch.next == kNone ? kNone : batch.kept_begin + touch.next,
+                                   group.normal_of(lane), group.impulse(lane)};
+    bodies_[body_[touch.a]].kept = batch.kept_begin + static_cast<uint32_t>(i);
+    batch.pressed += push > 0 ? 1 : 0;
+    batch.deepest_m = std::max(batch.deepest_m, -group.gap[lane]);
+    if ((touch.other & kSurface) == 0) {
+      body_push_[touch.a] += push;
+      if ((touch.b & ContactGroups::kFixed) == 0) body_push_[touch.b] += push;
+    } else {
+      (touch.level ? surface_push_ : body_push_)[touch.a] += push;
     }
-  });
+  }
 }
 
 // How far each sphere moves: along its velocity, and apart from what it is sunk into.
 void SphereWorld::separate() {
   const float dt = settings_.step_s;
-  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+  share_out(motion_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
-      if (motion_[p].inverse_mass > 0) shift_[p] += dt * motion_[p].velocity;
+      if (p >= body_.size()) {
+        shift_[p] = {dt * motion_[p].velocity, 0};
+      } else if (motion_[p].inverse_mass > 0) {
+        shift_[p].way += dt * motion_[p].velocity;
+      }
     }
   });
-  const float gravity = settings_.gravity.norm();
   for (int sweep = 0; sweep < kPositionSweeps; ++sweep) {
-    for_each_batch([&](Batch& batch) {
-      for (const SphereContact& c : batch.contacts) {
-        const Vec3f other = c.has_surface() ? Vec3f(dt * c.surface_velocity) : shift_[c.b];
-        const float depth = -(c.gap + c.normal.dot(shift_[c.a] - other)) - kSlop * c.arm_a;
-        if (depth <= 0) continue;
-        const float time_s = gravity > 0 ? kPositionTime * std::sqrt(c.arm_a / gravity) : 0.03F;
-        const float share = -std::expm1(-dt / (time_s * kPositionSweeps));
-        const Vec3f push = share * depth * c.normal_mass * c.normal;
-        shift_[c.a] += motion_[c.a].inverse_mass * push;
-        if (!c.has_surface()) shift_[c.b] -= motion_[c.b].inverse_mass * push;
-      }
-    });
+    for_each_batch(
+        [&](Batch& batch) { pilesim::separate(kSlop, batch.contacts.groups(), shift_); });
   }
 }
 
 void SphereWorld::move() {
-  const float dt = settings_.step_s;
   share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-    for (size_t p = begin; p < end; ++p) {
+    for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
       if (motion_[p].inverse_mass == 0) continue;
-      const uint32_t body = body_[p];
-      Vec3f way = shift_[p];
-      // The centre of what is fast never passes through a surface.
-      if (way.squaredNorm() > 0.25F * radius_m_[p] * radius_m_[p]) {
-        const double hit =
-            surfaces_.first_hit(centre_[p].cast<double>(), (centre_[p] + way).cast<double>());
-        if (hit < 1) way *= static_cast<float>(0.9 * hit);
-      }
-      states_.position[body] = centre_[p] + way;
-      states_.velocity[body] = motion_[p].velocity;
-      states_.spin[body] = motion_[p].spin;
-      const float angle = motion_[p].spin.norm() * dt;
-      if (angle > 0) {
-        const Quatf turn(Eigen::AngleAxisf(angle, motion_[p].spin.normalized()));
-        states_.orientation[body] = (turn * states_.orientation[body]).normalized();
-      }
+      move_body(p);
+      settle_body(p);
     }
   });
 }
 
-void SphereWorld::settle() {
-  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-    for (size_t p = begin; p < end; ++p) {
-      if (motion_[p].inverse_mass > 0) settle_body(body_[p]);
-    }
-  });
+void SphereWorld::move_body(uint32_t p) {
+  const uint32_t body = body_[p];
+  Vec3f way = shift_[p].way;
+  // The centre of what is fast never passes through a surface.
+  if (way.squaredNorm() > 0.25F * kinds_[kind_[p]].radius_m * kinds_[kind_[p]].radius_m) {
+    const double hit =
+        surfaces_.first_hit(centre_[p].cast<double>(), (centre_[p] + way).cast<double>());
+    if (hit < 1) way *= static_cast<float>(0.9 * hit);
+  }
+  bodies_[body].position = centre_[p] + way;
+  bodies_[body].changed = true;
+  bodies_[body].velocity = motion_[p].velocity;
+  bodies_[body].spin = motion_[p].spin;
+  bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
 }
 
-void SphereWorld::settle_body(uint32_t body) {
-  SphereStates& s = states_;
-  const BodySignature& object = *s.object[body];
+void SphereWorld::settle_body(uint32_t p) {
+  SphereBody& body = bodies_[body_[p]];
+  const SphereKind& kind = kinds_[kind_[p]];
   const float gravity = settings_.gravity.norm();
   if (gravity == 0) return;
   const float dt = settings_.step_s;
-  const float scale = std::sqrt(gravity * object.outer_radius_m);
-  const float weight = s.mass_kg[body] * gravity * dt;
+  const float scale = std::sqrt(gravity * kind.outer_m);
+  const float weight = kind.mass_kg * gravity * dt;
   bool posed = true;
-  if (s.touched[body] != 0) {
-    const float speed = s.velocity[body].norm() + object.gyration_m * s.spin[body].norm();
-    const bool alone = s.surface_push[body] > 0.5F * weight && s.surface_push[body] < 2 * weight &&
-                       s.body_push[body] < 0.2F * weight;
+  if (body.touched && settings_.rest_control) {
+    const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
+    const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
+                       body_push_[p] < 0.2F * weight;
     if (alone && speed < kControlSpeed * scale) {
-      posed = turn_towards_rest(object, gravity, dt, s.orientation[body], s.spin[body],
-                                s.surface_radius_m[body]);
+      posed = turn_towards_rest(*kind.object, gravity, dt, body.orientation, body.spin,
+                                body.surface_radius_m);
     } else {
       // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
       const float narrower =
-          std::max(object.packing_radius_m, s.surface_radius_m[body] - kEaseSpeed * scale * dt);
-      s.surface_radius_m[body] = std::min(s.surface_radius_m[body], narrower);
+          std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
+      body.surface_radius_m = std::min(body.surface_radius_m, narrower);
     }
   }
-  const bool slow = s.velocity[body].norm() < kRestSpeed * scale &&
-                    object.outer_radius_m * s.spin[body].norm() < kRestSpeed * scale;
-  const bool carried = s.surface_push[body] + s.body_push[body] > 0.5F * weight;
-  s.slow_s[body] = slow && posed && carried ? s.slow_s[body] + dt : 0;
+  const bool slow = body.velocity.norm() < kRestSpeed * scale &&
+                    kind.outer_m * body.spin.norm() < kRestSpeed * scale;
+  const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;
+  constexpr uint16_t kMost = std::numeric_limits<uint16_t>::max();
+  body.slow_steps = !(slow && posed && carried) ? uint16_t{0}
+                    : body.slow_steps < kMost   ? static_cast<uint16_t>(body.slow_steps + 1)
+                                                : kMost;
+  const float rest_steps = kRestTime * std::sqrt(kind.outer_m / gravity) / dt;
   if (settings_.sleeping &&
-      s.slow_s[body] > kRestTime * std::sqrt(object.outer_radius_m / gravity)) {
-    s.asleep[body] = 1;
-    s.velocity[body].setZero();
-    s.spin[body].setZero();
+      static_cast<float>(body.slow_steps) > std::min(rest_steps, kMost - 1.0F)) {
+    body.asleep = true;
+    body.velocity.setZero();
+    body.spin.setZero();
   }
 }
 

@@ -4,8 +4,15 @@
 // A step: speed up, sort into a grid, find contacts, draw responses of what collides, solve what
 // lies (Gauss-Seidel over blocks of the grid in eight colours, so that threads share nothing and
 // the result does not depend on their number), move, put to rest.
+//
+// Bodies that sleep lie in a grid of their own, which is sorted anew when enough more have fallen
+// asleep: they cost nothing until something comes near.
+//
+// What a step works on lies in the order of the grid ("places"); what stays from step to step in
+// the order of the model's bodies.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -13,7 +20,7 @@
 #include "core/stage_timer.h"
 #include "scene/model.h"
 #include "simulate/body_signature.h"
-#include "simulate/sphere_contact.h"
+#include "simulate/contact_groups.h"
 #include "simulate/sphere_grid.h"
 #include "simulate/surface_geometry.h"
 
@@ -24,19 +31,37 @@ struct SphereWorldSettings {
   float step_s;
   uint64_t seed;
   bool sleeping;
+  bool rest_control;
   int sweeps;  // of the contact solver
 };
 
-// By body of the model. Only dynamic bodies that were added mean something.
-struct SphereStates {
-  std::vector<Vec3f> position, velocity, spin;  // m, m/s, rad/s; world
-  std::vector<Quatf> orientation;               // body to world
-  std::vector<float> mass_kg, friction;
-  std::vector<const BodySignature*> object;
-  std::vector<float> surface_radius_m;   // of the sphere against surfaces: h_coll, later h_rest
-  std::vector<float> slow_s;             // for how long it has hardly moved
-  std::vector<uint8_t> asleep, touched;  // touched: a surface, in the step before
-  std::vector<float> surface_push, body_push;  // N s, what carried it in the step before
+// A body of the model, dynamic ones that were added. A cache line: a step reads and writes them in
+// the order of the grid.
+struct alignas(64) SphereBody {
+  Quatf orientation = Quatf::Identity();  // body to world
+  Vec3f position = Vec3f::Zero();         // m, world
+  Vec3f velocity = Vec3f::Zero();         // m/s
+  Vec3f spin = Vec3f::Zero();             // rad/s
+  float surface_radius_m = 0;             // of the sphere against surfaces: h_coll, later h_rest
+  uint32_t kept = ~0u;                    // the last of the impulses that it keeps, or none
+  uint16_t slow_steps = 0;                // for how long it has hardly moved
+  bool touched = false;                   // a surface, in the step before
+  bool asleep : 1 = false;
+  bool still : 1 = false;    // lies among the sleepers
+  bool changed : 1 = false;  // set by the world, cleared by who reads the state
+};
+static_assert(sizeof(SphereBody) == 64);
+
+// Bodies of one shape, material and mass.
+struct SphereKind {
+  const BodySignature* object = nullptr;  // null for what is not dynamic
+  float mass_kg = 0, friction = 0;
+  float radius_m = 0;   // among bodies
+  float outer_m = 0;    // of the body
+  float rolling_m = 0;  // see SphereContact
+  float root_friction = 0;
+  float lift = 0;                               // see SphereContact
+  float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
 };
 
 class SphereWorld {
@@ -52,42 +77,115 @@ class SphereWorld {
 
   void step(StageTimer& timer);
 
-  const SphereStates& states() const { return states_; }
-  SphereStates& states() { return states_; }
+  const SphereBody& body(uint32_t i) const { return bodies_[i]; }
+  SphereBody& body(uint32_t i) { return bodies_[i]; }
+  const SphereKind& kind(uint32_t body) const { return kinds_[kind_of_[body]]; }
   const std::vector<uint32_t>& members() const { return members_; }
   uint32_t contact_count() const;
   float deepest_penetration_m() const;
 
  private:
+  static constexpr uint32_t kSurface = 0x80000000;  // set in `other`: a surface of that body
+  // A contact as one body or both find it again in the next step.
+  struct Touch {
+    uint32_t a, b;   // places; b of bodies only
+    uint32_t other;  // body
+    uint32_t slot;   // in the groups
+    uint32_t next;   // the next one of a in the batch, or kNone
+    bool level;      // a horizontal surface that does not move
+  };
+  struct KeptImpulse {
+    uint32_t other, next;
+    Vec3f normal;
+    ContactImpulse impulse;
+  };
+  struct Impact {
+    uint32_t a, b;  // places; b of bodies only
+    uint32_t body_a, other;
+    Vec3f normal, surface_velocity;
+    float gap;
+  };
   // The contacts that one thread finds and solves.
   struct Batch {
-    std::vector<SphereContact> contacts;
-    std::vector<uint32_t> next;     // per contact: the next one of body_a, or kNone
-    std::vector<uint32_t> impacts;  // contacts that collide in this step
-    std::vector<uint32_t> woken;    // bodies
-  };
-  struct Place {
-    uint32_t batch = 0, contact = kNone;
+    ContactGroups contacts;
+    std::vector<SphereMotion> fixed;  // rows of the contacts' own: see ContactGroups
+    uint32_t fixed_begin = 0;
+    std::vector<Touch> touches;
+    std::vector<Impact> impacts;  // contacts that collide in this step
+    std::vector<uint32_t> woken;  // bodies
+    uint32_t kept_begin = 0;      // of its touches among what is kept
+    uint32_t pressed = 0;         // contacts that carry something
+    float deepest_m = 0;
   };
   struct Level {
     SphereGrid grid;
     uint32_t offset = 0;  // of its places
     float widest_m = 0;
   };
+  // By place of a grid: where spheres are, and how far they reach from there, m. Some room after
+  // the last place for vectors.
+  struct Reaches {
+    std::vector<float> x, y, z, reach;
+    void resize(size_t count) {
+      for (auto* floats : {&x, &y, &z, &reach}) floats->resize(count + kLanes);
+    }
+    void set(size_t place, const Vec3f& centre, float reach_m) {
+      x[place] = centre.x();
+      y[place] = centre.y();
+      z[place] = centre.z();
+      reach[place] = reach_m;
+    }
+    Vec3f centre(size_t place) const { return {x[place], y[place], z[place]}; }
+  };
+  // Bodies that sleep. Those that are not `still` have woken up since, or were removed.
+  struct Sleepers {
+    SphereGrid grid;
+    std::vector<uint32_t> bodies;
+    Reaches reaches;
+    float widest_m = 0;
+  };
+  // What a sphere touches: another one in the grid, or one that sleeps.
+  struct Partner {
+    uint32_t body, row;  // row: of motions, or fixed; see SphereContact
+    Vec3f centre, velocity;
+    const SphereKind& kind;
+    uint32_t kept;  // see SphereBody
+  };
   static constexpr uint32_t kNone = ~0u;
+  static constexpr float kNearby = 0.02F;  // contacts are kept up to this gap, in radii
   static constexpr size_t kBodiesPerTask = 1024;
 
+  SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
+  void join_woken();
+  void lay_down();
   void speed_up();
   void sort();
+  void gather();
   void find_contacts();
-  void find_of_block(uint32_t block, Batch& batch);
-  void find_of_coarse_levels(Batch& batch);
-  void meet(uint32_t p, uint32_t q, Batch& batch);
-  void meet_surfaces(uint32_t p, Batch& batch);
-  void add_contact(SphereContact contact, Batch& batch);
-  FormerImpulse former_of(const SphereContact& contact) const;
+  // Calls visit(q) for those of the range within reach of the sphere.
+  template <class Visit>
+  static void for_each_near(const Vec3f& centre, float reach_m, const Reaches& others,
+                            const SphereGrid::Range& range, const Visit& visit);
+  void find_of_block(uint32_t block, std::vector<uint64_t>& used, Batch& batch);
+  void find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batch);
+  // `used`: see ContactGroups.
+  void touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch);
+  void touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch);
+  void touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used, Batch& batch);
+  void touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch& batch);
+  void meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used, Batch& batch);
+  void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
+                     std::vector<uint64_t>& used, Batch& batch);
+  bool collides(float closing, float gap, float arm_m) const {
+    return gap <= closing * settings_.step_s && closing > impact_speed(arm_m);
+  }
+  void add_contact(const SphereContact& contact, uint32_t other, bool level,
+                   std::vector<uint64_t>& used, Batch& batch);
+  ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
   void collide_bodies();
+  void collide(const Impact& impact);
   void solve_contacts();
+  void keep_impulses(Batch& batch);
   template <class Do>
   void for_each_batch(const Do& work);
   // parallel_for, or a plain loop over [0, count) where there is little to do.
@@ -101,28 +199,46 @@ class SphereWorld {
   }
   void separate();
   void move();
-  void settle();
+  void move_body(uint32_t place);
   void settle_body(uint32_t place);
-  float impact_speed(float radius_m) const;  // m/s
+  // m/s; what approaches faster collides
+  float impact_speed(float radius_m) const {
+    return impact_base_ + impact_rise_ * std::sqrt(radius_m);
+  }
 
   const Model& model_;
   SphereWorldSettings settings_;
+  float impact_base_, impact_rise_;
   SurfaceGeometry surfaces_;
-  SphereStates states_;
+  std::vector<SphereBody> bodies_;
+  std::vector<SphereKind> kinds_;
+  std::vector<uint32_t> kind_of_;  // by body
   std::vector<uint32_t> members_;  // bodies in the world, ascending
+  std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
+  std::vector<uint32_t> woken_;    // to become active
+  Sleepers sleepers_;
+  Vec3f mean_velocity_ = Vec3f::Zero();
   uint64_t steps_ = 0;
 
-  // By place, anew in each step.
+  // By place, anew in each step. Motions and shifts go on with the batches' fixed rows.
   std::vector<Level> levels_;
   std::vector<uint32_t> body_;
-  std::vector<Vec3f> centre_, shift_;
-  std::vector<float> reach_m_, radius_m_;
+  std::vector<Vec3f> centre_;
+  Reaches middle_;                              // where it is in the middle of the step
+  std::vector<uint32_t> kind_;                  // of bodies
+  std::vector<uint32_t> last_touch_, kept_of_;  // of the batch; of the step before
   std::vector<SphereMotion> motion_;
+  std::vector<SphereShift> shift_;
+  std::vector<float> surface_push_, body_push_;  // N s, what carries it
+  std::vector<uint32_t> waiting_, large_;        // bodies, of sort() only
+  std::vector<Vec3f> sorted_middle_;
+  std::vector<float> sorted_reach_;
 
   bool worth_threads_ = false;
-  std::vector<Batch> batches_, former_;
+  std::vector<const Impact*> chosen_;
+  std::vector<Batch> batches_;
   std::vector<std::vector<uint32_t>> colours_;  // batches; those of the coarse levels last
-  std::vector<Place> first_, former_first_;     // by body: the first contact it owns
+  std::vector<KeptImpulse> kept_, former_;      // by touch of all batches
   std::vector<uint32_t> collided_;              // by body: the step in which it last did
 };
 

@@ -17,6 +17,7 @@ SphereWorldSettings world_settings(const Scene& scene) {
           .step_s = static_cast<float>(scene.actual_step_s()),
           .seed = scene.seed,
           .sleeping = scene.simulator.sleeping,
+          .rest_control = scene.simulator.rest_control,
           .sweeps = scene.simulator.solver_iterations};
 }
 
@@ -40,7 +41,9 @@ class StatisticalSimulator final : public Simulator {
         objects_(load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
-    for (const ModelBody& body : model.bodies) {
+    for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+      const ModelBody& body = model.bodies[i];
+      if (body.role == Role::kinematic && !body.motion.empty()) moving_surfaces_.push_back(i);
       states_.position.push_back(body.pose.position);
       states_.orientation.push_back(body.pose.orientation);
       states_.linear_velocity.push_back(body.linear_velocity);
@@ -76,6 +79,7 @@ class StatisticalSimulator final : public Simulator {
   uint64_t frames_ = 0;
   Timeline timeline_;
   std::vector<BodySignature> objects_;
+  std::vector<uint32_t> moving_surfaces_;  // bodies
   SphereWorld world_;
   BodyStates states_;
   StageTimer timer_;
@@ -106,13 +110,13 @@ void StatisticalSimulator::remove(uint32_t body) {
 
 void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
   if ((states_.flags[body] & kPresent) == 0 || !is_free(body)) return;
-  SphereStates& s = world_.states();
-  const float mass = s.mass_kg[body], k = s.object[body]->gyration_m;
+  SphereBody& hit = world_.body(body);
+  const SphereKind& kind = world_.kind(body);
   const Vec3f impulse = event.impulse.cast<float>();
-  s.velocity[body] += impulse / mass;
+  hit.velocity += kind.inverse_mass * impulse;
   if (event.point) {
-    const Vec3f arm = event.point->cast<float>() - s.position[body];
-    s.spin[body] += arm.cross(impulse) / (mass * k * k);
+    const Vec3f arm = event.point->cast<float>() - hit.position;
+    hit.spin += kind.inverse_inertia * arm.cross(impulse);
   }
   world_.wake(body);
 }
@@ -139,9 +143,8 @@ void StatisticalSimulator::apply_event(const ModelEvent& event) {
 }
 
 void StatisticalSimulator::move_kinematic_bodies() {
-  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+  for (const uint32_t i : moving_surfaces_) {
     const ModelBody& body = model_.bodies[i];
-    if (body.role != Role::kinematic || body.motion.empty()) continue;
     if ((states_.flags[i] & kPresent) == 0) continue;
     const ModelShape& shape = model_.shapes[body.shape];
     const Pose now = pose_at(shape, body.motion, time_s_);
@@ -178,21 +181,23 @@ FrameStatistics StatisticalSimulator::step_frame() {
 }
 
 void StatisticalSimulator::read_states() {
-  const SphereStates& s = world_.states();
   for (const uint32_t i : world_.members()) {
-    if (!s.position[i].allFinite() || !s.velocity[i].allFinite() || !s.spin[i].allFinite()) {
+    SphereBody& body = world_.body(i);
+    if (!body.changed) continue;
+    body.changed = false;
+    if (!body.position.allFinite() || !body.velocity.allFinite() || !body.spin.allFinite()) {
       throw Error(ErrorKind::input,
                   {.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
                             std::to_string(frames_),
                    .expected = "a state that stays finite",
                    .remedy = "Make step_s shorter, or look for extreme velocities."});
     }
-    states_.position[i] = s.position[i].cast<double>();
-    states_.orientation[i] = s.orientation[i].cast<double>().normalized();
-    states_.linear_velocity[i] = s.velocity[i].cast<double>();
-    states_.angular_velocity[i] = s.spin[i].cast<double>();
+    states_.position[i] = body.position.cast<double>();
+    states_.orientation[i] = body.orientation.cast<double>().normalized();
+    states_.linear_velocity[i] = body.velocity.cast<double>();
+    states_.angular_velocity[i] = body.spin.cast<double>();
     states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-    if (s.asleep[i] != 0) states_.flags[i] |= kAsleep;
+    if (body.asleep) states_.flags[i] |= kAsleep;
   }
 }
 
@@ -201,14 +206,17 @@ FrameStatistics StatisticalSimulator::statistics() const {
   for (const uint8_t flags : states_.flags) {
     if ((flags & kPresent) != 0) ++statistics.bodies_present;
   }
-  const SphereStates& s = world_.states();
   for (const uint32_t i : world_.members()) {
-    if (s.asleep[i] == 0) ++statistics.bodies_awake;
-    const double mass_kg = s.mass_kg[i];
-    const double k = s.object[i]->gyration_m;
-    statistics.kinetic_energy_j += 0.5 * mass_kg *
-                                   (s.velocity[i].cast<double>().squaredNorm() +
-                                    k * k * s.spin[i].cast<double>().squaredNorm());
+    const SphereBody& body = world_.body(i);
+    const SphereKind& kind = world_.kind(i);
+    const double mass_kg = kind.mass_kg;
+    const double k = kind.object->gyration_m;
+    if (!body.asleep) {
+      ++statistics.bodies_awake;
+      statistics.kinetic_energy_j += 0.5 * mass_kg *
+                                     (body.velocity.cast<double>().squaredNorm() +
+                                      k * k * body.spin.cast<double>().squaredNorm());
+    }
     statistics.potential_energy_j -= mass_kg * scene_.gravity.dot(states_.position[i]);
   }
   statistics.contacts = world_.contact_count();

@@ -48,6 +48,7 @@ void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocit
                 .velocity = velocity,
                 .turn_rate = turn_rate,
                 .is_plane = shape.is_plane,
+                .normal = pose.orientation * Vec3::UnitY(),
                 .tree = tree.get()};
   if (tree) placed.box = box_around(tree->nodes().front().box, pose);
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
@@ -62,15 +63,32 @@ void SurfaceGeometry::remove(uint32_t body) {
   std::erase_if(placed_, [&](const Placed& placed) { return placed.body == body; });
 }
 
-void SurfaceGeometry::find(const Vec3f& centre, float radius, float reach,
-                           std::vector<SurfaceContact>& contacts) const {
+void SurfaceGeometry::select(const Eigen::AlignedBox3f& box, float reach,
+                             std::vector<uint32_t>& surfaces) const {
+  surfaces.clear();
+  const Bounds all = box.cast<double>();
+  for (uint32_t i = 0; i < placed_.size(); ++i) {
+    const Placed& placed = placed_[i];
+    if (placed.is_plane) {
+      const Vec3& normal = placed.normal;
+      const Vec3 nearest = (normal.array() > 0).select(all.min(), all.max());
+      if (normal.dot(nearest - placed.pose.position) <= reach) surfaces.push_back(i);
+    } else if (all.squaredExteriorDistance(placed.box) <= static_cast<double>(reach) * reach) {
+      surfaces.push_back(i);
+    }
+  }
+}
+
+void SurfaceGeometry::find(std::span<const uint32_t> surfaces, const Vec3f& centre, float radius,
+                           float reach, std::vector<SurfaceContact>& contacts) const {
   const Vec3 point = centre.cast<double>();
-  for (const Placed& placed : placed_) {
+  for (const uint32_t surface : surfaces) {
+    const Placed& placed = placed_[surface];
     if (!placed.is_plane) {
       find_on_mesh(placed, point, radius, reach, contacts);
       continue;
     }
-    const Vec3 normal = placed.pose.orientation * Vec3::UnitY();
+    const Vec3& normal = placed.normal;
     const double gap = normal.dot(point - placed.pose.position) - radius;
     if (gap > reach) continue;
     const Vec3 arm = point - (gap + radius) * normal - placed.pose.position;
@@ -135,13 +153,15 @@ bool SurfaceGeometry::may_touch(uint32_t body, const Vec3f& centre, float radius
 double SurfaceGeometry::first_hit(const Vec3& from, const Vec3& to) const {
   double first = 1;
   for (const Placed& placed : placed_) {
+    if (placed.is_plane) {
+      const double a = placed.normal.dot(from - placed.pose.position);
+      const double b = placed.normal.dot(to - placed.pose.position);
+      if (a > 0 && b < 0) first = std::min(first, a / (a - b));
+      continue;
+    }
     const Quat to_local = placed.pose.orientation.conjugate();
     const Vec3 a = to_local * (from - placed.pose.position);
     const Vec3 b = to_local * (to - placed.pose.position);
-    if (placed.is_plane) {
-      if (a.y() > 0 && b.y() < 0) first = std::min(first, a.y() / (a.y() - b.y()));
-      continue;
-    }
     Bounds way(a);
     way.extend(b);
     placed.tree->for_each_near(way, 0, [&](uint32_t i) {

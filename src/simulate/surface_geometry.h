@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "geometry/triangle_tree.h"
@@ -29,9 +30,12 @@ class SurfaceGeometry {
   void place(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& turn_rate);
   void remove(uint32_t body);
 
+  // The surfaces (for find) that may be nearer than `reach` to a point of the box. Any thread.
+  void select(const Eigen::AlignedBox3f& box, float reach, std::vector<uint32_t>& surfaces) const;
+
   // Appends the contacts of a sphere with what is nearer than `reach` to its surface: one for each
   // direction (kMostContacts at most a body, the nearest ones). Any thread.
-  void find(const Vec3f& centre, float radius, float reach,
+  void find(std::span<const uint32_t> surfaces, const Vec3f& centre, float radius, float reach,
             std::vector<SurfaceContact>& contacts) const;
 
   // Whether a body's surface may touch the sphere.
@@ -49,6 +53,7 @@ class SurfaceGeometry {
     Pose pose;
     Vec3 velocity, turn_rate;
     bool is_plane;
+    Vec3 normal;               // of a plane
     Bounds box;                // of a mesh, world frame
     const TriangleTree* tree;  // null for a plane
   };

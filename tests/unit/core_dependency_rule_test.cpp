@@ -24,7 +24,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"simulate", {"core", "geometry", "scene", "signature"}},
     {"pile", {"core", "geometry", "scene", "signature", "simulate"}},
     {"trajectory", {"core"}},
-    {"report", {"core"}},
+    {"report", {"core", "geometry", "signature", "trajectory"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
     {"job", {"core", "geometry", "scene", "signature", "simulate", "pile", "trajectory", "report"}},
 };

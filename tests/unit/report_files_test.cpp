@@ -82,6 +82,18 @@ TEST(TimingCsvTest, HasAColumnForEachNumberAndARowForEachFrame) {
   fs::remove(file);
 }
 
+TEST(PeakMemory, GrowsWithWhatIsUsedAndStays) {
+  constexpr size_t kBytes = 200 << 20;
+  const uint64_t before = peak_memory_bytes();
+  EXPECT_GT(before, 1u << 20);
+  {
+    const std::vector<char> used(kBytes, 1);
+    EXPECT_EQ(used[kBytes / 2], 1);
+  }
+  EXPECT_GT(peak_memory_bytes(), kBytes);
+  EXPECT_LT(peak_memory_bytes(), before + 2 * kBytes);
+}
+
 TEST(ReportPage, StandsAloneAndEscapesNames) {
   const fs::path directory = fs::path(testing::TempDir()) / "pilesim_report";
   fs::create_directories(directory);

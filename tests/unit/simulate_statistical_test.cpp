@@ -62,6 +62,22 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
+TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
+  scene_.simulator.rest_control = false;
+  add_ground();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  add_grid("box", {6, 1, 6}, {1, 1, 1}, {0, 0.6, 0});
+  scene_.emitters[0].angular_velocity_jitter = 3;
+  start();
+  EXPECT_EQ(run(360).bodies_awake, 0U);
+  int tilted = 0;
+  for (size_t i = 1; i < states().size(); ++i) {
+    const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+    tilted += up.cwiseAbs().maxCoeff() < 0.99 ? 1 : 0;
+  }
+  EXPECT_GT(tilted, 18);
+}
+
 TEST_F(Statistical, AFittedSignatureServesAsWell) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));
@@ -92,6 +108,35 @@ TEST_F(Statistical, APileStandsAndSleeps) {
   }
   // One layer lies at 0.1; what sinks into itself ends up there.
   EXPECT_GT(mean, 0.14);
+}
+
+TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  Body& late = add_body("box", {0, 200, 0});
+  late.linear_velocity = {0, -5, 0};
+  add_grid("box", {5, 5, 5}, {0.3, 0.3, 0.3}, {0, 0.9, 0});
+  start();
+  const auto heap_speed = [&] {
+    double sum = 0;
+    for (size_t i = 2; i < states().size(); ++i) sum += states().linear_velocity[i].norm();
+    return sum;
+  };
+  int frame = 0;
+  while (states().position[1].y() > 3) {
+    ASSERT_LT(++frame, 500);
+    run(1);
+  }
+  // The one that falls keeps the others waiting, asleep.
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 1U);
+  EXPECT_EQ(heap_speed(), 0);
+  const double before = states().linear_velocity[1].norm();
+  run(4);
+  EXPECT_GT(heap_speed(), 0.2 * before);
+  EXPECT_GT(simulator_->statistics().bodies_awake, 10U);
+  EXPECT_LT(simulator_->statistics().kinetic_energy_j, 0.5 * 8 * before * before * 1.1);
+  EXPECT_EQ(run(400).bodies_awake, 0U);
+  for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
 }
 
 TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {

@@ -1,0 +1,91 @@
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+#include "job/comparison_job.h"
+#include "options.h"
+
+namespace pilesim {
+namespace {
+
+struct Options {
+  SceneOptions scene;
+  RunOptions run;
+  ComparisonJob job;
+  std::string output;
+};
+
+void print_line(const ComparisonSummary::Line& line) {
+  std::printf("%-32s %8.3g (%.3g to %.3g)", line.mode.c_str(), line.speed_up, line.speed_up_low,
+              line.speed_up_high);
+  if (std::isfinite(line.error)) {
+    std::printf("   %8.3g (%.3g to %.3g), %s", line.error, line.error_low, line.error_high,
+                line.quantity.c_str());
+  }
+  std::printf("\n");
+}
+
+void compare(Options& options) {
+  ComparisonJob& job = options.job;
+  job.scene_file = options.scene.file;
+  job.overrides = options.scene.overrides;
+  job.output = options.output;
+  job.program = "/proc/self/exe";
+  job.force = options.run.force;
+  job.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
+  const ComparisonSummary summary = run_comparison(job);
+  if (options.run.quiet) return;
+  for (const std::string& line : summary.warnings) {
+    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
+  }
+  std::printf("mode, speed-up, largest error (1: as far as the reference is from itself)\n");
+  for (const ComparisonSummary::Line& line : summary.lines) print_line(line);
+  std::printf("%s/compare.html has it all\n", options.output.c_str());
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  ComparisonJob& job = options->job;
+  CLI::App* command =
+      app.add_subcommand("compare", "Simulate a scene in several modes: speed against error");
+  add_scene_options(*command, options->scene);
+  command
+      ->add_option("-o,--output", options->output,
+                   "Directory for compare.json, compare.html, charts and runs/")
+      ->required();
+  command
+      ->add_option("--modes", job.modes,
+                   "MODE[:COLLISION[COUNT]][@STEP][+/POINTER=VALUE], with commas in between")
+      ->required()
+      ->type_name("MODES");
+  command->add_option("--reference", job.reference, "The mode that the others are measured by")
+      ->type_name("MODE")
+      ->capture_default_str();
+  command->add_option("--runs", job.runs, "Seeds of each mode, from the scene's on")
+      ->check(CLI::Range(3, 1000))
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--times", job.times, "Moments at which distributions are compared, to the end")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N")
+      ->capture_default_str();
+  add_run_options(*command, options->run);
+  command
+      ->add_flag("--resume", job.resume,
+                 "Keep the runs that an earlier comparison finished and that nothing has changed")
+      ->excludes("--force");
+  command->footer(R"(
+Examples:
+  pilesim compare scene.json -o out/cmp --modes impulse,impulse:spheres7,statistical
+  pilesim compare scene.json -o out/cmp --modes impulse:decomposition@1/480,statistical@1/60 --runs 8
+
+A mode is a value of /simulator/mode, with how meshes collide (hull40, decomposition, spheres7,
+sphere) and the longest step. Each run is a simulation in out/cmp/runs and can be rendered. After
+Ctrl-C the same command with --resume goes on.)");
+  command->callback([options] { compare(*options); });
+}
+
+}  // namespace pilesim

@@ -1,0 +1,25 @@
+// Whether a pile is sound: what simulators measure at the end and reports judge.
+#pragma once
+
+#include <cstdint>
+
+namespace pilesim {
+
+// Of the dynamic bodies that are present. Lengths in metres.
+struct PileQuality {
+  uint64_t bodies = 0;
+  // Over pairs of bodies, at least one of them dynamic, whose collision shapes overlap.
+  uint64_t overlapping_pairs = 0;
+  double deepest_penetration_m = 0;
+  double mean_penetration_m = 0;  // 0 without pairs
+  // Of bodies at rest, to the nearest other body, less than 0 taken as 0. Gaps wider than a tenth
+  // of the mean diameter count as that.
+  double largest_gap_m = 0;
+  double mean_gap_m = 0;
+  uint64_t unsettled = 0;      // still moving; none without gravity, where nothing settles
+  uint64_t escaped = 0;        // behind a plane, or below all that is fixed where there is no plane
+  uint64_t floating = 0;       // at rest, held up by nothing; none without gravity
+  double body_diameter_m = 0;  // mean over dynamic bodies, of the ball about the centre of mass
+};
+
+}  // namespace pilesim

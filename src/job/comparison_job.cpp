@@ -1,0 +1,278 @@
+#include "job/comparison_job.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/interrupt.h"
+#include "core/output_directory.h"
+#include "core/parallel_for.h"
+#include "core/subprocess.h"
+#include "job/mode_spec.h"
+#include "report/comparison_writer.h"
+#include "scene/model.h"
+#include "scene/scene_loader.h"
+#include "simulate/pile_inspection.h"
+#include "simulate/simulator.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr char kRuns[] = "runs";
+constexpr char kKeyFile[] = "finished.key";
+
+struct PlannedRun {
+  const ModeSpec* mode;
+  uint64_t seed;
+  fs::path directory;
+  std::vector<std::string> overrides;
+  std::string key;  // of all that its result depends on
+};
+
+struct Plan {
+  LoadedScene scene;             // with the job's overrides, in its own mode
+  std::vector<ModeSpec> modes;   // the reference first
+  std::vector<PlannedRun> runs;  // seed by seed
+  Scene reference_scene;
+};
+
+std::vector<std::string> joined(std::vector<std::string> first,
+                                const std::vector<std::string>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+// Changes with anything that the result of a run depends on: the program, the scene, its files.
+std::string run_key(const std::string& program_hash, const LoadedScene& loaded) {
+  std::string text = program_hash + loaded.resolved;
+  for (const auto& [name, shape] : loaded.scene.shapes) {
+    const auto* mesh = std::get_if<MeshShape>(&shape);
+    if (mesh == nullptr) continue;
+    text += content_hash(read_file(mesh->file));
+    if (mesh->signature) text += content_hash(read_file(*mesh->signature));
+  }
+  return content_hash(text);
+}
+
+std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene) {
+  std::vector<ModeSpec> modes = {resolve_mode(job.reference, scene)};
+  for (const std::string& name : split_modes(job.modes)) {
+    if (name == job.reference) continue;
+    modes.push_back(resolve_mode(name, scene));
+  }
+  std::set<std::string> directories;
+  for (const ModeSpec& mode : modes) {
+    if (!directories.insert(mode.directory).second) {
+      throw Error(ErrorKind::usage, Problem{.file = "mode \"" + mode.name + '"',
+                                            .found = "is given twice",
+                                            .expected = "each mode once"});
+    }
+  }
+  return modes;
+}
+
+// Throws what the run would throw at its start: a mode that misses a signature, say.
+void require_simulator(const Scene& scene) {
+  const Model model = build_model(scene);
+  make_simulator(scene, model);
+}
+
+Plan make_plan(const ComparisonJob& job) {
+  Plan plan;
+  plan.scene = load_scene(job.scene_file, job.overrides);
+  plan.modes = resolve_modes(job, plan.scene.scene);
+  const std::string program_hash = content_hash(read_file(job.program));
+  for (int i = 0; i < job.runs; ++i) {
+    const uint64_t seed = plan.scene.scene.seed + static_cast<uint64_t>(i);
+    for (const ModeSpec& mode : plan.modes) {
+      PlannedRun run{.mode = &mode, .seed = seed};
+      run.directory = job.output / kRuns / mode.directory / ("seed" + std::to_string(seed));
+      run.overrides = joined(job.overrides, mode.overrides);
+      run.overrides.push_back("/seed=" + std::to_string(seed));
+      const LoadedScene loaded = load_scene(job.scene_file, run.overrides);
+      if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
+      if (i == 0) require_simulator(loaded.scene);
+      run.key = run_key(program_hash, loaded);
+      plan.runs.push_back(std::move(run));
+    }
+  }
+  return plan;
+}
+
+bool is_finished(const PlannedRun& run) {
+  const fs::path key = run.directory / kKeyFile;
+  return fs::exists(key) && read_file(key) == run.key;
+}
+
+void simulate(const ComparisonJob& job, const PlannedRun& run) {
+  std::vector<std::string> command = {job.program.string(),
+                                      "simulate",
+                                      fs::absolute(job.scene_file).string(),
+                                      "-o",
+                                      run.directory.string(),
+                                      "--quiet",
+                                      "--force",
+                                      "--threads",
+                                      std::to_string(thread_count())};
+  for (const std::string& one : run.overrides) {
+    command.push_back("--set");
+    command.push_back(one);
+  }
+  fs::remove(run.directory / kKeyFile);
+  Subprocess process(command, "pilesim");
+  while (!process.ends_within(0.05)) {
+    if (interrupted()) process.ask_to_end();
+  }
+  const SubprocessResult result = process.wait();
+  if (interrupted()) {
+    throw Error(ErrorKind::interrupted,
+                Problem{.file = job.output.string(),
+                        .found = "interrupted; the runs that were complete are kept",
+                        .remedy = "Go on with the same command and --resume"});
+  }
+  if (result.exit_status != 0) {
+    const bool known = result.exit_status == static_cast<int>(ErrorKind::input) ||
+                       result.exit_status == static_cast<int>(ErrorKind::io);
+    throw Error(known ? static_cast<ErrorKind>(result.exit_status) : ErrorKind::internal,
+                Problem{.file = run.directory.string(),
+                        .found = "mode " + run.mode->name + " with seed " +
+                                 std::to_string(run.seed) + " failed: " + result.errors});
+  }
+  write_file_atomically(run.directory / kKeyFile, run.key);
+}
+
+void simulate_all(const ComparisonJob& job, const Plan& plan) {
+  Progress progress(job.progress, "compare", plan.runs.size(), "runs");
+  for (size_t i = 0; i < plan.runs.size(); ++i) {
+    if (!job.resume || !is_finished(plan.runs[i])) simulate(job, plan.runs[i]);
+    progress.update(i + 1);
+  }
+}
+
+// The last frame, with the velocities of the way from the one before.
+BodyStates end_states(TrajectoryReader& trajectory) {
+  TrajectoryFrame before, end;
+  const uint64_t last = trajectory.frame_count() - 1;
+  trajectory.read(last - 1, before);
+  trajectory.read(last, end);
+  const double rate = trajectory.header().frame_rate;
+  BodyStates states;
+  states.flags = end.state;
+  for (size_t i = 0; i < end.position.size(); ++i) {
+    states.position.push_back(end.position[i].cast<double>());
+    states.orientation.push_back(end.orientation[i].cast<double>().normalized());
+    states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]).cast<double>());
+    const Eigen::AngleAxisd turn(states.orientation[i] *
+                                 before.orientation[i].cast<double>().normalized().conjugate());
+    const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
+    states.angular_velocity.push_back(rate * angle * turn.axis());
+  }
+  return states;
+}
+
+ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Model& judge_model,
+                     const Vec3& gravity, TrajectoryReader& trajectory) {
+  ComparedRun result;
+  result.seed = run.seed;
+  const Json report = Json::parse(read_file(run.directory / "report.json"));
+  result.simulated_s =
+      static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
+  result.setup_s = report["time"]["setup_s"];
+  result.steps = report["counts"]["steps"];
+  result.peak_memory_bytes = report["peak_memory_bytes"];
+  const Json& stages = report["time"]["stages"];
+  for (size_t i = 0; i < kStageCount; ++i) {
+    result.times.seconds[i] = stages[std::string(stage_name(static_cast<Stage>(i)))]["total_s"];
+  }
+  result.times.total_s = stages["all"]["total_s"];
+  result.measures = measure_run(trajectory, job.times);
+  result.quality = inspect_pile(judge_model, gravity, end_states(trajectory));
+  return result;
+}
+
+Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
+  Comparison comparison;
+  comparison.scene_name = plan.scene.scene.name;
+  comparison.scene_file = job.scene_file.string();
+  comparison.threads = thread_count();
+  const Model judge_model = build_model(plan.reference_scene);
+  for (const ModelShape& shape : judge_model.shapes) {
+    if (shape.collision_report.empty()) continue;
+    comparison.judged_by.push_back(shape.name + ": " + shape.collision_report);
+  }
+  for (const ModeSpec& mode : plan.modes) {
+    comparison.modes.push_back({.name = mode.name, .overrides = mode.overrides});
+  }
+  const size_t mode_count = plan.modes.size();
+  for (size_t i = 0; i < plan.runs.size(); ++i) {
+    const PlannedRun& run = plan.runs[i];
+    ComparedMode& mode = comparison.modes[i % mode_count];
+    TrajectoryReader trajectory(run.directory);
+    ComparedRun result = read_run(job, run, judge_model, plan.reference_scene.gravity, trajectory);
+    // The reference's own error is its distance to its next seed.
+    const size_t seed_index = i / mode_count;
+    const size_t other = i % mode_count == 0
+                             ? (seed_index + 1) % static_cast<size_t>(job.runs) * mode_count
+                             : seed_index * mode_count;
+    TrajectoryReader reference(plan.runs[other].directory);
+    result.motion = motion_error(reference, trajectory);
+    if (mode.collision_shapes.empty()) {
+      const Json report = Json::parse(read_file(run.directory / "report.json"));
+      mode.collision_shapes = report["collision_shapes"].get<std::vector<std::string>>();
+    }
+    mode.runs.push_back(std::move(result));
+  }
+  return comparison;
+}
+
+ComparisonSummary summarise(const nlohmann::ordered_json& figures) {
+  const auto number = [](const nlohmann::ordered_json& value) {
+    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  };
+  ComparisonSummary summary;
+  for (const auto& mode : figures["modes"]) {
+    ComparisonSummary::Line& line = summary.lines.emplace_back();
+    line.mode = mode["name"];
+    const auto& speed_up = mode["speed_up"];
+    line.speed_up = number(speed_up["value"]);
+    line.speed_up_low = number(speed_up["low"]);
+    line.speed_up_high = number(speed_up["high"]);
+    const auto& worst = mode["worst_error"];
+    line.error = line.error_low = line.error_high = std::numeric_limits<double>::quiet_NaN();
+    if (worst.is_null()) continue;
+    line.error = number(worst["value"]);
+    line.error_low = number(worst["low"]);
+    line.error_high = number(worst["high"]);
+    line.quantity = worst["quantity"];
+  }
+  return summary;
+}
+
+}  // namespace
+
+ComparisonSummary run_comparison(const ComparisonJob& job) {
+  std::vector<std::string_view> own(std::begin(kComparisonEntries), std::end(kComparisonEntries));
+  own.push_back(kRuns);
+  const auto there = claim_output(job.output, own, job.force || job.resume);
+  const Plan plan = make_plan(job);
+  install_interrupt_handler();
+  if (!job.resume) remove_output(there);
+  make_output_directory(job.output);
+  simulate_all(job, plan);
+  const Comparison comparison = evaluate(job, plan);
+  const std::string missing = write_comparison(comparison, job.output);
+  ComparisonSummary summary =
+      summarise(nlohmann::ordered_json::parse(read_file(job.output / "compare.json")));
+  if (!missing.empty()) summary.warnings.push_back(missing);
+  return summary;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,32 @@
+// Ways to simulate a scene, as the user names them: "statistical", "impulse:spheres7",
+// "impulse:decomposition@1/480", "statistical@1/60+/simulator/solver_iterations=8". A name is
+// nothing but overrides of the scene, as --set gives them, so a mode that comes later needs
+// nothing here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace pilesim {
+
+struct ModeSpec {
+  std::string name;                    // as written
+  std::string directory;               // a file name made of it
+  std::vector<std::string> overrides;  // "/json/pointer=value"
+};
+
+// "a,b,c" apart, at the commas that are not inside brackets. Throws Error(usage) for an empty name.
+std::vector<std::string> split_modes(const std::string& text);
+
+// MODE[:COLLISION[COUNT]][@STEP][+/POINTER=VALUE]... for `scene`:
+//   MODE       /simulator/mode. Another than the scene's own gets the defaults of step and sweeps,
+//              as the scene's are chosen for its own mode
+//   COLLISION  of every mesh that dynamic bodies have: hull, decomposition, spheres or sphere.
+//              COUNT: vertices of the hull, most pieces, spheres
+//   STEP       /step_s, in seconds, as a number or a fraction
+// Throws Error(usage) naming the part that is wrong.
+ModeSpec resolve_mode(const std::string& text, const Scene& scene);
+
+}  // namespace pilesim

@@ -1,0 +1,144 @@
+#include "report/comparison_charts.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.h"
+#include "core/subprocess.h"
+#include "core/text.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kColours[] = {"#333333", "#4c78a8", "#e45756", "#54a24b",
+                                    "#f2b155", "#9467bd", "#72b7b2", "#9d755d"};
+
+constexpr const char* kStyle =
+    "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
+    "set key outside right top textcolor rgb '#444444' reverse Left samplen 1.5 noenhanced\n";
+
+std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }
+
+std::string quoted(std::string text) {
+  for (char& c : text) c = c == '\'' || c == '\n' ? ' ' : c;
+  return "'" + text + "'";
+}
+
+std::string text_of(const Json& number) { return with_digits(number.get<double>(), 6); }
+
+bool is_known(const Json& interval) {
+  return interval.is_object() && interval["value"].is_number() && interval["low"].is_number();
+}
+
+// One plot of gnuplot: its elements and, after them, an inline block of data for each.
+struct Plot {
+  std::string settings, elements, data;
+
+  void add(const std::string& element, const std::string& block) {
+    elements += (elements.empty() ? "plot '-' " : ", '-' ") + element;
+    data += block + "e\n";
+  }
+};
+
+Chart draw(const std::string& title, const std::string& name, int height, const Plot& plot,
+           const std::filesystem::path& directory) {
+  const std::string size = std::to_string(height);
+  const std::string script = kStyle + plot.settings + plot.elements + "\n" + plot.data;
+  const auto run = [&](const std::string& terminal) {
+    return run_program({"gnuplot"}, "gnuplot-nox", "set terminal " + terminal + "\n" + script);
+  };
+  const std::string svg =
+      run("svg size 760," + size + " dynamic font 'sans-serif,12' background '#ffffff'");
+  write_file_atomically(directory / ("compare." + name + ".svg"), svg);
+  write_file_atomically(directory / ("compare." + name + ".png"),
+                        run("pngcairo size 1140," + std::to_string(height * 3 / 2) +
+                            " font 'sans,11' fontscale 1.4 background '#ffffff'"));
+  return {title, svg.substr(svg.find("<svg"))};
+}
+
+Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
+  Plot plot;
+  plot.settings =
+      "set logscale xy\nset grid lc rgb '#e4e4e4' lw 1\nset offsets graph 0.1, graph 0.1, graph "
+      "0.1, graph 0.1\n"
+      "set xlabel 'largest error (1: as far as the reference is from itself)'\n"
+      "set ylabel 'speed-up'\n";
+  for (size_t i = 0; i < modes.size(); ++i) {
+    const Json& mode = modes[i];
+    if (!is_known(mode["worst_error"]) || !is_known(mode["speed_up"])) continue;
+    const Json& x = mode["worst_error"];
+    const Json& y = mode["speed_up"];
+    plot.add("using 1:2:3:4:5:6 with xyerrorbars pt 7 ps 1.1 lw 1.6 lc rgb '" + colour_of(i) +
+                 "' title " + quoted(mode["name"]),
+             text_of(x["value"]) + " " + text_of(y["value"]) + " " + text_of(x["low"]) + " " +
+                 text_of(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
+  }
+  return draw("Speed-up against error", "pareto", 400, plot, directory);
+}
+
+Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
+  Plot plot;
+  std::string names;
+  size_t row = 0;
+  for (const auto& [name, error] : modes[0]["errors"].items()) {
+    std::string shown = name;
+    for (char& c : shown) c = c == '_' ? ' ' : c;
+    names += (row > 0 ? ", " : "") + quoted(shown) + " " + std::to_string(row);
+    ++row;
+  }
+  plot.settings = "set logscale x\nset grid xtics lc rgb '#e4e4e4' lw 1\nset ytics (" + names +
+                  ")\nset yrange [" + std::to_string(row) +
+                  ":-1]\nset xlabel 'error (1: as far as the reference is from itself)'\n"
+                  "set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#888888' dt 2\n";
+  for (size_t i = 0; i < modes.size(); ++i) {
+    std::string block;
+    double y = 0.6 * (static_cast<double>(i) + 0.5) / static_cast<double>(modes.size()) - 0.3;
+    for (const auto& [name, error] : modes[i]["errors"].items()) {
+      const Json& interval = error["normalised"];
+      // A logarithm has no place for 0.
+      if (is_known(interval) && interval["low"].get<double>() > 0) {
+        block += text_of(interval["value"]) + " " + with_digits(y, 6) + " " +
+                 text_of(interval["low"]) + " " + text_of(interval["high"]) + "\n";
+      }
+      y += 1;
+    }
+    if (block.empty()) continue;
+    plot.add("using 1:2:3:4 with xerrorbars pt 7 ps 0.7 lw 1.6 lc rgb '" + colour_of(i) +
+                 "' title " + quoted(modes[i]["name"]),
+             block);
+  }
+  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot, directory);
+}
+
+Chart energy_chart(const Json& figures, const std::filesystem::path& directory) {
+  Plot plot;
+  plot.settings =
+      "set grid ytics lc rgb '#e4e4e4' lw 1\nset xlabel 'simulated time (s)'\n"
+      "set ylabel 'energy per mass ((D/T)^2)'\n";
+  const Json& modes = figures["modes"];
+  for (size_t i = 0; i < modes.size(); ++i) {
+    const Json& energy = modes[i]["energy"];
+    std::string block;
+    for (size_t k = 0; k < energy.size(); ++k) {
+      if (!energy[k].is_number()) continue;
+      const double time_s = figures["simulated_s"].get<double>() * static_cast<double>(k + 1) /
+                            static_cast<double>(energy.size());
+      block += with_digits(time_s, 6) + " " + text_of(energy[k]) + "\n";
+    }
+    plot.add("with lines lw 1.6 lc rgb '" + colour_of(i) + "' title " + quoted(modes[i]["name"]),
+             block);
+  }
+  return draw("Energy of the first seed", "energy", 300, plot, directory);
+}
+
+}  // namespace
+
+std::vector<Chart> comparison_charts(const Json& figures, const std::filesystem::path& directory) {
+  const Json& modes = figures["modes"];
+  return {pareto_chart(modes, directory), error_chart(modes, directory),
+          energy_chart(figures, directory)};
+}
+
+}  // namespace pilesim

@@ -1,0 +1,155 @@
+#include "report/comparison_html.h"
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "core/text.h"
+#include "report/html.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& value) {
+  return escaped(value.is_string() ? value.get<std::string>() : value.dump());
+}
+
+std::string spaced(std::string name) {
+  for (char& c : name) c = c == '_' ? ' ' : c;
+  return escaped(name);
+}
+
+// "1.3 (1.1 to 1.6)"
+std::string shown(const Json& interval, double scale = 1) {
+  if (!interval.is_object() || !interval["value"].is_number()) return "not defined";
+  std::string text = with_digits(scale * interval["value"].get<double>(), 3);
+  if (interval["low"].is_number()) {
+    text += " <small>(" + with_digits(scale * interval["low"].get<double>(), 3) + " to " +
+            with_digits(scale * interval["high"].get<double>(), 3) + ")</small>";
+  }
+  return text;
+}
+
+using Cell = std::function<std::string(const Json& mode)>;
+
+// A column for each mode.
+class ModeTable {
+ public:
+  ModeTable(const std::string& title, const Json& modes) : modes_(modes) {
+    html_ = "<h2>" + title + "</h2>\n<table><tr><th></th>";
+    for (const Json& mode : modes) html_ += "<th class=\"n\">" + text_of(mode["name"]) + "</th>";
+    html_ += "</tr>\n";
+  }
+  void row(const std::string& name, const Cell& cell) {
+    html_ += "<tr><td>" + name + "</td>";
+    for (const Json& mode : modes_) html_ += "<td class=\"n\">" + cell(mode) + "</td>";
+    html_ += "</tr>\n";
+  }
+  std::string end() { return html_ + "</table>\n"; }
+
+ private:
+  const Json& modes_;
+  std::string html_;
+};
+
+std::string summary(const Json& modes) {
+  ModeTable table("Speed and error", modes);
+  table.row("speed-up", [](const Json& mode) { return shown(mode["speed_up"]); });
+  table.row("wall time of a simulated second, s",
+            [](const Json& mode) { return shown(mode["wall_per_simulated_second"]); });
+  table.row("wall time of a body's step, &micro;s",
+            [](const Json& mode) { return shown(mode["ns_per_body_step"]["all"], 1e-3); });
+  table.row("set-up, s", [](const Json& mode) { return shown(mode["setup_s"]); });
+  table.row("peak memory, MiB",
+            [](const Json& mode) { return shown(mode["peak_memory_bytes"], 1.0 / 1048576); });
+  table.row("largest error", [](const Json& mode) {
+    const Json& worst = mode["worst_error"];
+    return worst.is_null() ? "not defined" : shown(worst) + "<br>" + spaced(worst["quantity"]);
+  });
+  return table.end();
+}
+
+std::string errors(const Json& modes) {
+  ModeTable relative("Errors, 1: as far as the reference is from itself", modes);
+  ModeTable absolute("Distances to the reference", modes);
+  for (const auto& [name, first] : modes[0]["errors"].items()) {
+    const std::string key = name;
+    relative.row(spaced(name),
+                 [&](const Json& mode) { return shown(mode["errors"][key]["normalised"]); });
+    absolute.row(spaced(name) + ", " + text_of(first["unit"]),
+                 [&](const Json& mode) { return shown(mode["errors"][key]["distance"]); });
+  }
+  return relative.end() + absolute.end();
+}
+
+std::string motion(const Json& modes) {
+  ModeTable table("Errors of motion, body by body, from frame to frame", modes);
+  for (const auto& [name, first] : modes[0]["motion"].items()) {
+    const std::string key = name;
+    table.row(spaced(name), [&](const Json& mode) { return shown(mode["motion"][key]); });
+  }
+  return table.end() +
+         "<p class=\"sub\">Against the reference of the same seed; of the reference itself against "
+         "its run of the next seed, by which the normalised ones are divided.</p>\n";
+}
+
+std::string quality(const Json& figures) {
+  const Json& modes = figures["modes"];
+  ModeTable table("The pile at the end", modes);
+  for (const auto& [name, first] : modes[0]["quality_at_end"].items()) {
+    const std::string key = name;
+    table.row(spaced(name), [&](const Json& mode) { return shown(mode["quality_at_end"][key]); });
+  }
+  std::string html = table.end() + "<p class=\"sub\">All modes judged by the same shapes: ";
+  for (const Json& line : figures["end_judged_by"]) html += text_of(line) + "; ";
+  return html + "primitives exactly.</p>\n";
+}
+
+std::string stages(const Json& modes) {
+  ModeTable table("Wall time of a step by stage, ms", modes);
+  for (const auto& [name, first] : modes[0]["ms_per_step"].items()) {
+    const std::string key = name;
+    table.row(spaced(name), [&](const Json& mode) { return shown(mode["ms_per_step"][key]); });
+  }
+  return table.end();
+}
+
+std::string definitions(const Json& modes) {
+  std::string html = "<h2>The modes</h2>\n<table>\n";
+  for (const Json& mode : modes) {
+    html += "<tr><td>" + text_of(mode["name"]) + "</td><td>";
+    for (const Json& line : mode["overrides"])
+      html += "<code>--set " + text_of(line) + "</code><br>";
+    for (const Json& line : mode["collision_shapes"]) html += text_of(line) + "<br>";
+    html += "</td></tr>\n";
+  }
+  return html + "</table>\n";
+}
+
+}  // namespace
+
+std::string comparison_html(const Json& figures, const std::vector<Chart>& charts,
+                            const std::string& missing) {
+  const std::string name = text_of(figures["scene"]["name"]);
+  const Json& modes = figures["modes"];
+  std::string html = "<h1>" + name + "</h1>\n<p class=\"sub\">pilesim compare, <code>" +
+                     text_of(figures["scene"]["file"]) + "</code>, " +
+                     std::to_string(figures["seeds"].size()) + " seeds, " +
+                     with_digits(figures["simulated_s"], 4) +
+                     " s simulated; reference: " + text_of(figures["reference"]) +
+                     ". D = " + with_digits(figures["units"]["D_m"], 4) +
+                     " m, T = " + with_digits(figures["units"]["T_s"], 4) +
+                     " s. In brackets: 95 % intervals, bootstrapped over seeds.</p>\n";
+  if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
+  html += summary(modes);
+  for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
+  html += errors(modes) + motion(modes) + quality(figures) + stages(modes) + definitions(modes);
+  html += "<h2>Machine</h2>\n<table>\n";
+  for (const auto& [key, value] : figures["machine"].items()) {
+    html += "<tr><td>" + escaped(key) + "</td><td>" + text_of(value) + "</td></tr>\n";
+  }
+  return html_page(name, html + "</table>\n");
+}
+
+}  // namespace pilesim

@@ -1,0 +1,57 @@
+// compare.json, compare.html and charts: how fast and how far from the reference each way to
+// simulate a scene is.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/pile_quality.h"
+#include "core/stage_timer.h"
+#include "report/run_measures.h"
+
+namespace pilesim {
+
+struct ComparedRun {
+  uint64_t seed = 0;
+  double simulated_s = 0;
+  double setup_s = 0;  // wall: loading, decomposition, building
+  StageTimes times;    // wall, of all frames
+  uint64_t steps = 0;
+  uint64_t peak_memory_bytes = 0;
+  PileQuality quality;  // at the end, by the shapes that Comparison::judged_by describes
+  RunMeasures measures;
+  // Against the reference of the same seed; of the reference against its own run of the next seed.
+  MotionError motion;
+};
+
+struct ComparedMode {
+  std::string name;                           // as the user wrote it
+  std::vector<std::string> overrides;         // of the scene: what the name means
+  std::vector<std::string> collision_shapes;  // one line a shape, with its error
+  std::vector<ComparedRun> runs;              // by seed
+};
+
+struct Comparison {
+  std::string scene_name, scene_file;
+  int threads = 1;
+  std::vector<std::string> judged_by;  // the collision shapes that the end is judged by
+  std::vector<ComparedMode> modes;     // the reference first; at least 3 runs each
+};
+
+// What write_comparison() writes into a directory.
+inline constexpr std::string_view kComparisonEntries[] = {
+    "compare.json",       "compare.html",       "compare.pareto.svg", "compare.pareto.png",
+    "compare.errors.svg", "compare.errors.png", "compare.energy.svg", "compare.energy.png"};
+
+nlohmann::ordered_json comparison_json(const Comparison& comparison);
+
+// Writes compare.html, which needs no other file, and compare.json, last. Where gnuplot is missing
+// or fails there are no charts, and what is returned says why; else it is empty. Throws Error(io).
+std::string write_comparison(const Comparison& comparison, const std::filesystem::path& directory);
+
+}  // namespace pilesim

@@ -1,0 +1,63 @@
+// What is measured of a trajectory to compare it with others: distributions over bodies and a few
+// figures of the whole, in units of the bodies' size and of gravity. Reads trajectories only, so
+// velocities are differences of successive frames: what happens within a frame is not seen, and
+// turns of more than half a revolution a frame count as less.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/types.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+
+// Units are made of D, the mean diameter of the dynamic bodies (of the ball about the centre of
+// mass that holds the mesh), and T = sqrt(D / g); without gravity T is 1 s.
+struct MeasuredQuantity {
+  std::string name;  // "radial_distance"
+  std::string unit;  // "D"
+  // (times) samples, ascending: one a body, or a single one where the whole has one value.
+  std::vector<std::vector<double>> samples;
+};
+
+struct RunMeasures {
+  double diameter_m = 0;
+  double unit_time_s = 0;                    // T
+  std::vector<double> times_s;               // at which the distributions in time are taken
+  std::vector<MeasuredQuantity> quantities;  // the same ones in the same order in every run
+  double mean_bodies = 0;                    // dynamic and present, over the frames after the first
+  uint64_t bodies_at_end = 0;
+};
+
+// The distributions are taken at `times` moments evenly spread to the end, of the dynamic bodies
+// that are present there:
+//   radial_distance, height   D; about the mean horizontal place of all starts
+//   speed, spin               D/T, 1/T
+//   energy                    (D/T)^2 per unit of mass, every frame: kinetic, by the differences,
+//                             and potential above the world's origin; all bodies of one density
+//   settling_time             T; when a body last moved faster than 0.05 D/T in its centre or rim
+//   tilt                      degrees, at the end: between the body's up and that of its nearest
+//                             rest pose on a plane that is not unlikely (5 %)
+//   pile_angle                degrees, at the end: of the upright cone of the same mean height
+//                             above the lowest bodies and the same mean radius
+//   packing_fraction          at the end: bodies' volume over that of the columns of width D from
+//                             the lowest body's underside to each column's highest body
+// Throws Error(input) where the trajectory has fewer than 2 frames or no dynamic body.
+RunMeasures measure_run(TrajectoryReader& trajectory, int times);
+
+// 1 for bodies that move by forces (not fixed, not kinematic), by the scene that the header holds.
+std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header);
+
+// The dissertation's errors of motion (5.3.2.4): of the way m = x(j+1) - x(j) of each body from
+// frame to frame. Frames and bodies where m of the reference is below 0.001 D are left out of the
+// relative error, whose denominator vanishes there.
+struct MotionError {
+  double relative = 0;                    // mean of |m - m'| / |m|
+  double absolute = 0;                    // mean of |m - m'|, in D
+  std::vector<double> absolute_by_frame;  // (frames - 1)
+};
+// Of two trajectories of the same bodies. Throws Error(input) where bodies or frames differ.
+MotionError motion_error(TrajectoryReader& reference, TrajectoryReader& other);
+
+}  // namespace pilesim

@@ -1,0 +1,101 @@
+// Contacts between spheres, and with surfaces, at the level of velocities: what lies is carried,
+// rubs and resists rolling (projected Gauss-Seidel). Colliding is not solved here but drawn from
+// signatures.
+//
+// Contacts are kept in groups of eight that share no sphere, so that vector registers solve a group
+// at once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+
+namespace pilesim {
+
+inline constexpr size_t kLanes = 8;
+
+// What contacts move. Those that nothing moves have zeros for the inverses.
+struct alignas(32) SphereMotion {
+  Vec3f velocity = Vec3f::Zero();  // m/s
+  float inverse_mass = 0;          // 1/kg
+  Vec3f spin = Vec3f::Zero();      // rad/s
+  float inverse_inertia = 0;       // 1/(kg m^2), the same about every axis
+};
+
+// How far a sphere goes in a step.
+struct alignas(16) SphereShift {
+  Vec3f way = Vec3f::Zero();  // m
+  float inverse_mass = 0;     // 1/kg
+};
+
+// What a contact has done so far in a step, or did in the one before; on `a`.
+struct ContactImpulse {
+  float normal = 0;                                         // N s
+  Vec3f friction = Vec3f::Zero(), rolling = Vec3f::Zero();  // N s, N m s
+};
+
+struct SphereContact {
+  uint32_t a, b;       // places: rows of the arrays of motions and shifts
+  Vec3f normal;        // unit, from b to a
+  float gap;           // m, at the beginning of the step
+  float arm_a, arm_b;  // m, from the centres to the contact
+  float friction;      // Coulomb's
+  float rolling_m;     // resists turning up to this times the normal impulse
+  float lift;          // share of its depth by which it comes apart in a sweep of separate()
+  ContactImpulse impulse;
+};
+
+// Rows are fields, columns are contacts. Vectors are rows x, y, z.
+struct alignas(32) ContactGroup {
+  using Row = std::array<float, kLanes>;
+  using Rows = std::array<Row, 3>;
+  std::array<uint32_t, kLanes> a, b;
+  Rows normal;
+  Row gap, arm_a, arm_b, friction, rolling_m, lift;
+  Row normal_impulse;
+  Rows friction_impulse, rolling_impulse;
+  Row normal_mass, tangent_mass, turn_inertia;  // effective; of all groups by prepare()
+
+  Vec3f normal_of(size_t lane) const;
+  ContactImpulse impulse(size_t lane) const;
+};
+
+// Sorts contacts into groups as they come.
+class ContactGroups {
+ public:
+  // Set in `b`: a row of the contacts' own, that nothing moves. Until close(), which puts those
+  // rows at `begin`. Row 0 is for lanes without contact.
+  static constexpr uint32_t kFixed = 0x80000000;
+
+  void clear();
+  // `used` by place, zero before the first contact; clear_marks() makes it so again. Returns the
+  // contact's slot: group * kLanes + lane.
+  uint32_t add(const SphereContact& contact, std::vector<uint64_t>& used);
+  void clear_marks(std::vector<uint64_t>& used) const;
+  void close(uint32_t begin);
+
+  std::span<ContactGroup> groups() { return groups_; }
+  std::span<const ContactGroup> groups() const { return groups_; }
+  ContactGroup& of(uint32_t slot) { return groups_[slot / kLanes]; }
+  const ContactGroup& of(uint32_t slot) const { return groups_[slot / kLanes]; }
+
+ private:
+  static constexpr size_t kColours = 63;
+  struct Open {
+    uint32_t group = 0, lanes = 0;
+  };
+  std::vector<ContactGroup> groups_;
+  std::array<Open, kColours> open_{};  // by colour: contacts of one colour share no sphere
+};
+
+// Fills in the effective masses and gives what the contacts begin with.
+void prepare(std::span<ContactGroup> groups, std::span<SphereMotion> motions);
+// One sweep. `inverse_step` in 1/s: a gap may close within the step.
+void solve(float inverse_step, std::span<ContactGroup> groups, std::span<SphereMotion> motions);
+// One sweep that brings apart what is sunk deeper than `slop` of its arm.
+void separate(float slop, std::span<const ContactGroup> groups, std::span<SphereShift> shifts);
+
+}  // namespace pilesim

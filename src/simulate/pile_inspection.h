@@ -1,0 +1,24 @@
+// How sound a pile is, by the distances of its bodies' collision shapes, whatever simulated it.
+#pragma once
+
+#include "core/pile_quality.h"
+#include "scene/model.h"
+#include "simulate/body_state.h"
+
+namespace pilesim {
+
+// A body at rest sleeps, or is slower than this share of sqrt(g r) in its centre and, by turning,
+// at its outer radius r.
+inline constexpr double kRestingSpeed = 0.05;
+// Bodies closer than this share of the mean diameter hold each other up.
+inline constexpr double kTouchingGap = 0.02;
+
+// Distances are of the model's collision pieces (GJK, and EPA where they overlap), for pairs whose
+// boxes nearly meet: the same states may be judged by another model whose shapes follow the meshes
+// more closely. Bodies escape through a plane when their centre is deeper behind it than their
+// smallest extent. Floating are bodies at rest that no chain of touching bodies joins to one that
+// is fixed, kinematic, held, hinged or moving. `gravity` in m/s^2. Runs in parallel; the result
+// does not depend on the number of threads.
+PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states);
+
+}  // namespace pilesim

@@ -1,0 +1,245 @@
+// The scenes of presets/hard in every mode that applies, at three step sizes.
+//   hard_cases_benchmark [NAME...]
+// prints a table of pass or fail with the figures. A pass means: nothing is not finite, the energy
+// never rises above its start (but for what undoing overlaps lifts), momentum is kept where nothing
+// takes it, nothing gets through a wall or the ground, penetration at the end stays below the
+// case's bound, what should stand stands, what should rest rests, and the same run twice gives the
+// same bytes (at 1/60 s). The signatures must be there: ninja -C build/release signatures.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/text.h"
+#include "geometry/mesh.h"
+#include "geometry/obj_writer.h"
+#include "geometry/primitives.h"
+#include "report/machine_info.h"
+#include "scene/scene_loader.h"
+#include "simulate/pile_inspection.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+constexpr double kSteps[] = {1.0 / 240, 1.0 / 60, 1.0 / 15};
+
+struct Case {
+  std::string name;
+  double most_penetration = 0.02;  // D, at the end
+  bool rests = true;
+  double most_drift = kNone;   // D, of any body from its start
+  bool statistical = false;    // has signatures
+  double energy_slack = 0.05;  // of m g D a body, where there is gravity
+  bool keeps_momentum = false;
+  double wall_x = kNone;  // m: what is beyond it got through
+};
+
+const std::vector<Case> kCases = {
+    {.name = "tower", .most_drift = 0.05},
+    {.name = "heavy_on_light", .most_drift = 0.05},
+    {.name = "pyramid", .most_drift = 0.05},
+    {.name = "card_house", .most_drift = 0.05},
+    {.name = "needles"},
+    {.name = "plates"},
+    {.name = "millimetres_and_100_m"},
+    {.name = "thin_wall", .rests = false, .statistical = true, .wall_x = 0.02},
+    {.name = "spinning", .rests = false, .statistical = true},
+    {.name = "overlapping", .statistical = true, .energy_slack = 5},
+    {.name = "restitution", .rests = false},
+    {.name = "friction_0", .rests = false},
+    {.name = "friction_2", .most_drift = 0.05},
+    {.name = "arch", .most_drift = 0.05},
+    {.name = "rings", .rests = false, .most_drift = 1.5},
+    {.name = "spikes_and_wedges"},
+    {.name = "million_triangles"},
+    {.name = "contact_on_edge"},
+    {.name = "zero_gravity",
+     .most_penetration = 0.05,
+     .rests = false,
+     .statistical = true,
+     .keeps_momentum = true},
+    {.name = "funnel", .statistical = true},
+    {.name = "resting", .statistical = true},
+};
+
+struct Outcome {
+  double wall_s = 0;
+  PileQuality quality;
+  double drift = 0;            // D
+  double energy_excess = 0;    // of the start's kinetic energy and m g D a body
+  double momentum_change = 0;  // of the sum of the bodies' momenta at the start
+  uint64_t through = 0;
+  uint32_t awake = 0;
+  std::string hash;
+  std::string fault;  // what was thrown
+};
+
+Vec3 momentum(const Model& model, const BodyStates& states, double& sum) {
+  Vec3 total = Vec3::Zero();
+  for (size_t i = 0; i < states.size(); ++i) {
+    total += model.bodies[i].mass_kg * states.linear_velocity[i];
+    sum += model.bodies[i].mass_kg * states.linear_velocity[i].norm();
+  }
+  return total;
+}
+
+std::string hash_of(const BodyStates& states) {
+  Hasher hasher;
+  hasher.add_values(std::span<const Vec3>(states.position));
+  hasher.add_values(std::span<const Vec3>(states.linear_velocity));
+  hasher.add_values(std::span<const Vec3>(states.angular_velocity));
+  return hasher.digest();
+}
+
+void judge_motion(const Case& one, const Model& model, const BodyStates& start,
+                  const BodyStates& end, Outcome& outcome) {
+  const double diameter = outcome.quality.body_diameter_m;
+  for (size_t i = 0; i < end.size(); ++i) {
+    if (model.bodies[i].role != Role::dynamic) continue;
+    outcome.drift =
+        std::max(outcome.drift, (end.position[i] - start.position[i]).norm() / diameter);
+    if (end.position[i].x() > one.wall_x) ++outcome.through;
+  }
+  double sum = 0, unused = 0;
+  const Vec3 before = momentum(model, start, sum);
+  outcome.momentum_change = sum > 0 ? (momentum(model, end, unused) - before).norm() / sum : 0;
+}
+
+Outcome run(const Case& one, const LoadedScene& loaded) {
+  Outcome outcome;
+  const Scene& scene = loaded.scene;
+  const Model model = build_model(scene);
+  const Clock::time_point start_time = Clock::now();
+  try {
+    const auto simulator = make_simulator(scene, model);
+    const BodyStates start = simulator->states();
+    FrameStatistics statistics = simulator->statistics();
+    outcome.quality = inspect_pile(model, scene.gravity, start);
+    double scale = statistics.kinetic_energy_j;
+    double weight = 0;  // m g D of all bodies
+    for (const ModelBody& body : model.bodies) {
+      weight += body.mass_kg * scene.gravity.norm() * outcome.quality.body_diameter_m;
+    }
+    scale += weight;
+    const double first = statistics.kinetic_energy_j + statistics.potential_energy_j;
+    for (int frame = 1; frame < scene.frame_count(); ++frame) {
+      statistics = simulator->step_frame();
+      const double energy = statistics.kinetic_energy_j + statistics.potential_energy_j;
+      outcome.energy_excess =
+          std::max(outcome.energy_excess, (energy - first - one.energy_slack * weight) / scale);
+    }
+    outcome.awake = statistics.bodies_awake;
+    outcome.wall_s = std::chrono::duration<double>(Clock::now() - start_time).count();
+    outcome.quality = inspect_pile(model, scene.gravity, simulator->states());
+    outcome.hash = hash_of(simulator->states());
+    judge_motion(one, model, start, simulator->states(), outcome);
+  } catch (const Error& error) {
+    outcome.fault = error.what();
+  }
+  return outcome;
+}
+
+std::string verdict(const Case& one, const Outcome& outcome, double most_momentum_change) {
+  if (!outcome.fault.empty()) return outcome.fault;
+  std::string failed;
+  const auto require = [&](bool met, const std::string& what) {
+    if (!met) failed += (failed.empty() ? "" : ", ") + what;
+  };
+  const PileQuality& quality = outcome.quality;
+  require(quality.deepest_penetration_m <= one.most_penetration * quality.body_diameter_m,
+          "penetration");
+  require(quality.escaped == 0, "escaped " + std::to_string(quality.escaped));
+  require(outcome.through == 0, "through the wall " + std::to_string(outcome.through));
+  require(outcome.energy_excess <= 1e-3, "energy");
+  require(!one.rests || quality.unsettled == 0, "unsettled " + std::to_string(quality.unsettled));
+  require(!one.rests || quality.floating == 0, "floating " + std::to_string(quality.floating));
+  require(outcome.drift <= one.most_drift, "moved");
+  require(!one.keeps_momentum || outcome.momentum_change < most_momentum_change,
+          "momentum by " + with_digits(outcome.momentum_change, 2));
+  return failed;
+}
+
+// A ball of 1.3 million triangles with bumps, written where the scene below looks for it.
+fs::path write_million_triangles(const fs::path& directory) {
+  TriangleMesh ball = sphere_mesh(0.1, 8);
+  for (Vec3& v : ball.vertices) {
+    v *= 1 + 0.03 * std::sin(70 * v.x()) * std::sin(60 * v.y()) * std::sin(50 * v.z());
+  }
+  write_obj(ball, directory / "million_triangles.obj");
+  const fs::path scene = directory / "million_triangles.json";
+  FILE* file = std::fopen(scene.c_str(), "w");
+  std::fputs(R"({"version": 1, "duration_s": 4, "materials": {"stone": {"friction": 0.7}},
+    "shapes": {"ground": {"type": "plane"}, "ball": {"type": "mesh", "file": "million_triangles.obj"}},
+    "bodies": [{"shape": "ground", "material": "stone", "role": "static"}],
+    "emitters": [{"type": "grid", "shape": "ball", "material": "stone", "centre": [0, 0.5, 0],
+                  "count": [2, 2, 2], "spacing": [0.22, 0.22, 0.22]}]})",
+             file);
+  std::fclose(file);
+  return scene;
+}
+
+void run_case(const Case& one, const fs::path& scratch) {
+  const fs::path scene = one.name == "million_triangles"
+                             ? write_million_triangles(scratch)
+                             : fs::path(PILESIM_SOURCE_DIR "/presets/hard") / (one.name + ".json");
+  for (const std::string mode : {"impulse", "statistical"}) {
+    if (mode == "statistical" && !one.statistical) continue;
+    for (const double step_s : kSteps) {
+      char step[40];
+      std::snprintf(step, sizeof step, "/step_s=%.17g", step_s);
+      const LoadedScene loaded = load_scene(
+          scene, std::vector<std::string>{"/simulator/mode=" + mode, step, "/frame_rate=15"});
+      const Outcome outcome = run(one, loaded);
+      // Rounding: the statistical mode moves bodies in single precision.
+      std::string failed = verdict(one, outcome, mode == "impulse" ? 1e-9 : 1e-5);
+      if (failed.empty() && step_s == kSteps[1] && run(one, loaded).hash != outcome.hash) {
+        failed = "not the same bytes twice";
+      }
+      const PileQuality& quality = outcome.quality;
+      std::printf("| %s | %s | 1/%.0f | %s | %.2g | %.2g | %llu | %.1f |\n", one.name.c_str(),
+                  mode.c_str(), 1 / step_s, failed.empty() ? "pass" : ("FAIL: " + failed).c_str(),
+                  quality.deepest_penetration_m / quality.body_diameter_m, outcome.drift,
+                  static_cast<unsigned long long>(quality.unsettled), outcome.wall_s);
+      std::fflush(stdout);
+    }
+  }
+}
+
+void run_all(int argc, char** argv) {
+  const MachineInfo machine = machine_info();
+  std::printf("%s, %s\n\n", machine.cpu.c_str(), machine.system.c_str());
+  std::printf(
+      "| Case | Mode | Step, s | Result | Penetration, D | Moved at most, D | Unsettled | Wall, s "
+      "|\n"
+      "|---|---|---|---|---|---|---|---|\n");
+  const fs::path scratch = fs::temp_directory_path() / "pilesim_hard_cases";
+  fs::create_directories(scratch);
+  for (const Case& one : kCases) {
+    const bool wanted = argc < 2 || std::find(argv + 1, argv + argc, one.name) != argv + argc;
+    if (wanted) run_case(one, scratch);
+  }
+  fs::remove_all(scratch);
+}
+
+}  // namespace
+}  // namespace pilesim
+
+int main(int argc, char** argv) {
+  try {
+    pilesim::run_all(argc, argv);
+  } catch (const pilesim::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,177 @@
+"""compare and --fail-on: what they write, refuse, resume, and that they see what is wrong."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+
+from support import PILESIM, SOURCE, CommandTest, tree_bytes
+
+
+def meshes(scene):
+    """BOXES with L-shapes, whose collision can be chosen."""
+    scene["duration_s"] = 0.4
+    scene["shapes"]["box"] = {"type": "mesh", "file": str(SOURCE / "assets/l_shape.obj")}
+    scene["emitters"][0].update(centre=[0, 0.5, 0], spacing=[0.3, 0.3, 0.3])
+
+
+class Compare(CommandTest):
+    def compare(self, *arguments):
+        """Without gnuplot, whose charts take longer than all runs."""
+        return self.succeed(
+            "compare",
+            self.write_scene(meshes),
+            "-o",
+            "out",
+            "--runs",
+            3,
+            *arguments,
+            env={**os.environ, "PATH": str(self.dir)},
+        )
+
+    def figures(self):
+        return json.loads((self.dir / "out/compare.json").read_text())
+
+    def test_writes_figures_page_and_charts(self):
+        modes = "impulse,impulse:spheres3,impulse:decomposition@1/120"
+        result = self.succeed(
+            "compare", self.write_scene(meshes), "-o", "out", "--runs", 3, "--modes", modes
+        )
+        self.assertIn("impulse:spheres3", result.stdout)
+        figures = self.figures()
+        names = [mode["name"] for mode in figures["modes"]]
+        self.assertEqual(names, ["impulse:decomposition", *modes.split(",")])
+        self.assertEqual(figures["seeds"], [3, 4, 5])
+        reference = figures["modes"][0]
+        for error in reference["errors"].values():
+            if error["spread_of_reference"]["value"] > 0:
+                self.assertAlmostEqual(error["normalised"]["value"], 1)
+        for mode in figures["modes"]:
+            self.assertGreater(mode["wall_per_simulated_second"]["value"], 0)
+            self.assertGreater(mode["peak_memory_bytes"]["value"], 1e6)
+            self.assertLessEqual(mode["speed_up"]["low"], mode["speed_up"]["value"])
+            self.assertEqual(mode["quality_at_end"]["bodies_at_end"]["value"], 8)
+        self.assertIn("3 pieces", "".join(figures["modes"][2]["collision_shapes"]))
+        page = (self.dir / "out/compare.html").read_text()
+        self.assertEqual(page.count("<svg"), 3)
+        for outside in ('src="http', 'href="http', "<link", "<script src"):
+            self.assertNotIn(outside, page)
+        for chart in ("pareto", "errors", "energy"):
+            self.assertIn("<svg", (self.dir / f"out/compare.{chart}.svg").read_text())
+            png = (self.dir / f"out/compare.{chart}.png").read_bytes()
+            self.assertTrue(png.startswith(b"\x89PNG"))
+        self.succeed("render", "out/runs/impulse_spheres3/seed4", "--frames", "0", "--no-video")
+
+    def test_sees_an_injected_fault(self):
+        result = self.compare(
+            "--modes",
+            "impulse:decomposition+/gravity=[0,-12,0],"
+            "impulse:decomposition+/materials/wood/restitution=0.4",
+        )
+        self.assertRegex(result.stderr, r"warning: .*no charts.*gnuplot.*apt install")
+        _, wrong, bouncing = self.figures()["modes"]
+        self.assertGreater(wrong["worst_error"]["low"], 2)
+        self.assertGreater(bouncing["worst_error"]["low"], 1.5)
+        self.assertGreater(wrong["motion"]["relative"]["value"], 0.05)
+
+    def test_resume_keeps_finished_runs_and_force_does_not(self):
+        self.compare("--modes", "impulse")
+        runs = self.dir / "out/runs"
+        (self.dir / "out/compare.json").unlink()
+        first = tree_bytes(runs)
+        (runs / "impulse/seed5/finished.key").unlink()
+        self.compare("--modes", "impulse", "--resume")
+        second = tree_bytes(runs)
+        same = [name for name in first if first[name] == second[name] and name.endswith("report.json")]
+        self.assertEqual(len(same), 5)  # of 6
+        # What was simulated is no longer what is asked for.
+        self.compare("--modes", "impulse", "--resume", "--set", "/gravity=[0,-5,0]")
+        third = tree_bytes(runs)
+        self.assertFalse(any(second[n] == third[n] for n in second if n.endswith("report.json")))
+        self.expect_exit(2, "compare", "scene.json", "-o", "out", "--modes", "impulse")
+        self.compare("--modes", "impulse:hull", "--force")
+        self.assertFalse((runs / "impulse").exists())
+
+    def test_ctrl_c_can_be_resumed(self):
+        def long(scene):
+            meshes(scene)
+            scene["duration_s"] = 30
+            scene["simulator"] = {"sleeping": False}
+
+        scene = self.write_scene(long)
+        process = subprocess.Popen(
+            [PILESIM, "compare", scene, "-o", "out", "--modes", "impulse", "--runs", "3"],
+            cwd=self.dir,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        timing = self.dir / "out/runs/impulse_decomposition/seed3/timing.csv"
+        for _ in range(600):
+            if timing.exists() and timing.read_text().count("\n") > 5:
+                break
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 130, errors)
+        self.assertIn("--resume", errors)
+        self.assertFalse((self.dir / "out/compare.json").exists())
+        self.compare("--modes", "impulse", "--resume")
+
+    def refuse(self, code, *arguments):
+        result = self.expect_exit(
+            code, "compare", self.write_scene(meshes), "-o", "out", *arguments
+        )
+        self.assertFalse((self.dir / "out").exists())
+        return result.stderr
+
+    def test_refusals_come_before_any_run(self):
+        self.assertIn("cubes", self.refuse(2, "--modes", "impulse:cubes"))
+        self.assertIn("twice", self.refuse(2, "--modes", "impulse,impulse"))
+        self.assertIn("--runs", self.refuse(2, "--modes", "impulse", "--runs", "2"))
+        self.assertIn("magic", self.refuse(3, "--modes", "impulse,magic"))
+        self.assertIn("signature", self.refuse(3, "--modes", "statistical"))
+        self.refuse(2, "--modes", "impulse", "--force", "--resume")
+
+
+class Gates(CommandTest):
+    def test_a_failing_gate_ends_with_5_and_keeps_the_result(self):
+        # Half a second is too short for anything to come to rest.
+        result = self.expect_exit(
+            5, "simulate", self.write_scene(), "-o", "out", "--fail-on", "unsettled>0,escaped>0"
+        )
+        self.assertRegex(result.stderr, r"unsettled is \d bodies; expected not unsettled>0")
+        self.assertNotIn("escaped is", result.stderr)
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual([gate["passed"] for gate in report["gates"]], [False, True])
+        page = (self.dir / "out/report.html").read_text()
+        self.assertIn("Quality gates", page)
+        self.succeed("render", "out", "--frames", "0", "--no-video")
+
+    def test_a_sound_pile_passes(self):
+        def settled(scene):
+            scene["duration_s"] = 3
+
+        gates = "penetration>0.02D,unsettled>0,escaped>0,floating>0"
+        result = self.succeed(
+            "simulate", self.write_scene(settled), "-o", "out", "--fail-on", gates
+        )
+        self.assertIn("0 unsettled, 0 escaped, 0 floating", result.stdout)
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(len(report["gates"]), 4)
+        self.assertTrue(all(gate["passed"] for gate in report["gates"]))
+
+    def test_a_bad_gate_is_refused_before_any_work(self):
+        for gates in ("penetration>0.02", "weight>3", "unsettled", ""):
+            result = self.expect_exit(
+                2, "simulate", self.write_scene(), "-o", "out", "--fail-on", gates
+            )
+            self.assertIn("--fail-on", result.stderr)
+            self.assertFalse((self.dir / "out").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,149 @@
+// Piles whose faults are known.
+#include "simulate/pile_inspection.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pilesim {
+namespace {
+
+constexpr double kEdge = 0.2;
+const double kDiameter = kEdge * std::sqrt(3.0);
+const Vec3 kGravity(0, -9.81, 0);
+
+// Boxes on a plane, as exact primitives, at rest.
+class PileInspection : public testing::Test {
+ protected:
+  PileInspection() {
+    model.materials.emplace_back();
+    model.shapes.push_back({.name = "ground", .is_plane = true});
+    ModelShape& box = model.shapes.emplace_back();
+    box.name = "box";
+    box.mass = box_mass_properties(Vec3::Constant(kEdge));
+    box.bounding_radius = kDiameter / 2;
+    box.smallest_extent = kEdge;
+    box.pieces.push_back({.kind = CollisionPiece::Kind::box, .size = Vec3::Constant(kEdge)});
+    add(0, Role::fixed, Vec3::Zero());
+  }
+  void add(uint32_t shape, Role role, const Vec3& position, uint8_t flags = kAsleep) {
+    ModelBody body{.linear_velocity = Vec3::Zero(), .angular_velocity = Vec3::Zero()};
+    body.shape = shape;
+    body.role = role;
+    model.bodies.push_back(body);
+    states.position.push_back(position);
+    states.orientation.push_back(Quat::Identity());
+    states.linear_velocity.push_back(Vec3::Zero());
+    states.angular_velocity.push_back(Vec3::Zero());
+    states.flags.push_back(static_cast<uint8_t>(flags | kPresent));
+  }
+  void add_box(const Vec3& position, uint8_t flags = kAsleep) {
+    add(1, Role::dynamic, position, flags);
+  }
+  PileQuality inspect(const Vec3& gravity = kGravity) const {
+    return inspect_pile(model, gravity, states);
+  }
+
+  Model model;
+  BodyStates states;
+};
+
+TEST_F(PileInspection, ASoundStack) {
+  for (int i = 0; i < 5; ++i) add_box(Vec3(0, kEdge * (i + 0.5), 0));
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.bodies, 5);
+  EXPECT_EQ(quality.unsettled + quality.escaped + quality.floating, 0);
+  EXPECT_NEAR(quality.deepest_penetration_m, 0, 1e-9);
+  EXPECT_NEAR(quality.largest_gap_m, 0, 1e-6);
+  EXPECT_NEAR(quality.body_diameter_m, kDiameter, 1e-12);
+}
+
+TEST_F(PileInspection, MeasuresPenetrationOfBoxesAndPlane) {
+  add_box(Vec3(0, kEdge / 2 - 0.003, 0));
+  add_box(Vec3(0, 1.5 * kEdge - 0.008, 0));  // 5 mm in the lower one
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.overlapping_pairs, 2);
+  EXPECT_NEAR(quality.deepest_penetration_m, 0.005, 1e-5);
+  EXPECT_NEAR(quality.mean_penetration_m, 0.004, 1e-5);
+}
+
+TEST_F(PileInspection, FindsWhatFloats) {
+  add_box(Vec3(0, kEdge / 2, 0));
+  add_box(Vec3(0, 1.5 * kEdge + 0.02, 0));  // a gap of 0.06 D
+  add_box(Vec3(3, 1, 0));                   // two that lie on each other, and on nothing
+  add_box(Vec3(3, 1 + kEdge, 0));
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.floating, 3);
+  EXPECT_NEAR(quality.largest_gap_m, 0.02, 1e-4);
+  EXPECT_EQ(inspect(Vec3::Zero()).floating, 0);
+}
+
+TEST_F(PileInspection, WhatMovesNeitherFloatsNorRests) {
+  add_box(Vec3(0, 2, 0), 0);
+  states.linear_velocity.back() = Vec3(0, -1, 0);
+  add_box(Vec3(2, kEdge / 2, 0), 0);  // awake and still
+  add_box(Vec3(4, kEdge / 2, 0), 0);
+  states.angular_velocity.back() = Vec3(0, 3, 0);
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.unsettled, 2);
+  EXPECT_EQ(quality.floating, 0);
+  EXPECT_EQ(inspect(Vec3::Zero()).unsettled, 0);
+}
+
+TEST_F(PileInspection, FindsWhatEscaped) {
+  add_box(Vec3(0, -1, 0));
+  EXPECT_EQ(inspect().escaped, 1);
+  // Sunk by half is deep, but not through.
+  add_box(Vec3(2, 0, 0));
+  EXPECT_EQ(inspect().escaped, 1);
+  // Without a plane: below all that is fixed.
+  model.shapes[0] = model.shapes[1];
+  states.position[1] = Vec3(0.5, -1, 0);
+  EXPECT_EQ(inspect().escaped, 1);
+}
+
+TEST_F(PileInspection, LeavesOutWhatIsNotThere) {
+  add_box(Vec3(0, -1, 0));
+  states.flags.back() = 0;
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.bodies, 0);
+  EXPECT_EQ(quality.escaped, 0);
+}
+
+TEST_F(PileInspection, MeasuresAgainstAMesh) {
+  model.shapes.push_back({.name = "table"});
+  ModelShape& table = model.shapes.back();
+  table.mesh.vertices = {{-1, 0.5, -1}, {1, 0.5, -1}, {1, 0.5, 1}, {-1, 0.5, 1}};
+  table.mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+  table.collides_as_mesh = true;
+  table.smallest_extent = 0.1;
+  add(2, Role::fixed, Vec3::Zero());
+  add_box(Vec3(0.3, 0.5 + kEdge / 2 - 0.004, 0.1));
+  const PileQuality quality = inspect();
+  EXPECT_NEAR(quality.deepest_penetration_m, 0.004, 1e-4);
+  EXPECT_EQ(quality.floating, 0);
+}
+
+TEST_F(PileInspection, AgreesWithEveryPairTakenAlone) {
+  // A random heap: the deepest and the number of pairs, from pairs of boxes in order.
+  for (int i = 0; i < 40; ++i) {
+    add_box(Vec3(0.13 * (i % 4), 0.6 + 0.15 * (i / 16), 0.14 * (i / 4 % 4)));
+  }
+  uint64_t pairs = 0;
+  double deepest = 0;
+  for (size_t i = 1; i < states.size(); ++i) {
+    for (size_t j = i + 1; j < states.size(); ++j) {
+      const Vec3 overlap =
+          (Vec3::Constant(kEdge) - (states.position[i] - states.position[j]).cwiseAbs());
+      if (overlap.minCoeff() <= 1e-9) continue;
+      ++pairs;
+      deepest = std::max(deepest, overlap.minCoeff());
+    }
+  }
+  const PileQuality quality = inspect();
+  EXPECT_EQ(quality.overlapping_pairs, pairs);
+  EXPECT_NEAR(quality.deepest_penetration_m, deepest, 0.02 * deepest);
+}
+
+}  // namespace
+}  // namespace pilesim
