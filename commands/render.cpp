@@ -47,6 +47,7 @@ void check_override(const std::string& argument) {
 }
 
 std::string directory_name(const std::string& path) {
+  if (path.empty()) return "";  // which std::filesystem::absolute() refuses
   const std::filesystem::path full = std::filesystem::absolute(path).lexically_normal();
   return (full.has_filename() ? full : full.parent_path()).filename().string();
 }

@@ -89,8 +89,10 @@ TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
   }
 }
 
+// Bullet starts the joints of a step from nothing: through a chain of nails loads take many sweeps.
 TEST(Guide, NailsHoldTheSameColumn) {
   Column column(6);
+  column.scene.simulator.solver_iterations = 300;
   column.scene.guide->hold = HoldKind::nail;
   for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.x() = 0.06 * i;
   GuidedSimulator simulator(column.scene, column.model);
