@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   app.footer(kExamples);
   pilesim::add_validate_command(app);
   pilesim::add_simulate_command(app);
+  pilesim::add_direct_pile_command(app);
   pilesim::add_render_command(app);
   pilesim::add_sample_signature_command(app);
   pilesim::add_fit_bspline_command(app);

@@ -31,6 +31,7 @@ void add_run_options(CLI::App& command, RunOptions& options);
 void add_schema_command(CLI::App& app);
 void add_validate_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
+void add_direct_pile_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);

@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "core/error.h"
+#include "core/text.h"
 #include "frame_range.h"
 #include "options.h"
 #include "render/render_job.h"
@@ -15,7 +18,7 @@ namespace {
 
 struct Options {
   std::string input;
-  std::optional<std::string> output;
+  std::optional<std::string> output, compare_with;
   std::vector<std::string> overrides;
   FrameRange frames;
   std::optional<std::array<int, 2>> sheet;
@@ -43,20 +46,46 @@ void check_override(const std::string& argument) {
                                           "/camera or /render, or a value in them");
 }
 
+std::string directory_name(const std::string& path) {
+  const std::filesystem::path full = std::filesystem::absolute(path).lexically_normal();
+  return (full.has_filename() ? full : full.parent_path()).filename().string();
+}
+
+std::unique_ptr<TrajectoryReader> open_beside(const Options& options,
+                                              const TrajectoryReader& trajectory) {
+  if (!options.compare_with) return nullptr;
+  auto beside = std::make_unique<TrajectoryReader>(*options.compare_with);
+  const double rate = trajectory.header().frame_rate, other = beside->header().frame_rate;
+  if (rate != other) {
+    throw Error(ErrorKind::input,
+                Problem{.file = *options.compare_with,
+                        .found = with_digits(other, 6) + " frames a second",
+                        .expected = with_digits(rate, 6) + ", as " + options.input + " has",
+                        .remedy = "Simulate both scenes with the same frame_rate"});
+  }
+  return beside;
+}
+
 void render(const Options& options) {
   for (const std::string& argument : options.overrides) check_override(argument);
   TrajectoryReader trajectory(options.input);
+  std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
   const Scene scene =
       parse_scene(trajectory.header().resolved_scene,
                   std::filesystem::path(options.input) / "trajectory.zarr", options.overrides)
           .scene;
-  RenderJob job{.output = options.output.value_or(options.input),
-                .frames = selected_frames(options.frames, trajectory.frame_count()),
-                .sheet = options.sheet,
-                .settings = scene.render,
-                .camera = scene.camera,
-                .video = !options.no_video,
-                .force = options.run.force};
+  RenderJob job{
+      .output = options.output.value_or(options.input),
+      .frames = selected_frames(options.frames,
+                                beside ? std::min(trajectory.frame_count(), beside->frame_count())
+                                       : trajectory.frame_count()),
+      .sheet = options.sheet,
+      .settings = scene.render,
+      .camera = scene.camera,
+      .beside = beside.get(),
+      .labels = {directory_name(options.input), directory_name(options.compare_with.value_or(""))},
+      .video = !options.no_video,
+      .force = options.run.force};
 
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
@@ -97,6 +126,11 @@ void add_render_command(CLI::App& app) {
           },
           "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
       ->type_name("N");
+  command
+      ->add_option("--compare-with", options->compare_with,
+                   "Another directory that simulate wrote: drawn on the right of each picture with "
+                   "the same camera, under the directories' names")
+      ->type_name("DIRECTORY");
   CLI::Option* sheet =
       command
           ->add_option_function<std::string>(
@@ -115,6 +149,7 @@ Examples:
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
+  pilesim render out/statistical --compare-with out/impulse -o out/both
   pilesim render out/crate --set '/camera={"position": [3, 2, 4], "target": [0, 0.5, 0]}')");
   command->callback([options] { render(*options); });
 }

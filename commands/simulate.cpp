@@ -1,87 +1,16 @@
-#include <cstdio>
-#include <memory>
-#include <optional>
-
-#include "job/simulation_job.h"
-#include "options.h"
-#include "scene/scene_loader.h"
+#include "run_scene.h"
 
 namespace pilesim {
-namespace {
-
-struct Options {
-  SceneOptions scene;
-  RunOptions run;
-  std::string output;
-  std::optional<std::string> fail_on;
-  bool print_config = false;
-};
-
-void simulate(const Options& options) {
-  if (options.print_config) {
-    std::puts(load_scene(options.scene.file, options.scene.overrides).resolved.c_str());
-    return;
-  }
-  std::vector<QualityGate> gates;
-  if (options.fail_on) gates = parse_quality_gates(*options.fail_on);
-  const SimulationSummary summary =
-      run_simulation({.scene_file = options.scene.file,
-                      .output = options.output,
-                      .overrides = options.scene.overrides,
-                      .force = options.run.force,
-                      .gates = gates,
-                      .progress = options.run.quiet ? ProgressMode::none : options.run.progress});
-  if (options.run.quiet) return;
-  for (const std::string& line : summary.warnings) {
-    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
-  }
-  for (const std::string& line : summary.collision_shapes) std::printf("%s\n", line.c_str());
-  std::printf(
-      "%s: %llu frames (%.2f s) of %llu bodies in %.1f s; %u awake at the end; deepest penetration "
-      "%.2g m\n",
-      options.output.c_str(), static_cast<unsigned long long>(summary.frames), summary.simulated_s,
-      static_cast<unsigned long long>(summary.bodies), summary.wall_s, summary.awake_at_end,
-      summary.deepest_penetration_m);
-  const PileQuality& quality = summary.quality;
-  std::printf(
-      "at the end: penetration %.2g D, %llu unsettled, %llu escaped, %llu floating\n",
-      quality.body_diameter_m > 0 ? quality.deepest_penetration_m / quality.body_diameter_m : 0,
-      static_cast<unsigned long long>(quality.unsettled),
-      static_cast<unsigned long long>(quality.escaped),
-      static_cast<unsigned long long>(quality.floating));
-}
-
-}  // namespace
 
 void add_simulate_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("simulate", "Simulate a scene into a trajectory");
-  add_scene_options(*command, options->scene);
-  CLI::Option* output =
-      command->add_option("-o,--output", options->output,
-                          "Directory for trajectory.zarr, timing.csv, report.json, report.html");
-  CLI::Option* print =
-      command->add_flag("--print-config", options->print_config,
-                        "Print the scene as it would run, with every default, and stop");
-  print->excludes(output);
-  command
-      ->add_option("--fail-on", options->fail_on,
-                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
-                   "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
-                   "between")
-      ->type_name("GATES");
-  add_run_options(*command, options->run);
-  command->footer(R"(
+  add_run_scene_command(
+      app, {.name = "simulate", .description = "Simulate a scene into a trajectory", .footer = R"(
 Examples:
   pilesim simulate presets/impulse/rabbits_in_a_crate.json -o out/crate
   pilesim simulate scene.json -o out/a --seed 7 --set /simulator/sleeping=false --force
   pilesim simulate scene.json -o out/a --fail-on "penetration>0.02D,unsettled>0,floating>0"
 
-Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered.)");
-  command->callback([options, output, print] {
-    if (output->empty() && print->empty()) throw CLI::RequiredError("-o,--output");
-    simulate(*options);
-  });
+Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered.)"});
 }
 
 }  // namespace pilesim

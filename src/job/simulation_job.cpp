@@ -9,6 +9,8 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "job/guide_job.h"
+#include "job/pile_job.h"
 #include "report/report_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
@@ -48,7 +50,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent, "what is stored is what the renderer reads");
+static_assert(kPresent == kStatePresent && kPassed == kStatePassed && kFailed == kStateFailed,
+              "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
@@ -76,7 +79,7 @@ FrameRow make_row(uint64_t frame, double frame_rate, const FrameStatistics& stat
 SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loaded,
                               const Model& model) {
   SimulationReport report;
-  report.command = "simulate";
+  report.command = job.direct_piles ? "direct-pile" : "simulate";
   report.scene_name = loaded.scene.name;
   report.scene_file = job.scene_file.string();
   report.scene_hash = content_hash(loaded.resolved);
@@ -152,7 +155,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   const Model model = build_model(scene);
-  const std::unique_ptr<Simulator> simulator = make_simulator(scene, model);
+  std::optional<GuideJob> guide;
+  std::optional<PileJob> piles;
+  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model);
+  if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
+  const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
+                                               : piles ? piles->make_simulator()
+                                                       : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.setup_s = seconds_since(start);
 
@@ -174,6 +183,15 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.gates = judge(job.gates, report.quality);
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
+  if (piles) {
+    report.piles = piles->figures();
+    piles->write_layers(job.output);
+  }
+  if (guide) {
+    guide->measure(*simulator);
+    report.piles = guide->figures();
+    guide->write_frames(job.output);
+  }
   const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
@@ -191,6 +209,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .awake_at_end = report.rows.back().bodies_awake,
                             .quality = report.quality,
                             .collision_shapes = report.collision_shapes};
+  if (piles) summary.piles = piles->lines();
+  if (guide) summary.piles = guide->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =

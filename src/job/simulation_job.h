@@ -1,4 +1,5 @@
-// A scene file turned into a directory of results: the whole of `pilesim simulate`.
+// A scene file turned into a directory of results: the whole of `pilesim simulate` and of `pilesim
+// direct-pile`.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +19,7 @@ struct SimulationJob {
   bool force = false;                  // replace the output of an earlier run
   std::vector<QualityGate> gates;      // what the pile is judged by at the end
   ProgressMode progress = ProgressMode::automatic;
+  bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };
 
 struct SimulationSummary {
@@ -29,6 +31,7 @@ struct SimulationSummary {
   uint32_t awake_at_end = 0;
   PileQuality quality;                        // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 

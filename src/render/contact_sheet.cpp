@@ -31,6 +31,7 @@ void fill(Image& image, Rectangle r, uint8_t value, double share) {
 
 // White on a darkened strip in the lower left corner of the tile at `left`; `bottom` is its end.
 void draw_label(Image& sheet, std::string label, int left, int bottom, int scale) {
+  if (label.empty()) return;
   struct Vertex {
     float x, y, z;
     std::array<uint8_t, 4> colour;
@@ -56,15 +57,20 @@ void draw_label(Image& sheet, std::string label, int left, int bottom, int scale
 
 }  // namespace
 
+std::array<int, 2> contact_sheet_size(std::array<int, 2> picture, size_t count, int columns) {
+  const int rows = (static_cast<int>(count) + columns - 1) / columns;
+  return {columns * picture[0] + (columns - 1) * kGap, rows * picture[1] + (rows - 1) * kGap};
+}
+
 Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::string>& labels,
                     int columns) {
   assert(!pictures.empty() && pictures.size() == labels.size() && columns >= 1);
   const int width = pictures.front().width;
   const int height = pictures.front().height;
-  const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
   Image sheet;
-  sheet.width = columns * width + (columns - 1) * kGap;
-  sheet.height = rows * height + (rows - 1) * kGap;
+  const std::array<int, 2> size = contact_sheet_size({width, height}, pictures.size(), columns);
+  sheet.width = size[0];
+  sheet.height = size[1];
   sheet.rgb.assign(3 * static_cast<size_t>(sheet.width) * static_cast<size_t>(sheet.height), 255);
   for (size_t i = 0; i < pictures.size(); ++i) {
     const int left = static_cast<int>(i) % columns * (width + kGap);

@@ -58,8 +58,9 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     ++list.batches.back().instance_count;
     list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
     const Quatf& q = frame.orientation[entry.body];
-    list.instances.push_back(
-        {frame.position[entry.body], {q.x(), q.y(), q.z(), q.w()}, scene.material[entry.body]});
+    list.instances.push_back({frame.position[entry.body],
+                              {q.x(), q.y(), q.z(), q.w()},
+                              scene.material_of(frame, entry.body)});
   }
 }
 
@@ -105,6 +106,20 @@ RenderScene::RenderScene(const TrajectoryHeader& header)
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
     std::nth_element(radii.begin(), middle, radii.end());
     typical_radius_m = *middle;
+  }
+}
+
+PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t body) const {
+  if (!analysis) return material[body];
+  switch (frame.state[body] & (kStatePassed | kStateFailed)) {
+    case kStatePassed:
+      return pack_material({70, 190, 200}, false);
+    case kStateFailed:
+      return pack_material({205, 60, 50}, false);
+    case kStatePassed | kStateFailed:
+      return pack_material({60, 90, 200}, false);
+    default:
+      return material[body];
   }
 }
 

@@ -45,8 +45,10 @@ struct RenderScene {
   std::vector<PackedMaterial> material;  // (body)
   std::vector<uint8_t> moves;            // (body)
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
+  bool analysis = false;                 // colours tell the state of the equilibrium analysis
 
   explicit RenderScene(const TrajectoryHeader& header);
+  PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.
   bool drawn(const TrajectoryFrame& frame, size_t body) const {

@@ -1,6 +1,7 @@
 // Images to files: PNG, MP4 through ffmpeg, contact sheets.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -35,5 +36,7 @@ class VideoWriter {
 // in its lower left corner.
 Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::string>& labels,
                     int columns);
+// Width and height in pixels of such a sheet, from those of a picture.
+std::array<int, 2> contact_sheet_size(std::array<int, 2> picture, size_t count, int columns);
 
 }  // namespace pilesim

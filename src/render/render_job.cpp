@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <span>
 #include <thread>
@@ -105,24 +106,53 @@ class PictureSink {
   std::thread worker_;  // last: starts when the rest is there
 };
 
-CameraKey camera_of_frame(const Camera& camera, const TrajectoryHeader& header, uint64_t frame) {
-  return camera_at(camera, static_cast<double>(frame) / header.frame_rate);
-}
+// Pictures of the trajectory, or of two side by side.
+class Painter {
+ public:
+  Painter(TrajectoryReader& trajectory, const RenderJob& job)
+      : trajectory_(trajectory), job_(job), camera_(job.camera) {
+    const auto [width, height] = job.settings.size;
+    if (camera_.keys.empty()) {
+      camera_.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
+    }
+    renderer_.emplace(trajectory.header(), job.settings);
+    if (job.beside != nullptr) renderer_beside_.emplace(job.beside->header(), job.settings);
+  }
 
-void draw_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera& camera,
-                SceneRenderer& renderer, Progress& progress) {
+  double time_s(uint64_t frame) const {
+    return static_cast<double>(frame) / trajectory_.header().frame_rate;
+  }
+  // On a sheet, pictures bear the time.
+  Image draw(uint64_t frame, bool on_sheet) {
+    const CameraKey camera = camera_at(camera_, time_s(frame));
+    trajectory_.read(frame, frame_);
+    const Image& picture = renderer_->draw(frame_, camera);
+    if (job_.beside == nullptr) return picture;
+    job_.beside->read(frame, frame_);
+    return contact_sheet(
+        {picture, renderer_beside_->draw(frame_, camera)},
+        {job_.labels[0] + (on_sheet ? ", " + time_label(time_s(frame)) : ""), job_.labels[1]}, 2);
+  }
+
+ private:
+  TrajectoryReader& trajectory_;
+  const RenderJob& job_;
+  Camera camera_;
+  std::optional<SceneRenderer> renderer_, renderer_beside_;
+  TrajectoryFrame frame_;
+};
+
+void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
   const auto [columns, rows] = *job.sheet;
   const size_t count =
       std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
   std::vector<Image> pictures;
   std::vector<std::string> labels;
-  TrajectoryFrame frame;
   for (size_t i = 0; i < count; ++i) {
     const uint64_t index =
         job.frames[count == 1 ? job.frames.size() - 1 : i * (job.frames.size() - 1) / (count - 1)];
-    trajectory.read(index, frame);
-    pictures.push_back(renderer.draw(frame, camera_of_frame(camera, trajectory.header(), index)));
-    labels.push_back(time_label(static_cast<double>(index) / trajectory.header().frame_rate));
+    pictures.push_back(painter.draw(index, true));
+    labels.push_back(job.beside != nullptr ? "" : time_label(painter.time_s(index)));
     progress.update(i + 1);
     if (interrupted()) {
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
@@ -133,14 +163,11 @@ void draw_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera
 }
 
 // The number of frames drawn; fewer than asked where it was interrupted.
-size_t draw_frames(TrajectoryReader& trajectory, const RenderJob& job, const Camera& camera,
-                   SceneRenderer& renderer, VideoWriter* video, Progress& progress) {
+size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, Progress& progress) {
   PictureSink sink(job.output, video);
-  TrajectoryFrame frame;
   size_t drawn = 0;
   for (const uint64_t index : job.frames) {
-    trajectory.read(index, frame);
-    sink.push(index, renderer.draw(frame, camera_of_frame(camera, trajectory.header(), index)));
+    sink.push(index, painter.draw(index, false));
     progress.update(++drawn);
     if (interrupted()) break;
   }
@@ -153,8 +180,9 @@ std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate
   if (!job.video) return nullptr;
   const uint64_t step = job.frames.size() > 1 ? job.frames[1] - job.frames[0] : 1;
   make_output_directory(job.output);
-  return std::make_unique<VideoWriter>(job.output / kVideoFile, job.settings.size[0],
-                                       job.settings.size[1],
+  const auto [width, height] =
+      job.beside != nullptr ? contact_sheet_size(job.settings.size, 2, 2) : job.settings.size;
+  return std::make_unique<VideoWriter>(job.output / kVideoFile, width, height,
                                        frame_rate / static_cast<double>(step));
 }
 
@@ -170,14 +198,13 @@ void remove_outdated(std::span<const fs::path> before, const RenderJob& job, siz
 }
 
 // Frames and video. The old ones stay until the new ones take their places.
-RenderSummary render_frames(TrajectoryReader& trajectory, const RenderJob& job,
-                            const Camera& camera, SceneRenderer& renderer,
+RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& painter,
                             std::span<const fs::path> before, ProgressMode mode) {
-  const auto video = start_video(job, trajectory.header().frame_rate);
+  const auto video = start_video(job, frame_rate);
   make_output_directory(job.output / "frames");
   Progress progress(mode, "render", job.frames.size(), "frames");
   RenderSummary summary;
-  summary.frames = draw_frames(trajectory, job, camera, renderer, video.get(), progress);
+  summary.frames = draw_frames(job, painter, video.get(), progress);
   if (video) video->finish();
   remove_outdated(before, job, summary.frames);
   summary.result = (job.output / (video ? kVideoFile : "frames")).string();
@@ -190,15 +217,14 @@ RenderSummary render_frames(TrajectoryReader& trajectory, const RenderJob& job,
   return summary;
 }
 
-RenderSummary render_sheet(TrajectoryReader& trajectory, const RenderJob& job, const Camera& camera,
-                           SceneRenderer& renderer, ProgressMode mode) {
+RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode mode) {
   const auto [columns, rows] = *job.sheet;
   RenderSummary summary;
   summary.frames =
       std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
   make_output_directory(job.output);
   Progress progress(mode, "render", summary.frames, "frames");
-  draw_sheet(trajectory, job, camera, renderer, progress);
+  draw_sheet(job, painter, progress);
   summary.result = (job.output / kSheetFile).string();
   return summary;
 }
@@ -212,16 +238,11 @@ RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, Pro
   if (job.sheet) own = {kSheetFile};
   const std::vector<fs::path> before = claim_output(job.output, own, job.force);
 
-  Camera camera = job.camera;
-  if (camera.keys.empty()) {
-    const auto [width, height] = job.settings.size;
-    camera.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
-  }
-  SceneRenderer renderer(trajectory.header(), job.settings);
+  Painter painter(trajectory, job);
   install_interrupt_handler();
-  RenderSummary summary = job.sheet
-                              ? render_sheet(trajectory, job, camera, renderer, mode)
-                              : render_frames(trajectory, job, camera, renderer, before, mode);
+  RenderSummary summary =
+      job.sheet ? render_sheet(job, painter, mode)
+                : render_frames(job, trajectory.header().frame_rate, painter, before, mode);
   summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return summary;
 }

@@ -19,7 +19,11 @@ struct RenderJob {
   std::vector<uint64_t> frames;             // of the trajectory, ascending and evenly spaced
   std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
   RenderSettings settings;
-  Camera camera;       // without keys: frame_action()
+  Camera camera;  // without keys: frame_action()
+  // Drawn on the right of each picture, with the same camera, each side under its label. All of
+  // `frames` are there, and frames follow each other as fast.
+  TrajectoryReader* beside = nullptr;
+  std::array<std::string, 2> labels;
   bool video = true;   // false: PNG frames only, and a video that is there stays
   bool force = false;  // replace pictures that are there
 };

@@ -165,6 +165,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
       width(settings.size[0]),
       height(settings.size[1]),
       samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0) {
+  scene.analysis = settings.analysis;
   // The driver's four samples are a square lattice; a second pass fills the middle of its cells.
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};

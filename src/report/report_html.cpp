@@ -100,6 +100,11 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
   html += gate_table(figures["gates"]);
   html += value_table("The pile at the end, by its collision shapes", figures["quality_at_end"]);
+  if (figures.contains("piles")) {
+    for (const auto& [title, values] : figures["piles"].items()) {
+      html += value_table("Piles: " + escaped(title), values);
+    }
+  }
   html += stage_table(figures["time"]["stages"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
   html += value_table("Penetration", figures["penetration"]);

@@ -46,6 +46,7 @@ struct SimulationReport {
   double setup_s = 0;  // loading, decomposition, building, wall
   double total_s = 0;  // whole command, wall
   uint64_t peak_memory_bytes = 0;
+  std::string piles;  // JSON array: what a director of piles reports of each; empty: none
 };
 
 // timing.csv, flushed row by row so that a killed run keeps its rows.

@@ -72,6 +72,7 @@ class ModelBuilder {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
+    add_guide();
     for (size_t i = 0; i < scene_.events.size(); ++i) {
       problems_.attempt([&] { add_event(scene_.events[i], i); });
     }
@@ -90,11 +91,13 @@ class ModelBuilder {
   // That the mesh of a volume has an inside. What touches itself or has slivers still has one.
   void check_volume(const Emitter& emitter, size_t index) {
     const auto* volume = std::get_if<VolumeSource>(&emitter.source);
-    if (volume == nullptr) return;
-    const std::string pointer = emitter_pointer(index);
+    if (volume != nullptr) check_inside(volume->file, volume->scale, emitter_pointer(index));
+  }
+
+  void check_inside(const std::filesystem::path& file, double scale, const std::string& pointer) {
     std::vector<MeshDefect> defects;
     try {
-      defects = find_mesh_defects(meshes_.load(volume->file, volume->scale));
+      defects = find_mesh_defects(meshes_.load(file, scale));
     } catch (const Error& error) {
       throw at_pointer(error, pointer);
     }
@@ -104,10 +107,34 @@ class ModelBuilder {
              defect.kind == MeshDefectKind::self_touching;
     });
     if (!defects.empty()) {
-      throw Error(ErrorKind::input, defect_problems(defects, volume->file, pointer));
+      throw Error(ErrorKind::input, defect_problems(defects, file, pointer));
     }
   }
 
+  // In the world, large enough to hold something.
+  void add_guide() {
+    const std::optional<Guide>& guide = scene_.guide;
+    if (!guide || !guide->file) return;
+    check_inside(*guide->file, guide->scale, kGuidePointer);
+    model_.guide = meshes_.load(*guide->file, guide->scale);
+    for (Vec3& vertex : model_.guide.vertices) vertex = guide->pose.apply(vertex);
+    double largest = 0;
+    for (const ModelBody& body : model_.bodies) {
+      if (body.role != Role::dynamic) continue;
+      largest = std::max(largest, model_.shapes[body.shape].bounding_radius);
+    }
+    const double size = model_.guide.bounds().sizes().maxCoeff();
+    if (size >= 2 * largest) return;
+    throw Error(ErrorKind::input,
+                Problem{.file = guide->file->string(),
+                        .pointer = kGuidePointer,
+                        .found = "is smaller than a body: " + std::to_string(size) + " m against " +
+                                 std::to_string(2 * largest) + " m",
+                        .expected = "a mesh that holds bodies",
+                        .remedy = "Check its unit; \"scale\" is metres per unit"});
+  }
+
+  static constexpr const char* kGuidePointer = "/guide";
   static std::string emitter_pointer(size_t index) { return "/emitters/" + std::to_string(index); }
 
   static Error at_pointer(const Error& error, const std::string& pointer) {

@@ -71,6 +71,7 @@ struct Model {
   std::vector<ModelShape> shapes;
   std::vector<ModelBody> bodies;   // in the order of the file, then emitter by emitter
   std::vector<ModelEvent> events;  // ordered by time
+  TriangleMesh guide;              // in the world; empty: none
 };
 
 // Loads meshes and builds collision shapes (decompositions are cached under the user's cache

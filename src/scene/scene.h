@@ -163,7 +163,52 @@ std::string mode_name(SimulatorMode mode);
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
+  bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step
+};
+
+// How bodies that stand are held. freeze: clusters that rest on the ground stop moving. nail: each
+// is nailed to its neighbours, as in the dissertation.
+enum class HoldKind { freeze, nail };
+
+// A pile kept in a shape: bodies that can stand on their contacts are held, until something knocks
+// them (dissertation, chapter 6). Defaults are the project's own; docs/equilibrium.md has the
+// dissertation's.
+struct Guide {
+  std::optional<std::filesystem::path> file;  // absolute, a closed mesh; none: everywhere
+  double scale = 1;                           // metres per unit of the file, > 0
+  Pose pose;                                  // of the mesh file's frame in the world
+  bool control = true;                        // false: bodies are analysed and not held
+  HoldKind hold = HoldKind::freeze;
+  int period_steps = 20;           // of the control, >= 1
+  double least_normal_up = -0.5;   // contacts with less of their normal upwards do not support
+  double kinetic_share = 6.0 / 7;  // of the friction, at which a body must stand to be held, 0 .. 1
+  int least_contacts = 3;          // that support a body that is held
+  double least_spread = 0.01;      // of these contacts: twice a triangle's area, in r^2
+  bool neighbours = true;          // all that touch it must be fit to be held too
+  double most_speed = 0.25;        // of a body that is held, in sqrt(g r)
+  double break_speed = 0.3;        // of a hit, in sqrt(g r): see docs/equilibrium.md
+};
+
+// A point of the ground plan: (x, z), m.
+using GroundPoint = Eigen::Vector2d;
+
+// Walls that a pile grows against: a convex polygon and how high it can be filled.
+struct PileBoundary {
+  std::vector<GroundPoint> polygon;  // >= 3 corners
+  double rim_m = 0;                  // y of the lowest place of the walls' top
+};
+
+// A pile that `pilesim direct-pile` lets grow to an angle of repose (dissertation 5.2).
+struct Pile {
+  double angle = radians(30);         // of repose, (0, 80 degrees]
+  double tau = 0.5;                   // of the sleep score, (0, 1)
+  double base_m = 0;                  // y of what it stands on
+  std::optional<GroundPoint> centre;  // none (and no footprint): where the first bodies land
+  // Instead of a centre: 2 points of a line or a convex polygon, from which slopes fall on all
+  // sides. Empty: a cone.
+  std::vector<GroundPoint> footprint;
+  std::optional<PileBoundary> boundary;
 };
 
 struct CameraKey {
@@ -180,6 +225,7 @@ struct Camera {
 struct RenderSettings {
   std::array<int, 2> size = {960, 540};  // pixels
   int samples = 4;                       // anti-aliasing: 1, 2, 4 or 8
+  bool analysis = false;                 // colour bodies by their equilibrium
 };
 
 struct Scene {
@@ -195,6 +241,8 @@ struct Scene {
   std::vector<Emitter> emitters;
   std::vector<Event> events;  // ordered by time
   SimulatorSettings simulator;
+  std::optional<Guide> guide;
+  std::vector<Pile> piles;
   Camera camera;
   RenderSettings render;
 

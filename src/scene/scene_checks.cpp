@@ -6,6 +6,7 @@
 #include <set>
 
 #include "scene/codec.h"
+#include "scene/pile_checks.h"
 #include "scene/scene_format.h"
 
 namespace pilesim {
@@ -352,10 +353,20 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
     const auto* volume = std::get_if<VolumeSource>(&scene.emitters[i].source);
     if (volume != nullptr) check_mesh_file(volume->file, place / "file", log);
   }
+  if (scene.guide && scene.guide->file) {
+    const Path place = root / "guide";
+    check_mesh_file(*scene.guide->file, place / "file", log);
+  }
 }
 
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();
+  check_piles(scene, log);
+  if (scene.guide && !scene.piles.empty()) {
+    const Path root;
+    log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
+               "Take out one of the two");
+  }
 }
 
 }  // namespace pilesim

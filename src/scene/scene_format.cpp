@@ -68,6 +68,9 @@ Codec<SimulatorSettings> simulator_codec() {
                     "collisions from the shapes' signatures."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
+           field<S>("rest_control", &S::rest_control, boolean(),
+                    "Statistical mode: bodies that lie alone on level ground turn into a pose of "
+                    "their signature in which the object can rest."),
            field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
                     "Sweeps of the velocity solver in a step."),
        }});
@@ -81,6 +84,9 @@ Codec<RenderSettings> render_codec() {
                                  "Width and height of a frame, pixels."),
                         field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
                                  "Samples a pixel, against jagged edges."),
+                        field<R>("analysis", &R::analysis, boolean(),
+                                 "Colour the bodies of a directed pile by their equilibrium: cyan "
+                                 "passed, blue filtered, red failed."),
                     }});
 }
 
@@ -110,6 +116,10 @@ Fields<Scene> content_fields() {
       field<Scene>("events", &Scene::events, list(event_codec()),
                    "What happens to bodies at given times."),
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+      optional_field<Scene>("guide", &Scene::guide, guide_codec(),
+                            "Holds a pile in a shape, for pilesim direct-pile."),
+      field<Scene>("piles", &Scene::piles, list(pile_codec()),
+                   "Piles that direct-pile lets grow to an angle of repose."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

@@ -18,5 +18,7 @@ Codec<Body> body_codec();
 Codec<Emitter> emitter_codec();
 Codec<Event> event_codec();
 Codec<Camera> camera_codec();
+Codec<Guide> guide_codec();
+Codec<Pile> pile_codec();
 
 }  // namespace pilesim

@@ -1,7 +1,9 @@
 #include "signature/contact_body.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 #include "core/error.h"
@@ -30,41 +32,56 @@ void bound_turning(ContactBody& body) {
   body.turn_jerk_bound = growth * growth * growth * (1 + 3 * first + second);
 }
 
-// Orders vertices so that groups of neighbours come one after the other: halves along the longest
-// side, at a multiple of the group's size.
-void group_neighbours(std::span<Vec3> vertices) {
+// Orders `numbers` of vertices so that groups of neighbours come one after the other: halves along
+// the longest side, at a multiple of the group's size.
+void group_neighbours(const std::vector<Vec3>& vertices, std::span<uint32_t> numbers) {
   constexpr size_t kGroup = ContactBody::kGroup;
-  if (vertices.size() <= kGroup) return;
+  if (numbers.size() <= kGroup) return;
   Bounds bounds;
-  for (const Vec3& v : vertices) bounds.extend(v);
+  for (const uint32_t v : numbers) bounds.extend(vertices[v]);
   Eigen::Index axis = 0;
   bounds.sizes().maxCoeff(&axis);
-  const size_t groups = (vertices.size() + kGroup - 1) / kGroup;
+  const size_t groups = (numbers.size() + kGroup - 1) / kGroup;
   const size_t half = (groups + 1) / 2 * kGroup;
-  std::nth_element(vertices.begin(), vertices.begin() + static_cast<ptrdiff_t>(half),
-                   vertices.end(), [&](const Vec3& a, const Vec3& b) { return a(axis) < b(axis); });
-  group_neighbours(vertices.first(half));
-  group_neighbours(vertices.subspan(half));
+  std::nth_element(numbers.begin(), numbers.begin() + static_cast<ptrdiff_t>(half), numbers.end(),
+                   [&](uint32_t a, uint32_t b) { return vertices[a](axis) < vertices[b](axis); });
+  group_neighbours(vertices, numbers.first(half));
+  group_neighbours(vertices, numbers.subspan(half));
+}
+
+// Takes the vertices of `hull` over, groups of neighbours one after the other, with what the
+// search for contacts knows of their edges.
+void take_vertices(ContactBody& body, const TriangleMesh& hull) {
+  std::vector<uint32_t> order(hull.vertices.size()), place(order.size());
+  std::iota(order.begin(), order.end(), 0U);
+  group_neighbours(hull.vertices, order);
+  for (uint32_t i = 0; i < order.size(); ++i) {
+    body.vertices.push_back(hull.vertices[order[i]]);
+    place[order[i]] = i;
+  }
+  // Every edge belongs to two triangles that go round in opposite directions.
+  std::vector<std::array<uint32_t, 2>> edges;
+  for (const Triangle& t : hull.triangles) {
+    for (size_t i = 0; i < 3; ++i) edges.push_back({place[t[i]], place[t[(i + 1) % 3]]});
+  }
+  body.support = SupportMap(body.vertices, edges);
 }
 
 void lay_out_lanes(ContactBody& body) {
   constexpr size_t kGroup = ContactBody::kGroup;
-  group_neighbours(body.vertices);
   const size_t count = body.vertices.size();
   const size_t groups = (count + kGroup - 1) / kGroup;
   // Covers the rounding to float.
   const double rounding = 1e-6 * body.outer_radius_m;
   for (size_t group = 0; group < groups; ++group) {
     Bounds bounds;
-    double farthest = 0, extent = 0;
+    double extent = 0;
     for (size_t i = group * kGroup; i < (group + 1) * kGroup; ++i) {
       const Vec3& v = body.vertices[std::min(i, count - 1)];
       body.lane_x.push_back(static_cast<float>(v.x()));
       body.lane_y.push_back(static_cast<float>(v.y()));
       body.lane_z.push_back(static_cast<float>(v.z()));
-      body.lane_radius.push_back(static_cast<float>(v.norm()));
       bounds.extend(v);
-      farthest = std::max(farthest, v.norm());
     }
     const Vec3 centre = bounds.center();
     for (size_t i = group * kGroup; i < std::min((group + 1) * kGroup, count); ++i) {
@@ -74,17 +91,15 @@ void lay_out_lanes(ContactBody& body) {
     body.group_y.push_back(static_cast<float>(centre.y()));
     body.group_z.push_back(static_cast<float>(centre.z()));
     body.group_extent.push_back(static_cast<float>(extent + rounding));
-    body.group_radius.push_back(static_cast<float>(farthest));
   }
-  for (auto* values :
-       {&body.group_x, &body.group_y, &body.group_z, &body.group_extent, &body.group_radius}) {
+  for (auto* values : {&body.group_x, &body.group_y, &body.group_z, &body.group_extent}) {
     values->resize((groups + kGroup - 1) / kGroup * kGroup, values->front());
   }
 }
 
 // `hull` in the body frame, inertia set.
 void finish(ContactBody& body, const TriangleMesh& hull) {
-  body.vertices = hull.vertices;
+  take_vertices(body, hull);
   const Vec3& i = body.inertia_m2;
   body.inverse_inertia = i.cwiseInverse();
   body.euler = Vec3(i.y() - i.z(), i.z() - i.x(), i.x() - i.y()).cwiseQuotient(i);

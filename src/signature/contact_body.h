@@ -9,6 +9,7 @@
 
 #include "core/types.h"
 #include "geometry/mesh.h"
+#include "signature/support_map.h"
 
 namespace pilesim {
 
@@ -32,9 +33,10 @@ struct ContactBody {
   // each within the ball of `group_*`, whose own lanes are padded to a multiple of kGroup, too.
   static constexpr size_t kGroup = 8;
   std::vector<Vec3> vertices;
-  std::vector<float> lane_x, lane_y, lane_z, lane_radius;
+  std::vector<float> lane_x, lane_y, lane_z;
   std::vector<float> group_x, group_y, group_z;
-  std::vector<float> group_extent, group_radius;  // radius of the ball; the farthest |vertex|
+  std::vector<float> group_extent;  // radius of the ball
+  SupportMap support;
 
   Vec3 inertia_m2 = Vec3::Ones();  // principal moments per unit of mass, ascending
   Vec3 inverse_inertia = Vec3::Ones();

@@ -1,5 +1,6 @@
 #include "signature/free_flight.h"
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -27,15 +28,20 @@ constexpr double kLongestTurn = 0.5;
 // A body that rises so slowly that it needs more steps than this (dozens of turns) is gone.
 constexpr int kMostSteps = 512;
 // Rounds of the search for a vertex's safe time.
-constexpr int kChords = 3;
+constexpr int kParabolas = 2;
+constexpr float kTiny = std::numeric_limits<float>::min();
+// A step that was cut short is followed by one of this part of the longest, those by longer ones.
+constexpr double kCaution = 1.0 / 4, kRelief = 4;
 
 // --- The search for the next contact -------------------------------------------------------------
 
 // The heights of all vertices over the coming step: height + v t + r.(a + b t + c t^2) and bounds.
 struct Motion {
-  Vec3 normal, rate, half_acceleration;  // a, b, c
-  double height = 0, rise = 0;           // of the centre of mass, m and m/s
-  double jerk = 0;                       // bound of |third derivative| / 6, 1/s^3
+  // a, b, c
+  Vec3 normal = Vec3::Zero(), rate = Vec3::Zero(), half_acceleration = Vec3::Zero();
+  double height = 0, rise = 0;  // of the centre of mass, m and m/s
+  double speed = 0;             // of the spin, rad/s
+  double jerk = 0;              // bound of |third derivative| / 6, 1/s^3
 };
 
 struct Step {
@@ -44,6 +50,21 @@ struct Step {
   FlightEnd end;
   uint32_t vertex;
 };
+
+// Shortens `length_s` until the map has the vertices that can be lowest within it. The normal stays
+// close to where it is in the middle: s from there it is off by (rate + length c) s + c s^2 and the
+// rest of its series.
+SupportMap::Candidates find_candidates(const SupportMap& map, const Motion& motion,
+                                       double& length_s) {
+  for (;; length_s *= 0.7) {
+    const double half = length_s / 2;
+    const Vec3 middle = motion.normal + half * (motion.rate + half * motion.half_acceleration);
+    const double deviation = half * ((motion.rate + length_s * motion.half_acceleration).norm() +
+                                     half * motion.half_acceleration.norm()) +
+                             motion.jerk * length_s * length_s * length_s;
+    if (deviation <= SupportMap::kDeviations.back()) return map.around(middle, deviation);
+  }
+}
 
 // The first time from 0 at which c0 + c1 t + c2 t^2 - b t^3 may be 0, not beyond `limit`; 0 < c0.
 double safe_time(double c0, double c1, double c2, double b, double limit) {
@@ -94,56 +115,50 @@ void limit_by_near_vertex(const Motion& motion, const Vec3& r, uint32_t vertex, 
 template <class Mask>
 uint64_t bits_of(const Mask& mask) {
   uint8_t bits[8] = {};
-  hn::StoreMaskBits(hn::FixedTag<float, ContactBody::kGroup>(), mask, bits);
+  hn::StoreMaskBits(hn::FixedTag<float, SupportMap::kGroup>(), mask, bits);
   return bits[0];
 }
 
 // Finds steps over which no vertex passes through the plane.
 //
 // From below, the height of a vertex over the coming step is c0 + c1 t + min(c2, 0) t^2 - b t^3,
-// which is concave: where it is not negative at both ends of a step it is not in between.
+// which is concave: where it is not negative at both ends of a step it is not in between. Only the
+// vertices that can be the lowest one during the step are looked at.
 class ContactSearch {
  public:
   explicit ContactSearch(const ContactBody& body) : body_(body) {}
 
-  // At most `longest_s`; `hint` is the vertex that limited the step before.
-  Step find_step(const Motion& motion, double longest_s, uint32_t& hint);
+  // At most `length_s`, in which no vertex but the candidates can be the lowest one.
+  Step find_step(const Motion& motion, const SupportMap::Candidates& candidates, double length_s);
 
  private:
-  using Tag = hn::FixedTag<float, ContactBody::kGroup>;
+  static constexpr size_t kGroup = SupportMap::kGroup;
+  using Tag = hn::FixedTag<float, kGroup>;
   using V = hn::Vec<Tag>;
   // A linear function of points of the body, constant + direction . r.
   struct Along {
     V x, y, z, constant;
-    float steepness;  // |direction|
   };
   struct Points {
-    const float *x, *y, *z;
+    V x, y, z;
   };
   // The bound after t: ahead + min(bend, 0) - |r| jerk.
   struct Bound {
     Along ahead, bend;
-    V jerk;
+    float jerk;
   };
   static Along along(const Vec3& direction, double constant);
   static V evaluate(const Along& along, const Points& points);
-  Points lanes_of(size_t group) const {
-    const size_t i = group * ContactBody::kGroup;
-    return {&body_.lane_x[i], &body_.lane_y[i], &body_.lane_z[i]};
-  }
-  V radii_of(size_t group) const {
-    return hn::LoadU(Tag(), &body_.lane_radius[group * ContactBody::kGroup]);
+  static Points points_of(const SupportMap::Group& group) {
+    const Tag d;
+    return {hn::Load(d, group.x), hn::Load(d, group.y), hn::Load(d, group.z)};
   }
   void set_bound(const Motion& motion, double t);
-  bool may_touch(size_t group) const;
-  // Which of the groups [first, first + kGroup) may touch, a bit each.
-  uint64_t groups_that_may_touch(size_t first) const;
-  void examine(size_t group, Step& step);
+  bool may_touch(const SupportMap::Group& group) const;
+  void examine(const Motion& motion, const SupportMap::Group& group, Step& step);
 
   const ContactBody& body_;
-  Along height_{}, rate_{}, half_acceleration_{};  // of the step at hand
-  float jerk_ = 0;
-  Bound bound_{};
+  Bound bound_{};  // of the step at hand
   std::vector<uint32_t> near_;
 };
 
@@ -151,145 +166,113 @@ ContactSearch::Along ContactSearch::along(const Vec3& direction, double constant
   const Tag d;
   const Vec3f p = direction.cast<float>();
   return {hn::Set(d, p.x()), hn::Set(d, p.y()), hn::Set(d, p.z()),
-          hn::Set(d, static_cast<float>(constant)), p.norm()};
+          hn::Set(d, static_cast<float>(constant))};
 }
 
 inline ContactSearch::V ContactSearch::evaluate(const Along& along, const Points& points) {
-  const Tag d;
-  V f = hn::MulAdd(hn::LoadU(d, points.x), along.x, along.constant);
-  f = hn::MulAdd(hn::LoadU(d, points.y), along.y, f);
-  return hn::MulAdd(hn::LoadU(d, points.z), along.z, f);
+  V f = hn::MulAdd(points.x, along.x, along.constant);
+  f = hn::MulAdd(points.y, along.y, f);
+  return hn::MulAdd(points.z, along.z, f);
 }
 
 void ContactSearch::set_bound(const Motion& motion, double t) {
   const double gap = motion.height - kMargin * body_.outer_radius_m;
   bound_ = {along(motion.normal + t * motion.rate, gap + t * motion.rise),
             along(t * t * motion.half_acceleration, 0),
-            hn::Set(Tag(), static_cast<float>(motion.jerk * t * t * t))};
+            static_cast<float>(motion.jerk * t * t * t)};
 }
 
-inline bool ContactSearch::may_touch(size_t group) const {
+inline bool ContactSearch::may_touch(const SupportMap::Group& group) const {
   const Tag d;
-  const Points points = lanes_of(group);
+  const Points points = points_of(group);
   const V bend = hn::Min(evaluate(bound_.bend, points), hn::Zero(d));
   const V f = hn::Add(evaluate(bound_.ahead, points), bend);
-  return !hn::AllFalse(d, hn::Lt(f, hn::Mul(radii_of(group), bound_.jerk)));
-}
-
-inline uint64_t ContactSearch::groups_that_may_touch(size_t first) const {
-  const Tag d;
-  const Points centres{&body_.group_x[first], &body_.group_y[first], &body_.group_z[first]};
-  const V extent = hn::LoadU(d, &body_.group_extent[first]);
-  V bend = evaluate(bound_.bend, centres);
-  bend = hn::Min(hn::NegMulAdd(extent, hn::Set(d, bound_.bend.steepness), bend), hn::Zero(d));
-  V f = hn::Add(evaluate(bound_.ahead, centres), bend);
-  f = hn::NegMulAdd(extent, hn::Set(d, bound_.ahead.steepness), f);
-  const V jerk = hn::Mul(hn::LoadU(d, &body_.group_radius[first]), bound_.jerk);
-  return bits_of(hn::Lt(f, jerk));
+  return !hn::AllFalse(d, hn::Lt(f, hn::Set(d, group.radius * bound_.jerk)));
 }
 
 // Eight vertices of which one may touch within the step: their own safe times.
-void ContactSearch::examine(size_t group, Step& step) {
+void ContactSearch::examine(const Motion& motion, const SupportMap::Group& group, Step& step) {
   const Tag d;
   const V zero = hn::Zero(d);
-  const Points points = lanes_of(group);
-  const V c0 = evaluate(height_, points);
+  const Points points = points_of(group);
+  const V c0 =
+      evaluate(along(motion.normal, motion.height - kMargin * body_.outer_radius_m), points);
   const auto near_gap = static_cast<float>((kNear - kMargin) * body_.outer_radius_m);
   const auto near = hn::Lt(c0, hn::Set(d, near_gap));
   for (uint64_t bits = bits_of(near); bits != 0; bits &= bits - 1) {
-    const size_t vertex = group * ContactBody::kGroup + static_cast<size_t>(std::countr_zero(bits));
-    if (vertex < body_.vertex_count()) near_.push_back(static_cast<uint32_t>(vertex));
+    const auto lane = static_cast<size_t>(std::countr_zero(bits));
+    near_.push_back(group.vertex[lane]);
   }
   // In units of the step: f = c0 + s (c1 + s (c2 - s c3)).
-  const auto length = static_cast<float>(step.length_s);
-  const V c1 = hn::Mul(hn::Set(d, length), evaluate(rate_, points));
-  const V c2 =
-      hn::Min(hn::Mul(hn::Set(d, length * length), evaluate(half_acceleration_, points)), zero);
-  const V c3 = hn::Mul(hn::Set(d, jerk_ * length * length * length), radii_of(group));
-  const auto value = [&](V s) {
-    return hn::MulAdd(hn::MulAdd(hn::NegMulAdd(c3, s, c2), s, c1), s, c0);
-  };
-  V high = hn::Set(d, 1.0F);
-  V f_high = value(high);
-  const auto falls = hn::AndNot(near, hn::Lt(f_high, zero));
-  if (hn::AllFalse(d, falls)) return;
-  // The chord from a safe time to a later one meets zero at a safe time, the tangent at the later
-  // one at a time between the zero and it.
-  V low = zero, f_low = c0;
-  for (int i = 0; i < kChords; ++i) {
-    const V chord = hn::Div(hn::Mul(f_low, hn::Sub(high, low)), hn::Sub(f_low, f_high));
-    low = hn::Add(low, chord);
-    if (i + 1 == kChords) break;
-    f_low = hn::Max(value(low), hn::Set(d, std::numeric_limits<float>::min()));
+  const double t = step.length_s;
+  const V c1 = evaluate(along(t * motion.rate, t * motion.rise), points);
+  const V c2 = evaluate(along(t * t * motion.half_acceleration, 0), points);
+  const V c3 = hn::Set(d, static_cast<float>(t * t * t * motion.jerk) * group.radius);
+  const V curvature = hn::Max(zero, hn::MulSub(hn::Set(d, 6.0F), c3, hn::Add(c2, c2)));
+  // The first zero of the parabola below the cubic, from one safe time to the next; as long as the
+  // vertex goes down, a root in the denominator loses nothing.
+  V safe = zero;
+  auto falls = hn::Not(near);
+  for (int i = 0; i < kParabolas; ++i) {
+    const V f = hn::MulAdd(hn::MulAdd(hn::NegMulAdd(c3, safe, c2), safe, c1), safe, c0);
     const V slope =
-        hn::MulAdd(hn::MulAdd(hn::Mul(hn::Set(d, -3.0F), c3), high, hn::Add(c2, c2)), high, c1);
-    high = hn::Max(hn::Sub(high, hn::Div(f_high, slope)), low);
-    f_high = hn::Min(value(high), zero);
+        hn::MulAdd(hn::MulAdd(hn::Mul(hn::Set(d, -3.0F), c3), safe, hn::Add(c2, c2)), safe, c1);
+    const V height = hn::Max(f, zero);
+    const V root = hn::Sqrt(hn::MulAdd(slope, slope, hn::Mul(hn::Add(height, height), curvature)));
+    const auto down = hn::Lt(slope, zero);
+    const V above = hn::IfThenElse(down, hn::Add(height, height), hn::Add(slope, root));
+    const V below = hn::IfThenElse(down, hn::Sub(root, slope), curvature);
+    safe = hn::Add(safe, hn::Div(above, hn::Max(below, hn::Set(d, kTiny))));
+    falls = hn::And(falls, hn::Lt(safe, hn::Set(d, 1.0F)));
+    if (hn::AllFalse(d, falls)) return;
   }
-  const V time = hn::IfThenElse(falls, low, hn::Set(d, 1.0F));
-  const V first = hn::MinOfLanes(d, time);
-  if (hn::GetLane(first) >= 1) return;
-  const auto lane = static_cast<size_t>(hn::FindKnownFirstTrue(d, hn::Eq(time, first)));
-  step = {static_cast<double>(hn::GetLane(first)) * step.length_s,
-          false,
-          {},
-          static_cast<uint32_t>(group * ContactBody::kGroup + lane)};
+  const V first = hn::MinOfLanes(d, hn::IfThenElse(falls, safe, hn::Set(d, 1.0F)));
+  step.length_s *= static_cast<double>(hn::GetLane(first));
 }
 
-Step ContactSearch::find_step(const Motion& motion, double longest_s, uint32_t& hint) {
-  constexpr size_t kGroup = ContactBody::kGroup;
+Step ContactSearch::find_step(const Motion& motion, const SupportMap::Candidates& candidates,
+                              double length_s) {
   near_.clear();
-  height_ = along(motion.normal, motion.height - kMargin * body_.outer_radius_m);
-  rate_ = along(motion.rate, motion.rise);
-  half_acceleration_ = along(motion.half_acceleration, 0);
-  jerk_ = static_cast<float>(motion.jerk);
-  Step step{longest_s, false, {}, hint};
-  set_bound(motion, longest_s);
-  const size_t likely = hint / kGroup;
-  if (may_touch(likely)) {
-    examine(likely, step);
-    if (step.length_s < longest_s) set_bound(motion, step.length_s);
-  }
-  for (size_t first = 0; first < body_.group_x.size(); first += kGroup) {
-    for (uint64_t bits = groups_that_may_touch(first); bits != 0; bits &= bits - 1) {
-      const size_t group = first + static_cast<size_t>(std::countr_zero(bits));
-      if (group == likely || group * kGroup >= body_.lane_x.size() || !may_touch(group)) continue;
-      const double before = step.length_s;
-      examine(group, step);
-      if (step.length_s < before) set_bound(motion, step.length_s);
-    }
+  Step step{length_s, false, {}, 0};
+  double length = 0;
+  for (const SupportMap::Group& group : candidates.groups) {
+    if (length != step.length_s) set_bound(motion, length = step.length_s);
+    if (may_touch(group)) examine(motion, group, step);
   }
   const double fastest = std::abs(motion.rise) + motion.rate.norm() * body_.outer_radius_m;
   for (const uint32_t vertex : near_) {
     limit_by_near_vertex(motion, body_.vertices[vertex], vertex, body_.outer_radius_m, fastest,
                          step);
   }
-  hint = step.vertex;
   return step;
 }
 
 // --- Flights in lanes ----------------------------------------------------------------------------
 
 struct LaneState {
-  Flight flight;  // axes and spin live in Lanes while it flies
-  uint32_t hint = 0;
+  Flight flight;  // axes and spin are those of its RotatingBody while it flies
   int steps = 0;
+  double caution = 1;   // part of the longest step that the next one may take
   double reach_m = -1;  // of this flight; negative: not asked for yet
   bool active = false;
+  // The coming step; where `searches`, it may have to be shorter.
   Step step{};
+  bool searches = false;
+  Motion motion{};
+  SupportMap::Candidates candidates{};
 };
 
-void load_lane(const Flight& flight, RotatingLanes& lanes, size_t lane) {
-  lanes.set(0, lane, flight.x_axis);
-  lanes.set(3, lane, flight.normal);
-  lanes.set(6, lane, flight.spin);
+void load(const Flight& flight, RotatingBody& rotating) {
+  rotating.x_axis << flight.x_axis, 0;
+  rotating.normal << flight.normal, 0;
+  rotating.spin << flight.spin, 0;
 }
 
-void store_lane(const RotatingLanes& lanes, size_t lane, Flight& flight) {
-  flight.normal = lanes.vector(3, lane).normalized();
-  const Vec3 x = lanes.vector(0, lane);
+void store(const RotatingBody& rotating, Flight& flight) {
+  flight.normal = rotating.normal.head<3>().normalized();
+  const Vec3 x = rotating.x_axis.head<3>();
   flight.x_axis = (x - x.dot(flight.normal) * flight.normal).normalized();
-  flight.spin = lanes.vector(6, lane);
+  flight.spin = rotating.spin.head<3>();
 }
 
 // The body rises faster than any of its points can move down, or is above all they reach.
@@ -303,40 +286,57 @@ bool is_gone(const ContactBody& body, const Vec3& normal, const Vec3& spin, Lane
   return state.flight.height >= state.reach_m || state.steps > kMostSteps;
 }
 
-Step plan_step(const ContactBody& body, ContactSearch& search, const RotatingLanes& lanes,
-               size_t lane, LaneState& state) {
+Motion motion_of(const ContactBody& body, const RotatingBody& rotating, const Flight& flight) {
   Motion motion;
-  const Vec3 spin = lanes.vector(6, lane);
-  motion.normal = lanes.vector(3, lane);
-  if (is_gone(body, motion.normal, spin, state)) return {0, true, FlightEnd::gone, 0};
-  ++state.steps;
-  motion.height = state.flight.height;
-  motion.rise = state.flight.velocity.y();
+  const Vec3 spin = rotating.spin.head<3>();
+  motion.normal = rotating.normal.head<3>();
+  motion.height = flight.height;
+  motion.rise = flight.velocity.y();
   motion.rate = motion.normal.cross(spin);
   const Vec3 spin_rate(body.euler.x() * spin.y() * spin.z(), body.euler.y() * spin.z() * spin.x(),
                        body.euler.z() * spin.x() * spin.y());
   motion.half_acceleration = 0.5 * (motion.rate.cross(spin) + motion.normal.cross(spin_rate));
-  const double speed2 = spin.squaredNorm();
-  const double speed = std::sqrt(speed2);
-  motion.jerk = body.turn_jerk_bound * speed2 * speed / 6;
+  motion.speed = spin.norm();
+  motion.jerk = body.turn_jerk_bound * motion.speed * motion.speed * motion.speed / 6;
+  return motion;
+}
+
+// What can be told without looking at vertices.
+void plan_step(const ContactBody& body, const RotatingBody& rotating, LaneState& state) {
+  state.searches = false;
+  const Motion& motion = state.motion = motion_of(body, rotating, state.flight);
+  if (is_gone(body, motion.normal, rotating.spin.head<3>(), state)) {
+    state.step = {0, true, FlightEnd::gone, 0};
+    return;
+  }
+  ++state.steps;
   const double reach_s = motion.rise == 0 ? kNever
                                           : 2 * (std::abs(motion.height) + body.outer_radius_m) /
                                                 std::abs(motion.rise);
-  const double longest = std::min(speed > 0 ? kLongestTurn / speed : kNever, reach_s);
-  if (longest == kNever) return {0, true, FlightEnd::resting, state.hint};
-  return search.find_step(motion, longest, state.hint);
+  double length_s =
+      std::min(motion.speed > 0 ? state.caution * kLongestTurn / motion.speed : kNever, reach_s);
+  if (length_s == kNever) {
+    state.step = {0, true, FlightEnd::resting, lowest_vertex(body, motion.normal).vertex};
+    return;
+  }
+  state.candidates = find_candidates(body.support, motion, length_s);
+  state.step = {length_s, false, {}, 0};
+  const double lowest = motion.height + std::min(0.0, length_s * motion.rise);
+  state.searches = lowest <= state.candidates.height_m;
+  if (!state.searches) return;
+  for (const SupportMap::Group& group : state.candidates.groups) {
+    hwy::Prefetch(&group);
+    hwy::Prefetch(group.z);
+  }
 }
 
-void advance(const ContactBody& body, RotatingLanes& lanes,
-             std::array<LaneState, kFlightLanes>& states) {
-  for (size_t lane = 0; lane < kFlightLanes; ++lane) {
-    LaneState& state = states[lane];
-    const double dt = state.active ? state.step.length_s : 0;
-    lanes.step_s[lane] = dt;
-    state.flight.height += dt * state.flight.velocity.y();
-    state.flight.time_s += dt;
-  }
-  rotate_freely(body.euler, lanes);
+void make_step(ContactSearch& search, LaneState& state, RotatingBody& rotating) {
+  const double planned_s = state.step.length_s;
+  if (state.searches) state.step = search.find_step(state.motion, state.candidates, planned_s);
+  const double dt = rotating.step_s = state.step.length_s;
+  state.caution = dt < planned_s ? kCaution : std::min(1.0, state.caution * kRelief);
+  state.flight.height += dt * state.flight.velocity.y();
+  state.flight.time_s += dt;
 }
 
 }  // namespace
@@ -362,68 +362,55 @@ Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& wo
 }
 
 Support lowest_vertex(const ContactBody& body, const Vec3& normal) {
-  const hn::FixedTag<float, 8> d;
-  const Vec3f n = normal.cast<float>();
-  const auto nx = hn::Set(d, n.x()), ny = hn::Set(d, n.y()), nz = hn::Set(d, n.z());
-  const hn::RebindToSigned<decltype(d)> di;
-  auto least = hn::Set(d, std::numeric_limits<float>::max());
-  auto where = hn::Zero(di);
-  for (size_t i = 0; i < body.lane_x.size(); i += 8) {
-    auto f = hn::Mul(hn::LoadU(d, body.lane_x.data() + i), nx);
-    f = hn::MulAdd(hn::LoadU(d, body.lane_y.data() + i), ny, f);
-    f = hn::MulAdd(hn::LoadU(d, body.lane_z.data() + i), nz, f);
-    const auto lower = hn::Lt(f, least);
-    least = hn::Min(f, least);
-    where = hn::IfThenElse(hn::RebindMask(di, lower), hn::Set(di, static_cast<int32_t>(i)), where);
-  }
-  // The floats are good to 1e-7: among the eight lanes' lowest the doubles decide.
-  alignas(32) int32_t first[8];
-  hn::Store(where, di, first);
   Support support{0, -kNever};
-  for (uint32_t lane = 0; lane < 8; ++lane) {
-    const size_t vertex = static_cast<size_t>(first[lane]) + lane;
-    if (vertex >= body.vertex_count()) continue;
-    const double height = -normal.dot(body.vertices[vertex]);
-    if (height > support.height_m) support = {static_cast<uint32_t>(vertex), height};
+  for (const SupportMap::Group& group : body.support.around(normal, 0).groups) {
+    for (const uint32_t vertex : group.vertex) {
+      const double height = -normal.dot(body.vertices[vertex]);
+      if (height > support.height_m) support = {vertex, height};
+    }
   }
   return support;
 }
 
 void fly(const ContactBody& body, FlightCrew& crew) {
   ContactSearch search(body);
-  RotatingLanes lanes;
+  std::array<RotatingBody, kFlightLanes> rotating;
   std::array<LaneState, kFlightLanes> states;
   size_t active = 0;
   bool more = true;
   const auto board = [&](size_t lane) {
     LaneState& state = states[lane];
     state = {};
+    rotating[lane] = {};
     more = more && crew.next(lane, state.flight);
     state.active = more;
     if (!more) return;
     ++active;
-    load_lane(state.flight, lanes, lane);
+    load(state.flight, rotating[lane]);
   };
   for (size_t lane = 0; lane < kFlightLanes && more; ++lane) board(lane);
   while (active > 0) {
     for (size_t lane = 0; lane < kFlightLanes; ++lane) {
       LaneState& state = states[lane];
-      if (state.active) state.step = plan_step(body, search, lanes, lane, state);
+      if (state.active) plan_step(body, rotating[lane], state);
     }
-    advance(body, lanes, states);
+    // By now the candidates are on their way from memory.
+    for (size_t lane = 0; lane < kFlightLanes; ++lane) {
+      if (states[lane].active) make_step(search, states[lane], rotating[lane]);
+    }
+    rotate_freely(body.euler, rotating);
     for (size_t lane = 0; lane < kFlightLanes; ++lane) {
       LaneState& state = states[lane];
       if (!state.active || !state.step.ends) continue;
-      store_lane(lanes, lane, state.flight);
+      store(rotating[lane], state.flight);
       if (crew.ended(lane, state.step.end, state.step.vertex, state.flight)) {
-        load_lane(state.flight, lanes, lane);
+        load(state.flight, rotating[lane]);
         state.reach_m = -1;
         state.steps = 0;
-        state.hint = state.step.vertex;
+        state.caution = 1;
       } else {
         --active;
-        state.active = false;
-        if (more) board(lane);
+        board(lane);
       }
     }
   }

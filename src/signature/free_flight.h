@@ -1,9 +1,9 @@
 // Bodies that fly over the plane y = 0 without gravity and turn freely, and what they touch when.
 //
-// The time of contact is found by conservative advancement over all vertices of the hull: the
-// height of a vertex over a step is bounded from below by a concave cubic, so that a step on
-// which it is not negative at the end misses nothing. Rotation is torque-free with the full inertia
-// tensor.
+// The time of contact is found by conservative advancement over the vertices that can be the lowest
+// one within a step: the height of a vertex over a step is bounded from below by a concave cubic,
+// so that a step on which it is not negative at the end misses nothing. Rotation is torque-free
+// with the full inertia tensor.
 #pragma once
 
 #include <array>

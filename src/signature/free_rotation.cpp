@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 
 namespace pilesim {
 namespace {
@@ -36,22 +37,36 @@ V3 cross(const V3& a, const V3& b) {
           hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
 }
 
-V3 load(const RotatingLanes& lanes, size_t row, size_t at) {
-  const Tag d;
-  return {hn::Load(d, lanes.row[row] + at), hn::Load(d, lanes.row[row + 1] + at),
-          hn::Load(d, lanes.row[row + 2] + at)};
+// Four vectors' components against four vectors.
+void transpose(V& a, V& b, V& c, V& d) {
+  const Tag t;
+  const V ab_even = hn::InterleaveLower(t, a, b), ab_odd = hn::InterleaveUpper(t, a, b);
+  const V cd_even = hn::InterleaveLower(t, c, d), cd_odd = hn::InterleaveUpper(t, c, d);
+  a = hn::ConcatLowerLower(t, cd_even, ab_even);
+  b = hn::ConcatLowerLower(t, cd_odd, ab_odd);
+  c = hn::ConcatUpperUpper(t, cd_even, ab_even);
+  d = hn::ConcatUpperUpper(t, cd_odd, ab_odd);
 }
 
-void store(const V3& v, RotatingLanes& lanes, size_t row, size_t at) {
-  const Tag d;
-  hn::Store(v.x, d, lanes.row[row] + at);
-  hn::Store(v.y, d, lanes.row[row + 1] + at);
-  hn::Store(v.z, d, lanes.row[row + 2] + at);
+// Four bodies; the same one more than once is as good.
+using Four = std::array<RotatingBody*, 4>;
+
+V3 load(const Four& bodies, Eigen::Vector4d RotatingBody::*vector) {
+  const Tag t;
+  const auto row = [&](size_t i) { return hn::Load(t, (bodies[i]->*vector).data()); };
+  V x = row(0), y = row(1), z = row(2), padding = row(3);
+  transpose(x, y, z, padding);
+  return {x, y, z};
+}
+
+void store(const V3& v, const Four& bodies, Eigen::Vector4d RotatingBody::*vector) {
+  const Tag t;
+  V rows[4] = {v.x, v.y, v.z, hn::Zero(t)};
+  transpose(rows[0], rows[1], rows[2], rows[3]);
+  for (size_t i = 0; i < 4; ++i) hn::Store(rows[i], t, (bodies[i]->*vector).data());
 }
 
 constexpr int kHighestOrder = 10;
-// Farthest turn of one series, rad.
-constexpr double kLongestTurn = 0.5;
 
 // moment[i][k]: the integral of s^i t^k over a part of a step, with s from -1/2 to 1/2 over it.
 using Moments = std::array<std::array<double, kHighestOrder + 1>, 3>;
@@ -119,12 +134,14 @@ void turn(const V3& rotation, V3& a, V3& b) {
   }
 }
 
-// Advances the lanes [at, at + 4). Time is counted in steps, so the series are plain sums.
+// Time is counted in steps, so the series are plain sums.
 template <int kOrder>
-void rotate(const Vec3& euler, RotatingLanes& lanes, size_t at) {
+void rotate(const Vec3& euler, const Four& bodies) {
   const Tag d;
-  const V step = hn::Load(d, lanes.step_s + at);
-  const V3 before = load(lanes, 6, at);
+  alignas(32) const double steps[4] = {bodies[0]->step_s, bodies[1]->step_s, bodies[2]->step_s,
+                                       bodies[3]->step_s};
+  const V step = hn::Load(d, steps);
+  const V3 before = load(bodies, &RotatingBody::spin);
   V3 w[kOrder + 1];
   w[0] = {hn::Mul(before.x, step), hn::Mul(before.y, step), hn::Mul(before.z, step)};
   V3 change{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
@@ -140,7 +157,7 @@ void rotate(const Vec3& euler, RotatingLanes& lanes, size_t at) {
                 hn::Mul(z, hn::Set(d, part * euler.z()))};
     change = change + w[k + 1];
   }
-  V3 world_x = load(lanes, 0, at), world_y = load(lanes, 3, at);
+  V3 world_x = load(bodies, &RotatingBody::x_axis), world_y = load(bodies, &RotatingBody::normal);
   // Beyond a quarter of a radian the Magnus series needs two parts.
   if constexpr (kOrder < kHighestOrder) {
     static constexpr Moments kWhole = moments_of(0, 1);
@@ -150,35 +167,46 @@ void rotate(const Vec3& euler, RotatingLanes& lanes, size_t at) {
     turn(rotation_vector<kOrder>(w, kFirst), world_x, world_y);
     turn(rotation_vector<kOrder>(w, kSecond), world_x, world_y);
   }
-  store(world_x, lanes, 0, at);
-  store(world_y, lanes, 3, at);
-  // A step of length zero leaves the spin, which cannot be divided out of it.
-  const V moved = hn::IfThenElse(hn::Gt(step, hn::Zero(d)), step, hn::Set(d, 1.0));
-  store(add_scaled(before, hn::Div(hn::Set(d, 1.0), moved), change), lanes, 6, at);
+  store(world_x, bodies, &RotatingBody::x_axis);
+  store(world_y, bodies, &RotatingBody::normal);
+  store(add_scaled(before, hn::Div(hn::Set(d, 1.0), step), change), bodies, &RotatingBody::spin);
+}
+
+// How many terms a turn needs: it is at most this, rad.
+constexpr std::array<double, 3> kTurns = {0.01, 0.1, 0.25};
+
+void rotate_by_order(size_t turns, const Vec3& euler, const Four& bodies) {
+  switch (turns) {
+    case 0:
+      return rotate<4>(euler, bodies);
+    case 1:
+      return rotate<6>(euler, bodies);
+    case 2:
+      return rotate<8>(euler, bodies);
+    default:
+      return rotate<kHighestOrder>(euler, bodies);
+  }
 }
 
 }  // namespace
 
-void rotate_freely(const Vec3& euler, RotatingLanes& lanes) {
-  for (size_t at = 0; at < kFlightLanes; at += 4) {
-    double widest = 0;
-    for (size_t lane = at; lane < at + 4; ++lane) {
-      const double dt = lanes.step_s[lane];
-      widest = std::max(widest, lanes.vector(6, lane).squaredNorm() * dt * dt);
-    }
-    if (widest == 0) continue;
-    if (widest < 0.01 * 0.01) {
-      rotate<4>(euler, lanes, at);
-    } else if (widest < 0.1 * 0.1) {
-      rotate<6>(euler, lanes, at);
-    } else if (widest < 0.25 * 0.25) {
-      rotate<8>(euler, lanes, at);
-    } else if (widest <= kLongestTurn * kLongestTurn) {
-      rotate<kHighestOrder>(euler, lanes, at);
-    } else {
-      for (size_t lane = at; lane < at + 4; ++lane) lanes.step_s[lane] /= 2;
-      rotate<kHighestOrder>(euler, lanes, at);
-      rotate<kHighestOrder>(euler, lanes, at);
+void rotate_freely(const Vec3& euler, std::span<RotatingBody> bodies) {
+  assert(bodies.size() <= kFlightLanes);
+  // Bodies that turn by as much go together.
+  std::array<std::array<RotatingBody*, kFlightLanes>, kTurns.size() + 1> alike;
+  std::array<size_t, kTurns.size() + 1> count{};
+  for (RotatingBody& body : bodies) {
+    const double turn = body.step_s * body.spin.head<3>().norm();
+    if (turn == 0) continue;
+    size_t turns = 0;
+    while (turns < kTurns.size() && turn > kTurns[turns]) ++turns;
+    alike[turns][count[turns]++] = &body;
+  }
+  for (size_t turns = 0; turns < alike.size(); ++turns) {
+    for (size_t first = 0; first < count[turns]; first += 4) {
+      Four four;
+      for (size_t i = 0; i < 4; ++i) four[i] = alike[turns][std::min(first + i, count[turns] - 1)];
+      rotate_by_order(turns, euler, four);
     }
   }
 }

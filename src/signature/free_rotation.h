@@ -1,31 +1,27 @@
-// Torque-free rotation of several bodies of one shape at once, one in each lane of the vector unit.
+// Torque-free rotation of several bodies of one shape, four at a time in the vector unit.
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "core/types.h"
 
 namespace pilesim {
 
-inline constexpr size_t kFlightLanes = 8;
+inline constexpr size_t kFlightLanes = 32;
 
-// Each lane: world x (3), world y (3) and the spin (3), seen from the body frame; rad/s.
-struct alignas(64) RotatingLanes {
-  static constexpr size_t kRows = 9;
-  double row[kRows][kFlightLanes] = {};
-  double step_s[kFlightLanes] = {};  // >= 0
-
-  Vec3 vector(size_t first_row, size_t lane) const {
-    return {row[first_row][lane], row[first_row + 1][lane], row[first_row + 2][lane]};
-  }
-  void set(size_t first_row, size_t lane, const Vec3& v) {
-    for (size_t i = 0; i < 3; ++i) row[first_row + i][lane] = v(static_cast<Eigen::Index>(i));
-  }
+// A body's orientation as two world axes, and its spin, seen from the body frame. The fourth
+// components mean nothing.
+struct RotatingBody {
+  Eigen::Vector4d x_axis = Eigen::Vector4d::UnitX();
+  Eigen::Vector4d normal = Eigen::Vector4d::UnitY();
+  Eigen::Vector4d spin = Eigen::Vector4d::Zero();  // rad/s
+  double step_s = 0;                               // >= 0
 };
 
-// Advances every lane by its step, in which it turns by at most 1 rad, with the inertia of
-// `euler`: ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3). Steps are changed. Off by less than 1e-8 rad, and than
-// 1e-8 of the spin, a step.
-void rotate_freely(const Vec3& euler, RotatingLanes& lanes);
+// Advances every body by its step, in which it turns by at most 0.5 rad, with the inertia of
+// `euler`: ((I2 - I3) / I1, (I3 - I1) / I2, (I1 - I2) / I3). Off by less than 1e-8 rad, and than
+// 1e-8 of the spin, a step. At most kFlightLanes bodies, none of which matters to another.
+void rotate_freely(const Vec3& euler, std::span<RotatingBody> bodies);
 
 }  // namespace pilesim

@@ -84,7 +84,7 @@ inline ResponseDraw draw_response(const ResponseModel& responses, DrawModel mode
     const size_t exemplar = cell * table.exemplar_count + random.index(table.exemplar_count);
     for (Eigen::Index i = 0; i < 6; ++i) {
       const auto k = static_cast<size_t>(i);
-      response(i) += kExemplarUnit * table.exemplars[6 * exemplar + k];
+      response(i) += table.exemplar_unit * table.exemplars[6 * exemplar + k];
     }
   } else {
     SpreadFactor factor;

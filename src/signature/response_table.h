@@ -32,7 +32,6 @@ std::string layout_name(TableLayout layout);
 
 using Vector6 = Eigen::Matrix<float, 6, 1>;  // v+ (3), w+ (3), working frame, units of the layout
 inline constexpr size_t kFactorSize = 21;    // of a lower triangular 6 x 6 matrix, row by row
-inline constexpr float kExemplarUnit = 1.0F / 8192;
 
 // One row a cell; cells in row-major order of the axes (the last one runs fastest).
 struct ResponseTable {
@@ -47,10 +46,11 @@ struct ResponseTable {
   // How far sqrt(v^2 + k^2 w^2) can grow, at least 1: a thin body that rolls off has a fast spin of
   // little energy, since k stands for all axes. Draws are held below it.
   float most_growth = 1;
-  // What responses met near the cell had over the mean there, in kExemplarUnit:
-  // (cells, exemplar_count, 6). Optional.
+  // What responses met near the cell had over the mean there, in exemplar_unit:
+  // (cells, exemplar_count, 6). Optional. Many rounded ones are worth more than few exact ones.
   uint32_t exemplar_count = 0;
-  std::vector<int16_t> exemplars;
+  float exemplar_unit = 1;
+  std::vector<int8_t> exemplars;
 
   size_t cell_count() const {
     return axes[0].size() * axes[1].size() * axes[2].size() * axes[3].size();

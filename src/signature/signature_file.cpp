@@ -25,7 +25,7 @@ template <typename T>
 constexpr uint64_t array_tag() {
   if constexpr (std::is_same_v<T, float>) return 85;
   if constexpr (std::is_same_v<T, double>) return 86;
-  if constexpr (std::is_same_v<T, int16_t>) return 77;
+  if constexpr (std::is_same_v<T, int8_t>) return 72;
   if constexpr (std::is_same_v<T, uint32_t>) return 70;
   if constexpr (std::is_same_v<T, uint8_t>) return 64;
 }
@@ -159,7 +159,7 @@ json to_json(const ResponseTable& table) {
           {"trials", to_array(table.trials)},          {"mean", to_array(table.mean)},
           {"spread", to_array(table.spread)},          {"mean_error", to_array(table.mean_error)},
           {"most_growth", table.most_growth},          {"exemplar_count", table.exemplar_count},
-          {"exemplars", to_array(table.exemplars)}};
+          {"exemplar_unit", table.exemplar_unit},      {"exemplars", to_array(table.exemplars)}};
 }
 
 // What a fit leaves of a table.
@@ -180,7 +180,8 @@ ResponseTable responses_of(const json& j) {
   table.spread = from_array<float>(j, "spread", table.spread_size() * cells);
   table.mean_error = from_array<float>(j, "mean_error", 6 * cells);
   table.exemplar_count = j.at("exemplar_count");
-  table.exemplars = from_array<int16_t>(j, "exemplars", 6 * cells * table.exemplar_count);
+  table.exemplar_unit = j.at("exemplar_unit");
+  table.exemplars = from_array<int8_t>(j, "exemplars", 6 * cells * table.exemplar_count);
   return table;
 }
 

@@ -9,7 +9,7 @@
 
 namespace pilesim {
 
-inline constexpr int kSignatureVersion = 2;
+inline constexpr int kSignatureVersion = 3;
 
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);

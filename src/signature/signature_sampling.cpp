@@ -142,7 +142,7 @@ AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup
 
 TableSampling default_sampling(TableLayout layout) {
   if (layout == TableLayout::dissertation) return {.trials_per_cell = 30};
-  return {.trials_per_cell = 40, .exemplars = 24};
+  return {.trials_per_cell = 60, .exemplars = 60};
 }
 
 SignatureRun sample_signature(const SignatureOptions& options) {

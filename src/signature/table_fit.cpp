@@ -1,5 +1,6 @@
 #include "signature/table_fit.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "core/parallel_for.h"
@@ -12,7 +13,9 @@ constexpr size_t kMostValues = 6;
 // made no table better.
 constexpr int kSweeps = 1;
 
-// The part of a fit that belongs to one node of the first axis: no other part depends on it.
+// The part of a fit that belongs to one node of the first axis: no other part depends on it. kWidth
+// values of a measurement, the first `width` of which are given; the others are 0.
+template <size_t kWidth>
 class BlockFit {
  public:
   BlockFit(std::span<const Axis> axes, size_t width, const Measurements& data, uint32_t first,
@@ -21,10 +24,16 @@ class BlockFit {
     cells_ = 1;
     for (const Axis& axis : axes.subspan(1)) cells_ *= axis.size();
     first_cell_ = first * cells_;
+    const auto own = static_cast<size_t>(std::count(data.first.begin(), data.first.end(), first));
+    samples_.reserve(own);
+    corners_.reserve(own);
+    residuals_.reserve(own);
     for (size_t i = 0; i < data.first.size(); ++i) {
       if (data.first[i] != first) continue;
       samples_.push_back(i);
       corners_.push_back(table_corners(axes, first, &data.keys[i * (axes.size() - 1)]));
+      Values& residual = residuals_.emplace_back();
+      for (size_t k = 0; k < width; ++k) residual[k] = data.values[i * width + k];
     }
   }
 
@@ -38,7 +47,7 @@ class BlockFit {
       }
     }
     // The first sweep, from a mean of zero, gives weighted means.
-    for (int sweep = 0; sweep <= kSweeps; ++sweep) add_mean_residuals(weight);
+    for (int sweep = 0; sweep <= kSweeps; ++sweep) move_means(weight);
     find_covariance(weight);
     for (size_t cell = 0; cell < cells_; ++cell) {
       if (weight[cell] > 0) {
@@ -48,60 +57,61 @@ class BlockFit {
   }
 
  private:
-  // Into the samples' place in fit_.residuals.
-  void find_residual(size_t k, double* residual) {
-    const TableCorners& at = corners_[k];
-    const float* value = &data_.values[samples_[k] * width_];
-    for (size_t i = 0; i < width_; ++i) residual[i] = value[i];
-    for (size_t c = 0; c < at.count; ++c) {
-      const double* mean = &fit_.mean[at.cell[c] * width_];
-      for (size_t i = 0; i < width_; ++i) {
-        residual[i] -= static_cast<double>(at.weight[c]) * mean[i];
+  using Values = std::array<double, kWidth>;
+
+  // By the weighted means of the residuals, which they leave behind.
+  void move_means(const std::vector<double>& weight) {
+    std::vector<Values> move(cells_, Values{});
+    for (size_t k = 0; k < samples_.size(); ++k) {
+      const TableCorners& at = corners_[k];
+      const Values residual = residuals_[k];
+      for (size_t c = 0; c < at.count; ++c) {
+        Values& to = move[at.cell[c] - first_cell_];
+        const double w = at.weight[c];
+        for (size_t i = 0; i < kWidth; ++i) to[i] += w * residual[i];
       }
+    }
+    for (size_t cell = 0; cell < cells_; ++cell) {
+      if (weight[cell] == 0) continue;
+      for (double& m : move[cell]) m /= weight[cell];
+      double* mean = &fit_.mean[(first_cell_ + cell) * width_];
+      for (size_t i = 0; i < width_; ++i) mean[i] += move[cell][i];
+    }
+    for (size_t k = 0; k < samples_.size(); ++k) {
+      const TableCorners& at = corners_[k];
+      Values residual = residuals_[k];
+      for (size_t c = 0; c < at.count; ++c) {
+        const Values& by = move[at.cell[c] - first_cell_];
+        const double w = at.weight[c];
+        for (size_t i = 0; i < kWidth; ++i) residual[i] -= w * by[i];
+      }
+      residuals_[k] = residual;
     }
   }
 
-  void add_mean_residuals(const std::vector<double>& weight) {
-    std::vector<double> sum(cells_ * width_, 0.0);
+  void find_covariance(const std::vector<double>& weight) {
+    // Whole rows, which the compiler can add as vectors.
+    std::vector<std::array<Values, kWidth>> sums(cells_, std::array<Values, kWidth>{});
     for (size_t k = 0; k < samples_.size(); ++k) {
-      double residual[kMostValues];
-      find_residual(k, residual);
+      const Values residual = residuals_[k];
+      for (size_t i = 0; i < width_; ++i) {
+        fit_.residuals[samples_[k] * width_ + i] = static_cast<float>(residual[i]);
+      }
       const TableCorners& at = corners_[k];
       for (size_t c = 0; c < at.count; ++c) {
-        double* to = &sum[(at.cell[c] - first_cell_) * width_];
-        for (size_t i = 0; i < width_; ++i) {
-          to[i] += static_cast<double>(at.weight[c]) * residual[i];
+        std::array<Values, kWidth>& to = sums[at.cell[c] - first_cell_];
+        for (size_t i = 0; i < kWidth; ++i) {
+          const double scaled = static_cast<double>(at.weight[c]) * residual[i];
+          for (size_t j = 0; j < kWidth; ++j) to[i][j] += scaled * residual[j];
         }
       }
     }
     for (size_t cell = 0; cell < cells_; ++cell) {
       if (weight[cell] == 0) continue;
-      double* mean = &fit_.mean[(first_cell_ + cell) * width_];
-      for (size_t i = 0; i < width_; ++i) mean[i] += sum[cell * width_ + i] / weight[cell];
-    }
-  }
-
-  void find_covariance(const std::vector<double>& weight) {
-    const size_t products = width_ * (width_ + 1) / 2;
-    for (size_t k = 0; k < samples_.size(); ++k) {
-      double residual[kMostValues], product[kMostValues * (kMostValues + 1) / 2];
-      find_residual(k, residual);
-      size_t p = 0;
+      double* covariance = &fit_.covariance[(first_cell_ + cell) * width_ * (width_ + 1) / 2];
       for (size_t i = 0; i < width_; ++i) {
-        fit_.residuals[samples_[k] * width_ + i] = static_cast<float>(residual[i]);
-        for (size_t j = 0; j <= i; ++j) product[p++] = residual[i] * residual[j];
+        for (size_t j = 0; j <= i; ++j) *covariance++ = sums[cell][i][j] / weight[cell];
       }
-      const TableCorners& at = corners_[k];
-      for (size_t c = 0; c < at.count; ++c) {
-        double* to = &fit_.covariance[at.cell[c] * products];
-        for (size_t i = 0; i < products; ++i)
-          to[i] += static_cast<double>(at.weight[c]) * product[i];
-      }
-    }
-    for (size_t cell = 0; cell < cells_; ++cell) {
-      if (weight[cell] == 0) continue;
-      double* covariance = &fit_.covariance[(first_cell_ + cell) * products];
-      for (size_t i = 0; i < products; ++i) covariance[i] /= weight[cell];
     }
   }
 
@@ -111,7 +121,8 @@ class BlockFit {
   size_t cells_;  // of this block, from first_cell_ on
   size_t first_cell_;
   std::vector<size_t> samples_;
-  std::vector<TableCorners> corners_;  // of samples_
+  std::vector<TableCorners> corners_;  // of samples_, as are
+  std::vector<Values> residuals_;
 };
 
 }  // namespace
@@ -150,7 +161,12 @@ TableFit fit_table(std::span<const Axis> axes, size_t width, const Measurements&
   fit.residuals.assign(measurements.values.size(), 0.0F);
   parallel_for(axes[0].size(), 1, [&](size_t begin, size_t end) {
     for (size_t first = begin; first < end; ++first) {
-      BlockFit(axes, width, measurements, static_cast<uint32_t>(first), fit).run();
+      const auto node = static_cast<uint32_t>(first);
+      if (width == 1) {
+        BlockFit<1>(axes, width, measurements, node, fit).run();
+      } else {
+        BlockFit<kMostValues>(axes, width, measurements, node, fit).run();
+      }
     }
   });
   return fit;

@@ -215,28 +215,33 @@ void TableSampler::add_exemplars(ResponseTable& table) const {
       (&at.weight[c] == heaviest ? near : around)[at.cell[c]].push_back(i);
     }
   }
-  table.exemplars.reserve(6 * wanted * table.cell_count());
-  for (size_t cell = 0; cell < table.cell_count(); ++cell) {
-    std::vector<uint32_t>& list = near[cell];
-    if (list.size() < wanted) {
-      list.insert(list.end(), around[cell].begin(), around[cell].end());
-    }
-    const size_t stride = std::max<size_t>(1, list.size() / wanted);
-    std::vector<std::array<float, 6>> chosen(wanted);
-    std::array<float, 6> mean{};
-    for (size_t k = 0; k < wanted; ++k) {
+  std::vector<float> values;
+  values.reserve(6 * wanted * table.cell_count());
+  const auto take = [&](const std::vector<uint32_t>& list, size_t count) {
+    const size_t stride = std::max<size_t>(1, list.size() / std::max<size_t>(1, count));
+    for (size_t k = 0; k < count; ++k) {
       const float* residual = &fit_.residuals[6 * list[k * stride % list.size()]];
-      for (size_t i = 0; i < 6; ++i) {
-        chosen[k][i] = residual[i];
-        mean[i] += residual[i] / static_cast<float>(wanted);
-      }
+      values.insert(values.end(), residual, residual + 6);
     }
-    for (const std::array<float, 6>& exemplar : chosen) {
-      for (size_t i = 0; i < 6; ++i) {
-        const float units = std::round((exemplar[i] - mean[i]) / kExemplarUnit);
-        table.exemplars.push_back(static_cast<int16_t>(std::clamp(units, -32767.0F, 32767.0F)));
-      }
+  };
+  for (size_t cell = 0; cell < table.cell_count(); ++cell) {
+    const size_t begin = values.size();
+    const size_t from_near = around[cell].empty() ? wanted : std::min(wanted, near[cell].size());
+    take(near[cell], from_near);
+    take(around[cell], wanted - from_near);
+    for (size_t i = 0; i < 6; ++i) {
+      float mean = 0;
+      for (size_t at = begin + i; at < values.size(); at += 6) mean += values[at];
+      mean /= static_cast<float>(wanted);
+      for (size_t at = begin + i; at < values.size(); at += 6) values[at] -= mean;
     }
+  }
+  float largest = 0;
+  for (const float v : values) largest = std::max(largest, std::abs(v));
+  table.exemplar_unit = largest > 0 ? largest / 127 : 1;
+  table.exemplars.reserve(values.size());
+  for (const float v : values) {
+    table.exemplars.push_back(static_cast<int8_t>(std::lround(v / table.exemplar_unit)));
   }
 }
 

@@ -27,7 +27,8 @@ void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
 
 }  // namespace
 
-void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
+void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer,
+                       const std::function<void()>& before_solver) {
   sleeping_ = sleeping;
   btDispatcherInfo& dispatch = getDispatchInfo();
   dispatch.m_timeStep = step_s;
@@ -46,6 +47,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer) {
     dispatch.m_deterministicOverlappingPairs = true;
     contacts_ahead_.add(getPairCache()->getOverlappingPairArray(), step_s);
   }
+  before_solver();
   {
     StageTimer::Scope scope(timer, Stage::solver);
     applyGravity();
@@ -99,8 +101,8 @@ void BulletWorld::updateAabbs() {
   }
 }
 
-// Islands of bodies that touch (stock Bullet takes bodies whose fat boxes meet, and so keeps more
-// of them awake).
+// Islands of bodies that touch or are joined (stock Bullet takes bodies whose fat boxes meet, and
+// so keeps more of them awake).
 void BulletWorld::calculateSimulationIslands() {
   btUnionFind& sets = m_islandManager->getUnionFind();
   int count = 0;
@@ -116,6 +118,14 @@ void BulletWorld::calculateSimulationIslands() {
     const btCollisionObject& b = *manifold.getBody1();
     if (manifold.getNumContacts() > 0 && a.mergesSimulationIslands() &&
         b.mergesSimulationIslands()) {
+      sets.unite(a.getIslandTag(), b.getIslandTag());
+    }
+  }
+  for (int i = 0; i < getNumConstraints(); ++i) {
+    const btTypedConstraint& constraint = *getConstraint(i);
+    const btRigidBody& a = constraint.getRigidBodyA();
+    const btRigidBody& b = constraint.getRigidBodyB();
+    if (constraint.isEnabled() && a.mergesSimulationIslands() && b.mergesSimulationIslands()) {
       sets.unite(a.getIslandTag(), b.getIslandTag());
     }
   }

@@ -1,6 +1,8 @@
 // A Bullet world whose step reads as named stages and whose free motion is exact to second order.
 #pragma once
 
+#include <functional>
+
 #include "core/stage_timer.h"
 #include "simulate/bullet_contact_solver.h"
 #include "simulate/bullet_contacts_ahead.h"
@@ -14,7 +16,9 @@ class BulletWorld : public btDiscreteDynamicsWorld {
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
   // Advances by `step_s`; kinematic bodies stand where the step starts and have their velocities.
-  void step(double step_s, bool sleeping, StageTimer& timer);
+  // `before_solver` is called when the step's contacts are known.
+  void step(double step_s, bool sleeping, StageTimer& timer,
+            const std::function<void()>& before_solver);
 
   // Wakes what touches `body`, which is about to leave, move or be let go.
   void wake_neighbours(const btRigidBody& body);

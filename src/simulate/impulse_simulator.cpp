@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,8 +12,11 @@
 #include "simulate/bullet_broad_phase.h"
 #include "simulate/bullet_collision_configuration.h"
 #include "simulate/bullet_contact_solver.h"
+#include "simulate/bullet_hits.h"
+#include "simulate/bullet_nail.h"
 #include "simulate/bullet_shapes.h"
 #include "simulate/bullet_world.h"
+#include "simulate/impulse_control.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/timeline.h"
 
@@ -47,21 +51,44 @@ double position_time_s(const Scene& scene, const Model& model) {
                                               : kUsualTime;
 }
 
-class ImpulseSimulator final : public Simulator {
+class ImpulseSimulator final : public Simulator, public ImpulseControl {
  public:
-  ImpulseSimulator(const Scene& scene, const Model& model);
+  // `director` may be null.
+  ImpulseSimulator(const Scene& scene, const Model& model, StepDirector* director);
   ~ImpulseSimulator() override;
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
   FrameStatistics statistics() const override;
 
+  double time_s() const override { return time_s_; }
+  double step_s() const override { return step_s_; }
+  bool is_in_world(uint32_t body) const override;
+  BodyMotion motion(uint32_t body) const override;
+  void put_to_sleep(uint32_t body) override;
+  void wake(uint32_t body) override;
+  bool is_asleep(uint32_t body) const override;
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override;
+  void set_friction(uint32_t body, double friction) override;
+  void read_contacts(std::vector<BodyContact>& contacts) const override;
+  ConstraintId add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) override;
+  ConstraintId add_nail(const Nail& nail) override;
+  void remove_constraint(ConstraintId constraint) override;
+  bool holds(ConstraintId constraint) const override;
+  void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
+
  private:
   // What Bullet has of a body of the model.
   struct Record {
     std::unique_ptr<btRigidBody> body;  // null: not in the world
     std::unique_ptr<btTypedConstraint> hinge;
-    bool moved = false;  // kinematic: in the step before
+    bool moved = false;         // kinematic: in the step before
+    bool put_to_sleep = false;  // by the director
+  };
+
+  struct PointConstraint {
+    std::unique_ptr<btTypedConstraint> constraint;
+    uint32_t a, b;
   };
 
   void add_new_bodies();
@@ -73,6 +100,12 @@ class ImpulseSimulator final : public Simulator {
   void read_states();
   void check_finite() const;
   void set_up_dynamic(uint32_t index, btRigidBody& body);
+  Pose pose_of(uint32_t index) const;
+  void refresh_friction();
+  void take_hits();
+  ConstraintId add_constraint(std::unique_ptr<btTypedConstraint> constraint, uint32_t a,
+                              uint32_t b);
+  void remove_constraints_of(uint32_t index);
 
   const Scene& scene_;
   const Model& model_;
@@ -93,9 +126,15 @@ class ImpulseSimulator final : public Simulator {
   BulletWorld world_;
   std::vector<DynamicBody> dynamic_;
   std::vector<Record> records_;
+
+  StepDirector* director_;
+  bool friction_changed_ = false;  // since the last step
+  std::map<ConstraintId, PointConstraint> constraints_;
+  ConstraintId next_constraint_ = 0;
+  std::vector<Hit> hits_;
 };
 
-ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
+ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model, StepDirector* director)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
@@ -103,7 +142,8 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
       solver_(scene.gravity.norm()),
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
-      records_(model.bodies.size()) {
+      records_(model.bodies.size()),
+      director_(director) {
   world_.setGravity(to_bullet(scene.gravity));
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = scene.simulator.solver_iterations;
@@ -133,6 +173,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model)
 }
 
 ImpulseSimulator::~ImpulseSimulator() {
+  for (auto& [id, tie] : constraints_) world_.removeConstraint(tie.constraint.get());
   for (uint32_t i = 0; i < records_.size(); ++i) {
     if (records_[i].hinge) world_.removeConstraint(records_[i].hinge.get());
     if (records_[i].body) world_.removeRigidBody(records_[i].body.get());
@@ -166,6 +207,8 @@ void ImpulseSimulator::add_body(uint32_t index) {
     body.forceActivationState(ISLAND_SLEEPING);
   }
   if (moves) set_up_dynamic(index, body);
+  // Known by its index to read_contacts().
+  body.setUserIndex(static_cast<int>(index));
   world_.addRigidBody(&body);
   if (moves && source.hinge) {
     const btTransform inverse = body.getWorldTransform().inverse();
@@ -204,6 +247,7 @@ void ImpulseSimulator::remove_body(uint32_t index) {
     return;
   }
   world_.wake_neighbours(*record.body);
+  remove_constraints_of(index);
   if (record.hinge) world_.removeConstraint(record.hinge.get());
   world_.removeRigidBody(record.body.get());
   record = {};
@@ -211,7 +255,8 @@ void ImpulseSimulator::remove_body(uint32_t index) {
 
 void ImpulseSimulator::apply_impulse(uint32_t index, const ModelEvent& event) {
   btRigidBody* body = records_[index].body.get();
-  if (body == nullptr || body->isStaticOrKinematicObject()) return;
+  if (!is_in_world(index)) return;
+  wake(index);
   body->activate(true);
   const btVector3 arm = event.point
                             ? to_bullet(*event.point) - body->getWorldTransform().getOrigin()
@@ -270,11 +315,16 @@ FrameStatistics ImpulseSimulator::step_frame() {
     add_new_bodies();
     timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
     move_kinematic_bodies();
-    world_.step(step_s_, scene_.simulator.sleeping, timer_);
+    if (director_ != nullptr) {
+      director_->direct(*this);
+      refresh_friction();
+    }
+    world_.step(step_s_, scene_.simulator.sleeping, timer_, [this] { take_hits(); });
     ++steps_;
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
   add_new_bodies();
+  if (director_ != nullptr) director_->end_frame(*this);
   ++frames_;
   read_states();
   check_finite();
@@ -282,6 +332,12 @@ FrameStatistics ImpulseSimulator::step_frame() {
   statistics.steps = steps;
   statistics.times = timer_.take();
   return statistics;
+}
+
+void ImpulseSimulator::take_hits() {
+  if (director_ == nullptr) return;
+  find_hits(dispatcher_, step_s_, hits_);
+  if (!hits_.empty()) director_->take_hits(*this, hits_);
 }
 
 void ImpulseSimulator::read_states() {
@@ -296,15 +352,15 @@ void ImpulseSimulator::read_states() {
         states_.orientation[i] = pose.orientation;
       }
     } else {
-      states_.position[i] = from_bullet(body->getWorldTransform().getOrigin());
-      states_.orientation[i] = from_bullet(body->getWorldTransform().getRotation()) *
-                               shapes_[source.shape].body_from_bullet().conjugate();
+      const Pose pose = pose_of(i);
+      states_.position[i] = pose.position;
+      states_.orientation[i] = pose.orientation;
     }
     if ((states_.flags[i] & kHeld) == 0) {  // a held body keeps the velocities it will start with
       states_.linear_velocity[i] = from_bullet(body->getLinearVelocity());
       states_.angular_velocity[i] = from_bullet(body->getAngularVelocity());
     }
-    const bool asleep = !body->isStaticOrKinematicObject() && !body->isActive();
+    const bool asleep = is_in_world(i) && !body->isActive();
     states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
     if (asleep) states_.flags[i] |= kAsleep;
   }
@@ -330,7 +386,7 @@ FrameStatistics ImpulseSimulator::statistics() const {
   for (uint32_t i = 0; i < records_.size(); ++i) {
     const btRigidBody* body = records_[i].body.get();
     if ((states_.flags[i] & kPresent) != 0) ++statistics.bodies_present;
-    if (body == nullptr || body->isStaticOrKinematicObject()) continue;
+    if (!is_in_world(i)) continue;
     if (body->isActive()) ++statistics.bodies_awake;
     const double mass_kg = model_.bodies[i].mass_kg;
     const btVector3 turn_rate = body->getAngularVelocity() * body->getWorldTransform().getBasis();
@@ -352,10 +408,154 @@ FrameStatistics ImpulseSimulator::statistics() const {
   return statistics;
 }
 
+bool ImpulseSimulator::is_in_world(uint32_t body) const {
+  return records_[body].body && model_.bodies[body].role == Role::dynamic &&
+         (states_.flags[body] & kHeld) == 0;
+}
+
+Pose ImpulseSimulator::pose_of(uint32_t index) const {
+  const btTransform& transform = records_[index].body->getWorldTransform();
+  const Quat& body_from_bullet = shapes_[model_.bodies[index].shape].body_from_bullet();
+  return {from_bullet(transform.getOrigin()),
+          from_bullet(transform.getRotation()) * body_from_bullet.conjugate()};
+}
+
+BodyMotion ImpulseSimulator::motion(uint32_t body) const {
+  const btRigidBody& rigid = *records_[body].body;
+  const Pose pose = pose_of(body);
+  return {pose.position, pose.orientation, from_bullet(rigid.getLinearVelocity()),
+          from_bullet(rigid.getAngularVelocity())};
+}
+
+void ImpulseSimulator::put_to_sleep(uint32_t body) {
+  Record& record = records_[body];
+  if (record.put_to_sleep) return;
+  record.put_to_sleep = true;
+  btRigidBody& rigid = *record.body;
+  rigid.setLinearVelocity(btVector3(0, 0, 0));
+  rigid.setAngularVelocity(btVector3(0, 0, 0));
+  rigid.setMassProps(0, btVector3(0, 0, 0));  // static: no part of any island
+  rigid.updateInertiaTensor();
+  rigid.forceActivationState(ISLAND_SLEEPING);
+}
+
+void ImpulseSimulator::wake(uint32_t body) {
+  Record& record = records_[body];
+  btRigidBody& rigid = *record.body;
+  if (record.put_to_sleep) {
+    record.put_to_sleep = false;
+    const ModelBody& source = model_.bodies[body];
+    rigid.setMassProps(source.mass_kg, shapes_[source.shape].inertia(source.mass_kg));
+    rigid.updateInertiaTensor();
+    rigid.setGravity(to_bullet(scene_.gravity));
+    rigid.setDeactivationTime(0);
+    rigid.forceActivationState(ACTIVE_TAG);
+  } else if (!rigid.isActive()) {
+    rigid.activate(true);
+  }
+}
+
+bool ImpulseSimulator::is_asleep(uint32_t body) const { return !records_[body].body->isActive(); }
+
+void ImpulseSimulator::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  records_[body].body->setLinearVelocity(to_bullet(linear));
+  records_[body].body->setAngularVelocity(to_bullet(angular));
+}
+
+void ImpulseSimulator::set_friction(uint32_t body, double friction) {
+  btRigidBody& rigid = *records_[body].body;
+  const double root = std::sqrt(friction);
+  if (rigid.getFriction() == root) return;
+  rigid.setFriction(root);
+  friction_changed_ = true;
+}
+
+// Contact points keep the friction that their bodies had when they met.
+void ImpulseSimulator::refresh_friction() {
+  if (!friction_changed_) return;
+  friction_changed_ = false;
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
+    const double friction =
+        btManifoldResult::calculateCombinedFriction(manifold.getBody0(), manifold.getBody1());
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      manifold.getContactPoint(p).m_combinedFriction = friction;
+    }
+  }
+}
+
+void ImpulseSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
+  contacts.clear();
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold =
+        *const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      const btManifoldPoint& point = manifold.getContactPoint(p);
+      contacts.push_back({.a = static_cast<uint32_t>(manifold.getBody0()->getUserIndex()),
+                          .b = static_cast<uint32_t>(manifold.getBody1()->getUserIndex()),
+                          .point = from_bullet(point.getPositionWorldOnB()),
+                          .normal = from_bullet(point.m_normalWorldOnB),
+                          .distance_m = point.getDistance(),
+                          .impulse_ns = point.getAppliedImpulse()});
+    }
+  }
+}
+
+ConstraintId ImpulseSimulator::add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) {
+  btRigidBody& first = *records_[a].body;
+  btRigidBody& second = *records_[b].body;
+  const btVector3 place = to_bullet(point);
+  return add_constraint(std::make_unique<btPoint2PointConstraint>(
+                            first, second, first.getWorldTransform().inverse() * place,
+                            second.getWorldTransform().inverse() * place),
+                        a, b);
+}
+
+ConstraintId ImpulseSimulator::add_nail(const Nail& nail) {
+  return add_constraint(make_nail(nail, *records_[nail.a].body, *records_[nail.b].body), nail.a,
+                        nail.b);
+}
+
+ConstraintId ImpulseSimulator::add_constraint(std::unique_ptr<btTypedConstraint> constraint,
+                                              uint32_t a, uint32_t b) {
+  world_.addConstraint(constraint.get());
+  constraints_[next_constraint_] = {std::move(constraint), a, b};
+  return next_constraint_++;
+}
+
+bool ImpulseSimulator::holds(ConstraintId constraint) const {
+  const auto found = constraints_.find(constraint);
+  return found != constraints_.end() && found->second.constraint->isEnabled();
+}
+
+void ImpulseSimulator::mark(uint32_t body, uint8_t mask, uint8_t flags) {
+  states_.flags[body] = static_cast<uint8_t>((states_.flags[body] & ~mask) | flags);
+}
+
+void ImpulseSimulator::remove_constraint(ConstraintId constraint) {
+  const auto found = constraints_.find(constraint);
+  if (found == constraints_.end()) return;
+  world_.removeConstraint(found->second.constraint.get());
+  constraints_.erase(found);
+}
+
+void ImpulseSimulator::remove_constraints_of(uint32_t index) {
+  std::erase_if(constraints_, [&](auto& entry) {
+    const bool of_body = entry.second.a == index || entry.second.b == index;
+    if (of_body) world_.removeConstraint(entry.second.constraint.get());
+    return of_body;
+  });
+}
+
 }  // namespace
 
 std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model) {
-  return std::make_unique<ImpulseSimulator>(scene, model);
+  return std::make_unique<ImpulseSimulator>(scene, model, nullptr);
+}
+
+std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
+                                                   StepDirector& director) {
+  return std::make_unique<ImpulseSimulator>(scene, model, &director);
 }
 
 }  // namespace pilesim

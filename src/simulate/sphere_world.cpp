@@ -393,7 +393,7 @@ void SphereWorld::settle_body(uint32_t p) {
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   bool posed = true;
-  if (body.touched) {
+  if (body.touched && settings_.rest_control) {
     const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
     const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
                        body_push_[p] < 0.2F * weight;

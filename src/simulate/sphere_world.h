@@ -31,6 +31,7 @@ struct SphereWorldSettings {
   float step_s;
   uint64_t seed;
   bool sleeping;
+  bool rest_control;
   int sweeps;  // of the contact solver
 };
 

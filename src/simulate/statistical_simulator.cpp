@@ -17,6 +17,7 @@ SphereWorldSettings world_settings(const Scene& scene) {
           .step_s = static_cast<float>(scene.actual_step_s()),
           .seed = scene.seed,
           .sleeping = scene.simulator.sleeping,
+          .rest_control = scene.simulator.rest_control,
           .sweeps = scene.simulator.solver_iterations};
 }
 

@@ -49,6 +49,8 @@ struct TrajectoryHeader {
 
 // Bit of a state: the body is in the scene, emitted and not removed.
 inline constexpr uint8_t kStatePresent = 1;
+// Of the equilibrium analysis of a directed pile; both: filtered out.
+inline constexpr uint8_t kStatePassed = 64, kStateFailed = 128;
 
 struct TrajectoryFrame {
   std::vector<Vec3f> position;     // (B) m

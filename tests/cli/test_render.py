@@ -49,6 +49,24 @@ class Render(CommandTest):
         self.assertEqual(frames, [f"frame.{i:04d}.png" for i in range(1, 16, 2)])
         self.assertEqual(probe(self.dir / "out/video.mp4")["r_frame_rate"], "15/1")
 
+    def test_two_side_by_side(self):
+        self.succeed("simulate", self.write_scene(), "-o", "short", "--set", "/duration_s=0.2")
+        self.succeed("render", "out", "--compare-with", "short", "-o", "both")
+        frames = sorted(path.name for path in (self.dir / "both/frames").iterdir())
+        self.assertEqual(frames, [f"frame.{i:04d}.png" for i in range(7)])
+        width, height = png_size(self.dir / "both/frames/frame.0000.png")
+        self.assertGreater(width, 2 * 64)
+        self.assertEqual(height, 48)
+        self.assertEqual(probe(self.dir / "both/video.mp4")["width"], width)
+        self.succeed("render", "out", "--compare-with", "short", "-o", "both", "--sheet", "2x1")
+        self.assertGreater(png_size(self.dir / "both/sheet.png")[0], 4 * 64)
+
+    def test_side_by_side_at_another_frame_rate(self):
+        self.succeed("simulate", self.write_scene(), "-o", "slow", "--set", "/frame_rate=15")
+        result = self.expect_exit(3, "render", "out", "--compare-with", "slow", "-o", "both")
+        self.assertIn("frame_rate", result.stderr)
+        self.assertFalse((self.dir / "both").exists())
+
     def test_odd_sizes(self):
         self.succeed("render", "out", "--size", "63x47", "--frames", "0-3")
         self.assertEqual(png_size(self.dir / "out/frames/frame.0001.png"), (63, 47))

@@ -27,16 +27,22 @@ class Trials : public testing::TestWithParam<int> {
 
 // Energies from the inertia in the world would need the orientation after; the impulse itself is
 // watched instead.
-TEST_P(Trials, NoImpulseAddsEnergyAndRestitutionIsKept) {
+TEST_P(Trials, ImpulsesKeepEnergyRestitutionAndCoulombsLimit) {
   for (int i = 0; i < 4000; ++i) {
     const ContactMaterial material{.restitution = random.uniform(),
                                    .friction = random.uniform(0, 2)};
     Flight flight = test::random_flight(body, random, 6);
     const uint32_t vertex = lowest_vertex(body, flight.normal).vertex;
     const double before = kinetic_energy(body, flight);
+    const Vec3 velocity = flight.velocity;
     const double approach = apply_contact_impulse(body, material, vertex, flight);
     EXPECT_LE(kinetic_energy(body, flight), before * (1 + 1e-12));
     if (approach <= 0) continue;
+    // Coulomb's limit, per unit of mass.
+    const Vec3 impulse = flight.velocity - velocity;
+    EXPECT_GT(impulse.y(), 0);
+    EXPECT_LE(std::hypot(impulse.x(), impulse.z()),
+              material.friction * impulse.y() * (1 + 1e-9) + 1e-12);
     const Vec3 u = flight.to_body(flight.velocity) + flight.spin.cross(body.vertices[vertex]);
     EXPECT_NEAR(flight.normal.dot(u), material.restitution * approach, 1e-9 * (1 + approach));
   }

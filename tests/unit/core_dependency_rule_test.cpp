@@ -22,10 +22,11 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"scene", {"core", "geometry"}},
     {"signature", {"core", "geometry"}},
     {"simulate", {"core", "geometry", "scene", "signature"}},
+    {"pile", {"core", "geometry", "scene", "signature", "simulate"}},
     {"trajectory", {"core"}},
     {"report", {"core", "geometry", "signature", "trajectory"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
-    {"job", {"core", "geometry", "scene", "signature", "simulate", "trajectory", "report"}},
+    {"job", {"core", "geometry", "scene", "signature", "simulate", "pile", "trajectory", "report"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {

@@ -54,7 +54,8 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
           "\"version\", \"name\", \"seed\", \"duration_s\", \"frame_rate\", \"step_s\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
-          "\"simulator\", \"render\", \"camera\". Did you mean \"duration_s\"?"));
+          "\"simulator\", \"guide\", \"piles\", \"render\", \"camera\". Did you mean "
+          "\"duration_s\"?"));
 }
 
 TEST(SceneErrors, WrongVersionAndWrongKinds) {
@@ -190,6 +191,19 @@ TEST(SceneErrors, CountsAreSane) {
   EXPECT_THAT(problems(R"("duration_s": 1000000)"),
               ElementsAre("s.json:6:15: /duration_s: gives 6e+07 frames at frame_rate 60; "
                           "expected at most 1e+07 frames"));
+}
+
+TEST(SceneErrors, Guides) {
+  EXPECT_THAT(problems(R"("guide": {})"), IsEmpty());
+  EXPECT_THAT(
+      problems(R"("guide": {"hold": "glue", "period_steps": 0, "break_speed": 0})"),
+      ElementsAre("s.json:6:19: /guide/hold: is \"glue\"; expected one of \"freeze\", \"nail\"",
+                  "s.json:6:43: /guide/period_steps: is 0; expected an integer from 1 to 100000",
+                  "s.json:6:61: /guide/break_speed: is 0; expected a number above 0"));
+  EXPECT_THAT(
+      problems(R"("guide": {}, "piles": [{"angle_deg": 30}])"),
+      ElementsAre("s.json:6:10: /guide: stands beside \"piles\"; expected one way to direct "
+                  "a pile. Take out one of the two"));
 }
 
 }  // namespace

@@ -235,5 +235,29 @@ TEST_F(SceneModel, FaultyMeshesOfShapesAndEmittersAreNamedTogether) {
   }
 }
 
+TEST_F(SceneModel, AGuideIsAClosedMeshThatHoldsBodies) {
+  std::ofstream(directory_ / "empty.obj") << "# nothing\n";
+  const auto fault = [&](const std::string& guide) -> std::string {
+    try {
+      const Model model =
+          build(R"("brick": {"type": "box", "size": [1, 1, 1]})",
+                R"("bodies": [{"shape": "brick", "material": "m"}], "guide": )" + guide);
+      EXPECT_NEAR(model.guide.bounds().center().x(), 3, kRounding);
+      EXPECT_NEAR(model.guide.bounds().center().z(), -20, kRounding);
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(
+      fault(
+          R"({"file": "box.obj", "scale": 2, "position": [3, 0, 0], "rotation_deg": [0, 90, 0]})"),
+      "");
+  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("/guide"));
+  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("open.obj"));
+  EXPECT_THAT(fault(R"({"file": "empty.obj"})"), HasSubstr("empty.obj"));
+  EXPECT_THAT(fault(R"({"file": "box.obj", "scale": 0.5})"), HasSubstr("smaller than a body"));
+}
+
 }  // namespace
 }  // namespace pilesim

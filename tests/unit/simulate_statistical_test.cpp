@@ -62,6 +62,22 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
+TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
+  scene_.simulator.rest_control = false;
+  add_ground();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  add_grid("box", {6, 1, 6}, {1, 1, 1}, {0, 0.6, 0});
+  scene_.emitters[0].angular_velocity_jitter = 3;
+  start();
+  EXPECT_EQ(run(360).bodies_awake, 0U);
+  int tilted = 0;
+  for (size_t i = 1; i < states().size(); ++i) {
+    const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+    tilted += up.cwiseAbs().maxCoeff() < 0.99 ? 1 : 0;
+  }
+  EXPECT_GT(tilted, 18);
+}
+
 TEST_F(Statistical, AFittedSignatureServesAsWell) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));

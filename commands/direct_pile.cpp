@@ -1,0 +1,24 @@
+#include "run_scene.h"
+
+namespace pilesim {
+
+void add_direct_pile_command(CLI::App& app) {
+  add_run_scene_command(
+      app,
+      {.name = "direct-pile",
+       .description = "Simulate a scene whose piles take the angles of repose or the shape it asks "
+                      "for",
+       .footer = R"(
+Examples:
+  pilesim direct-pile presets/repose/rabbit_matrix.json -o out/pile
+  pilesim direct-pile presets/repose/rabbit_matrix.json -o out/steep --set /piles/0/angle_deg=45
+  pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards
+
+The scene has "piles", each with an "angle_deg" (docs/direct_pile.md), or a "guide", whose shape its
+bodies are held in (docs/equilibrium.md). pilesim simulate runs the same
+scene without directing, for comparison.
+Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered.)",
+       .direct_piles = true});
+}
+
+}  // namespace pilesim

@@ -1,0 +1,86 @@
+#include "run_scene.h"
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "job/simulation_job.h"
+#include "scene/scene_loader.h"
+
+namespace pilesim {
+namespace {
+
+struct Options {
+  SceneOptions scene;
+  RunOptions run;
+  std::string output;
+  std::optional<std::string> fail_on;
+  bool print_config = false;
+  bool direct_piles = false;
+};
+
+void run(const Options& options) {
+  if (options.print_config) {
+    std::puts(load_scene(options.scene.file, options.scene.overrides).resolved.c_str());
+    return;
+  }
+  std::vector<QualityGate> gates;
+  if (options.fail_on) gates = parse_quality_gates(*options.fail_on);
+  const SimulationSummary summary =
+      run_simulation({.scene_file = options.scene.file,
+                      .output = options.output,
+                      .overrides = options.scene.overrides,
+                      .force = options.run.force,
+                      .gates = gates,
+                      .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
+                      .direct_piles = options.direct_piles});
+  if (options.run.quiet) return;
+  for (const std::string& line : summary.warnings) {
+    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
+  }
+  for (const std::string& line : summary.collision_shapes) std::printf("%s\n", line.c_str());
+  for (const std::string& line : summary.piles) std::printf("%s\n", line.c_str());
+  std::printf(
+      "%s: %llu frames (%.2f s) of %llu bodies in %.1f s; %u awake at the end; deepest penetration "
+      "%.2g m\n",
+      options.output.c_str(), static_cast<unsigned long long>(summary.frames), summary.simulated_s,
+      static_cast<unsigned long long>(summary.bodies), summary.wall_s, summary.awake_at_end,
+      summary.deepest_penetration_m);
+  const PileQuality& quality = summary.quality;
+  std::printf(
+      "at the end: penetration %.2g D, %llu unsettled, %llu escaped, %llu floating\n",
+      quality.body_diameter_m > 0 ? quality.deepest_penetration_m / quality.body_diameter_m : 0,
+      static_cast<unsigned long long>(quality.unsettled),
+      static_cast<unsigned long long>(quality.escaped),
+      static_cast<unsigned long long>(quality.floating));
+}
+
+}  // namespace
+
+void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
+  auto options = std::make_shared<Options>();
+  options->direct_piles = text.direct_piles;
+  CLI::App* command = app.add_subcommand(text.name, text.description);
+  add_scene_options(*command, options->scene);
+  CLI::Option* output =
+      command->add_option("-o,--output", options->output,
+                          "Directory for trajectory.zarr, timing.csv, report.json, report.html");
+  CLI::Option* print =
+      command->add_flag("--print-config", options->print_config,
+                        "Print the scene as it would run, with every default, and stop");
+  print->excludes(output);
+  command
+      ->add_option("--fail-on", options->fail_on,
+                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
+                   "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
+                   "between")
+      ->type_name("GATES");
+  add_run_options(*command, options->run);
+  command->footer(text.footer);
+  command->callback([options, output, print] {
+    if (output->empty() && print->empty()) throw CLI::RequiredError("-o,--output");
+    run(*options);
+  });
+}
+
+}  // namespace pilesim

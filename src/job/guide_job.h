@@ -1,0 +1,41 @@
+// What `pilesim direct-pile` adds to the simulation of a scene with a guide: its simulator, its
+// figures, its counts frame by frame.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "pile/guide_fit.h"
+#include "pile/guided_simulator.h"
+
+namespace pilesim {
+
+class GuideJob {
+ public:
+  // All three must outlive it, and it what make_simulator() gives. The scene has a guide.
+  GuideJob(const std::filesystem::path& scene_file, const Scene& scene, const Model& model)
+      : scene_file_(scene_file), scene_(scene), model_(model) {}
+
+  // To be called once. Throws Error(input), naming `scene_file`, for a scene in another mode than
+  // impulse.
+  std::unique_ptr<Simulator> make_simulator();
+  // Takes what the pile is like now; before the three below.
+  void measure(const Simulator& simulator);
+  std::string figures() const;             // JSON, for SimulationReport::piles
+  std::vector<std::string> lines() const;  // for people
+  // guide.json: counts, height and drift of each frame. Throws Error(io).
+  void write_frames(const std::filesystem::path& directory) const;
+
+ private:
+  const std::filesystem::path& scene_file_;
+  const Scene& scene_;
+  const Model& model_;
+  const GuidedSimulator* simulator_ = nullptr;
+  GuideFit fit_;
+  double control_share_ = 0;  // of the simulation's wall time
+  std::vector<GuideFrame> frames_;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,146 @@
+#include "job/pile_job.h"
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "pile/repose_director.h"
+#include "simulate/impulse_control.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void check(const std::filesystem::path& scene_file, const Scene& scene) {
+  Problem problem{.file = scene_file.string()};
+  if (scene.piles.empty()) {
+    problem.pointer = "/piles";
+    problem.found = "is empty or missing";
+    problem.expected = "at least one pile, such as {\"angle_deg\": 30}";
+  } else if (scene.simulator.mode != SimulatorMode::impulse) {
+    problem.pointer = "/simulator/mode";
+    problem.found = "is \"" + mode_name(scene.simulator.mode) + "\"";
+    problem.expected = "\"impulse\", the mode that piles are directed in";
+  } else {
+    return;
+  }
+  throw Error(ErrorKind::input, problem);
+}
+
+double rounded(double value, double unit) { return std::round(value / unit) * unit; }
+
+Json layers_of(const PileState& pile) {
+  const GroundPoint middle = pile.shape->middle();
+  Json layers = Json::array();
+  for (const StackingLayer& layer : pile.structure->layers()) {
+    layers.push_back({{"bottom_m", layer.bottom_m + pile.settings.base_m},
+                      {"top_m", layer.top_m + pile.settings.base_m},
+                      {"radius_m", layer.reach_m}});
+  }
+  return {{"x", middle.x()}, {"z", middle.y()}, {"layers", std::move(layers)}};
+}
+
+}  // namespace
+
+// Directs, keeps the time, and notes the layers at the end of every frame.
+struct PileJob::State final : StepDirector {
+  State(const Scene& s, const Model& m) : scene(s), model(m), director(s, m) {}
+
+  void direct(ImpulseControl& control) override {
+    const auto start = std::chrono::steady_clock::now();
+    director.direct(control);
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void end_frame(ImpulseControl& control) override {
+    ++frames;
+    Json now = Json::array();
+    for (const PileState& pile : director.piles()) {
+      if (pile.shape && pile.structure) now.push_back(layers_of(pile));
+    }
+    if (changes.empty() || changes.back()["piles"] != now) {
+      changes.push_back({{"frame", frames}, {"piles", std::move(now)}});
+    }
+    const bool is_last = frames + 1 == static_cast<uint64_t>(scene.frame_count());
+    if (is_last || frames % kMeasurePeriod == 0) director.measure(control);
+  }
+
+  static constexpr uint64_t kMeasurePeriod = 30;  // so that an interrupted run has figures too
+
+  const Scene& scene;
+  const Model& model;
+  ReposeDirector director;
+  double seconds = 0;
+  uint64_t frames = 0;
+  Json changes = Json::array();
+};
+
+PileJob::PileJob(const std::filesystem::path& scene_file, const Scene& scene, const Model& model) {
+  check(scene_file, scene);
+  try {
+    state_ = std::make_unique<State>(scene, model);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) problem.file = scene_file.string();
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
+PileJob::~PileJob() = default;
+
+std::unique_ptr<Simulator> PileJob::make_simulator() {
+  return make_directed_simulator(state_->scene, state_->model, *state_);
+}
+
+std::string PileJob::figures() const {
+  Json figures = Json::object();
+  size_t index = 0;
+  for (const PileState& pile : state_->director.piles()) {
+    figures["pile " + std::to_string(index++)] = {
+        {"angle_asked_deg", rounded(degrees(pile.settings.angle), 0.01)},
+        {"angle_got_deg", rounded(degrees(pile.slope.angle), 0.01)},
+        {"spread_deg", rounded(degrees(pile.slope.spread), 0.01)},
+        {"azimuths_fitted", pile.slope.azimuths},
+        {"tau", pile.settings.tau},
+        {"radius_m", pile.guide_reach_m},
+        {"avalanches", pile.avalanches}};
+  }
+  const PlausibilityCounts& counts = state_->director.plausibility();
+  figures["all"] = {{"asleep", counts.asleep},
+                    {"asleep_in_the_air", counts.hanging},
+                    {"asleep_inside_another", counts.inside},
+                    {"wakes_by_momentum", state_->director.wakes_by_momentum()},
+                    {"director_s", state_->seconds}};
+  return figures.dump();
+}
+
+std::vector<std::string> PileJob::lines() const {
+  std::vector<std::string> lines;
+  for (const PileState& pile : state_->director.piles()) {
+    const std::string asked = with_digits(degrees(pile.settings.angle), 3);
+    lines.push_back("pile: asked " + asked + " degrees, got " +
+                    (pile.slope.azimuths == 0
+                         ? "no slope that can be measured"
+                         : with_digits(degrees(pile.slope.angle), 3) + " +- " +
+                               with_digits(degrees(pile.slope.spread), 2) + " over " +
+                               std::to_string(pile.slope.azimuths) + " of " +
+                               std::to_string(kAzimuths) + " azimuths"));
+  }
+  const PlausibilityCounts& counts = state_->director.plausibility();
+  lines.push_back("piles: " + std::to_string(counts.asleep) + " asleep, of them " +
+                  std::to_string(counts.hanging) + " in the air and " +
+                  std::to_string(counts.inside) + " inside another; " +
+                  with_digits(state_->seconds, 3) + " s for directing");
+  return lines;
+}
+
+void PileJob::write_layers(const std::filesystem::path& directory) const {
+  const Json layers = {{"format", "pilesim piles"}, {"version", 1}, {"changes", state_->changes}};
+  write_file_atomically(directory / "piles.json", layers.dump() + "\n");
+}
+
+}  // namespace pilesim

@@ -1,0 +1,48 @@
+// The impulse mode under a guide, and what became of the pile.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "pile/guide_director.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+// Of the state at the end of a frame.
+struct GuideFrame {
+  double time_s = 0;
+  GuideCounts counts;
+  double height_m = 0;  // from the lowest centre of mass of a dynamic body to the highest
+  // Mean and largest way of the dynamic bodies from where they were when the pile was whole: a body
+  // that appears or is released later counts from then on.
+  double mean_drift_m = 0, largest_drift_m = 0;
+};
+
+class GuidedSimulator final : public Simulator {
+ public:
+  // Throws Error(input) where the scene has no guide or is not of the impulse mode. Both outlive
+  // it.
+  GuidedSimulator(const Scene& scene, const Model& model);
+
+  FrameStatistics step_frame() override;
+  const BodyStates& states() const override { return simulator_->states(); }
+  FrameStatistics statistics() const override { return simulator_->statistics(); }
+
+  const std::vector<GuideFrame>& frames() const { return frames_; }  // without frame 0
+  double control_share() const;  // of the wall time of all frames
+
+ private:
+  void record_frame();
+
+  const Scene& scene_;
+  const Model& model_;
+  GuideDirector director_;
+  std::unique_ptr<Simulator> simulator_;
+  std::vector<Vec3> start_;         // (B) m, where drift counts from
+  std::vector<uint8_t> has_start_;  // (B)
+  std::vector<GuideFrame> frames_;
+  double total_s_ = 0;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,63 @@
+// The ideal form of a pile: slopes of one angle that fall on all sides from its core, cut by walls.
+// With a point for a core it is the cone of the dissertation's section 5.2.1.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "core/types.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// Heights are over the base; `reach` is how far the foot lies from the core (the radius of a cone,
+// before walls cut it), so that the surface over a point at distance d of the core is at
+// (reach - d) tan(angle).
+class PileShape {
+ public:
+  // The core is `pile`'s footprint or centre, else `centre`.
+  PileShape(const Pile& pile, const GroundPoint& centre);
+
+  double distance(const GroundPoint& point) const;      // m, to the core; 0 inside
+  GroundPoint outward(const GroundPoint& point) const;  // unit, away from the core; zero inside
+  bool inside_walls(const GroundPoint& point) const;    // true where there are none
+  GroundPoint middle() const;
+
+  // Over all points with distance < `reach` inside the walls.
+  double section_area(double reach) const;  // m^2
+  // Under the surface, between two heights. 0 <= low <= high.
+  double volume(double reach, double low_m, double high_m) const;  // m^3
+  double volume(double reach) const { return volume(reach, 0, apex_height(reach)); }
+  double reach_of_volume(double volume_m3) const;  // at most most_reach()
+
+  double slope() const { return slope_; }  // tan(angle)
+  double apex_height(double reach) const { return reach * slope_; }
+  // 0 outside the foot and outside the walls.
+  double surface_height(double reach, const GroundPoint& point) const;
+  // Beyond it the surface would rise over the walls' top; infinite without walls.
+  double most_reach() const { return most_reach_; }
+  bool has_walls() const { return !walls_.empty(); }
+  // Of a cone without walls.
+  bool can_drift() const { return core_.size() == 1 && walls_.empty(); }
+  // The same pile with slopes of another angle, rad.
+  PileShape with_angle(double angle) const;
+  void move_to(const GroundPoint& centre) { core_[0] = centre; }  // where it can drift
+
+ private:
+  GroundPoint nearest(const GroundPoint& point) const;
+  double area_integral(double reach) const;  // of section_area from 0 on
+  void sample_walls();
+
+  std::vector<GroundPoint> core_;   // 1: point, 2: line, else polygon, turning left
+  std::vector<GroundPoint> walls_;  // turning left; empty: none
+  double slope_;
+  double most_reach_;
+  double to_wall_ = std::numeric_limits<double>::infinity();  // m, from the core
+  double wall_height_ = 0;
+  double core_area_ = 0, core_perimeter_ = 0;
+  // With walls: distances of sample points inside them, ascending, and their running sum.
+  std::vector<double> distances_, distance_sums_;
+  double sample_area_ = 0;  // m^2 a sample
+};
+
+}  // namespace pilesim

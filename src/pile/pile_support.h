@@ -1,0 +1,47 @@
+// Which sleepers stand on something: contacts read as a graph from what is fixed upwards.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pile/pile_bodies.h"
+#include "simulate/impulse_control.h"
+
+namespace pilesim {
+
+struct PileSupport {
+  std::vector<uint8_t> touches;       // (B) any other body
+  std::vector<uint8_t> on_fixed;      // (B) rests on a fixed or kinematic body
+  std::vector<uint8_t> is_supported;  // (B) rests on something fixed, or on a sleeper that does
+  std::vector<uint8_t> is_balanced;   // (B) of the awake: its supports stand around its centre
+  std::vector<double> depth_m;        // (B) deepest overlap with anything
+
+  PileSupport(const Model& model, const PileBodies& bodies);
+  // From the contacts of the last step. `asleep` is (B); `motion` (B), of what is in the world.
+  void read(const std::vector<BodyContact>& contacts, const std::vector<uint8_t>& asleep,
+            const std::vector<BodyMotion>& motion);
+
+ private:
+  const Model& model_;
+  const PileBodies& bodies_;
+  std::vector<std::vector<uint32_t>> above_;  // (B) what rests on it
+  std::vector<uint32_t> queue_;
+  std::vector<std::vector<double>> bearings_;  // (B) of its supports from its centre, rad
+
+  void note_bearing(uint32_t body, const Vec3& point, const Vec3& centre);
+  bool surrounded(std::vector<double>& bearings) const;
+};
+
+// Overlaps of sleepers beyond this share of a body's smallest extent count as one being inside the
+// other.
+inline constexpr double kInsideShare = 0.1;
+
+// What must be zero at the end: sleepers that hang in the air, and that are inside others.
+struct PlausibilityCounts {
+  uint32_t asleep = 0, hanging = 0, inside = 0;
+};
+PlausibilityCounts count_implausible(const PileBodies& bodies, const Model& model,
+                                     const PileSupport& support,
+                                     const std::vector<uint8_t>& asleep);
+
+}  // namespace pilesim

@@ -1,0 +1,55 @@
+#include "scene/object_codec.h"
+#include "scene/pose_fields.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+Fields<Guide> shape_fields() {
+  return Fields<Guide>{
+             optional_field<Guide>("file", &Guide::file, file_path(),
+                                   "Closed mesh, relative to the scene file: bodies with their "
+                                   "centre of mass inside are controlled. Default: all are."),
+             field<Guide>("scale", &Guide::scale, number(above(0)), "Metres per unit of the file."),
+         } +
+         pose_fields<Guide>(&Guide::pose, "the mesh");
+}
+
+Fields<Guide> control_fields() {
+  using G = Guide;
+  return {
+      field<G>("control", &G::control, boolean(),
+               "Hold what can stand. False: only analyse and measure."),
+      field<G>("hold", &G::hold,
+               enumeration<HoldKind>({{"freeze", HoldKind::freeze}, {"nail", HoldKind::nail}}),
+               "freeze: clusters that rest on the ground stop moving; nail: each body is nailed to "
+               "its neighbours at a contact."),
+      field<G>("period_steps", &G::period_steps, integer(1, 100000),
+               "Steps from one control step to the next."),
+      field<G>("least_normal_up", &G::least_normal_up, number(between(-1, 1)),
+               "Contacts whose normal points up by no more than this do not count as support: 0 is "
+               "the dissertation's conservative rule, -1 takes nearly all."),
+      field<G>("kinetic_share", &G::kinetic_share, number(between(0, 1)),
+               "Share of the friction at which a body must stand to be held."),
+      field<G>("least_contacts", &G::least_contacts, integer(1, 1000),
+               "Fewest supporting contacts of a body that is held."),
+      field<G>("least_spread", &G::least_spread, number(at_least(0)),
+               "Least spread of these contacts: twice the area of their largest triangle, in "
+               "squares of the bounding radius."),
+      field<G>("neighbours", &G::neighbours, boolean(),
+               "Hold a body only where all that touch it can be held too."),
+      field<G>("most_speed", &G::most_speed, number(above(0)),
+               "Fastest that a body may be when it is held, in sqrt(g r)."),
+      field<G>("break_speed", &G::break_speed, number(above(0)),
+               "A hit frees the mass that it could set moving at this speed, in sqrt(g r)."),
+  };
+}
+
+}  // namespace
+
+Codec<Guide> guide_codec() {
+  return object<Guide>({.noun = "the guide", .fields = shape_fields() + control_fields()});
+}
+
+}  // namespace pilesim

@@ -1,0 +1,142 @@
+// What a guide does to piles.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "geometry/primitives.h"
+#include "pile/guide_fit.h"
+#include "pile/guided_simulator.h"
+#include "support/small_model.h"
+
+namespace pilesim {
+namespace {
+
+// A column of cubes of 0.2 m, or `scale` times that, on the ground: bodies 1 .. count, from below.
+// Time runs with the root of the scale, so that all columns move alike.
+struct Column : SmallModel {
+  explicit Column(int count, double scale = 1) {
+    scene.frame_rate = 60 / std::sqrt(scale);
+    scene.step_s = std::sqrt(scale) / 240;
+    scene.guide.emplace();
+    wood = material(0, 0.7);
+    body(plane(), wood, Vec3::Zero(), Role::fixed);
+    const uint32_t cube = box(Vec3::Constant(0.2 * scale));
+    for (int i = 0; i < count; ++i) body(cube, wood, {0, scale * (0.1 + 0.2 * i), 0});
+  }
+  uint32_t wood = 0;
+};
+
+void run(GuidedSimulator& simulator, int frames) {
+  for (int frame = 0; frame < frames; ++frame) simulator.step_frame();
+}
+
+TEST(Guide, WhatStandsIsHeldAndDoesNotDrift) {
+  Column column(5);
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 10);
+  EXPECT_EQ(simulator.frames().back().counts.held, 5);
+  EXPECT_EQ(simulator.states().flags[3] & (kFrozen | kPassed | kFailed), kFrozen | kPassed);
+  const Vec3 top = simulator.states().position[5];
+  run(simulator, 300);
+  EXPECT_EQ(simulator.states().position[5], top);
+}
+
+TEST(Guide, WithoutControlItOnlyTells) {
+  Column column(3);
+  column.scene.guide->control = false;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 10);
+  EXPECT_EQ(simulator.frames().back().counts.held, 0);
+  EXPECT_EQ(simulator.frames().back().counts.passed, 3);
+}
+
+TEST(Guide, BodiesOutsideItAreLeftAlone) {
+  Column column(4);
+  column.model.guide = box_mesh({2, 0.7, 2});  // up to 0.35 m: the lower two
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 10);
+  EXPECT_EQ(simulator.frames().back().counts.in_guide, 2);
+  EXPECT_EQ(simulator.frames().back().counts.held, 2);
+}
+
+// A leaning column: its upper half hangs over, and each cube alone would stand.
+TEST(Guide, HoldsAsAWholeWhatStandsBodyByBody) {
+  for (const bool control : {true, false}) {
+    Column column(6);
+    column.scene.guide->control = control;
+    for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.x() = 0.06 * i;
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 120);
+    EXPECT_EQ(simulator.states().position[6].y() > 1.09, control);
+  }
+}
+
+TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
+  for (const double scale : {0.05, 1.0, 20.0}) {
+    for (const double speed : {0.05, 6.0}) {
+      Column column(5, scale);
+      const uint32_t ball = column.sphere(0.15 * scale);
+      ModelBody& thrown = column.body(ball, column.wood, scale * Vec3(-0.27, 0.5, 0));
+      thrown.linear_velocity = Vec3(speed * std::sqrt(scale), 0, 0);
+      thrown.start_s = 0.2 * std::sqrt(scale);
+      GuidedSimulator simulator(column.scene, column.model);
+      run(simulator, 60);
+      EXPECT_EQ(simulator.frames().back().counts.knocked_loose > 0, speed > 1) << speed;
+      EXPECT_EQ(simulator.states().position[3].x() > 0.05 * scale, speed > 1) << speed;
+    }
+  }
+}
+
+TEST(Guide, NailsHoldTheSameColumn) {
+  Column column(6);
+  column.scene.guide->hold = HoldKind::nail;
+  for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.x() = 0.06 * i;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 120);
+  EXPECT_EQ(simulator.frames().back().counts.nails, 6);
+  EXPECT_GT(simulator.states().position[6].y(), 1.09);
+}
+
+TEST(Guide, TheSameSceneGivesTheSameBits) {
+  std::vector<Vec3> first;
+  for (int round = 0; round < 2; ++round) {
+    Column column(6);
+    column.scene.guide->hold = HoldKind::nail;
+    const uint32_t ball = column.sphere(0.15);
+    column.body(ball, column.wood, {-1, 0.5, 0.03}).linear_velocity = {5, 0, 0};
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 60);
+    if (round == 0) first = simulator.states().position;
+    EXPECT_EQ(simulator.states().position, first);
+  }
+}
+
+TEST(Guide, NeedsTheImpulseMode) {
+  Column column(1);
+  column.scene.simulator.mode = SimulatorMode::statistical;
+  EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
+  column.scene.simulator.mode = SimulatorMode::impulse;
+  column.scene.guide.reset();
+  EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
+}
+
+TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
+  Column column(4);
+  BodyStates states;
+  for (const ModelBody& body : column.model.bodies) {
+    states.position.push_back(body.pose.position);
+    states.orientation.push_back(body.pose.orientation);
+    states.flags.push_back(kPresent);
+  }
+  column.model.guide = box_mesh({0.2, 0.8, 0.2});  // its lower half is below the ground
+  const GuideFit fit = measure_guide_fit(column.model, states);
+  EXPECT_DOUBLE_EQ(fit.bodies_inside, 0.5);
+  EXPECT_DOUBLE_EQ(fit.volume_inside, 0.5);
+  EXPECT_GT(fit.overlap, 0.2);
+  EXPECT_LT(fit.overlap, 0.5);
+}
+
+}  // namespace
+}  // namespace pilesim
