@@ -179,7 +179,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }
+  const Clock::time_point inspection_start = Clock::now();
   report.quality = inspect_pile(model, scene.gravity, simulator->states());
+  report.inspection_s = seconds_since(inspection_start);
   report.gates = judge(job.gates, report.quality);
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();

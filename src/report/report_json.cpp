@@ -130,6 +130,7 @@ Json report_json(const SimulationReport& report) {
       {"collision_shapes", report.collision_shapes},
       {"time",
        {{"setup_s", report.setup_s},
+        {"inspection_s", report.inspection_s},
         {"total_s", report.total_s},
         {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},
         {"stages", stage_times(report.rows)}}},

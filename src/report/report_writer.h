@@ -43,8 +43,9 @@ struct SimulationReport {
   std::vector<FrameRow> rows;
   PileQuality quality;  // at the end, of the collision shapes
   std::vector<GateResult> gates;
-  double setup_s = 0;  // loading, decomposition, building, wall
-  double total_s = 0;  // whole command, wall
+  double setup_s = 0;       // loading, decomposition, building, wall
+  double inspection_s = 0;  // of the pile at the end, wall
+  double total_s = 0;       // whole command, wall
   uint64_t peak_memory_bytes = 0;
   std::string piles;  // JSON array: what a director of piles reports of each; empty: none
 };
