@@ -93,10 +93,10 @@ void add_fit_bspline_command(CLI::App& app) {
                                  "Choose the smallest fit with this distance from true "
                                  "responses or less (with --mesh)")
                     ->type_name("E");
-  command
-      ->add_option("--degree", options->degree,
-                   "Of the splines (default 3); with --max-bytes or --max-error, the highest to try "
-                   "(default 2, quicker to query)");
+  command->add_option(
+      "--degree", options->degree,
+      "Of the splines (default 3); with --max-bytes or --max-error, the highest to try "
+      "(default 2, quicker to query)");
   command
       ->add_option("--control-points", options->control_points,
                    "On each axis, or four numbers by axis (default 4)")

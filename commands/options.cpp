@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include <cstdio>
+
 #include <map>
 
 #include "core/parallel_for.h"
@@ -48,6 +50,16 @@ void add_run_options(CLI::App& command, RunOptions& options) {
               std::to_string(available_threads()) + ")")
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
+}
+
+std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
+  std::array<int, 2> pair{};
+  int length = 0;
+  if (std::sscanf(text.c_str(), "%6dx%6d%n", &pair[0], &pair[1], &length) != 2 ||
+      static_cast<size_t>(length) != text.size() || pair[0] < 1 || pair[1] < 1) {
+    throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 4x3");
+  }
+  return pair;
 }
 
 }  // namespace pilesim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -37,5 +38,8 @@ void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
+
+// "4x3" as two numbers from 1 on. Throws CLI::ValidationError.
+std::array<int, 2> parse_pair(const std::string& text, const std::string& option);
 
 }  // namespace pilesim

@@ -26,17 +26,6 @@ struct Options {
   RunOptions run;
 };
 
-// "4x3" as two numbers from 1 on.
-std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
-  std::array<int, 2> pair{};
-  int length = 0;
-  if (std::sscanf(text.c_str(), "%6dx%6d%n", &pair[0], &pair[1], &length) != 2 ||
-      static_cast<size_t>(length) != text.size() || pair[0] < 1 || pair[1] < 1) {
-    throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 4x3");
-  }
-  return pair;
-}
-
 // What else a scene says was used up by the simulation.
 void check_override(const std::string& argument) {
   for (const std::string place : {"/camera", "/render"}) {
