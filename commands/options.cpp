@@ -1,7 +1,6 @@
 #include "options.h"
 
 #include <cstdio>
-
 #include <map>
 
 #include "core/parallel_for.h"
