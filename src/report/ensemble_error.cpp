@@ -68,7 +68,9 @@ std::vector<QuantityError> ensemble_errors(std::span<const RunMeasures> referenc
 const QuantityError* worst_error(const std::vector<QuantityError>& errors) {
   const QuantityError* worst = nullptr;
   for (const QuantityError& error : errors) {
-    if (!std::isfinite(error.normalised.value)) continue;
+    // Runs of the reference that are alike by chance leave nothing to divide by.
+    const Interval& ratio = error.normalised;
+    if (!std::isfinite(ratio.value + ratio.low + ratio.high)) continue;
     if (worst == nullptr || error.normalised.value > worst->normalised.value) worst = &error;
   }
   return worst;

@@ -65,10 +65,11 @@ class Compare(CommandTest):
         self.succeed("render", "out/runs/impulse_spheres3/seed4", "--frames", "0", "--no-video")
 
     def test_sees_an_injected_fault(self):
+        """Large ones, in eight bodies and three seeds."""
         result = self.compare(
             "--modes",
-            "impulse:decomposition+/gravity=[0,-12,0],"
-            "impulse:decomposition+/materials/wood/restitution=0.4",
+            "impulse:decomposition+/gravity=[0,-16,0],"
+            "impulse:decomposition+/materials/wood/restitution=0.9",
         )
         self.assertRegex(result.stderr, r"warning: .*no charts.*gnuplot.*apt install")
         _, wrong, bouncing = self.figures()["modes"]
