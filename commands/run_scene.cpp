@@ -39,6 +39,7 @@ void run(const Options& options) {
     std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
   }
   for (const std::string& line : summary.collision_shapes) std::printf("%s\n", line.c_str());
+  for (const std::string& line : summary.signatures) std::printf("%s\n", line.c_str());
   for (const std::string& line : summary.piles) std::printf("%s\n", line.c_str());
   std::printf(
       "%s: %llu frames (%.2f s) of %llu bodies in %.1f s; %u awake at the end; deepest penetration "

@@ -163,6 +163,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                                                : piles ? piles->make_simulator()
                                                        : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
+  report.signatures = simulator->signatures();
   report.setup_s = seconds_since(start);
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
@@ -210,7 +211,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .wall_s = report.total_s,
                             .awake_at_end = report.rows.back().bodies_awake,
                             .quality = report.quality,
-                            .collision_shapes = report.collision_shapes};
+                            .collision_shapes = report.collision_shapes,
+                            .signatures = report.signatures};
   if (piles) summary.piles = piles->lines();
   if (guide) summary.piles = guide->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);

@@ -32,6 +32,7 @@ struct SimulationSummary {
   PileQuality quality;                        // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
   std::vector<std::string> piles;             // one line a pile: the angle asked and got
+  std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<std::string> warnings;          // what is not as it should be, one line each
 };
 

@@ -106,6 +106,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
     }
   }
   html += stage_table(figures["time"]["stages"]);
+  html += line_list("Signatures", figures["signatures"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
   html += value_table("Penetration", figures["penetration"]);
   html += value_table("Energy", figures["energy"]);

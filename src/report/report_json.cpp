@@ -128,6 +128,7 @@ Json report_json(const SimulationReport& report) {
         {"kinetic_end_j", last.kinetic_energy_j},
         {"potential_end_j", last.potential_energy_j}}},
       {"collision_shapes", report.collision_shapes},
+      {"signatures", report.signatures},
       {"time",
        {{"setup_s", report.setup_s},
         {"inspection_s", report.inspection_s},

@@ -40,6 +40,7 @@ struct SimulationReport {
   uint64_t dynamic_bodies = 0;
   bool interrupted = false;
   std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
+  std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<FrameRow> rows;
   PileQuality quality;  // at the end, of the collision shapes
   std::vector<GateResult> gates;

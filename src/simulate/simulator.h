@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "core/stage_timer.h"
 #include "scene/model.h"
@@ -32,6 +34,8 @@ class Simulator {
   virtual const BodyStates& states() const = 0;
   // Of the state as it is, with zero times: for frame 0.
   virtual FrameStatistics statistics() const = 0;
+  // For the report: the signatures that bodies collide by, if they do; a line a shape.
+  virtual std::vector<std::string> signatures() const { return {}; }
 };
 
 // The simulator that scene.simulator.mode names. Both arguments must outlive it.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "simulate/body_signature.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/sphere_world.h"
@@ -56,6 +57,7 @@ class StatisticalSimulator final : public Simulator {
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
   FrameStatistics statistics() const override;
+  std::vector<std::string> signatures() const override;
 
  private:
   bool is_free(uint32_t body) const {
@@ -222,6 +224,25 @@ FrameStatistics StatisticalSimulator::statistics() const {
   statistics.contacts = world_.contact_count();
   statistics.deepest_penetration_m = world_.deepest_penetration_m();
   return statistics;
+}
+
+std::vector<std::string> StatisticalSimulator::signatures() const {
+  std::vector<std::string> lines;
+  for (size_t shape = 0; shape < objects_.size(); ++shape) {
+    const BodySignature& object = objects_[shape];
+    if (!object.signature) continue;
+    const ResponseTable& table = object.signature->responses;
+    const std::string kind =
+        object.signature->fit ? "fitted splines"
+        : table.exemplar_count > 0
+            ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
+            : "tables";
+    lines.push_back(model_.shapes[shape].name + ": " +
+                    model_.shapes[shape].signature_file.filename().string() + ", " + kind +
+                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
+                    " m among other bodies");
+  }
+  return lines;
 }
 
 }  // namespace

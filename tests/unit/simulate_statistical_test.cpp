@@ -11,7 +11,9 @@
 namespace pilesim {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 using Statistical = test::StatisticalScene;
 
 TEST_F(Statistical, AFlightIsAParabola) {
@@ -82,9 +84,12 @@ TEST_F(Statistical, AFittedSignatureServesAsWell) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));
   const auto& file = *std::get<MeshShape>(scene_.shapes["box"]).signature;
-  write_signature(fitted_signature(read_signature(file), {}), file);
   add_grid("box", {4, 2, 4}, {0.5, 0.4, 0.5}, {0, 0.8, 0});
   start();
+  EXPECT_THAT(simulator_->signatures(), ElementsAre(StartsWith("box: box.sig, tables, 6 ex")));
+  write_signature(fitted_signature(read_signature(file), {}), file);
+  start();
+  EXPECT_THAT(simulator_->signatures(), ElementsAre(StartsWith("box: box.sig, fitted splines")));
   const double before = simulator_->statistics().potential_energy_j;
   EXPECT_GT(run(20).kinetic_energy_j, 0);
   const FrameStatistics end = run(400);
