@@ -92,10 +92,7 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   if (a > b) return by_level(b, level_b, a, level_a);
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
-  if (a == near_exact) {
-    if (b == near_exact) return finer.near_near;
-    return b == standing && finer.exact ? PairMethod::impulse : finer.near_far;
-  }
+  if (a == near_exact) return b == statistical ? finer.near_far : finer.near_near;
   return finer.far_far;
 }
 

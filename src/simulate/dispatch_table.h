@@ -9,9 +9,9 @@
 
 namespace pilesim {
 
-// What a body does in a step. A prefer-statistical body that stands is `standing`: to another body
-// it is what that body makes of it, so that a ground that a must-impulse body lies on does not
-// become exact for all others.
+// What a body does in a step. A prefer-statistical body that stands is `standing`: it is I' to I
+// and I' bodies and S to others, so that a ground that a must-impulse body lies on does not become
+// exact for all.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
   near_exact,   // I': prefer-statistical, its box touches that of an I body

@@ -13,7 +13,7 @@ void ExactBoxes::add(uint32_t body) {
     box.normal = source.pose.orientation * Vec3::UnitY();
     box.point = source.pose.position;
   } else {
-    box.bounds = world_.box(body);
+    measure(box);
   }
   boxes_.insert(std::ranges::lower_bound(boxes_, body, {}, &Box::body), box);
 }
@@ -26,8 +26,14 @@ void ExactBoxes::update() {
   for (Box& box : boxes_) {
     box.moves =
         !box.is_plane && world_.is_active(box.body) && model_.bodies[box.body].role != Role::fixed;
-    if (box.moves) box.bounds = world_.box(box.body);
+    if (box.moves) measure(box);
   }
+}
+
+void ExactBoxes::measure(Box& box) const {
+  world_.boxes(box.body, box.pieces);
+  box.bounds.setEmpty();
+  for (const Bounds& piece : box.pieces) box.bounds.extend(piece);
 }
 
 bool ExactBoxes::near(const Box& box, const Candidate& candidate) const {
@@ -44,7 +50,9 @@ bool ExactBoxes::near(const Box& box, const Candidate& candidate) const {
   Bounds own = world_.box_at(candidate.body, candidate.pose);
   own.min().array() -= candidate.margin_m;
   own.max().array() += candidate.margin_m;
-  return own.intersects(box.bounds);
+  return own.intersects(box.bounds) && std::ranges::any_of(box.pieces, [&](const Bounds& piece) {
+           return piece.squaredExteriorDistance(centre) <= reach * reach && own.intersects(piece);
+         });
 }
 
 bool ExactBoxes::touches(const Candidate& candidate) const {

@@ -1,4 +1,6 @@
-// The boxes of must-impulse bodies, and what touches them (dissertation 4.2.2).
+// The boxes of must-impulse bodies, and what touches them (dissertation 4.2.2). A body of several
+// convex pieces has a box for each: what stands beside a pole does not touch it for the sake of the
+// pole's foot.
 #pragma once
 
 #include <cstdint>
@@ -41,9 +43,11 @@ class ExactBoxes {
   struct Box {
     uint32_t body;
     bool is_plane, moves;
-    Bounds bounds;       // of what is no plane
-    Vec3 normal, point;  // of a plane
+    Bounds bounds;               // of what is no plane
+    std::vector<Bounds> pieces;  // and of its convex pieces
+    Vec3 normal, point;          // of a plane
   };
+  void measure(Box& box) const;
   bool near(const Box& box, const Candidate& candidate) const;
 
   const Model& model_;

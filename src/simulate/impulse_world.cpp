@@ -179,13 +179,20 @@ BodyMotion ImpulseWorld::motion(uint32_t body) const {
           from_bullet(rigid.getLinearVelocity()), from_bullet(rigid.getAngularVelocity())};
 }
 
-Bounds ImpulseWorld::box(uint32_t body) const {
+void ImpulseWorld::boxes(uint32_t body, std::vector<Bounds>& boxes) const {
   const btRigidBody& rigid = *records_[body].body;
-  btVector3 low, high;
-  rigid.getCollisionShape()->getAabb(rigid.getWorldTransform(), low, high);
-  const double way = farthest_way(rigid, step_s_);
-  const Vec3 around = Vec3::Constant(way);
-  return {Vec3(from_bullet(low) - around), Vec3(from_bullet(high) + around)};
+  const btTransform& transform = rigid.getWorldTransform();
+  const Vec3 around = Vec3::Constant(farthest_way(rigid, step_s_));
+  const auto add = [&](const btCollisionShape& shape, const btTransform& pose) {
+    btVector3 low, high;
+    shape.getAabb(pose, low, high);
+    boxes.emplace_back(Vec3(from_bullet(low) - around), Vec3(from_bullet(high) + around));
+  };
+  boxes.clear();
+  const auto* pieces =
+      static_cast<const ConvexPieces*>(rigid.getCollisionShape()->getUserPointer());
+  if (pieces == nullptr) return add(*rigid.getCollisionShape(), transform);
+  for (const ConvexPiece& piece : pieces->pieces) add(*piece.shape, transform * piece.pose);
 }
 
 Bounds ImpulseWorld::box_at(uint32_t body, const Pose& pose) const {

@@ -40,8 +40,9 @@ class ImpulseWorld {
   void step(StageTimer& timer, const std::function<void()>& before_solver);
 
   BodyMotion motion(uint32_t body) const;
-  // Of the body's collision shape in the step to come, world, without margins.
-  Bounds box(uint32_t body) const;
+  // Of the convex pieces of the body's collision shape, or of the whole where it has none, with all
+  // that they can reach in the step to come; world. `boxes` is overwritten.
+  void boxes(uint32_t body, std::vector<Bounds>& boxes) const;
   // Of a body that may be outside of the world, if it stood there.
   Bounds box_at(uint32_t body, const Pose& pose) const;
   bool is_active(uint32_t body) const { return records_[body].body->isActive(); }

@@ -11,6 +11,10 @@ constexpr double kLeastLoad = 0.05;
 // Of the outer radius, in a step: spheres that are sunk into each other come apart no faster.
 constexpr double kFarthestNudge = 0.1;
 constexpr double kLeastTurn = 1e-5;  // rad
+// What lies by contacts of both kinds and is slower than this, in sqrt(g r), is slowed by e in this
+// time, in sqrt(r / g): two solvers that take turns do not come to rest by themselves.
+constexpr double kSlowSpeed = 0.5;
+constexpr double kSlowingTime = 0.7;
 
 bool touches(const SphereBody& sphere) { return sphere.kept != ~0U; }
 
@@ -54,6 +58,10 @@ void MixedCoupling::load() {
   for (size_t i = 0; i < bodies_.size(); ++i) {
     SphereBody& sphere = spheres_.body(bodies_[i]);
     Shared& shared = shared_[i];
+    // What it lies on is as far below as the body reaches.
+    const Pose pose{sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()};
+    sphere.surface_radius_m =
+        static_cast<float>(pose.position.y() - exact_.box_at(bodies_[i], pose).min().y());
     sphere.velocity += shared.load.cast<float>();
     sphere.spin += shared.turning_load.cast<float>();
     shared.position = sphere.position;
@@ -62,6 +70,16 @@ void MixedCoupling::load() {
     shared.orientation = sphere.orientation;
     shared.asleep = sphere.asleep;
   }
+}
+
+void MixedCoupling::slow_down(double radius_m, BodyMotion& motion) const {
+  const double gravity = change_.norm() / step_s_;
+  const double speed =
+      std::max(motion.linear_velocity.norm(), radius_m * motion.angular_velocity.norm());
+  if (speed > kSlowSpeed * std::sqrt(gravity * radius_m)) return;
+  const double share = std::exp(-step_s_ / (kSlowingTime * std::sqrt(radius_m / gravity)));
+  motion.linear_velocity *= share;
+  motion.angular_velocity *= share;
 }
 
 void MixedCoupling::hand_over() {
@@ -76,11 +94,16 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   const Vec3 pushed = (sphere.velocity - (shared.velocity + gravity)).cast<double>();
   const Vec3 turned = (sphere.spin - shared.spin).cast<double>();
   if (touches(sphere) && exact_.is_active(body)) {
+    const bool carried = pushed.norm() > kLeastLoad * change_.norm();
     motion.linear_velocity += pushed;
     motion.angular_velocity += turned;
+    if (carried && !shared.load.isZero()) slow_down(spheres_.kind(body).outer_m, motion);
     exact_.set_velocity(body, motion.linear_velocity, motion.angular_velocity);
     const auto dt = static_cast<float>(step_s_);
     Vec3 way = (sphere.position - shared.position - dt * sphere.velocity).cast<double>();
+    // Never into what carries it exactly.
+    const Vec3 support = shared.load.normalized();
+    way -= std::min(0.0, way.dot(support)) * support;
     const double farthest = kFarthestNudge * spheres_.kind(body).outer_m;
     if (way.norm() > farthest) way *= farthest / way.norm();
     const Vec3 swept = step_s_ * sphere.spin.cast<double>();
@@ -89,7 +112,7 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
     Eigen::AngleAxisd rest(sphere.orientation.cast<double>() *
                            (moved * shared.orientation.cast<double>()).conjugate());
     if (std::abs(rest.angle()) < kLeastTurn) rest.angle() = 0;
-    exact_.nudge(body, way, Quat(rest).normalized(), pushed.norm() > kLeastLoad * change_.norm());
+    exact_.nudge(body, way, Quat(rest).normalized(), carried);
   }
   shared.handed_velocity = motion.linear_velocity;
   shared.handed_spin = motion.angular_velocity;

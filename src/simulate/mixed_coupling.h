@@ -45,6 +45,7 @@ class MixedCoupling {
     Vec3 handed_velocity = Vec3::Zero(), handed_spin = Vec3::Zero();
   };
   void hand_over(uint32_t body, Shared& shared);
+  void slow_down(double radius_m, BodyMotion& motion) const;
 
   Vec3 change_;  // of a velocity by gravity in a step
   double step_s_;
