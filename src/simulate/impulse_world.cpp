@@ -203,6 +203,14 @@ Bounds ImpulseWorld::box_at(uint32_t body, const Pose& pose) const {
   return {from_bullet(low), from_bullet(high)};
 }
 
+void ImpulseWorld::push(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  btRigidBody& rigid = *records_[body].body;
+  const btMatrix3x3& axes = rigid.getWorldTransform().getBasis();
+  const btVector3 turning = (to_bullet(angular) * axes) * rigid.getLocalInertia();
+  rigid.applyCentralForce(to_bullet(linear) * (model_.bodies[body].mass_kg / step_s_));
+  rigid.applyTorque(axes * turning / step_s_);
+}
+
 void ImpulseWorld::nudge(uint32_t body, const Vec3& way, const Quat& turn, bool carried) {
   btRigidBody& rigid = *records_[body].body;
   btTransform transform = rigid.getWorldTransform();

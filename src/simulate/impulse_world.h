@@ -47,6 +47,9 @@ class ImpulseWorld {
   Bounds box_at(uint32_t body, const Pose& pose) const;
   bool is_active(uint32_t body) const { return records_[body].body->isActive(); }
   void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+  // Changes velocities in the step to come as gravity does, by something that lasts: what stops it
+  // does not bounce.
+  void push(uint32_t body, const Vec3& linear, const Vec3& angular);
   // Moves a body by something else than its velocity; `carried`: as if a contact had pushed it.
   void nudge(uint32_t body, const Vec3& way, const Quat& turn, bool carried);
   void put_to_sleep(uint32_t body);  // see ImpulseControl

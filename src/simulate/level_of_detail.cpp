@@ -36,6 +36,11 @@ bool Viewpoint::sees(const Vec3& centre, double radius_m) const {
   return inside(right_.dot(to), tan_half_width_) && inside(up_.dot(to), tan_half_height_);
 }
 
+Viewpoint viewpoint(const Scene& scene, double time_s) {
+  const auto& [width, height] = scene.render.size;
+  return {camera_at(scene.camera, time_s), static_cast<double>(width) / height};
+}
+
 uint32_t level_among(double value, std::span<const double> limits, double hysteresis,
                      uint32_t level) {
   while (level < limits.size() && value > limits[level] * (1 + hysteresis)) ++level;
@@ -61,10 +66,7 @@ void LevelSelector::choose(double time_s, const BodyStates& states,
                            std::span<const uint32_t> bodies) {
   if (!is_variable()) return;
   std::optional<Viewpoint> view;
-  if (!scene_.camera.keys.empty()) {
-    const auto& [width, height] = scene_.render.size;
-    view.emplace(camera_at(scene_.camera, time_s), static_cast<double>(width) / height);
-  }
+  if (!scene_.camera.keys.empty()) view = viewpoint(scene_, time_s);
   parallel_for(bodies.size(), 1024, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       levels_[bodies[i]] =

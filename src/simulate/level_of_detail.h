@@ -30,6 +30,9 @@ class Viewpoint {
 uint32_t level_among(double value, std::span<const double> limits, double hysteresis,
                      uint32_t level);
 
+// The view at `time_s`, of the picture that the scene asks for. The scene has a camera.
+Viewpoint viewpoint(const Scene& scene, double time_s);
+
 class LevelSelector {
  public:
   // Both arguments must outlive it.

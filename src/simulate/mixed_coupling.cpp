@@ -95,10 +95,13 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   const Vec3 turned = (sphere.spin - shared.spin).cast<double>();
   if (touches(sphere) && exact_.is_active(body)) {
     const bool carried = pushed.norm() > kLeastLoad * change_.norm();
+    if (carried && !shared.load.isZero()) {
+      slow_down(spheres_.kind(body).outer_m, motion);
+      exact_.set_velocity(body, motion.linear_velocity, motion.angular_velocity);
+    }
+    exact_.push(body, pushed, turned);
     motion.linear_velocity += pushed;
     motion.angular_velocity += turned;
-    if (carried && !shared.load.isZero()) slow_down(spheres_.kind(body).outer_m, motion);
-    exact_.set_velocity(body, motion.linear_velocity, motion.angular_velocity);
     const auto dt = static_cast<float>(step_s_);
     Vec3 way = (sphere.position - shared.position - dt * sphere.velocity).cast<double>();
     // Never into what carries it exactly.

@@ -47,18 +47,26 @@ void MixedFigures::end_exact_step(const ImpulseWorld& world, std::span<const uin
   }
 }
 
-void MixedFigures::count_frame(const BodyStates& states, const LevelSelector& levels) {
+void MixedFigures::count_frame(const BodyStates& states,
+                               const std::function<uint32_t(uint32_t)>& level) {
   ++frames_;
   uint64_t near = 0;
   for (uint32_t i = 0; i < states.size(); ++i) {
     if ((states.flags[i] & kPresent) == 0 || (states.flags[i] & kStatistical) == 0) continue;
     ++body_frames_;
-    ++level_frames_[levels.level(i)];
+    ++level_frames_[level(i)];
     if ((states.flags[i] & kImpulse) != 0) ++near;
     if ((states.flags[i] & kAsleep) != 0) ++asleep_frames_;
   }
   near_frames_ += near;
   most_near_ = std::max(most_near_, near);
+}
+
+void MixedFigures::count_budget(const DetailBudget& budget) {
+  ++choices_;
+  modelled_ms_ += budget.modelled_ms();
+  most_ms_ = std::max(most_ms_, budget.modelled_ms());
+  modelled_error_ += budget.modelled_error();
 }
 
 double MixedFigures::kinetic_energy_j(const BodyStates& states, uint32_t body) const {
@@ -77,14 +85,20 @@ std::string MixedFigures::json() const {
   };
   Json levels = Json::array();
   for (const uint64_t frames : level_frames_) levels.push_back(share(frames));
-  return Json{{"share_near_exact", share(near_frames_)},
-              {"most_near_exact", most_near_},
-              {"share_asleep", share(asleep_frames_)},
-              {"share_of_levels", levels},
-              {"entries", entries_},
-              {"deepest_overlap_at_entry_m", deepest_entry_m_},
-              {"largest_energy_rise_at_entry_j", largest_rise_j_}}
-      .dump();
+  Json figures = {{"share_near_exact", share(near_frames_)},
+                  {"most_near_exact", most_near_},
+                  {"share_asleep", share(asleep_frames_)},
+                  {"share_of_levels", levels},
+                  {"entries", entries_},
+                  {"deepest_overlap_at_entry_m", deepest_entry_m_},
+                  {"largest_energy_rise_at_entry_j", largest_rise_j_}};
+  if (choices_ > 0) {
+    const auto choices = static_cast<double>(choices_);
+    figures["modelled_ms_per_step"] = modelled_ms_ / choices;
+    figures["most_modelled_ms_per_step"] = most_ms_;
+    figures["modelled_error"] = modelled_error_ / choices;
+  }
+  return figures.dump();
 }
 
 }  // namespace pilesim

@@ -2,13 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "simulate/body_state.h"
+#include "simulate/detail_budget.h"
 #include "simulate/impulse_world.h"
-#include "simulate/level_of_detail.h"
 
 namespace pilesim {
 
@@ -23,7 +24,8 @@ class MixedFigures {
                         std::span<const uint32_t> entered);
   void end_exact_step(const ImpulseWorld& world, std::span<const uint32_t> shared,
                       std::span<const uint32_t> entered);
-  void count_frame(const BodyStates& states, const LevelSelector& levels);
+  void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
+  void count_budget(const DetailBudget& budget);  // after each of its choices
 
   // Of the rigid body with its own inertia, whatever stands for it: a change of level changes no
   // velocity, and so no energy.
@@ -47,6 +49,8 @@ class MixedFigures {
   uint64_t body_frames_ = 0, near_frames_ = 0, asleep_frames_ = 0;
   uint64_t most_near_ = 0;
   std::vector<uint64_t> level_frames_;
+  uint64_t choices_ = 0;
+  double modelled_ms_ = 0, most_ms_ = 0, modelled_error_ = 0;  // sums over choices, and the most
 };
 
 }  // namespace pilesim

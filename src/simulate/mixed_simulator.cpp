@@ -1,12 +1,14 @@
 #include "simulate/mixed_simulator.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel_for.h"
 #include "simulate/body_signature.h"
+#include "simulate/detail_budget.h"
 #include "simulate/dispatch_table.h"
 #include "simulate/exact_boxes.h"
 #include "simulate/impulse_world.h"
@@ -81,6 +83,9 @@ class MixedSimulator final : public Simulator {
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void choose_levels();
+  uint32_t level(uint32_t body) const {
+    return std::max<uint32_t>(levels_.level(body), budget_ ? afforded_[body] : 0);
+  }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
   bool is_attracted(uint32_t body) const;
@@ -101,6 +106,8 @@ class MixedSimulator final : public Simulator {
   MixedCoupling coupling_;
   ExactBoxes boxes_;
   LevelSelector levels_;
+  std::optional<DetailBudget> budget_;
+  std::vector<uint8_t> afforded_;  // by body: levels within the budget
   std::vector<Behaviour> behaviours_;
   std::vector<uint32_t> kinematic_;
   std::vector<uint8_t> attracted_;  // by member of the spheres, of update_behaviours() only
@@ -134,6 +141,12 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
     states_.linear_velocity.push_back(body.linear_velocity);
     states_.angular_velocity.push_back(body.angular_velocity);
     states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
+  }
+  if (scene.simulator.budget_ms_per_step || scene.simulator.max_error) {
+    budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
+    // Nobody is important before the first choice.
+    afforded_.assign(model.bodies.size(),
+                     static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
   }
   bring_bodies();
 }
@@ -223,19 +236,25 @@ void MixedSimulator::move_kinematic_bodies() {
 }
 
 void MixedSimulator::choose_levels() {
-  if (!levels_.is_variable()) return;
+  if (!levels_.is_variable() && !budget_) return;
   levels_.choose(time_s_, states_, spheres_.members());
+  if (budget_) {
+    budget_->choose(
+        viewpoint(scene_, time_s_), states_, spheres_.members(),
+        [&](uint32_t body) { return is_near(body); }, afforded_);
+    figures_.count_budget(*budget_);
+  }
   for (const uint32_t body : spheres_.members()) set_behaviour(body, behaviours_[body]);
 }
 
 void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
   behaviours_[body] = behaviour;
-  dispatch_.set(body, behaviour, levels_.level(body));
+  dispatch_.set(body, behaviour, level(body));
 }
 
 bool MixedSimulator::is_attracted(uint32_t body) const {
   const SphereBody& sphere = spheres_.body(body);
-  if (dispatch_.level(levels_.level(body)).exact) return true;
+  if (dispatch_.level(level(body)).exact) return true;
   if (sphere.asleep && is_near(body)) return true;
   const double outer = spheres_.kind(body).outer_m;
   const double way =
@@ -304,7 +323,7 @@ FrameStatistics MixedSimulator::step_frame() {
   bring_bodies();
   ++frames_;
   read_states();
-  figures_.count_frame(states_, levels_);
+  figures_.count_frame(states_, [&](uint32_t body) { return level(body); });
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();

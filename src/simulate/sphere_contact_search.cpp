@@ -142,22 +142,24 @@ void SphereWorld::wake_hit(uint32_t body) {
   while (!waking.empty()) {
     const uint32_t lower = waking.back();
     waking.pop_back();
-    const bool still = bodies_[lower].still;
     wake(lower);
-    if (!has_structures_ || !still) continue;
-    const Vec3f& centre = bodies_[lower].position;
+    if (!has_structures_) continue;
+    const Vec3f centre = bodies_[lower].position;
     const float reach = kind(lower).radius_m * (1 + kNearby);
-    const Vec3f around = Vec3f::Constant(reach + sleepers_.widest_m);
-    sleepers_.grid.for_each_range_in(
-        centre - around, centre + around, [&](const SphereGrid::Range& range) {
-          for_each_near(centre, reach, sleepers_.reaches, range, [&](uint32_t q) {
-            const Vec3f apart = sleepers_.reaches.centre(q) - centre;
-            const bool stands_on_it = apart.y() > kSteepSupport * apart.norm();
-            if (stands_on_it && bodies_[sleepers_.bodies[q]].asleep) {
-              waking.push_back(sleepers_.bodies[q]);
-            }
-          });
-        });
+    const auto wake_above = [&](uint32_t other) {
+      const Vec3f apart = bodies_[other].position - centre;
+      const float distance = apart.norm();
+      if (bodies_[other].asleep && distance < reach + kind(other).radius_m * (1 + kNearby) &&
+          apart.y() > kSteepSupport * distance) {
+        waking.push_back(other);
+      }
+    };
+    if (!sleepers_.bodies.empty()) {
+      const Vec3f around = Vec3f::Constant(reach + sleepers_.widest_m);
+      sleepers_.grid.for_each_in(centre - around, centre + around,
+                                 [&](uint32_t q) { wake_above(sleepers_.bodies[q]); });
+    }
+    for (const uint32_t other : active_) wake_above(other);
   }
 }
 
