@@ -46,14 +46,14 @@ void SphereWorld::sort() {
     });
     here.grid.sort(sorted_middle_, sorted_reach_);
     here.offset = offset;
-    here.widest_m = 0;
     const std::span<const uint32_t> order = here.grid.order();
-    for (size_t p = 0; p < here.grid.small_count(); ++p, ++offset) {
-      const uint32_t i = order[p];
-      body_[offset] = waiting_[i];
-      middle_.set(offset, sorted_middle_[i], sorted_reach_[i]);
-      here.widest_m = std::max(here.widest_m, sorted_reach_[i]);
-    }
+    share_out(here.grid.small_count(), kBodiesPerTask, [&](size_t begin, size_t end) {
+      for (size_t p = begin; p < end; ++p) {
+        body_[offset + p] = waiting_[order[p]];
+        middle_.set(offset + p, sorted_middle_[order[p]], sorted_reach_[order[p]]);
+      }
+    });
+    offset += static_cast<uint32_t>(here.grid.small_count());
     large_.clear();
     for (size_t p = here.grid.small_count(); p < order.size(); ++p) {
       large_.push_back(waiting_[order[p]]);
@@ -111,6 +111,8 @@ void SphereWorld::find_contacts() {
       batch.touches.clear();
       batch.impacts.clear();
       batch.woken.clear();
+      batch.pressed = 0;
+      batch.deepest_m = 0;
       if (i < count) {
         find_of_block(block_of[i], used, batch);
       } else {
@@ -171,7 +173,7 @@ void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch&
   const Vec3f middle = middle_.centre(p);
   // Reaches are seen from the mean motion: sleepers move against it.
   const float reach = middle_.reach[p] + 0.5F * settings_.step_s * mean_velocity_.norm();
-  const Vec3f around = Vec3f::Constant(reach + sleepers_.widest_m);
+  const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
   sleepers_.grid.for_each_range_in(
       middle - around, middle + around, [&](const SphereGrid::Range& range) {
         for_each_near(middle, reach, sleepers_.reaches, range, [&](uint32_t q) {
@@ -200,7 +202,7 @@ void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batc
     for (uint32_t p = here.offset; p < end; ++p) {
       const Vec3f middle = middle_.centre(p);
       for (size_t finer = 0; finer < level; ++finer) {
-        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].widest_m);
+        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].grid.widest_m());
         levels_[finer].grid.for_each_in(middle - around, middle + around, [&](uint32_t q) {
           touch_if_near(p, levels_[finer].offset + q, used, batch);
         });

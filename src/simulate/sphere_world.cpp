@@ -1,7 +1,9 @@
 #include "simulate/sphere_world.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -174,21 +176,25 @@ void SphereWorld::step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::integration);
     move();
     former_.swap(kept_);
+    join_woken();
   }
 }
 
 void SphereWorld::join_woken() {
   if (woken_.empty()) return;
+  std::ranges::sort(woken_);
+  const auto middle = static_cast<ptrdiff_t>(active_.size());
   active_.insert(active_.end(), woken_.begin(), woken_.end());
-  std::ranges::sort(active_);
+  std::ranges::inplace_merge(active_, active_.begin() + middle);
   woken_.clear();
 }
 
-// Takes what sleeps out of the grid of the awake.
+// Takes what sleeps, and has been read since, out of the grid of the awake.
 void SphereWorld::lay_down() {
   std::vector<uint32_t> asleep;
-  std::ranges::copy_if(members_, std::back_inserter(asleep),
-                       [&](uint32_t body) { return bodies_[body].asleep; });
+  std::ranges::copy_if(members_, std::back_inserter(asleep), [&](uint32_t body) {
+    return bodies_[body].asleep && !bodies_[body].changed;
+  });
   std::vector<Vec3f> centres;
   std::vector<float> reaches;
   for (const uint32_t body : asleep) {
@@ -202,12 +208,10 @@ void SphereWorld::lay_down() {
   for (const uint32_t body : members_) bodies_[body].still = false;
   sleepers_.bodies.clear();
   sleepers_.reaches.resize(order.size());
-  sleepers_.widest_m = 0;
   for (size_t p = 0; p < order.size(); ++p) {
     const uint32_t i = order[p], body = asleep[i];
     sleepers_.bodies.push_back(body);
     sleepers_.reaches.set(p, centres[i], reaches[i]);
-    sleepers_.widest_m = std::max(sleepers_.widest_m, reaches[i]);
     bodies_[body].still = true;
     bodies_[body].kept = kNone;
   }
@@ -289,17 +293,31 @@ void SphereWorld::collide(const Impact& impact) {
   after(b, impact.other, impact.b, share_s);
 }
 
-// Batches of one colour share no sphere, so that their order, and threads, change nothing.
+// Batches of one colour share no sphere, so that their order, and threads, change nothing. The
+// largest begin, so that threads end together.
 template <class Do>
 void SphereWorld::for_each_batch(const Do& work) {
   for (const std::vector<uint32_t>& batches : colours_) {
-    share_out(batches.size(), 1, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) work(batches_[batches[i]]);
-    });
+    if (!worth_threads_ || batches.size() < 2) {
+      for (const uint32_t batch : batches) work(batches_[batch]);
+      continue;
+    }
+    std::atomic<size_t> next = 0;
+    parallel_for(
+        std::min(batches.size(), static_cast<size_t>(thread_count())), 1, [&](size_t, size_t) {
+          for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < batches.size();) {
+            work(batches_[batches[i]]);
+          }
+        });
   }
 }
 
 void SphereWorld::solve_contacts() {
+  for (std::vector<uint32_t>& batches : colours_) {
+    std::erase_if(batches, [&](uint32_t batch) { return batches_[batch].touches.empty(); });
+    std::ranges::stable_sort(batches, std::greater(),
+                             [&](uint32_t batch) { return batches_[batch].touches.size(); });
+  }
   for_each_batch([&](Batch& batch) {
     batch.contacts.close(batch.fixed_begin);
     std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
@@ -307,19 +325,16 @@ void SphereWorld::solve_contacts() {
   });
   const float inverse_step = 1 / settings_.step_s;
   for (int sweep = 0; sweep < settings_.sweeps; sweep += kSweepsAtOnce) {
+    const int until = std::min(sweep + kSweepsAtOnce, settings_.sweeps);
     for_each_batch([&](Batch& batch) {
-      for (int i = 0; i < std::min(kSweepsAtOnce, settings_.sweeps - sweep); ++i) {
-        solve(inverse_step, batch.contacts.groups(), motion_);
-      }
+      for (int i = sweep; i < until; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
+      if (until == settings_.sweeps) keep_impulses(batch);
     });
   }
-  for_each_batch([&](Batch& batch) { keep_impulses(batch); });
 }
 
 // For the next step, and for putting to rest.
 void SphereWorld::keep_impulses(Batch& batch) {
-  batch.pressed = 0;
-  batch.deepest_m = 0;
   for (size_t i = 0; i < batch.touches.size(); ++i) {
     const Touch& touch = batch.touches[i];
     const ContactGroup& group = batch.contacts.of(touch.slot);

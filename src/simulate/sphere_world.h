@@ -81,6 +81,8 @@ class SphereWorld {
   SphereBody& body(uint32_t i) { return bodies_[i]; }
   const SphereKind& kind(uint32_t body) const { return kinds_[kind_of_[body]]; }
   const std::vector<uint32_t>& members() const { return members_; }
+  // Those that are awake, and all that have `changed`.
+  const std::vector<uint32_t>& active() const { return active_; }
   uint32_t contact_count() const;
   float deepest_penetration_m() const;
 
@@ -120,7 +122,6 @@ class SphereWorld {
   struct Level {
     SphereGrid grid;
     uint32_t offset = 0;  // of its places
-    float widest_m = 0;
   };
   // By place of a grid: where spheres are, and how far they reach from there, m. Some room after
   // the last place for vectors.
@@ -142,7 +143,6 @@ class SphereWorld {
     SphereGrid grid;
     std::vector<uint32_t> bodies;
     Reaches reaches;
-    float widest_m = 0;
   };
   // What a sphere touches: another one in the grid, or one that sleeps.
   struct Partner {
