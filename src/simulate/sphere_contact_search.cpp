@@ -279,7 +279,7 @@ void SphereWorld::meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>&
   thread_local std::vector<uint32_t> near;
   surfaces_.select(box, widest, near);
   if (near.empty()) {
-    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = false;
+    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = 0;
     return;
   }
   for (uint32_t p = places.begin; p < places.end; ++p) {
@@ -300,14 +300,14 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = bodies_[body].surface_radius_m;
-    if (!bodies_[body].touched && closing > impact_speed(radius)) {
+    if (bodies_[body].touched == 0 && closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)
                    .mean_m;
     }
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * radius) continue;
-    if (!touches && !bodies_[body].touched) bodies_[body].surface_radius_m = radius;
+    if (!touches && bodies_[body].touched == 0) bodies_[body].surface_radius_m = radius;
     touches = true;
     const uint32_t other = contact.body | kSurface;
     if (collides(closing, gap, radius)) {
@@ -329,7 +329,7 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
          .impulse = former_impulse(kept_of_[p], other, contact.normal)},
         other, contact.level, used, batch);
   }
-  bodies_[body].touched = touches;
+  bodies_[body].touched = touches ? 1 : 0;
 }
 
 void SphereWorld::add_contact(const SphereContact& contact, uint32_t other, bool level,

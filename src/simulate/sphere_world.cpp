@@ -399,6 +399,31 @@ void SphereWorld::move_body(uint32_t p) {
   bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
 }
 
+// False while the body turns to its pose.
+bool SphereWorld::control_rest(uint32_t p) {
+  SphereBody& body = bodies_[body_[p]];
+  const SphereKind& kind = kinds_[kind_[p]];
+  const std::vector<RestTarget>& targets = kind.object->rest_targets;
+  const float gravity = settings_.gravity.norm(), dt = settings_.step_s;
+  const float scale = std::sqrt(gravity * kind.outer_m);
+  const float weight = kind.mass_kg * gravity * dt;
+  const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
+  const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
+                     body_push_[p] < 0.2F * weight;
+  if (!alone || speed >= kControlSpeed * scale || targets.empty()) {
+    body.rest_target = SphereBody::kNoTarget;
+    // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+    const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
+    body.surface_radius_m = std::min(body.surface_radius_m, narrower);
+    return true;
+  }
+  if (body.rest_target == SphereBody::kNoTarget) {
+    body.rest_target = static_cast<uint8_t>(choose_rest_target(targets, body.orientation) & 0x7F);
+  }
+  return turn_to_rest(targets[body.rest_target], kind.outer_m, gravity, dt, body.orientation,
+                      body.spin, body.surface_radius_m);
+}
+
 void SphereWorld::settle_body(uint32_t p) {
   SphereBody& body = bodies_[body_[p]];
   const SphereKind& kind = kinds_[kind_[p]];
@@ -407,21 +432,7 @@ void SphereWorld::settle_body(uint32_t p) {
   const float dt = settings_.step_s;
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
-  bool posed = true;
-  if (body.touched && settings_.rest_control) {
-    const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-    const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
-                       body_push_[p] < 0.2F * weight;
-    if (alone && speed < kControlSpeed * scale) {
-      posed = turn_towards_rest(*kind.object, gravity, dt, body.orientation, body.spin,
-                                body.surface_radius_m);
-    } else {
-      // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
-      const float narrower =
-          std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
-      body.surface_radius_m = std::min(body.surface_radius_m, narrower);
-    }
-  }
+  const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
   const bool slow = body.velocity.norm() < kRestSpeed * scale &&
                     kind.outer_m * body.spin.norm() < kRestSpeed * scale;
   const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;
