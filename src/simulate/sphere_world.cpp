@@ -18,6 +18,7 @@ namespace {
 // With fewer awake, handing work to threads takes longer than doing it.
 constexpr size_t kBodiesForThreads = 1500;
 constexpr size_t kFewSleepers = 64;  // may stay among the awake
+constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as one turn of sorting
 // Part of the radius:
 constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
@@ -151,7 +152,14 @@ void SphereWorld::step(StageTimer& timer) {
   const auto awake = static_cast<size_t>(
       std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
   if (awake == 0) return;
-  if (active_.size() - awake > std::max(kFewSleepers, awake / 4)) lay_down();
+  // To sort all sleepers anew costs more the more there are: when those among the awake have cost
+  // as much.
+  waiting_for_sleep_ += active_.size() - awake;
+  if (active_.size() - awake > kFewSleepers &&
+      waiting_for_sleep_ > kSleepersTurn * members_.size()) {
+    lay_down();
+    waiting_for_sleep_ = 0;
+  }
   worth_threads_ = awake > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);

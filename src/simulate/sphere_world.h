@@ -221,6 +221,7 @@ class SphereWorld {
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active
   Sleepers sleepers_;
+  size_t waiting_for_sleep_ = 0;  // sleepers among the active, summed over steps
   Vec3f mean_velocity_ = Vec3f::Zero();
   uint64_t steps_ = 0;
 

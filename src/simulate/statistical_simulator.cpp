@@ -229,10 +229,17 @@ FrameStatistics StatisticalSimulator::statistics() const {
     statistics.kinetic_energy_j +=
         0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
   }
-  for (const uint32_t i : world_.members()) {
-    statistics.potential_energy_j -=
-        world_.kind(i).mass_kg * scene_.gravity.dot(states_.position[i]);
-  }
+  // By chunks in their order, so that the sum does not depend on threads.
+  const std::vector<uint32_t>& members = world_.members();
+  std::vector<double> potential_j(members.size() / kBodiesPerTask + 1);
+  parallel_for(members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    double sum_j = 0;
+    for (size_t k = begin; k < end; ++k) {
+      sum_j -= world_.kind(members[k]).mass_kg * scene_.gravity.dot(states_.position[members[k]]);
+    }
+    potential_j[begin / kBodiesPerTask] = sum_j;
+  });
+  for (const double sum_j : potential_j) statistics.potential_energy_j += sum_j;
   statistics.contacts = world_.contact_count();
   statistics.deepest_penetration_m = world_.deepest_penetration_m();
   return statistics;
