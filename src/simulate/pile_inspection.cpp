@@ -42,12 +42,13 @@ bool boxes_meet(const btVector3& low_a, const btVector3& high_a, const btVector3
 
 // Leaves of the tree hold places of Inspection::placed_.
 void* to_data(uint32_t place) { return reinterpret_cast<void*>(static_cast<uintptr_t>(place)); }
+uint32_t to_place(const void* data) {
+  return static_cast<uint32_t>(reinterpret_cast<uintptr_t>(data));
+}
 
 struct BoxCollector : btDbvt::ICollide {
   std::vector<uint32_t> bodies;
-  void Process(const btDbvtNode* leaf) override {
-    bodies.push_back(static_cast<uint32_t>(reinterpret_cast<uintptr_t>(leaf->data)));
-  }
+  void Process(const btDbvtNode* leaf) override { bodies.push_back(to_place(leaf->data)); }
 };
 
 class Inspection {
@@ -141,23 +142,29 @@ std::vector<BodyPair> Inspection::near_pairs() const {
     }
   };
   btDbvt tree;
-  BoxCollector met;
+  std::vector<const btDbvtNode*> leaves;
   for (uint32_t i = 0; i < placed_.size(); ++i) {
     const Placed& one = placed_[i];
     if (shape(one).is_plane) {
       for (uint32_t j = 0; j < placed_.size(); ++j) {
         if (!shape(placed_[j]).is_plane) meet(i, j);
       }
-      continue;
+    } else if (from_bullet(one.low).allFinite() && from_bullet(one.high).allFinite()) {
+      btDbvtVolume box = btDbvtVolume::FromMM(one.low, one.high);
+      const double half = reach_m_ / 2;
+      box.Expand(btVector3(half, half, half));
+      leaves.push_back(tree.insert(box, to_data(i)));
     }
-    if (!from_bullet(one.low).allFinite() || !from_bullet(one.high).allFinite()) continue;
-    btDbvtVolume box = btDbvtVolume::FromMM(one.low, one.high);
-    const double half = reach_m_ / 2;
-    box.Expand(btVector3(half, half, half));
+  }
+  tree.optimizeTopDown();
+  BoxCollector met;
+  for (const btDbvtNode* leaf : leaves) {
     met.bodies.clear();
-    tree.collideTV(tree.m_root, box, met);
-    for (const uint32_t j : met.bodies) meet(i, j);
-    tree.insert(box, to_data(i));
+    tree.collideTV(tree.m_root, leaf->volume, met);
+    const uint32_t i = to_place(leaf->data);
+    for (const uint32_t j : met.bodies) {
+      if (j < i) meet(i, j);
+    }
   }
   std::ranges::sort(pairs, {}, [](const BodyPair& pair) { return std::pair(pair.a, pair.b); });
   return pairs;

@@ -8,8 +8,8 @@
 namespace pilesim {
 namespace {
 
-// Turns at this rate, in sqrt(g / r): about as fast as a body tips over.
-constexpr float kTurnRate = 1.0F;
+// Turns at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
+constexpr float kTurnRate = 0.4F;
 // Directions and rounds in which offsets are found: shares are right within one in a few hundred.
 constexpr int kDirections = 2048;
 constexpr int kRounds = 400;

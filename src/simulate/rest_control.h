@@ -30,7 +30,7 @@ std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 // Of a body's orientation. `targets` is not empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation);
 
-// One step of a body of this outer radius that lies alone on level ground. True once it is in its
+// One step of a body of this outer radius that lies on level ground. True once it is in its
 // pose, exactly.
 bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
                   Quatf& orientation, Vec3f& spin, float& radius_m);

@@ -416,9 +416,9 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-  const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
-                     body_push_[p] < 0.2F * weight;
-  if (!alone || speed >= kControlSpeed * scale || targets.empty()) {
+  // Others may lean on it, but do not bury it.
+  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < weight;
+  if (!stands || speed >= kControlSpeed * scale || targets.empty()) {
     body.rest_target = SphereBody::kNoTarget;
     // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
     const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
