@@ -68,6 +68,7 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
   }
   BodySignature body =
       make(shape, measured.volume_m3, measured.outer_radius_m, measured.gyration_m, lowest_m);
+  body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);
   return body;

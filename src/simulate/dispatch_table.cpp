@@ -22,6 +22,9 @@ DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model)
   methods_.resize(size_t{classes_} * classes_);
   for (uint32_t a = 0; a < classes_; ++a) {
     for (uint32_t b = 0; b < classes_; ++b) methods_[a * classes_ + b] = method_of(a, b);
+    const PairMethod lying = by_level(static_cast<Behaviour>(a % kBehaviours),
+                                      a / kBehaviours % level_count(), Behaviour::standing, 0);
+    posed_.push_back(lying != PairMethod::particle ? 1 : 0);
   }
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];

@@ -41,6 +41,8 @@ class DispatchTable {
   bool attracts(uint32_t exact, uint32_t body) const;
   // Whether some rule lets spheres touch this I body.
   bool is_sphere_surface(uint32_t exact) const { return has_rule_[group_[exact]]; }
+  // Whether what the body lies on turns it to a rest pose: particles are left as they are.
+  bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
   bool uses(PairMethod method) const;  // anywhere in levels and rules
   const DetailLevel& level(uint32_t index) const { return levels_[index]; }
   uint32_t level_count() const { return static_cast<uint32_t>(levels_.size()); }
@@ -61,6 +63,7 @@ class DispatchTable {
   std::vector<uint8_t> has_rule_;    // by group
   uint32_t classes_ = 0;             // (groups, levels, behaviours)
   std::vector<uint16_t> class_;      // by body
+  std::vector<uint8_t> posed_;       // by class
   std::vector<PairMethod> methods_;  // (classes, classes)
 };
 

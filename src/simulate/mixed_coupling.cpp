@@ -44,13 +44,14 @@ void MixedCoupling::pull() {
     const BodyMotion motion = exact_.motion(body);
     const bool active = exact_.is_active(body);
     if (active && sphere.still) spheres_.wake(body);
+    if (active == sphere.asleep) sphere.changed = true;
     sphere.position = motion.position.cast<float>();
     sphere.orientation = motion.orientation.cast<float>();
     sphere.velocity = motion.linear_velocity.cast<float>();
     sphere.spin = motion.angular_velocity.cast<float>();
     sphere.asleep = !active;
     sphere.slow_steps = 0;  // the Bullet world decides who sleeps
-    sphere.changed = true;
+    sphere.changed |= active;
   }
 }
 
