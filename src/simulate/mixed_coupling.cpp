@@ -122,6 +122,13 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   shared.handed_spin = motion.angular_velocity;
 }
 
+BodyMotion MixedCoupling::handed_motion(size_t i) const {
+  BodyMotion motion = exact_.motion(bodies_[i]);
+  motion.linear_velocity = shared_[i].handed_velocity;
+  motion.angular_velocity = shared_[i].handed_spin;
+  return motion;
+}
+
 // What hits something has a load for one step, and must not be taken for what lies: a load grows by
 // no more than the body's own weight in a step.
 void MixedCoupling::weigh_loads() {

@@ -31,6 +31,8 @@ class MixedCoupling {
   void load();         // before the spheres' step
   void hand_over();    // after it: to the Bullet world
   void weigh_loads();  // after its step
+  // Of bodies()[i] as the Bullet world's step begins, with what the spheres gave it.
+  BodyMotion handed_motion(size_t i) const;
 
  private:
   // An I' body.

@@ -15,28 +15,44 @@ MixedFigures::MixedFigures(const Scene& scene, const Model& model)
   }
 }
 
-double MixedFigures::energy_j(const ImpulseWorld& world, std::span<const uint32_t> shared) const {
+double MixedFigures::kinetic_energy_j(uint32_t body, const BodyMotion& motion) const {
+  const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
+  const double mass_kg = model_.bodies[body].mass_kg;
+  const Vec3 turn_rate = motion.orientation.conjugate() * motion.angular_velocity;
+  const double density = mass_kg / shape.mass.volume_m3;
+  return 0.5 * mass_kg * motion.linear_velocity.squaredNorm() +
+         0.5 * density * turn_rate.dot(shape.mass.inertia_m5 * turn_rate);
+}
+
+double MixedFigures::energy_j(uint32_t body, const BodyMotion& motion) const {
+  return kinetic_energy_j(body, motion) -
+         model_.bodies[body].mass_kg * scene_.gravity.dot(motion.position);
+}
+
+double MixedFigures::exact_energy_j(const ImpulseWorld& world) const {
   double energy = 0;
-  const auto add = [&](uint32_t body) {
-    if (!world.contains(body)) return;
-    energy += world.kinetic_energy_j(body) -
-              model_.bodies[body].mass_kg * scene_.gravity.dot(world.motion(body).position);
-  };
-  std::ranges::for_each(exact_, add);
-  std::ranges::for_each(shared, add);
+  for (const uint32_t body : exact_) {
+    if (world.contains(body)) energy += energy_j(body, world.motion(body));
+  }
   return energy;
 }
 
-void MixedFigures::begin_exact_step(const ImpulseWorld& world, std::span<const uint32_t> shared,
+void MixedFigures::begin_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                                     std::span<const uint32_t> entered) {
-  if (!entered.empty()) before_j_ = energy_j(world, shared);
+  if (entered.empty()) return;
+  before_j_ = exact_energy_j(world);
+  for (size_t i = 0; i < coupling.bodies().size(); ++i) {
+    before_j_ += energy_j(coupling.bodies()[i], coupling.handed_motion(i));
+  }
 }
 
-void MixedFigures::end_exact_step(const ImpulseWorld& world, std::span<const uint32_t> shared,
+void MixedFigures::end_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                                   std::span<const uint32_t> entered) {
   if (entered.empty()) return;
+  double after_j = exact_energy_j(world);
+  for (const uint32_t body : coupling.bodies()) after_j += energy_j(body, world.motion(body));
+  largest_rise_j_ = std::max(largest_rise_j_, after_j - before_j_);
   entries_ += entered.size();
-  largest_rise_j_ = std::max(largest_rise_j_, energy_j(world, shared) - before_j_);
   world.read_contacts(contacts_);
   for (const BodyContact& contact : contacts_) {
     if (-contact.distance_m <= deepest_entry_m_) continue;
@@ -67,15 +83,6 @@ void MixedFigures::count_budget(const DetailBudget& budget) {
   modelled_ms_ += budget.modelled_ms();
   most_ms_ = std::max(most_ms_, budget.modelled_ms());
   modelled_error_ += budget.modelled_error();
-}
-
-double MixedFigures::kinetic_energy_j(const BodyStates& states, uint32_t body) const {
-  const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-  const double mass_kg = model_.bodies[body].mass_kg;
-  const Vec3 turn_rate = states.orientation[body].conjugate() * states.angular_velocity[body];
-  const double density = mass_kg / shape.mass.volume_m3;
-  return 0.5 * mass_kg * states.linear_velocity[body].squaredNorm() +
-         0.5 * density * turn_rate.dot(shape.mass.inertia_m5 * turn_rate);
 }
 
 std::string MixedFigures::json() const {

@@ -10,6 +10,7 @@
 #include "simulate/body_state.h"
 #include "simulate/detail_budget.h"
 #include "simulate/impulse_world.h"
+#include "simulate/mixed_coupling.h"
 
 namespace pilesim {
 
@@ -18,23 +19,23 @@ class MixedFigures {
   // Both arguments must outlive it.
   MixedFigures(const Scene& scene, const Model& model);
 
-  // Around the Bullet world's part of a step; `shared` are the I' bodies, `entered` those of them
-  // that came in this step.
-  void begin_exact_step(const ImpulseWorld& world, std::span<const uint32_t> shared,
+  // Around the Bullet world's part of a step; `entered`: the I' bodies that came in this step.
+  void begin_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                         std::span<const uint32_t> entered);
-  void end_exact_step(const ImpulseWorld& world, std::span<const uint32_t> shared,
+  void end_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                       std::span<const uint32_t> entered);
   void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
   void count_budget(const DetailBudget& budget);  // after each of its choices
 
   // Of the rigid body with its own inertia, whatever stands for it: a change of level changes no
   // velocity, and so no energy.
-  double kinetic_energy_j(const BodyStates& states, uint32_t body) const;
+  double kinetic_energy_j(uint32_t body, const BodyMotion& motion) const;
 
   std::string json() const;  // an object
 
  private:
-  double energy_j(const ImpulseWorld& world, std::span<const uint32_t> shared) const;
+  double energy_j(uint32_t body, const BodyMotion& motion) const;
+  double exact_energy_j(const ImpulseWorld& world) const;
 
   const Scene& scene_;
   const Model& model_;

@@ -302,9 +302,9 @@ void MixedSimulator::step() {
   coupling_.load();
   spheres_.step(timer_);
   coupling_.hand_over();
-  figures_.begin_exact_step(exact_, coupling_.bodies(), entered_);
+  figures_.begin_exact_step(exact_, coupling_, entered_);
   exact_.step(timer_, [] {});
-  figures_.end_exact_step(exact_, coupling_.bodies(), entered_);
+  figures_.end_exact_step(exact_, coupling_, entered_);
   coupling_.weigh_loads();
 }
 
@@ -389,7 +389,9 @@ FrameStatistics MixedSimulator::statistics() const {
     ++statistics.bodies_present;
     if (!is_free(i)) continue;
     if (!has(i, kAsleep)) ++statistics.bodies_awake;
-    statistics.kinetic_energy_j += figures_.kinetic_energy_j(states_, i);
+    statistics.kinetic_energy_j +=
+        figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
+                                      states_.linear_velocity[i], states_.angular_velocity[i]});
     statistics.potential_energy_j -=
         model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
   }

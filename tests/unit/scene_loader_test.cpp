@@ -113,7 +113,7 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
           "--set: /name: is an object; expected a string",
           "--set: /seed: is -1; expected an integer from 0 to 18446744073709551615",
           "--set: /simulator/solver_iteratons: is no key of the simulator; expected one of "
-          "\"mode\", \"sleeping\", \"rest_control\", \"solver_iterations\". Did you mean "
+          "\"mode\", \"sleeping\", \"rest_control\", \"solver_iterations\", \"level_of_detail\", \"budget_ms_per_step\", \"max_error\". Did you mean "
           "\"solver_iterations\"?"));
 }
 
