@@ -416,8 +416,8 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-  // Others may lean on it, but do not bury it.
-  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < weight;
+  // Others may lean on it a little.
+  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
   if (!stands || speed >= kControlSpeed * scale || targets.empty()) {
     body.rest_target = SphereBody::kNoTarget;
     // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
