@@ -17,6 +17,7 @@
 #include "core/output_directory.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
+#include "scene/camera_path.h"
 
 namespace pilesim {
 namespace {

@@ -14,6 +14,8 @@ namespace {
 
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
+// A body stands on another one if the way up to it is steeper than this (the cosine).
+constexpr float kSteepSupport = 0.7F;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
@@ -124,7 +126,7 @@ void SphereWorld::find_contacts() {
   auto rows = static_cast<uint32_t>(body_.size());
   uint32_t touches = 0;
   for (Batch& batch : batches_) {
-    for (const uint32_t body : batch.woken) wake(body);
+    for (const uint32_t body : batch.woken) wake_hit(body);
     batch.kept_begin = touches;
     touches += static_cast<uint32_t>(batch.touches.size());
     batch.fixed_begin = rows;
@@ -133,6 +135,34 @@ void SphereWorld::find_contacts() {
   motion_.resize(rows);
   shift_.resize(rows);
   kept_.resize(touches);
+}
+
+// Wakes a sleeper, and of a structure also what stands on it: it would hang in the air.
+void SphereWorld::wake_hit(uint32_t body) {
+  if (!bodies_[body].asleep) return;
+  std::vector<uint32_t> waking = {body};
+  while (!waking.empty()) {
+    const uint32_t lower = waking.back();
+    waking.pop_back();
+    wake(lower);
+    if (!has_structures_) continue;
+    const Vec3f centre = bodies_[lower].position;
+    const float reach = kind(lower).radius_m * (1 + kNearby);
+    const auto wake_above = [&](uint32_t other) {
+      const Vec3f apart = bodies_[other].position - centre;
+      const float distance = apart.norm();
+      if (bodies_[other].asleep && distance < reach + kind(other).radius_m * (1 + kNearby) &&
+          apart.y() > kSteepSupport * distance) {
+        waking.push_back(other);
+      }
+    };
+    if (!sleepers_.bodies.empty()) {
+      const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
+      sleepers_.grid.for_each_in(centre - around, centre + around,
+                                 [&](uint32_t q) { wake_above(sleepers_.bodies[q]); });
+    }
+    for (const uint32_t other : active_) wake_above(other);
+  }
 }
 
 template <class Visit>
@@ -238,8 +268,10 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   const float small = std::min(kind.radius_m, partner.kind.radius_m);
   if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const uint32_t body = body_[p], other = partner.body;
+  const PairMethod method = this->method(body, other);
+  if (!by_spheres(method)) return;
   if (collides(closing, gap, kind.radius_m)) {
-    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap});
+    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
     for (const uint32_t b : {body, other}) {
       if (bodies_[b].asleep) batch.woken.push_back(b);
     }
@@ -297,10 +329,13 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
   surfaces_.find(near, centre_[p], 0, reach, found);
   bool touches = false;
   for (const SurfaceContact& contact : found) {
+    const PairMethod method = this->method(body, contact.body);
+    if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = bodies_[body].surface_radius_m;
-    if (bodies_[body].touched == 0 && closing > impact_speed(radius)) {
+    if (method == PairMethod::statistical && bodies_[body].touched == 0 &&
+        closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)
                    .mean_m;
@@ -311,7 +346,7 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
     touches = true;
     const uint32_t other = contact.body | kSurface;
     if (collides(closing, gap, radius)) {
-      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap});
+      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap, method});
     }
     // Row 0 does not move.
     const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());

@@ -9,7 +9,6 @@
 #include <map>
 #include <tuple>
 
-#include "simulate/collision_response.h"
 #include "simulate/rest_control.h"
 
 namespace pilesim {
@@ -64,6 +63,7 @@ SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& o
   std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> kinds;
   for (const ModelBody& body : model.bodies) {
     const bool dynamic = body.role == Role::dynamic;
+    has_structures_ |= body.asleep;
     const auto [kind, is_new] =
         kinds.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds_.size());
     if (is_new) kinds_.push_back(kind_of(body, dynamic ? &objects[body.shape] : nullptr));
@@ -76,6 +76,8 @@ SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* obje
                   .mass_kg = static_cast<float>(body.mass_kg),
                   .friction = static_cast<float>(model_.materials[body.material].friction)};
   kind.root_friction = std::sqrt(kind.friction);
+  kind.root_restitution =
+      static_cast<float>(std::sqrt(model_.materials[body.material].restitution));
   if (object == nullptr) return kind;
   const float gravity = settings_.gravity.norm();
   const float radius = object->packing_radius_m, k = object->gyration_m;
@@ -90,7 +92,8 @@ SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* obje
   return kind;
 }
 
-void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin) {
+void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin,
+                      bool asleep) {
   SphereBody& added = bodies_[body];
   added = {};
   added.position = pose.position.cast<float>();
@@ -99,6 +102,7 @@ void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, con
   added.spin = spin.cast<float>();
   added.surface_radius_m = kind(body).radius_m;
   added.changed = true;
+  added.asleep = asleep;
   members_.insert(std::ranges::lower_bound(members_, body), body);
   active_.insert(std::ranges::lower_bound(active_, body), body);
 }
@@ -109,6 +113,17 @@ void SphereWorld::wake(uint32_t body) {
   woken.still = woken.asleep = false;
   woken.changed = true;
   woken.slow_steps = 0;
+}
+
+void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point) {
+  SphereBody& pushed = bodies_[body];
+  const SphereKind& kind = this->kind(body);
+  pushed.velocity += kind.inverse_mass * impulse.cast<float>();
+  if (point) {
+    const Vec3f arm = point->cast<float>() - pushed.position;
+    pushed.spin += kind.inverse_inertia * arm.cross(impulse.cast<float>());
+  }
+  wake(body);
 }
 
 void SphereWorld::remove(uint32_t body) {
@@ -290,15 +305,27 @@ void SphereWorld::collide(const Impact& impact) {
   };
   if ((impact.other & kSurface) != 0) {
     const float share_s = until_s(impact.surface_velocity);
-    collide_with_surface(impact.normal, impact.surface_velocity, random_a, a);
+    collide_with_surface(collision(impact), impact.surface_velocity, random_a, a);
     return after(a, impact.body_a, impact.a, share_s);
   }
   Collider b = collider(impact.other, impact.b);
   Philox random_b = random_of(impact.other);
   const float share_s = until_s(b.velocity);
-  pilesim::collide(impact.normal, random_a, random_b, a, b);
+  pilesim::collide(collision(impact), random_a, random_b, a, b);
   after(a, impact.body_a, impact.a, share_s);
   after(b, impact.other, impact.b, share_s);
+}
+
+Collision SphereWorld::collision(const Impact& impact) const {
+  const uint32_t other = impact.other & ~kSurface;
+  const SphereKind& a = kind(impact.body_a);
+  const SphereKind& b = kind(other);
+  return {.normal = impact.normal,
+          .method = impact.method,
+          .restitution = a.root_restitution * b.root_restitution,
+          .friction = a.root_friction * b.root_friction,
+          .arm_a = a.radius_m,
+          .arm_b = b.radius_m};
 }
 
 // Batches of one colour share no sphere, so that their order, and threads, change nothing. The
@@ -418,7 +445,8 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
   // Others may lean on it a little.
   const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
-  if (!stands || speed >= kControlSpeed * scale || targets.empty()) {
+  const bool controlled = settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p]);
+  if (!stands || speed >= kControlSpeed * scale || targets.empty() || !controlled) {
     body.rest_target = SphereBody::kNoTarget;
     // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
     const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);

@@ -14,13 +14,16 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/parallel_for.h"
 #include "core/stage_timer.h"
 #include "scene/model.h"
 #include "simulate/body_signature.h"
+#include "simulate/collision_response.h"
 #include "simulate/contact_groups.h"
+#include "simulate/dispatch_table.h"
 #include "simulate/sphere_grid.h"
 #include "simulate/surface_geometry.h"
 
@@ -33,6 +36,9 @@ struct SphereWorldSettings {
   bool sleeping;
   bool rest_control;
   int sweeps;  // of the contact solver
+  // How pairs are treated where `dispatch` is null.
+  PairMethod method = PairMethod::statistical;
+  const DispatchTable* dispatch = nullptr;  // must outlive the world
 };
 
 // A body of the model, dynamic ones that were added. A cache line: a step reads and writes them in
@@ -62,7 +68,7 @@ struct SphereKind {
   float radius_m = 0;   // among bodies
   float outer_m = 0;    // of the body
   float rolling_m = 0;  // see SphereContact
-  float root_friction = 0;
+  float root_friction = 0, root_restitution = 0;
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
 };
@@ -72,9 +78,11 @@ class SphereWorld {
   SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
               const SphereWorldSettings& settings);
 
-  void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin);
+  void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin, bool asleep);
   void remove(uint32_t body);  // wakes what lay on it
   void wake(uint32_t body);
+  // An impulse in N s at a point, or at the centre; it wakes the body.
+  void push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point);
   SurfaceGeometry& surfaces() { return surfaces_; }
   void wake_near(uint32_t body);  // all that a body or surface of the world may carry
 
@@ -109,6 +117,7 @@ class SphereWorld {
     uint32_t body_a, other;
     Vec3f normal, surface_velocity;
     float gap;
+    PairMethod method;
   };
   // The contacts that one thread finds and solves.
   struct Batch {
@@ -161,6 +170,7 @@ class SphereWorld {
   SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
   void join_woken();
   void lay_down();
+  void wake_hit(uint32_t body);
   void speed_up();
   void sort();
   void gather();
@@ -179,6 +189,10 @@ class SphereWorld {
   void meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used, Batch& batch);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
                      std::vector<uint64_t>& used, Batch& batch);
+  PairMethod method(uint32_t body, uint32_t other) const {
+    return settings_.dispatch == nullptr ? settings_.method
+                                         : settings_.dispatch->method(body, other);
+  }
   bool collides(float closing, float gap, float arm_m) const {
     return gap <= closing * settings_.step_s && closing > impact_speed(arm_m);
   }
@@ -187,6 +201,7 @@ class SphereWorld {
   ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
   void collide_bodies();
   void collide(const Impact& impact);
+  Collision collision(const Impact& impact) const;
   void solve_contacts();
   void keep_impulses(Batch& batch);
   template <class Do>
@@ -213,6 +228,7 @@ class SphereWorld {
   const Model& model_;
   SphereWorldSettings settings_;
   float impact_base_, impact_rise_;
+  bool has_structures_ = false;  // bodies that begin asleep: what stands on them goes with them
   SurfaceGeometry surfaces_;
   std::vector<SphereBody> bodies_;
   std::vector<SphereKind> kinds_;

@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "core/parallel_for.h"
-#include "core/text.h"
 #include "simulate/body_signature.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/sphere_world.h"
@@ -16,13 +15,18 @@ namespace {
 
 constexpr size_t kBodiesPerTask = 2048;
 
+bool is_particle_mode(const Scene& scene) {
+  return scene.simulator.mode == SimulatorMode::particle;
+}
+
 SphereWorldSettings world_settings(const Scene& scene) {
   return {.gravity = scene.gravity.cast<float>(),
           .step_s = static_cast<float>(scene.actual_step_s()),
           .seed = scene.seed,
           .sleeping = scene.simulator.sleeping,
-          .rest_control = scene.simulator.rest_control,
-          .sweeps = scene.simulator.solver_iterations};
+          .rest_control = !is_particle_mode(scene) && scene.simulator.rest_control,
+          .sweeps = scene.simulator.solver_iterations,
+          .method = is_particle_mode(scene) ? PairMethod::particle : PairMethod::statistical};
 }
 
 void refuse_hinges(const Model& model) {
@@ -30,8 +34,8 @@ void refuse_hinges(const Model& model) {
     if (!body.hinge) continue;
     throw Error(ErrorKind::input,
                 {.found = "'" + body.name + "' has a hinge",
-                 .expected = "free bodies in the statistical mode",
-                 .remedy = "Take the hinge away, or set /simulator/mode to impulse."});
+                 .expected = "free bodies in the modes statistical and particle",
+                 .remedy = "Take the hinge away, or set /simulator/mode to impulse or mixed."});
   }
 }
 
@@ -42,7 +46,7 @@ class StatisticalSimulator final : public Simulator {
         model_(model),
         step_s_(scene.actual_step_s()),
         timeline_(model, step_s_),
-        objects_(load_signatures(model)),
+        objects_(is_particle_mode(scene) ? particle_spheres(model) : load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
     for (uint32_t i = 0; i < model.bodies.size(); ++i) {
@@ -60,7 +64,9 @@ class StatisticalSimulator final : public Simulator {
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
   FrameStatistics statistics() const override;
-  std::vector<std::string> signatures() const override;
+  std::vector<std::string> signatures() const override {
+    return describe_signatures(model_, objects_);
+  }
 
  private:
   bool is_free(uint32_t body) const {
@@ -96,7 +102,8 @@ void StatisticalSimulator::add(uint32_t body) {
   states_.flags[body] |= kPresent;
   if (is_free(body)) {
     states_.flags[body] |= kStatistical;
-    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body]);
+    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body],
+               model_.bodies[body].asleep);
   } else {
     world_.surfaces().place(body, pose, Vec3::Zero(), Vec3::Zero());
   }
@@ -116,15 +123,7 @@ void StatisticalSimulator::remove(uint32_t body) {
 
 void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
   if ((states_.flags[body] & kPresent) == 0 || !is_free(body)) return;
-  SphereBody& hit = world_.body(body);
-  const SphereKind& kind = world_.kind(body);
-  const Vec3f impulse = event.impulse.cast<float>();
-  hit.velocity += kind.inverse_mass * impulse;
-  if (event.point) {
-    const Vec3f arm = event.point->cast<float>() - hit.position;
-    hit.spin += kind.inverse_inertia * arm.cross(impulse);
-  }
-  world_.wake(body);
+  world_.push(body, event.impulse, event.point);
 }
 
 void StatisticalSimulator::apply_event(const ModelEvent& event) {
@@ -243,25 +242,6 @@ FrameStatistics StatisticalSimulator::statistics() const {
   statistics.contacts = world_.contact_count();
   statistics.deepest_penetration_m = world_.deepest_penetration_m();
   return statistics;
-}
-
-std::vector<std::string> StatisticalSimulator::signatures() const {
-  std::vector<std::string> lines;
-  for (size_t shape = 0; shape < objects_.size(); ++shape) {
-    const BodySignature& object = objects_[shape];
-    if (!object.signature) continue;
-    const ResponseTable& table = object.signature->responses;
-    const std::string kind =
-        object.signature->fit ? "fitted splines"
-        : table.exemplar_count > 0
-            ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
-            : "tables";
-    lines.push_back(model_.shapes[shape].name + ": " +
-                    model_.shapes[shape].signature_file.filename().string() + ", " + kind +
-                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
-                    " m among other bodies");
-  }
-  return lines;
 }
 
 }  // namespace
