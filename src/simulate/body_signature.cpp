@@ -57,6 +57,7 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
   double lowest = signature->body.outer_radius_m;
   for (const KnownRestPose& pose : signature->rest_poses) lowest = std::min(lowest, pose.height_m);
   body.rolling = static_cast<float>(kRolling * (1 - lowest / signature->body.outer_radius_m));
+  body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);
   return body;

@@ -8,6 +8,7 @@
 #include "scene/model.h"
 #include "signature/response_model.h"
 #include "signature/signature.h"
+#include "simulate/rest_control.h"
 
 namespace pilesim {
 
@@ -21,6 +22,7 @@ struct BodySignature {
   float packing_radius_m = 0;
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
+  std::vector<RestTarget> rest_targets;
 };
 
 // One for each shape of `model` that dynamic bodies have, in the order of shapes. Throws

@@ -1,7 +1,9 @@
 #include "simulate/sphere_world.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -16,6 +18,7 @@ namespace {
 // With fewer awake, handing work to threads takes longer than doing it.
 constexpr size_t kBodiesForThreads = 1500;
 constexpr size_t kFewSleepers = 64;  // may stay among the awake
+constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as one turn of sorting
 // Part of the radius:
 constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
@@ -149,7 +152,14 @@ void SphereWorld::step(StageTimer& timer) {
   const auto awake = static_cast<size_t>(
       std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
   if (awake == 0) return;
-  if (active_.size() - awake > std::max(kFewSleepers, awake / 4)) lay_down();
+  // To sort all sleepers anew costs more the more there are: when those among the awake have cost
+  // as much.
+  waiting_for_sleep_ += active_.size() - awake;
+  if (active_.size() - awake > kFewSleepers &&
+      waiting_for_sleep_ > kSleepersTurn * members_.size()) {
+    lay_down();
+    waiting_for_sleep_ = 0;
+  }
   worth_threads_ = awake > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -174,21 +184,25 @@ void SphereWorld::step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::integration);
     move();
     former_.swap(kept_);
+    join_woken();
   }
 }
 
 void SphereWorld::join_woken() {
   if (woken_.empty()) return;
+  std::ranges::sort(woken_);
+  const auto middle = static_cast<ptrdiff_t>(active_.size());
   active_.insert(active_.end(), woken_.begin(), woken_.end());
-  std::ranges::sort(active_);
+  std::ranges::inplace_merge(active_, active_.begin() + middle);
   woken_.clear();
 }
 
-// Takes what sleeps out of the grid of the awake.
+// Takes what sleeps, and has been read since, out of the grid of the awake.
 void SphereWorld::lay_down() {
   std::vector<uint32_t> asleep;
-  std::ranges::copy_if(members_, std::back_inserter(asleep),
-                       [&](uint32_t body) { return bodies_[body].asleep; });
+  std::ranges::copy_if(members_, std::back_inserter(asleep), [&](uint32_t body) {
+    return bodies_[body].asleep && !bodies_[body].changed;
+  });
   std::vector<Vec3f> centres;
   std::vector<float> reaches;
   for (const uint32_t body : asleep) {
@@ -202,12 +216,10 @@ void SphereWorld::lay_down() {
   for (const uint32_t body : members_) bodies_[body].still = false;
   sleepers_.bodies.clear();
   sleepers_.reaches.resize(order.size());
-  sleepers_.widest_m = 0;
   for (size_t p = 0; p < order.size(); ++p) {
     const uint32_t i = order[p], body = asleep[i];
     sleepers_.bodies.push_back(body);
     sleepers_.reaches.set(p, centres[i], reaches[i]);
-    sleepers_.widest_m = std::max(sleepers_.widest_m, reaches[i]);
     bodies_[body].still = true;
     bodies_[body].kept = kNone;
   }
@@ -289,17 +301,31 @@ void SphereWorld::collide(const Impact& impact) {
   after(b, impact.other, impact.b, share_s);
 }
 
-// Batches of one colour share no sphere, so that their order, and threads, change nothing.
+// Batches of one colour share no sphere, so that their order, and threads, change nothing. The
+// largest begin, so that threads end together.
 template <class Do>
 void SphereWorld::for_each_batch(const Do& work) {
   for (const std::vector<uint32_t>& batches : colours_) {
-    share_out(batches.size(), 1, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) work(batches_[batches[i]]);
-    });
+    if (!worth_threads_ || batches.size() < 2) {
+      for (const uint32_t batch : batches) work(batches_[batch]);
+      continue;
+    }
+    std::atomic<size_t> next = 0;
+    parallel_for(
+        std::min(batches.size(), static_cast<size_t>(thread_count())), 1, [&](size_t, size_t) {
+          for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < batches.size();) {
+            work(batches_[batches[i]]);
+          }
+        });
   }
 }
 
 void SphereWorld::solve_contacts() {
+  for (std::vector<uint32_t>& batches : colours_) {
+    std::erase_if(batches, [&](uint32_t batch) { return batches_[batch].touches.empty(); });
+    std::ranges::stable_sort(batches, std::greater(),
+                             [&](uint32_t batch) { return batches_[batch].touches.size(); });
+  }
   for_each_batch([&](Batch& batch) {
     batch.contacts.close(batch.fixed_begin);
     std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
@@ -307,19 +333,16 @@ void SphereWorld::solve_contacts() {
   });
   const float inverse_step = 1 / settings_.step_s;
   for (int sweep = 0; sweep < settings_.sweeps; sweep += kSweepsAtOnce) {
+    const int until = std::min(sweep + kSweepsAtOnce, settings_.sweeps);
     for_each_batch([&](Batch& batch) {
-      for (int i = 0; i < std::min(kSweepsAtOnce, settings_.sweeps - sweep); ++i) {
-        solve(inverse_step, batch.contacts.groups(), motion_);
-      }
+      for (int i = sweep; i < until; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
+      if (until == settings_.sweeps) keep_impulses(batch);
     });
   }
-  for_each_batch([&](Batch& batch) { keep_impulses(batch); });
 }
 
 // For the next step, and for putting to rest.
 void SphereWorld::keep_impulses(Batch& batch) {
-  batch.pressed = 0;
-  batch.deepest_m = 0;
   for (size_t i = 0; i < batch.touches.size(); ++i) {
     const Touch& touch = batch.touches[i];
     const ContactGroup& group = batch.contacts.of(touch.slot);
@@ -384,6 +407,31 @@ void SphereWorld::move_body(uint32_t p) {
   bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
 }
 
+// False while the body turns to its pose.
+bool SphereWorld::control_rest(uint32_t p) {
+  SphereBody& body = bodies_[body_[p]];
+  const SphereKind& kind = kinds_[kind_[p]];
+  const std::vector<RestTarget>& targets = kind.object->rest_targets;
+  const float gravity = settings_.gravity.norm(), dt = settings_.step_s;
+  const float scale = std::sqrt(gravity * kind.outer_m);
+  const float weight = kind.mass_kg * gravity * dt;
+  const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
+  // Others may lean on it, but do not bury it.
+  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < weight;
+  if (!stands || speed >= kControlSpeed * scale || targets.empty()) {
+    body.rest_target = SphereBody::kNoTarget;
+    // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+    const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
+    body.surface_radius_m = std::min(body.surface_radius_m, narrower);
+    return true;
+  }
+  if (body.rest_target == SphereBody::kNoTarget) {
+    body.rest_target = static_cast<uint8_t>(choose_rest_target(targets, body.orientation) & 0x7F);
+  }
+  return turn_to_rest(targets[body.rest_target], kind.outer_m, gravity, dt, body.orientation,
+                      body.spin, body.surface_radius_m);
+}
+
 void SphereWorld::settle_body(uint32_t p) {
   SphereBody& body = bodies_[body_[p]];
   const SphereKind& kind = kinds_[kind_[p]];
@@ -392,21 +440,7 @@ void SphereWorld::settle_body(uint32_t p) {
   const float dt = settings_.step_s;
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
-  bool posed = true;
-  if (body.touched && settings_.rest_control) {
-    const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-    const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
-                       body_push_[p] < 0.2F * weight;
-    if (alone && speed < kControlSpeed * scale) {
-      posed = turn_towards_rest(*kind.object, gravity, dt, body.orientation, body.spin,
-                                body.surface_radius_m);
-    } else {
-      // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
-      const float narrower =
-          std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
-      body.surface_radius_m = std::min(body.surface_radius_m, narrower);
-    }
-  }
+  const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
   const bool slow = body.velocity.norm() < kRestSpeed * scale &&
                     kind.outer_m * body.spin.norm() < kRestSpeed * scale;
   const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;

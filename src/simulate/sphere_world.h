@@ -38,6 +38,7 @@ struct SphereWorldSettings {
 // A body of the model, dynamic ones that were added. A cache line: a step reads and writes them in
 // the order of the grid.
 struct alignas(64) SphereBody {
+  static constexpr uint8_t kNoTarget = kMostRestTargets;
   Quatf orientation = Quatf::Identity();  // body to world
   Vec3f position = Vec3f::Zero();         // m, world
   Vec3f velocity = Vec3f::Zero();         // m/s
@@ -45,7 +46,9 @@ struct alignas(64) SphereBody {
   float surface_radius_m = 0;             // of the sphere against surfaces: h_coll, later h_rest
   uint32_t kept = ~0u;                    // the last of the impulses that it keeps, or none
   uint16_t slow_steps = 0;                // for how long it has hardly moved
-  bool touched = false;                   // a surface, in the step before
+  uint8_t touched : 1 = 0;                // a surface, in the step before
+  uint8_t rest_target : 7 = kNoTarget;    // to which it turns
+  uint8_t : 0;                            // threads write those above and read those below
   bool asleep : 1 = false;
   bool still : 1 = false;    // lies among the sleepers
   bool changed : 1 = false;  // set by the world, cleared by who reads the state
@@ -81,6 +84,8 @@ class SphereWorld {
   SphereBody& body(uint32_t i) { return bodies_[i]; }
   const SphereKind& kind(uint32_t body) const { return kinds_[kind_of_[body]]; }
   const std::vector<uint32_t>& members() const { return members_; }
+  // Those that are awake, and all that have `changed`.
+  const std::vector<uint32_t>& active() const { return active_; }
   uint32_t contact_count() const;
   float deepest_penetration_m() const;
 
@@ -120,7 +125,6 @@ class SphereWorld {
   struct Level {
     SphereGrid grid;
     uint32_t offset = 0;  // of its places
-    float widest_m = 0;
   };
   // By place of a grid: where spheres are, and how far they reach from there, m. Some room after
   // the last place for vectors.
@@ -142,7 +146,6 @@ class SphereWorld {
     SphereGrid grid;
     std::vector<uint32_t> bodies;
     Reaches reaches;
-    float widest_m = 0;
   };
   // What a sphere touches: another one in the grid, or one that sleeps.
   struct Partner {
@@ -200,6 +203,7 @@ class SphereWorld {
   void separate();
   void move();
   void move_body(uint32_t place);
+  bool control_rest(uint32_t place);
   void settle_body(uint32_t place);
   // m/s; what approaches faster collides
   float impact_speed(float radius_m) const {
@@ -217,6 +221,7 @@ class SphereWorld {
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active
   Sleepers sleepers_;
+  size_t waiting_for_sleep_ = 0;  // sleepers among the active, summed over steps
   Vec3f mean_velocity_ = Vec3f::Zero();
   uint64_t steps_ = 0;
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/parallel_for.h"
 #include "core/text.h"
 #include "simulate/body_signature.h"
 #include "simulate/kinematic_motion.h"
@@ -12,6 +13,8 @@
 
 namespace pilesim {
 namespace {
+
+constexpr size_t kBodiesPerTask = 2048;
 
 SphereWorldSettings world_settings(const Scene& scene) {
   return {.gravity = scene.gravity.cast<float>(),
@@ -72,6 +75,7 @@ class StatisticalSimulator final : public Simulator {
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void read_states();
+  void read_state(uint32_t body);
 
   const Scene& scene_;
   const Model& model_;
@@ -183,10 +187,9 @@ FrameStatistics StatisticalSimulator::step_frame() {
 }
 
 void StatisticalSimulator::read_states() {
-  for (const uint32_t i : world_.members()) {
-    SphereBody& body = world_.body(i);
+  for (const uint32_t i : world_.active()) {
+    const SphereBody& body = world_.body(i);
     if (!body.changed) continue;
-    body.changed = false;
     if (!body.position.allFinite() || !body.velocity.allFinite() || !body.spin.allFinite()) {
       throw Error(ErrorKind::input,
                   {.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
@@ -194,13 +197,22 @@ void StatisticalSimulator::read_states() {
                    .expected = "a state that stays finite",
                    .remedy = "Make step_s shorter, or look for extreme velocities."});
     }
-    states_.position[i] = body.position.cast<double>();
-    states_.orientation[i] = body.orientation.cast<double>().normalized();
-    states_.linear_velocity[i] = body.velocity.cast<double>();
-    states_.angular_velocity[i] = body.spin.cast<double>();
-    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-    if (body.asleep) states_.flags[i] |= kAsleep;
   }
+  parallel_for(world_.active().size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) read_state(world_.active()[k]);
+  });
+}
+
+void StatisticalSimulator::read_state(uint32_t i) {
+  SphereBody& body = world_.body(i);
+  if (!body.changed) return;
+  body.changed = false;
+  states_.position[i] = body.position.cast<double>();
+  states_.orientation[i] = body.orientation.cast<double>().normalized();
+  states_.linear_velocity[i] = body.velocity.cast<double>();
+  states_.angular_velocity[i] = body.spin.cast<double>();
+  states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
+  if (body.asleep) states_.flags[i] |= kAsleep;
 }
 
 FrameStatistics StatisticalSimulator::statistics() const {
@@ -208,19 +220,26 @@ FrameStatistics StatisticalSimulator::statistics() const {
   for (const uint8_t flags : states_.flags) {
     if ((flags & kPresent) != 0) ++statistics.bodies_present;
   }
-  for (const uint32_t i : world_.members()) {
+  for (const uint32_t i : world_.active()) {
     const SphereBody& body = world_.body(i);
+    if (body.asleep) continue;
     const SphereKind& kind = world_.kind(i);
-    const double mass_kg = kind.mass_kg;
     const double k = kind.object->gyration_m;
-    if (!body.asleep) {
-      ++statistics.bodies_awake;
-      statistics.kinetic_energy_j += 0.5 * mass_kg *
-                                     (body.velocity.cast<double>().squaredNorm() +
-                                      k * k * body.spin.cast<double>().squaredNorm());
-    }
-    statistics.potential_energy_j -= mass_kg * scene_.gravity.dot(states_.position[i]);
+    ++statistics.bodies_awake;
+    statistics.kinetic_energy_j +=
+        0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
   }
+  // By chunks in their order, so that the sum does not depend on threads.
+  const std::vector<uint32_t>& members = world_.members();
+  std::vector<double> potential_j(members.size() / kBodiesPerTask + 1);
+  parallel_for(members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    double sum_j = 0;
+    for (size_t k = begin; k < end; ++k) {
+      sum_j -= world_.kind(members[k]).mass_kg * scene_.gravity.dot(states_.position[members[k]]);
+    }
+    potential_j[begin / kBodiesPerTask] = sum_j;
+  });
+  for (const double sum_j : potential_j) statistics.potential_energy_j += sum_j;
   statistics.contacts = world_.contact_count();
   statistics.deepest_penetration_m = world_.deepest_penetration_m();
   return statistics;
