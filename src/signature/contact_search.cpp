@@ -153,24 +153,56 @@ struct ContactSearch::Cubic {
   }
 };
 
+ContactSearch::ContactSearch(const ContactBody& body) : body_(body) {
+  constexpr size_t kGroup = ContactBody::kGroup;
+  const size_t groups = body.lane_x.size() / kGroup, blocks = (groups + kBlock - 1) / kBlock;
+  const auto centre_of = [&](size_t g) {
+    return Vec3(body.group_x[g], body.group_y[g], body.group_z[g]);
+  };
+  for (size_t block = 0; block < (blocks + kGroup - 1) / kGroup * kGroup; ++block) {
+    const size_t first = std::min(block, blocks - 1) * kBlock;
+    const size_t end = std::min(groups, first + kBlock);
+    Bounds bounds;
+    for (size_t g = first; g < end; ++g) bounds.extend(centre_of(g));
+    const Vec3f centre = bounds.center().cast<float>();
+    double extent = 0;
+    for (size_t g = first; g < end; ++g) {
+      const double apart = (centre_of(g) - centre.cast<double>()).norm();
+      extent = std::max(extent, apart + body.group_extent[g]);
+    }
+    block_x_.push_back(centre.x());
+    block_y_.push_back(centre.y());
+    block_z_.push_back(centre.z());
+    block_extent_.push_back(static_cast<float>(extent + kMargin * body.outer_radius_m));
+  }
+}
+
 ContactSearch::Deepest ContactSearch::find_deepest(const Cubic& cubic, float part) const {
   const TagF d;
   const hn::RebindToSigned<TagF> di;
-  constexpr size_t kGroup = ContactBody::kGroup, kBlock = 64;
+  constexpr size_t kGroup = ContactBody::kGroup;
   const F s = hn::Set(d, part);
   const size_t groups = body_.lane_x.size() / kGroup;
   F lowest = hn::Set(d, std::numeric_limits<float>::max());
   auto vertex = hn::Zero(di), count = hn::Zero(di);
+  // The normal is a unit vector: no point of a ball is lower than its centre by more than its
+  // radius.
+  const auto may_touch = [&](const Points& centres, const float* extents) {
+    const F extent = hn::LoadU(d, extents);
+    return bits_of(hn::Le(cubic.least(centres, s), hn::Add(extent, cubic.slack)));
+  };
+  uint32_t open_blocks = 0;
   for (size_t first = 0; first < groups; first += kBlock) {
+    const size_t block = first / kBlock;
+    if (block % kGroup == 0) {
+      open_blocks = may_touch(load(block_x_, block_y_, block_z_, block), &block_extent_[block]);
+    }
+    if ((open_blocks >> block % kGroup & 1U) == 0) continue;
     const size_t end = std::min(groups, first + kBlock);
     uint64_t open = 0;
     for (size_t group = first; group < end; group += kGroup) {
-      // The normal is a unit vector: no point of a ball is lower than its centre by more than its
-      // radius.
       const Points centres = load(body_.group_x, body_.group_y, body_.group_z, group);
-      const F extent = hn::LoadU(d, &body_.group_extent[group]);
-      const auto may = hn::Le(cubic.least(centres, s), hn::Add(extent, cubic.slack));
-      open |= uint64_t{bits_of(may)} << (group - first);
+      open |= uint64_t{may_touch(centres, &body_.group_extent[group])} << (group - first);
     }
     // The last balls are filled up with copies of the first.
     if (end - first < kBlock) open &= (uint64_t{1} << (end - first)) - 1;

@@ -39,7 +39,7 @@ struct StepEnd {
 
 class ContactSearch {
  public:
-  explicit ContactSearch(const ContactBody& body) : body_(body) {}
+  explicit ContactSearch(const ContactBody& body);
   // What ends the motion before `part`.
   StepEnd find(const SegmentMotion& motion, double part);
 
@@ -55,6 +55,9 @@ class ContactSearch {
   void solve(const SegmentMotion& motion, std::span<const uint32_t> vertices, StepEnd& end) const;
 
   const ContactBody& body_;
+  // Balls around blocks of kBlock groups, padded with copies to a multiple of kGroup.
+  static constexpr size_t kBlock = 64;
+  std::vector<float> block_x_, block_y_, block_z_, block_extent_;
   std::vector<uint32_t> solved_;
 };
 
