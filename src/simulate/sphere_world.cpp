@@ -443,8 +443,8 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-  // Others may lean on it, but do not bury it.
-  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < weight;
+  // Others may lean on it a little.
+  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
   const bool controlled = settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p]);
   if (!stands || speed >= kControlSpeed * scale || targets.empty() || !controlled) {
     body.rest_target = SphereBody::kNoTarget;
