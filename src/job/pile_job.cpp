@@ -107,7 +107,7 @@ std::string PileJob::figures() const {
         {"spread_deg", has_slope ? Json(rounded(degrees(pile.slope.spread), 0.01)) : Json()},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.guide_reach_m}};
+        {"radius_m", pile.guide.reach_m()}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},

@@ -2,7 +2,6 @@
 // With a point for a core it is the cone of the dissertation's section 5.2.1.
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "core/types.h"
@@ -39,8 +38,6 @@ class PileShape {
   bool has_walls() const { return !walls_.empty(); }
   // Of a cone without walls.
   bool can_drift() const { return core_.size() == 1 && walls_.empty(); }
-  // The same pile with slopes of another angle, rad.
-  PileShape with_angle(double angle) const;
   void move_to(const GroundPoint& centre) { core_[0] = centre; }  // where it can drift
 
  private:
@@ -52,8 +49,6 @@ class PileShape {
   std::vector<GroundPoint> walls_;  // turning left; empty: none
   double slope_;
   double most_reach_;
-  double to_wall_ = std::numeric_limits<double>::infinity();  // m, from the core
-  double wall_height_ = 0;
   double core_area_ = 0, core_perimeter_ = 0;
   // With walls: distances of sample points inside them, ascending, and their running sum.
   std::vector<double> distances_, distance_sums_;
