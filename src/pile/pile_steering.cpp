@@ -43,7 +43,7 @@ void PileSteering::steer(ImpulseControl& control, const std::vector<SteeredBody>
         const Vec3 down = Vec3(body.outward.x(), -body.slope, body.outward.y()).normalized();
         // Drag that balances push and slope at the spill's speed.
         const double push = kSpillPush * (1 - body.grip);
-        const double kept = keep((push - down.y()) / kSpillSpeed);
+        const double kept = keep((push - down.y()) / (kSpillSpeed * (1 + body.haste)));
         velocity = kept * (velocity + down * (push * gravity_ * step_s));
         turn_rate *= kept;
         break;

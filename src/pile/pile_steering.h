@@ -21,6 +21,7 @@ struct SteeredBody {
   Drive drive = Drive::hold;
   GroundPoint outward;  // unit, away from the pile's core; zero over it
   double slope = 0;     // tan of the pile's angle
+  double haste = 0;     // by which share what spills goes faster than in a still pile
   double grip = 0;      // from 0, bodies are to move on, to 1, they are to stay
   double material_friction = 0;
 };

@@ -17,10 +17,12 @@ constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is no
 constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
 constexpr double kOutflow = 0.15;          // at which what is awake on the surface moves on
 
-constexpr double kSlack = 0.35;     // that a body's centre may lie over the ideal surface
-constexpr double kMostSlack = 1;    // where the inside wants filling
-constexpr double kFloor = 0.8;      // under which bodies may lie anywhere
-constexpr double kSkin = 0.8;       // under the surface: centres of bodies that lie on top
+constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
+constexpr double kMostSlack = 1;  // where the inside wants filling
+constexpr double kFloor = 0.8;    // under which bodies may lie anywhere
+constexpr double kSkin = 0.8;     // under the surface: centres of bodies that lie on top
+constexpr double kSkinByHaste = 0.5;
+constexpr double kMostHaste = 2;    // of outflow
 constexpr double kGripRange = 0.3;  // of outflow, from all grip to none
 
 constexpr double kGrace = 3;        // before a woken body may sleep again
@@ -138,10 +140,16 @@ double ReposeDirector::slack_m(const PilePlace& place) const {
   return std::clamp(kSlack - outflow, 0.0, kMostSlack) * bodies_.size_m;
 }
 
+// The more must flow, the deeper and the faster it does.
+double ReposeDirector::haste(const PilePlace& place) {
+  return std::clamp(place.pile->guide.outflow(place.distance_m), 0.0, kMostHaste);
+}
+
 bool ReposeDirector::is_on_top(const PilePlace& place) const {
   const PileGuide& guide = place.pile->guide;
+  const double skin_m = (kSkin + kSkinByHaste * haste(place)) * bodies_.size_m;
   return place.distance_m < guide.reach_m() &&
-         place.over_m > guide.surplus_m(place.distance_m) - kSkin * bodies_.size_m;
+         place.over_m > guide.surplus_m(place.distance_m) - skin_m;
 }
 
 // By more than `slack_m`, over what may lie there in any case.
@@ -238,6 +246,7 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
                         .drive = drive,
                         .outward = place.pile->shape->outward({position.x(), position.z()}),
                         .slope = place.pile->shape->slope(),
+                        .haste = haste(place),
                         .grip = std::clamp(0.5 - outflow / kGripRange, 0.0, 1.0),
                         .material_friction = friction});
   }

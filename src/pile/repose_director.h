@@ -44,6 +44,7 @@ class ReposeDirector final : public StepDirector {
   void judge_awake(ImpulseControl& control);
   double excess_m(const PilePlace& place) const;
   double slack_m(const PilePlace& place) const;
+  static double haste(const PilePlace& place);
   bool is_on_top(const PilePlace& place) const;
   bool ripe_for_sleep(uint32_t body, const PilePlace& place);
   void wake(ImpulseControl& control, uint32_t body, double grace_s);
