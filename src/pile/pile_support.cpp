@@ -19,6 +19,7 @@ PileSupport::PileSupport(const Model& model, const PileBodies& bodies)
       is_supported(model.bodies.size()),
       is_balanced(model.bodies.size()),
       depth_m(model.bodies.size()),
+      deepest_in(model.bodies.size()),
       model_(model),
       bodies_(bodies),
       above_(model.bodies.size()),
@@ -66,7 +67,9 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
     if (contact.distance_m > touch_m) continue;
     for (const uint32_t body : {contact.a, contact.b}) {
       touches[body] = 1;
-      depth_m[body] = std::max(depth_m[body], -contact.distance_m);
+      if (-contact.distance_m <= depth_m[body]) continue;
+      depth_m[body] = -contact.distance_m;
+      deepest_in[body] = body == contact.a ? contact.b : contact.a;
     }
     for (const uint32_t body : {contact.a, contact.b}) {
       const double up = body == contact.a ? contact.normal.y() : -contact.normal.y();

@@ -15,6 +15,7 @@ struct PileSupport {
   std::vector<uint8_t> is_supported;  // (B) rests on something fixed, or on a sleeper that does
   std::vector<uint8_t> is_balanced;   // (B) of the awake: its supports stand around its centre
   std::vector<double> depth_m;        // (B) deepest overlap with anything
+  std::vector<uint32_t> deepest_in;   // (B) with which, where depth_m > 0
 
   PileSupport(const Model& model, const PileBodies& bodies);
   // From the contacts of the last step. `asleep` is (B); `motion` (B), of what is in the world.

@@ -31,7 +31,8 @@ constexpr double kLeftTime = 3;     // without a touch, after which a body is on
 
 constexpr double kRestSpeed = 0.12;
 constexpr uint8_t kCalmDecisions = 3;
-constexpr double kSunkShare = 0.04;  // of the smallest extent: too deep to sleep
+constexpr uint8_t kStillDecisions = 20;  // after which nothing is left that moves a body
+constexpr double kSunkShare = 0.04;      // of the smallest extent: too deep to sleep
 
 constexpr double kHeavy = 15;        // momentum in mean masses times sqrt(g L) that wakes
 constexpr double kMovedSpeed = 0.1;  // of what a hit wakes
@@ -49,6 +50,7 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking wa
       steering_(bodies_.size_m, scene.gravity.norm()),
       motion_(model.bodies.size()),
       calm_(model.bodies.size()),
+      excess_asleep_m_(model.bodies.size()),
       grace_until_s_(model.bodies.size()),
       touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
       shaken_until_s_(model.bodies.size()) {}
@@ -176,7 +178,8 @@ void ReposeDirector::wake_sleepers(ImpulseControl& control) {
       const PileState& pile = *place.pile;
       const size_t layer = pile.structure->layer_at(position.y() - pile.settings.base_m);
       const bool too_dense = pile.density(layer) > kAvalancheDensity;
-      avalanches |= excess_m(place) > (too_dense ? 0 : kAvalancheExcess * bodies_.size_m);
+      const double most_m = too_dense ? 0 : kAvalancheExcess * bodies_.size_m;
+      avalanches |= excess_m(place) > excess_asleep_m_[body] + most_m;
     }
     if (!avalanches) continue;
     wake(control, body, kGrace * time_unit_s_);
@@ -203,19 +206,30 @@ void ReposeDirector::wake_piles_of_avalanches(ImpulseControl& control) {
   }
 }
 
-bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) {
+double ReposeDirector::fastest(uint32_t body) const {
   const BodyMotion& motion = motion_.motion[body];
-  const double speed = motion.linear_velocity.norm();
   const double turning = motion.angular_velocity.norm() * bodies_.size_m / 2;
-  const double fastest = std::max(speed, turning) / speed_unit_;
-  calm_[body] =
-      fastest < kRestSpeed ? static_cast<uint8_t>(std::min(200, calm_[body] + 1)) : uint8_t{0};
-  if (now_s_ < grace_until_s_[body]) return false;
-  if (!support_.is_supported[body] || !support_.is_balanced[body]) return false;
-  const double smallest_m = bodies_.shape_of(model_, body).smallest_m;
-  if (support_.depth_m[body] > kSunkShare * smallest_m) return false;
+  return std::max(motion.linear_velocity.norm(), turning) / speed_unit_;
+}
+
+bool ReposeDirector::is_sunk(uint32_t body) const {
+  return support_.depth_m[body] > kSunkShare * bodies_.shape_of(model_, body).smallest_m;
+}
+
+bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const {
+  if (now_s_ < grace_until_s_[body] || !support_.is_supported[body] || is_sunk(body)) return false;
+  if (calm_[body] >= kStillDecisions) return true;
+  if (!support_.is_balanced[body]) return false;
   if (calm_[body] >= kCalmDecisions) return true;
-  return place.pile->sleep_score(motion.position, fastest) > place.pile->settings.tau;
+  const double score = place.pile->sleep_score(motion_.motion[body].position, fastest(body));
+  return score > place.pile->settings.tau;
+}
+
+// What is pressed into a sleeper cannot leave it alone.
+void ReposeDirector::free_from_overlap(ImpulseControl& control, uint32_t body) {
+  if (calm_[body] < kStillDecisions || !is_sunk(body)) return;
+  const uint32_t other = support_.deepest_in[body];
+  if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
 }
 
 void ReposeDirector::judge_awake(ImpulseControl& control) {
@@ -230,16 +244,22 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
       control.set_friction(body, friction);
       continue;
     }
+    calm_[body] = fastest(body) < kRestSpeed ? static_cast<uint8_t>(std::min(200, calm_[body] + 1))
+                                             : uint8_t{0};
+    free_from_overlap(control, body);
     const double outflow = place.pile->guide.outflow(place.distance_m);
+    const double excess = excess_m(place);
     Drive drive = Drive::settle;
     if (support_.touches[body]) {
-      const bool rises_over = excess_m(place) > 0 && !support_.on_fixed[body];
+      const bool rises_over = excess > 0 && !support_.on_fixed[body];
       const bool moves_on = outflow > kOutflow && is_on_top(place);
       drive = rises_over || moves_on ? Drive::spill : Drive::hold;
     }
-    if (drive == Drive::hold && ripe_for_sleep(body, place)) {
+    const bool stuck = drive == Drive::spill && calm_[body] >= kStillDecisions;
+    if ((drive == Drive::hold || stuck) && ripe_for_sleep(body, place)) {
       control.put_to_sleep(body);
       motion_.asleep[body] = 1;
+      excess_asleep_m_[body] = std::max(0.0, excess);
       continue;
     }
     steered_.push_back({.body = body,

@@ -46,7 +46,10 @@ class ReposeDirector final : public StepDirector {
   double slack_m(const PilePlace& place) const;
   static double haste(const PilePlace& place);
   bool is_on_top(const PilePlace& place) const;
-  bool ripe_for_sleep(uint32_t body, const PilePlace& place);
+  bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
+  double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)
+  bool is_sunk(uint32_t body) const;
+  void free_from_overlap(ImpulseControl& control, uint32_t body);
   void wake(ImpulseControl& control, uint32_t body, double grace_s);
 
   const Model& model_;
@@ -63,10 +66,11 @@ class ReposeDirector final : public StepDirector {
   PileSteering steering_;
   std::vector<BodyContact> contacts_;
   PileMotion motion_;
-  std::vector<uint8_t> calm_;           // (B) decisions in a row in which it was slow
-  std::vector<double> grace_until_s_;   // (B) before which it may not be put to sleep
-  std::vector<double> touched_s_;       // (B) when it last touched anything
-  std::vector<double> shaken_until_s_;  // (B) before which nothing steers it
+  std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
+  std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
+  std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
+  std::vector<double> touched_s_;        // (B) when it last touched anything
+  std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
   std::vector<SteeredBody> steered_;
   PlausibilityCounts plausibility_;
   uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;
