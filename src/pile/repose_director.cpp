@@ -92,9 +92,9 @@ void ReposeDirector::read_bodies(ImpulseControl& control) {
   control.read_contacts(contacts_);
   support_.read(contacts_, motion_.asleep, motion_.motion);
   for (const uint32_t body : bodies_.dynamic) {
-    if (support_.touches[body]) touched_s_[body] = now_s_;
+    if (support_.grounded[body]) touched_s_[body] = now_s_;
     motion_.landed[body] =
-        motion_.present[body] && (motion_.asleep[body] || support_.touches[body]) ? 1 : 0;
+        motion_.present[body] && (motion_.asleep[body] || support_.grounded[body]) ? 1 : 0;
   }
 }
 
@@ -250,7 +250,7 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
     const double outflow = place.pile->guide.outflow(place.distance_m);
     const double excess = excess_m(place);
     Drive drive = Drive::settle;
-    if (support_.touches[body]) {
+    if (support_.grounded[body]) {
       const bool rises_over = excess > 0 && !support_.on_fixed[body];
       const bool moves_on = outflow > kOutflow && is_on_top(place);
       drive = rises_over || moves_on ? Drive::spill : Drive::hold;

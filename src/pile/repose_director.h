@@ -69,7 +69,7 @@ class ReposeDirector final : public StepDirector {
   std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
   std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
   std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
-  std::vector<double> touched_s_;        // (B) when it last touched anything
+  std::vector<double> touched_s_;        // (B) when it was last grounded
   std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
   std::vector<SteeredBody> steered_;
   PlausibilityCounts plausibility_;
