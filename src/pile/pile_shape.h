@@ -21,6 +21,8 @@ class PileShape {
   GroundPoint outward(const GroundPoint& point) const;  // unit, away from the core; zero inside
   bool inside_walls(const GroundPoint& point) const;    // true where there are none
   GroundPoint middle() const;
+  const std::vector<GroundPoint>& core() const { return core_; }    // a polygon turns left
+  const std::vector<GroundPoint>& walls() const { return walls_; }  // turning left; empty: none
 
   // Over all points with distance < `reach` inside the walls.
   double section_area(double reach) const;  // m^2

@@ -105,6 +105,11 @@ void ReposeDirector::wake(ImpulseControl& control, uint32_t body, double grace_s
   control.wake(body);
 }
 
+double ReposeDirector::momentum_of(uint32_t body) const {
+  const double momentum = model_.bodies[body].mass_kg * motion_.motion[body].linear_velocity.norm();
+  return momentum / (bodies_.mass_kg * speed_unit_);
+}
+
 bool ReposeDirector::flies_at_a_sleeper(uint32_t body, double near_m) const {
   return std::ranges::any_of(bodies_.dynamic, [&](uint32_t other) {
     return motion_.asleep[other] &&
@@ -113,18 +118,17 @@ bool ReposeDirector::flies_at_a_sleeper(uint32_t body, double near_m) const {
 }
 
 void ReposeDirector::wake_by_momentum(ImpulseControl& control) {
-  const double unit = bodies_.mass_kg * speed_unit_;
   const double ahead_s = 2 * kDecisionPeriod * time_unit_s_;
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion_.present[body] || motion_.asleep[body]) continue;
+    const double momentum = momentum_of(body);
+    if (momentum < kHeavy) continue;
     const double speed = motion_.motion[body].linear_velocity.norm();
-    const double momentum = model_.bodies[body].mass_kg * speed;
-    if (momentum < kHeavy * unit) continue;
     const double near_m = model_.shapes[model_.bodies[body].shape].bounding_radius +
                           speed * ahead_s + bodies_.longest_m;
     if (!flies_at_a_sleeper(body, near_m)) continue;
     // As many as it can set in motion; a pile has about a body in every L^3.
-    const double reach_m = near_m + bodies_.size_m * std::cbrt(momentum / (kMovedSpeed * unit));
+    const double reach_m = near_m + bodies_.size_m * std::cbrt(momentum / kMovedSpeed);
     ++wakes_by_momentum_;
     for (const uint32_t other : bodies_.dynamic) {
       if (!motion_.present[other]) continue;
@@ -240,7 +244,8 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
     const PilePlace place = piles_.place_of(position);
     const double friction = model_.materials[model_.bodies[body].material].friction;
     const bool left = now_s_ - touched_s_[body] > kLeftTime * time_unit_s_;
-    if (place.pile == nullptr || left || now_s_ < shaken_until_s_[body]) {
+    const bool is_free = left || now_s_ < shaken_until_s_[body] || momentum_of(body) >= kHeavy;
+    if (place.pile == nullptr || is_free) {
       control.set_friction(body, friction);
       continue;
     }

@@ -38,6 +38,7 @@ class ReposeDirector final : public StepDirector {
   void decide(ImpulseControl& control);
   void read_bodies(ImpulseControl& control);
   void wake_by_momentum(ImpulseControl& control);
+  double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
   bool flies_at_a_sleeper(uint32_t body, double near_m) const;
   void wake_sleepers(ImpulseControl& control);
   void wake_piles_of_avalanches(ImpulseControl& control);
