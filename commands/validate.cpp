@@ -1,9 +1,11 @@
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "options.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
+#include "simulate/simulator.h"
 
 namespace pilesim {
 
@@ -29,6 +31,8 @@ Examples:
       return;
     }
     const Model model = build_model(loaded.scene);
+    // What only the mode can tell: signatures that are missing or of another body, hinges.
+    const auto simulator = make_simulator(loaded.scene, model);
     size_t dynamic = 0;
     for (const ModelBody& body : model.bodies) dynamic += body.role == Role::dynamic ? 1 : 0;
     std::printf("%s: valid; %zu bodies (%zu dynamic), %d frames\n", options->scene.file.c_str(),
@@ -38,6 +42,7 @@ Examples:
         std::printf("  %s: %s\n", shape.name.c_str(), shape.collision_report.c_str());
       }
     }
+    for (const std::string& line : simulator->signatures()) std::printf("  %s\n", line.c_str());
   });
 }
 

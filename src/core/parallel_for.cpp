@@ -39,6 +39,10 @@ void parallel_for(size_t count, size_t grain,
                   const std::function<void(size_t begin, size_t end)>& body) {
   assert(grain > 0);
   const size_t chunks = (count + grain - 1) / grain;
+  if (chunks <= 1) {
+    if (count > 0) body(0, count);
+    return;
+  }
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, chunks, 1),
       [&](const tbb::blocked_range<size_t>& range) {

@@ -18,7 +18,9 @@ namespace pilesim {
 namespace {
 
 constexpr int kMostHullVertices = 255;  // of the impulse simulator
-constexpr double kClearance = 0.1;      // under the lowest point, in outer radii
+// Under the lowest point, in outer radii: bodies of a scene fall, and tip over faces on which one
+// that is laid down would stay.
+constexpr double kClearance = 2;
 
 // In sqrt(r / g), the time that a body takes to tip over.
 constexpr double kFrame = 0.25;

@@ -23,8 +23,8 @@ struct RestDrops {
   uint32_t unsettled = 0;  // drops that did not come to rest in time, left out
 };
 
-// Drops the hull of `mesh` (a solid, m) from rest, its lowest point a tenth of its outer radius
-// over a plane, in uniformly random orientations. Each drop is a world of its own, so that the
+// Drops the hull of `mesh` (a solid, m) from rest, its lowest point two of its outer radii over
+// a plane, in uniformly random orientations. Each drop is a world of its own, so that the
 // result depends on nothing but mesh and settings. Steps and times scale with the body, as its
 // motion does. Throws Error(interrupted) after Ctrl-C.
 RestDrops drop_to_rest(const TriangleMesh& mesh, const RestDropSettings& settings);

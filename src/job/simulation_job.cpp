@@ -186,6 +186,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.gates = judge(job.gates, report.quality);
   report.total_s = seconds_since(start);
   report.peak_memory_bytes = peak_memory_bytes();
+  report.mode_figures = simulator->figures();
   if (piles) {
     report.piles = piles->figures();
     piles->write_layers(job.output);

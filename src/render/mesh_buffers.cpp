@@ -44,7 +44,7 @@ void MeshBuffers::draw(const DrawList& list) {
   fill(GL_ARRAY_BUFFER, list.instances, GL_STREAM_DRAW);
   for (const DrawBatch& batch : list.batches) {
     const Mesh& mesh = meshes_[batch.shape];
-    const LevelOfDetail& level = mesh.levels[batch.level];
+    const MeshLevel& level = mesh.levels[batch.level];
     const size_t base = batch.first_instance * sizeof(Instance);
     glVertexAttribPointer(2, 3, GL_FLOAT, GL_FALSE, sizeof(Instance),
                           offset(base + offsetof(Instance, position)));

@@ -23,7 +23,7 @@ class MeshBuffers {
     uint32_t first_vertex = 0;
     uint32_t first_index = 0;
     bool closed = false;
-    std::vector<LevelOfDetail> levels;
+    std::vector<MeshLevel> levels;
   };
   std::vector<Mesh> meshes_;
   // Vertices and indices of all meshes in two buffers.

@@ -18,6 +18,7 @@
 #include "render/image_output.h"
 #include "render/pile_overlay.h"
 #include "render/scene_renderer.h"
+#include "scene/camera_path.h"
 
 namespace pilesim {
 namespace {

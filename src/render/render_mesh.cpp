@@ -151,7 +151,7 @@ void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
 // Appends a level with its own compact run of vertices, in the order in which they are used.
 void append_level(RenderMesh& mesh, const std::vector<RenderVertex>& vertices,
                   std::vector<uint32_t> indices, float error_m) {
-  LevelOfDetail level;
+  MeshLevel level;
   level.first_index = static_cast<uint32_t>(mesh.indices.size());
   level.index_count = static_cast<uint32_t>(indices.size());
   level.first_vertex = static_cast<uint32_t>(mesh.vertices.size());

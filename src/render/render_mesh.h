@@ -16,7 +16,7 @@ struct RenderVertex {
 };
 
 // One level of detail: a run of the mesh's vertices and indices of its own.
-struct LevelOfDetail {
+struct MeshLevel {
   uint32_t first_index = 0;
   uint32_t index_count = 0;
   uint32_t first_vertex = 0;  // indices count from here
@@ -26,7 +26,7 @@ struct LevelOfDetail {
 struct RenderMesh {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
-  std::vector<LevelOfDetail> levels;  // >= 1, from the full mesh to the coarsest
+  std::vector<MeshLevel> levels;  // >= 1, from the full mesh to the coarsest
   float radius_m = 0;                 // of the sphere about the body's origin that holds it
   bool closed = false;                // every edge has two triangles of opposite directions
 };

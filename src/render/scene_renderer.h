@@ -21,9 +21,6 @@ struct Image {
 // A camera that sees where the moving bodies of `trajectory` spend the time, from slightly above.
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect);
 
-// The camera at `time_s`: cubic between keys, clamped outside. `camera` has at least one key.
-CameraKey camera_at(const Camera& camera, double time_s);
-
 class SceneRenderer {
  public:
   // Throws Error(internal) if no OpenGL 3.3 core context can be made, Error(usage) for a size or a

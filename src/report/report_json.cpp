@@ -137,6 +137,7 @@ Json report_json(const SimulationReport& report) {
         {"stages", stage_times(report.rows)}}},
       {"peak_memory_bytes", report.peak_memory_bytes}};
   if (!report.piles.empty()) figures["piles"] = Json::parse(report.piles);
+  if (!report.mode_figures.empty()) figures[report.mode] = Json::parse(report.mode_figures);
   return figures;
 }
 

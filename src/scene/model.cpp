@@ -76,6 +76,10 @@ class ModelBuilder {
     for (size_t i = 0; i < scene_.events.size(); ++i) {
       problems_.attempt([&] { add_event(scene_.events[i], i); });
     }
+    const std::vector<PairRule>& rules = scene_.simulator.detail.pairs;
+    for (size_t i = 0; i < rules.size(); ++i) {
+      problems_.attempt([&] { add_pair_rule(rules[i], i); });
+    }
     problems_.throw_if_any();
     return std::move(model_);
   }
@@ -173,6 +177,8 @@ class ModelBuilder {
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;
     body.held = source.held;
+    body.asleep = source.asleep;
+    body.preference = source.preference;
     body.hinge = source.hinge;
     append(std::move(body), source.colour);
   }
@@ -206,6 +212,8 @@ class ModelBuilder {
       body.linear_velocity = start.linear_velocity;
       body.angular_velocity = start.angular_velocity;
       body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
+      body.asleep = emitter.asleep;
+      body.preference = emitter.preference;
       append(std::move(body), emitter.colour);
     }
   }
@@ -240,12 +248,22 @@ class ModelBuilder {
     }
     const auto& names = std::visit(
         [](const auto& action) -> const auto& { return action.bodies; }, source.action);
-    for (const std::string& name : names) add_targets(name, index, event.bodies);
+    const std::string pointer = "/events/" + std::to_string(index) + "/bodies";
+    for (const std::string& name : names) add_targets(name, pointer, event.bodies);
     model_.events.push_back(std::move(event));
   }
 
+  void add_pair_rule(const PairRule& source, size_t index) {
+    const std::string pointer = "/simulator/level_of_detail/pairs/" + std::to_string(index);
+    ModelPairRule rule{.method = source.method};
+    add_targets(source.a, pointer + "/a", rule.a);
+    add_targets(source.b, pointer + "/b", rule.b);
+    model_.pair_rules.push_back(std::move(rule));
+  }
+
   // Appends the bodies that `name` means: a body, an emitter's, or one of an emitter's.
-  void add_targets(const std::string& name, size_t event, std::vector<uint32_t>& targets) {
+  void add_targets(const std::string& name, const std::string& pointer,
+                   std::vector<uint32_t>& targets) {
     if (const auto emitter = first_body_.find(name); emitter != first_body_.end()) {
       const auto [first, count] = emitter->second;
       for (uint32_t i = 0; i < count; ++i) targets.push_back(first + i);
@@ -257,7 +275,7 @@ class ModelBuilder {
     const auto body = body_index_.find(name);
     if (body == body_index_.end()) {
       throw Error(ErrorKind::input,
-                  Problem{.pointer = "/events/" + std::to_string(event) + "/bodies",
+                  Problem{.pointer = pointer,
                           .found = "names \"" + name + "\", which its emitter does not reach",
                           .expected = "a body that exists"});
     }

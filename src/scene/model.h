@@ -51,6 +51,8 @@ struct ModelBody {
   Vec3 linear_velocity, angular_velocity;  // m/s, rad/s, world frame
   Role role = Role::dynamic;
   bool held = false;
+  bool asleep = false;
+  Preference preference = Preference::prefer_statistical;
   double start_s = kFromTheStart;  // appears at the first step at or after this
   std::optional<Hinge> hinge;
   std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
@@ -66,12 +68,19 @@ struct ModelEvent {
   std::optional<Vec3> point;
 };
 
+// A rule of the mixed mode for pairs of two sets of bodies.
+struct ModelPairRule {
+  std::vector<uint32_t> a, b;
+  PairMethod method;
+};
+
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
   std::vector<ModelBody> bodies;   // in the order of the file, then emitter by emitter
   std::vector<ModelEvent> events;  // ordered by time
-  TriangleMesh guide;              // in the world; empty: none
+  std::vector<ModelPairRule> pair_rules;
+  TriangleMesh guide;  // in the world; empty: none
 };
 
 // Loads meshes and builds collision shapes (decompositions are cached under the user's cache

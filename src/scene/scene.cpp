@@ -18,7 +18,24 @@ int Scene::steps_per_frame() const {
 }
 
 std::string mode_name(SimulatorMode mode) {
-  return mode == SimulatorMode::impulse ? "impulse" : "statistical";
+  switch (mode) {
+    case SimulatorMode::impulse:
+      return "impulse";
+    case SimulatorMode::statistical:
+      return "statistical";
+    case SimulatorMode::particle:
+      return "particle";
+    case SimulatorMode::mixed:
+      return "mixed";
+  }
+  return "";
+}
+
+std::vector<DetailLevel> LevelOfDetail::table_4_1() {
+  using enum PairMethod;
+  return {{impulse, statistical, statistical},
+          {statistical, statistical, statistical},
+          {particle, particle, particle}};
 }
 
 }  // namespace pilesim

@@ -60,6 +60,10 @@ using Shape =
 
 enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
 
+// Of the mixed mode: what touches a must-impulse body is solved exactly, the others may be spheres
+// (dissertation 4.2.2).
+enum class Preference { must_impulse, prefer_statistical };
+
 struct Hinge {
   Vec3 axis = Vec3::UnitY();   // unit, world frame at the start
   Vec3 anchor = Vec3::Zero();  // m, world frame; defaults to the body's position
@@ -85,7 +89,9 @@ struct Body {
   Vec3 linear_velocity = Vec3::Zero();   // m/s, of the centre of mass
   Vec3 angular_velocity = Vec3::Zero();  // rad/s, world frame
   Role role = Role::dynamic;
-  bool held = false;  // dynamic, but fixed until a release event names it
+  bool held = false;    // dynamic, but fixed until a release event names it
+  bool asleep = false;  // dynamic, but out of the solver until something hits it
+  Preference preference = Preference::prefer_statistical;
   std::optional<Hinge> hinge;
   std::vector<MotionKey> motion;  // kinematic only, times ascending
   std::optional<Colour> colour;   // none: from the palette, by index
@@ -137,6 +143,8 @@ struct Emitter {
   double linear_velocity_jitter = 0;     // m/s, uniform in a ball
   double angular_velocity_jitter = 0;    // rad/s, uniform in a ball
   std::optional<Quat> orientation;       // none: uniform over rotations
+  bool asleep = false;                   // each out of the solver until something hits it
+  Preference preference = Preference::prefer_statistical;
   std::optional<Colour> colour;
 };
 
@@ -157,14 +165,53 @@ struct Event {
 };
 
 // impulse: contacts are solved (the reference). statistical: collisions are drawn from signatures.
-enum class SimulatorMode { impulse, statistical };
+// particle: bodies are spheres that bounce. mixed: each pair in one of these ways.
+enum class SimulatorMode { impulse, statistical, particle, mixed };
 std::string mode_name(SimulatorMode mode);
+
+// How the mixed mode treats a pair of bodies that may touch. none: not at all.
+enum class PairMethod : uint8_t { none, impulse, statistical, particle };
+
+// One level of detail: what becomes of pairs of prefer-statistical bodies, I' where a must-impulse
+// body is near and S elsewhere. Pairs with a must-impulse body are always solved.
+struct DetailLevel {
+  PairMethod near_near = PairMethod::impulse;     // (I', I')
+  PairMethod near_far = PairMethod::statistical;  // (I', S)
+  PairMethod far_far = PairMethod::statistical;   // (S, S)
+  bool exact = false;  // all bodies of the level are I', wherever they are
+};
+
+// Pairs that one method takes whatever their level: bodies and emitters by name.
+struct PairRule {
+  std::string a, b;
+  PairMethod method = PairMethod::statistical;  // statistical or particle
+};
+
+// Which level a body has: the coarsest one that any rule asks for. Limits have an entry less than
+// there are levels, or none: then the rule is not used.
+struct LevelOfDetail {
+  std::vector<DetailLevel> levels = table_4_1();  // finest first, 1 .. 8
+  int level = 1;                                  // the finest that is used, from 1
+  std::vector<double> distances_m;   // ascending; from the camera, beyond which the next one holds
+  std::vector<double> screen_sizes;  // descending; of the picture's height, below which it holds
+  std::vector<double> speeds;        // ascending, m/s; above which it holds
+  std::optional<int> out_of_view;    // the level of what the camera does not see, from 1
+  double hysteresis = 0.1;           // share of a limit by which a level outlasts it, 0 .. 0.9
+  std::vector<PairRule> pairs;
+
+  static std::vector<DetailLevel> table_4_1();
+};
 
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step
+  LevelOfDetail detail;        // mixed
+  // Mixed: levels by importance, as fine as the cost model allows in a step, or as coarse as keeps
+  // the modelled error below a limit (docs/mixed.md). At most one of them.
+  std::optional<double> budget_ms_per_step;  // > 0
+  std::optional<double> max_error;           // >= 1
 };
 
 // How bodies that stand are held. freeze: clusters that rest on the ground stop moving. nail: each

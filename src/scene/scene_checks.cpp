@@ -6,6 +6,7 @@
 #include <set>
 
 #include "scene/codec.h"
+#include "scene/detail_checks.h"
 #include "scene/pile_checks.h"
 #include "scene/scene_format.h"
 
@@ -144,6 +145,9 @@ class Checker {
                       "no motion keys", R"(Give it "role": "kinematic")");
     }
     check_ascending(body.motion, path / "motion");
+    if (body.asleep && body.held) {
+      log_.report_key(path / "asleep", "stands beside \"held\"", "one of the two");
+    }
     if (body.role == Role::dynamic) return;
     const auto only_dynamic = [&](bool stands, const char* key) {
       if (stands && log_.is_sound(path / key)) {
@@ -153,6 +157,7 @@ class Checker {
     };
     only_dynamic(body.hinge.has_value(), "hinge");
     only_dynamic(body.held, "held");
+    only_dynamic(body.asleep, "asleep");
     only_dynamic(!body.linear_velocity.isZero(0), "linear_velocity");
     only_dynamic(!body.angular_velocity.isZero(0), "angular_velocity");
   }
@@ -362,6 +367,7 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();
   check_piles(scene, log);
+  check_detail(scene, log);
   if (scene.guide && !scene.piles.empty()) {
     const Path root;
     log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",

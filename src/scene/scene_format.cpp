@@ -56,26 +56,6 @@ Codec<Material> material_codec() {
        }});
 }
 
-Codec<SimulatorSettings> simulator_codec() {
-  using S = SimulatorSettings;
-  return object<S>(
-      {.noun = "the simulator",
-       .fields = {
-           field<S>("mode", &S::mode,
-                    enumeration<SimulatorMode>({{"impulse", SimulatorMode::impulse},
-                                                {"statistical", SimulatorMode::statistical}}),
-                    "How bodies are moved: impulse solves contacts exactly, statistical draws "
-                    "collisions from the shapes' signatures."),
-           field<S>("sleeping", &S::sleeping, boolean(),
-                    "Bodies at rest leave the solver until they are touched."),
-           field<S>("rest_control", &S::rest_control, boolean(),
-                    "Statistical mode: bodies that lie alone on level ground turn into a pose of "
-                    "their signature in which the object can rest."),
-           field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
-                    "Sweeps of the velocity solver in a step."),
-       }});
-}
-
 Codec<RenderSettings> render_codec() {
   using R = RenderSettings;
   return object<R>({.noun = "the render settings",

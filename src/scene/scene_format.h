@@ -20,5 +20,9 @@ Codec<Event> event_codec();
 Codec<Camera> camera_codec();
 Codec<Guide> guide_codec();
 Codec<Pile> pile_codec();
+Codec<SimulatorSettings> simulator_codec();
+Codec<Preference> preference_codec();
+inline constexpr const char* kPreferenceText =
+    "Mixed mode: whether what touches it must be solved exactly.";
 
 }  // namespace pilesim

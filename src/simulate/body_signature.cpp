@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "geometry/convex_hull.h"
 #include "signature/signature_file.h"
 
@@ -45,18 +46,29 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
-BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> signature) {
+// `lowest_m`: the height of the centre in the lowest rest pose.
+BodySignature make(const ModelShape& shape, double volume_m3, double outer_radius_m,
+                   double gyration_m, double lowest_m) {
   BodySignature body;
-  body.gyration_m = static_cast<float>(signature->body.gyration_m);
-  body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
+  body.gyration_m = static_cast<float>(gyration_m);
+  body.outer_radius_m = static_cast<float>(outer_radius_m);
   const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
   // A concave body takes more room than its volume, but others reach into its hull.
-  const double volume_m3 =
-      signature->body.volume_m3 * std::pow(hull_m3 / signature->body.volume_m3, kHullShare);
-  body.packing_radius_m = static_cast<float>(std::cbrt(3 * volume_m3 / (4 * kPi)));
-  double lowest = signature->body.outer_radius_m;
-  for (const KnownRestPose& pose : signature->rest_poses) lowest = std::min(lowest, pose.height_m);
-  body.rolling = static_cast<float>(kRolling * (1 - lowest / signature->body.outer_radius_m));
+  const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
+  body.packing_radius_m = static_cast<float>(std::cbrt(3 * packed_m3 / (4 * kPi)));
+  body.rolling = static_cast<float>(kRolling * (1 - lowest_m / outer_radius_m));
+  return body;
+}
+
+BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> signature) {
+  const auto& measured = signature->body;
+  double lowest_m = measured.outer_radius_m;
+  for (const KnownRestPose& pose : signature->rest_poses) {
+    lowest_m = std::min(lowest_m, pose.height_m);
+  }
+  BodySignature body =
+      make(shape, measured.volume_m3, measured.outer_radius_m, measured.gyration_m, lowest_m);
+  body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);
   return body;
@@ -64,17 +76,35 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
 
 }  // namespace
 
+std::vector<BodySignature> particle_spheres(const Model& model) {
+  std::vector<BodySignature> result(model.shapes.size());
+  for (const ModelBody& body : model.bodies) {
+    const ModelShape& shape = model.shapes[body.shape];
+    if (body.role != Role::dynamic || result[body.shape].outer_radius_m > 0) continue;
+    // 3 k^2 = the sum of the moments
+    const double gyration_m = std::sqrt(shape.mass.inertia_m5.trace() / (3 * shape.mass.volume_m3));
+    result[body.shape] = make(shape, shape.mass.volume_m3, shape.bounding_radius, gyration_m,
+                              shape.smallest_extent / 2);
+  }
+  return result;
+}
+
 std::vector<BodySignature> load_signatures(const Model& model) {
+  return load_signatures(model, [](const ModelBody&) { return true; });
+}
+
+std::vector<BodySignature> load_signatures(const Model& model,
+                                           const std::function<bool(const ModelBody&)>& collides) {
   std::vector<BodySignature> result(model.shapes.size());
   std::map<std::string, std::shared_ptr<const Signature>> files;
   for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
+    if (body.role != Role::dynamic || !collides(body)) continue;
     const ModelShape& shape = model.shapes[body.shape];
     if (shape.signature_file.empty()) {
       throw Error(ErrorKind::input,
                   {.pointer = "/shapes/" + shape.name,
                    .found = "the shape of '" + body.name + "' has no signature",
-                   .expected = "one, since /simulator/mode is statistical",
+                   .expected = "one, since it collides by it in this /simulator/mode",
                    .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
                              "\"signature\": \"FILE.sig\" (shapes of type mesh have it)."});
     }
@@ -95,6 +125,26 @@ std::vector<BodySignature> load_signatures(const Model& model) {
     check(shape, model.materials[body.material], *signature);
   }
   return result;
+}
+
+std::vector<std::string> describe_signatures(const Model& model,
+                                             const std::vector<BodySignature>& objects) {
+  std::vector<std::string> lines;
+  for (size_t shape = 0; shape < objects.size(); ++shape) {
+    const BodySignature& object = objects[shape];
+    if (!object.signature) continue;
+    const ResponseTable& table = object.signature->responses;
+    const std::string kind =
+        object.signature->fit ? "fitted splines"
+        : table.exemplar_count > 0
+            ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
+            : "tables";
+    lines.push_back(model.shapes[shape].name + ": " +
+                    model.shapes[shape].signature_file.filename().string() + ", " + kind +
+                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
+                    " m among other bodies");
+  }
+  return lines;
 }
 
 }  // namespace pilesim

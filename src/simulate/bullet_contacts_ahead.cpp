@@ -162,6 +162,7 @@ void ContactsAhead::add(const btBroadphasePairArray& pairs, double step_s) {
     const double way_m = (a->getLinearVelocity() - b->getLinearVelocity()).length() * step_s +
                          turning_way(*a, step_s) + turning_way(*b, step_s);
     if (way_m <= std::min(slow_way(*a), slow_way(*b))) continue;
+    if (!dispatcher_.needsCollision(a, b)) continue;
     if (is_plane(*a) || is_triangles(*a)) std::swap(a, b);
     Pair(*this, *a, *b, way_m, step_s).add();
   }

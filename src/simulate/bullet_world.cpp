@@ -11,12 +11,17 @@ DynamicBody* dynamic_of(const btCollisionObject& object) {
   return static_cast<DynamicBody*>(object.getUserPointer());
 }
 
-// Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go.
+// Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go,
+// and those of one that may not touch any more.
 void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                    const btDispatcherInfo& info) {
   const btBroadphaseProxy& a = *pair.m_pProxy0;
   const btBroadphaseProxy& b = *pair.m_pProxy1;
-  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax)) {
+  const auto object = [](const btBroadphaseProxy& proxy) -> const btCollisionObject& {
+    return *static_cast<const btCollisionObject*>(proxy.m_clientObject);
+  };
+  if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax) &&
+      static_cast<const FilteringDispatcher&>(dispatcher).may_touch(object(a), object(b))) {
     btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
   } else if (pair.m_algorithm != nullptr) {
     pair.m_algorithm->~btCollisionAlgorithm();

@@ -10,7 +10,26 @@
 
 namespace pilesim {
 
-// User pointers of dynamic bodies lead to their DynamicBody; those of others are null.
+// Whether two bodies may touch, by their user indices.
+using PairFilter = std::function<bool(uint32_t, uint32_t)>;
+
+class FilteringDispatcher : public btCollisionDispatcher {
+ public:
+  using btCollisionDispatcher::btCollisionDispatcher;
+
+  bool may_touch(const btCollisionObject& a, const btCollisionObject& b) const {
+    return !filter ||
+           filter(static_cast<uint32_t>(a.getUserIndex()), static_cast<uint32_t>(b.getUserIndex()));
+  }
+  bool needsCollision(const btCollisionObject* a, const btCollisionObject* b) override {
+    return btCollisionDispatcher::needsCollision(a, b) && may_touch(*a, *b);
+  }
+
+  PairFilter filter;  // asked in every step; none: all may
+};
+
+// Its dispatcher is a FilteringDispatcher. User pointers of dynamic bodies lead to their
+// DynamicBody; those of others are null.
 class BulletWorld : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;

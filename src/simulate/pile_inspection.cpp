@@ -1,5 +1,6 @@
 #include "simulate/pile_inspection.h"
 
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <numeric>
 
 #include "core/parallel_for.h"
 #include "geometry/triangle_tree.h"
@@ -39,6 +39,17 @@ bool boxes_meet(const btVector3& low_a, const btVector3& high_a, const btVector3
   }
   return true;
 }
+
+// Leaves of the tree hold places of Inspection::placed_.
+void* to_data(uint32_t place) { return reinterpret_cast<void*>(static_cast<uintptr_t>(place)); }
+uint32_t to_place(const void* data) {
+  return static_cast<uint32_t>(reinterpret_cast<uintptr_t>(data));
+}
+
+struct BoxCollector : btDbvt::ICollide {
+  std::vector<uint32_t> bodies;
+  void Process(const btDbvtNode* leaf) override { bodies.push_back(to_place(leaf->data)); }
+};
 
 class Inspection {
  public:
@@ -122,23 +133,38 @@ void Inspection::place(const BodyStates& states) {
   }
 }
 
-// Sweep along x; what is wide in x (planes are endless) meets everything.
+// Planes are endless and meet all that is free; other boxes are found in a tree of boxes.
 std::vector<BodyPair> Inspection::near_pairs() const {
-  std::vector<uint32_t> order(placed_.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, {}, [&](uint32_t i) { return placed_[i].low.x(); });
   std::vector<BodyPair> pairs;
-  std::vector<uint32_t> open;
-  for (const uint32_t i : order) {
-    const Placed& one = placed_[i];
-    std::erase_if(open, [&](uint32_t j) { return placed_[j].high.x() + reach_m_ < one.low.x(); });
-    for (const uint32_t j : open) {
-      const Placed& other = placed_[j];
-      if (!one.free && !other.free) continue;
-      if (!boxes_meet(one.low, one.high, other.low, other.high, reach_m_)) continue;
-      pairs.push_back(one.free ? BodyPair{i, j} : BodyPair{j, i});
+  const auto meet = [&](uint32_t i, uint32_t j) {
+    if (placed_[i].free || placed_[j].free) {
+      pairs.push_back(placed_[i].free ? BodyPair{i, j} : BodyPair{j, i});
     }
-    open.push_back(i);
+  };
+  btDbvt tree;
+  std::vector<const btDbvtNode*> leaves;
+  for (uint32_t i = 0; i < placed_.size(); ++i) {
+    const Placed& one = placed_[i];
+    if (shape(one).is_plane) {
+      for (uint32_t j = 0; j < placed_.size(); ++j) {
+        if (!shape(placed_[j]).is_plane) meet(i, j);
+      }
+    } else if (from_bullet(one.low).allFinite() && from_bullet(one.high).allFinite()) {
+      btDbvtVolume box = btDbvtVolume::FromMM(one.low, one.high);
+      const double half = reach_m_ / 2;
+      box.Expand(btVector3(half, half, half));
+      leaves.push_back(tree.insert(box, to_data(i)));
+    }
+  }
+  tree.optimizeTopDown();
+  BoxCollector met;
+  for (const btDbvtNode* leaf : leaves) {
+    met.bodies.clear();
+    tree.collideTV(tree.m_root, leaf->volume, met);
+    const uint32_t i = to_place(leaf->data);
+    for (const uint32_t j : met.bodies) {
+      if (j < i) meet(i, j);
+    }
   }
   std::ranges::sort(pairs, {}, [](const BodyPair& pair) { return std::pair(pair.a, pair.b); });
   return pairs;
@@ -221,12 +247,12 @@ double Inspection::distance(const BodyPair& pair) const {
 // `held_up`: what touches, over others, something that is fixed; a chain may hang below it.
 uint64_t Inspection::count_escaped(const std::vector<uint8_t>& held_up) const {
   const Vec3 up = gravity_.norm() > 0 ? Vec3(-gravity_.normalized()) : Vec3::UnitY();
-  bool has_plane = false;
+  std::vector<const Placed*> planes;
   double floor_m = kNone;
   for (const Placed& placed : placed_) {
     if (placed.free) continue;
     if (shape(placed).is_plane) {
-      has_plane = true;
+      planes.push_back(&placed);
       continue;
     }
     const btVector3 middle = (placed.low + placed.high) / 2;
@@ -236,14 +262,13 @@ uint64_t Inspection::count_escaped(const std::vector<uint8_t>& held_up) const {
   const auto escaped = [&](const Placed& body) {
     const btVector3& centre = body.pose.getOrigin();
     if (!from_bullet(centre).allFinite()) return true;
-    if (!has_plane) {
+    if (planes.empty()) {
       return std::isfinite(floor_m) && held_up[static_cast<size_t>(&body - placed_.data())] == 0 &&
              up.dot(from_bullet(centre)) < floor_m - quality_.body_diameter_m;
     }
-    return std::ranges::any_of(placed_, [&](const Placed& plane) {
-      if (!shape(plane).is_plane) return false;
-      const btVector3 normal = plane.pose.getBasis().getColumn(1);
-      return normal.dot(centre - plane.pose.getOrigin()) < -shape(body).smallest_extent;
+    return std::ranges::any_of(planes, [&](const Placed* plane) {
+      const btVector3 normal = plane->pose.getBasis().getColumn(1);
+      return normal.dot(centre - plane->pose.getOrigin()) < -shape(body).smallest_extent;
     });
   };
   return static_cast<uint64_t>(std::ranges::count_if(

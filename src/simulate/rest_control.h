@@ -1,10 +1,12 @@
 // Bodies that come to rest on level ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards the nearest one while the sphere that stands for them eases to its
-// height.
+// 3.2.5): they turn towards it while the sphere that stands for them eases to its height.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "core/types.h"
-#include "simulate/body_signature.h"
+#include "signature/signature.h"
 
 namespace pilesim {
 
@@ -12,8 +14,25 @@ namespace pilesim {
 inline constexpr float kControlSpeed = 0.4F;
 inline constexpr float kEaseSpeed = 0.1F;
 
-// One step of a body that lies alone on level ground. True once it is in its pose, exactly.
-bool turn_towards_rest(const BodySignature& object, float gravity, float step_s, Quatf& orientation,
-                       Vec3f& spin, float& radius_m);
+// Body frame. A body turns to the pose for which up . axis + offset is largest: of bodies in
+// uniformly random orientations as many come to each as its probability says, by small turns.
+struct RestTarget {
+  Vec3f up;  // unit
+  float height_m;
+  float offset;
+};
+
+// The poses of a signature: probabilities by simulation where there are any, the exact pose of the
+// stable face where there is one. At most kMostRestTargets, the likeliest.
+inline constexpr size_t kMostRestTargets = 127;
+std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
+
+// Of a body's orientation. `targets` is not empty.
+size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation);
+
+// One step of a body of this outer radius that lies on level ground. True once it is in its
+// pose, exactly.
+bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
+                  Quatf& orientation, Vec3f& spin, float& radius_m);
 
 }  // namespace pilesim

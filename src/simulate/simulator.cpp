@@ -1,6 +1,7 @@
 #include "simulate/simulator.h"
 
 #include "simulate/impulse_simulator.h"
+#include "simulate/mixed_simulator.h"
 #include "simulate/statistical_simulator.h"
 
 namespace pilesim {
@@ -10,7 +11,10 @@ std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model
     case SimulatorMode::impulse:
       return make_impulse_simulator(scene, model);
     case SimulatorMode::statistical:
+    case SimulatorMode::particle:
       return make_statistical_simulator(scene, model);
+    case SimulatorMode::mixed:
+      return make_mixed_simulator(scene, model);
   }
   return nullptr;
 }

@@ -36,6 +36,8 @@ class Simulator {
   virtual FrameStatistics statistics() const = 0;
   // For the report: the signatures that bodies collide by, if they do; a line a shape.
   virtual std::vector<std::string> signatures() const { return {}; }
+  // For the report: a JSON object of what the mode tells of itself; empty: nothing.
+  virtual std::string figures() const { return {}; }
 };
 
 // The simulator that scene.simulator.mode names. Both arguments must outlive it.

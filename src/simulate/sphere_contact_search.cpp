@@ -14,6 +14,8 @@ namespace {
 
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
+// A body stands on another one if the way up to it is steeper than this (the cosine).
+constexpr float kSteepSupport = 0.7F;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
@@ -46,14 +48,14 @@ void SphereWorld::sort() {
     });
     here.grid.sort(sorted_middle_, sorted_reach_);
     here.offset = offset;
-    here.widest_m = 0;
     const std::span<const uint32_t> order = here.grid.order();
-    for (size_t p = 0; p < here.grid.small_count(); ++p, ++offset) {
-      const uint32_t i = order[p];
-      body_[offset] = waiting_[i];
-      middle_.set(offset, sorted_middle_[i], sorted_reach_[i]);
-      here.widest_m = std::max(here.widest_m, sorted_reach_[i]);
-    }
+    share_out(here.grid.small_count(), kBodiesPerTask, [&](size_t begin, size_t end) {
+      for (size_t p = begin; p < end; ++p) {
+        body_[offset + p] = waiting_[order[p]];
+        middle_.set(offset + p, sorted_middle_[order[p]], sorted_reach_[order[p]]);
+      }
+    });
+    offset += static_cast<uint32_t>(here.grid.small_count());
     large_.clear();
     for (size_t p = here.grid.small_count(); p < order.size(); ++p) {
       large_.push_back(waiting_[order[p]]);
@@ -111,6 +113,8 @@ void SphereWorld::find_contacts() {
       batch.touches.clear();
       batch.impacts.clear();
       batch.woken.clear();
+      batch.pressed = 0;
+      batch.deepest_m = 0;
       if (i < count) {
         find_of_block(block_of[i], used, batch);
       } else {
@@ -122,7 +126,7 @@ void SphereWorld::find_contacts() {
   auto rows = static_cast<uint32_t>(body_.size());
   uint32_t touches = 0;
   for (Batch& batch : batches_) {
-    for (const uint32_t body : batch.woken) wake(body);
+    for (const uint32_t body : batch.woken) wake_hit(body);
     batch.kept_begin = touches;
     touches += static_cast<uint32_t>(batch.touches.size());
     batch.fixed_begin = rows;
@@ -131,6 +135,34 @@ void SphereWorld::find_contacts() {
   motion_.resize(rows);
   shift_.resize(rows);
   kept_.resize(touches);
+}
+
+// Wakes a sleeper, and of a structure also what stands on it: it would hang in the air.
+void SphereWorld::wake_hit(uint32_t body) {
+  if (!bodies_[body].asleep) return;
+  std::vector<uint32_t> waking = {body};
+  while (!waking.empty()) {
+    const uint32_t lower = waking.back();
+    waking.pop_back();
+    wake(lower);
+    if (!has_structures_) continue;
+    const Vec3f centre = bodies_[lower].position;
+    const float reach = kind(lower).radius_m * (1 + kNearby);
+    const auto wake_above = [&](uint32_t other) {
+      const Vec3f apart = bodies_[other].position - centre;
+      const float distance = apart.norm();
+      if (bodies_[other].asleep && distance < reach + kind(other).radius_m * (1 + kNearby) &&
+          apart.y() > kSteepSupport * distance) {
+        waking.push_back(other);
+      }
+    };
+    if (!sleepers_.bodies.empty()) {
+      const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
+      sleepers_.grid.for_each_in(centre - around, centre + around,
+                                 [&](uint32_t q) { wake_above(sleepers_.bodies[q]); });
+    }
+    for (const uint32_t other : active_) wake_above(other);
+  }
 }
 
 template <class Visit>
@@ -171,7 +203,7 @@ void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch&
   const Vec3f middle = middle_.centre(p);
   // Reaches are seen from the mean motion: sleepers move against it.
   const float reach = middle_.reach[p] + 0.5F * settings_.step_s * mean_velocity_.norm();
-  const Vec3f around = Vec3f::Constant(reach + sleepers_.widest_m);
+  const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
   sleepers_.grid.for_each_range_in(
       middle - around, middle + around, [&](const SphereGrid::Range& range) {
         for_each_near(middle, reach, sleepers_.reaches, range, [&](uint32_t q) {
@@ -200,7 +232,7 @@ void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batc
     for (uint32_t p = here.offset; p < end; ++p) {
       const Vec3f middle = middle_.centre(p);
       for (size_t finer = 0; finer < level; ++finer) {
-        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].widest_m);
+        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].grid.widest_m());
         levels_[finer].grid.for_each_in(middle - around, middle + around, [&](uint32_t q) {
           touch_if_near(p, levels_[finer].offset + q, used, batch);
         });
@@ -236,8 +268,10 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   const float small = std::min(kind.radius_m, partner.kind.radius_m);
   if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const uint32_t body = body_[p], other = partner.body;
+  const PairMethod method = this->method(body, other);
+  if (!by_spheres(method)) return;
   if (collides(closing, gap, kind.radius_m)) {
-    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap});
+    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
     for (const uint32_t b : {body, other}) {
       if (bodies_[b].asleep) batch.woken.push_back(b);
     }
@@ -277,7 +311,7 @@ void SphereWorld::meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>&
   thread_local std::vector<uint32_t> near;
   surfaces_.select(box, widest, near);
   if (near.empty()) {
-    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = false;
+    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = 0;
     return;
   }
   for (uint32_t p = places.begin; p < places.end; ++p) {
@@ -295,21 +329,24 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
   surfaces_.find(near, centre_[p], 0, reach, found);
   bool touches = false;
   for (const SurfaceContact& contact : found) {
+    const PairMethod method = this->method(body, contact.body);
+    if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = bodies_[body].surface_radius_m;
-    if (!bodies_[body].touched && closing > impact_speed(radius)) {
+    if (method == PairMethod::statistical && bodies_[body].touched == 0 &&
+        closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)
                    .mean_m;
     }
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * radius) continue;
-    if (!touches && !bodies_[body].touched) bodies_[body].surface_radius_m = radius;
+    if (!touches && bodies_[body].touched == 0) bodies_[body].surface_radius_m = radius;
     touches = true;
     const uint32_t other = contact.body | kSurface;
     if (collides(closing, gap, radius)) {
-      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap});
+      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap, method});
     }
     // Row 0 does not move.
     const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());
@@ -327,7 +364,7 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
          .impulse = former_impulse(kept_of_[p], other, contact.normal)},
         other, contact.level, used, batch);
   }
-  bodies_[body].touched = touches;
+  bodies_[body].touched = touches ? 1 : 0;
 }
 
 void SphereWorld::add_contact(const SphereContact& contact, uint32_t other, bool level,

@@ -25,12 +25,13 @@ class SphereGrid {
   std::span<const uint32_t> order() const { return order_; }  // place -> index
   size_t small_count() const { return small_; }               // places from there on are large
 
-  // Blocks with spheres in them, each of kBlock^3 cells. Blocks of one colour have no neighbouring
-  // cells.
+  float widest_m() const { return widest_m_; }  // the largest radius of the small ones
+
+  // Blocks with spheres in them, each of kBlock^3 cells, are numbered in the order of their places.
+  // Blocks of one colour have no neighbouring cells.
   static constexpr int kBlock = 8;
   static constexpr size_t kColours = 8;
   std::span<const uint32_t> blocks(size_t colour) const { return coloured_[colour]; }
-  size_t block_count() const { return block_total_; }
 
   struct Range {
     uint32_t begin, end;
@@ -83,7 +84,8 @@ class SphereGrid {
 
   // The places of the spheres of a block.
   Range places(uint32_t block) const {
-    return {start_[size_t{block} * kCellsOfBlock], start_[(size_t{block} + 1) * kCellsOfBlock]};
+    return {start_[(size_t{block} + 1) * kCellsOfBlock],
+            start_[(size_t{block} + 2) * kCellsOfBlock]};
   }
 
  private:
@@ -91,15 +93,20 @@ class SphereGrid {
   static constexpr float kLargeRatio = 1.6F;
 
   void choose_box(std::span<const Vec3f> centres);
+  // Sorts by block, then each block by cell.
+  void sort_by_block();
+  void sort_block(size_t slot);
   std::array<int, 3> cell_of(const Vec3f& point) const;
+  size_t box_block(int x, int y, int z) const {
+    return (static_cast<size_t>(z / kBlock) * blocks_[1] + static_cast<size_t>(y / kBlock)) *
+               blocks_[0] +
+           static_cast<size_t>(x / kBlock);
+  }
+  static size_t cell_in_block(int x, int y, int z) {
+    return static_cast<size_t>(((z % kBlock) * kBlock + y % kBlock) * kBlock + x % kBlock);
+  }
   size_t key_of(int x, int y, int z) const {
-    const size_t block =
-        (static_cast<size_t>(z / kBlock) * blocks_[1] + static_cast<size_t>(y / kBlock)) *
-            blocks_[0] +
-        static_cast<size_t>(x / kBlock);
-    const auto cell =
-        static_cast<size_t>(((z % kBlock) * kBlock + y % kBlock) * kBlock + x % kBlock);
-    return block * kCellsOfBlock + cell;
+    return slot_[box_block(x, y, z)] * kCellsOfBlock + cell_in_block(x, y, z);
   }
   // Cells of a row that follow each other within a block are one range.
   template <class Visit>
@@ -112,20 +119,26 @@ class SphereGrid {
       from = last + 1;
     }
   }
-  std::array<int, 3> block_corner(uint32_t block) const;
+  std::array<int, 3> corner_of(size_t box_block) const;
   // The cell itself with the one beside it, and half of the rows of three around: each in one range
   // or, where a block ends, in two.
   static constexpr size_t kMostRanges = 10;
   size_t neighbours(uint32_t key, std::array<Range, kMostRanges>& ranges) const;
+  size_t neighbours_across(int x, int y, int z, std::array<Range, kMostRanges>& ranges) const;
 
   Vec3f origin_ = Vec3f::Zero();
   float cell_m_ = 1, inverse_cell_ = 1;
   std::array<int, 3> cells_{};  // a multiple of kBlock along each axis
   std::array<size_t, 3> blocks_{};
-  size_t small_ = 0, block_total_ = 0;
-  std::vector<uint32_t> start_;  // by key: the first place
-  std::vector<uint32_t> keys_;   // by index
-  std::vector<uint32_t> order_;
+  float widest_m_ = 0;
+  size_t small_ = 0;
+  // Slot 0 is for all blocks of the box that are empty, the others follow each other.
+  std::vector<uint32_t> slot_;      // by block of the box
+  std::vector<uint32_t> block_of_;  // by slot: of the box
+  std::vector<uint32_t> start_;     // by key = slot and cell: the first place
+  std::vector<uint32_t> keys_;      // by index; before the sort by cell: the block, and the cell
+  std::vector<uint16_t> cell_;
+  std::vector<uint32_t> order_, by_block_;
   std::vector<uint32_t> next_, small_indices_, large_indices_;
   std::array<std::vector<uint32_t>, kColours> coloured_;
 };

@@ -1,13 +1,14 @@
 #include "simulate/sphere_world.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
 
-#include "simulate/collision_response.h"
 #include "simulate/rest_control.h"
 
 namespace pilesim {
@@ -16,6 +17,7 @@ namespace {
 // With fewer awake, handing work to threads takes longer than doing it.
 constexpr size_t kBodiesForThreads = 1500;
 constexpr size_t kFewSleepers = 64;  // may stay among the awake
+constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as one turn of sorting
 // Part of the radius:
 constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
@@ -61,6 +63,7 @@ SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& o
   std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> kinds;
   for (const ModelBody& body : model.bodies) {
     const bool dynamic = body.role == Role::dynamic;
+    has_structures_ |= body.asleep;
     const auto [kind, is_new] =
         kinds.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds_.size());
     if (is_new) kinds_.push_back(kind_of(body, dynamic ? &objects[body.shape] : nullptr));
@@ -73,6 +76,8 @@ SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* obje
                   .mass_kg = static_cast<float>(body.mass_kg),
                   .friction = static_cast<float>(model_.materials[body.material].friction)};
   kind.root_friction = std::sqrt(kind.friction);
+  kind.root_restitution =
+      static_cast<float>(std::sqrt(model_.materials[body.material].restitution));
   if (object == nullptr) return kind;
   const float gravity = settings_.gravity.norm();
   const float radius = object->packing_radius_m, k = object->gyration_m;
@@ -87,7 +92,8 @@ SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* obje
   return kind;
 }
 
-void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin) {
+void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin,
+                      bool asleep) {
   SphereBody& added = bodies_[body];
   added = {};
   added.position = pose.position.cast<float>();
@@ -96,6 +102,7 @@ void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, con
   added.spin = spin.cast<float>();
   added.surface_radius_m = kind(body).radius_m;
   added.changed = true;
+  added.asleep = asleep;
   members_.insert(std::ranges::lower_bound(members_, body), body);
   active_.insert(std::ranges::lower_bound(active_, body), body);
 }
@@ -106,6 +113,17 @@ void SphereWorld::wake(uint32_t body) {
   woken.still = woken.asleep = false;
   woken.changed = true;
   woken.slow_steps = 0;
+}
+
+void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point) {
+  SphereBody& pushed = bodies_[body];
+  const SphereKind& kind = this->kind(body);
+  pushed.velocity += kind.inverse_mass * impulse.cast<float>();
+  if (point) {
+    const Vec3f arm = point->cast<float>() - pushed.position;
+    pushed.spin += kind.inverse_inertia * arm.cross(impulse.cast<float>());
+  }
+  wake(body);
 }
 
 void SphereWorld::remove(uint32_t body) {
@@ -149,7 +167,14 @@ void SphereWorld::step(StageTimer& timer) {
   const auto awake = static_cast<size_t>(
       std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
   if (awake == 0) return;
-  if (active_.size() - awake > std::max(kFewSleepers, awake / 4)) lay_down();
+  // To sort all sleepers anew costs more the more there are: when those among the awake have cost
+  // as much.
+  waiting_for_sleep_ += active_.size() - awake;
+  if (active_.size() - awake > kFewSleepers &&
+      waiting_for_sleep_ > kSleepersTurn * members_.size()) {
+    lay_down();
+    waiting_for_sleep_ = 0;
+  }
   worth_threads_ = awake > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -174,21 +199,25 @@ void SphereWorld::step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::integration);
     move();
     former_.swap(kept_);
+    join_woken();
   }
 }
 
 void SphereWorld::join_woken() {
   if (woken_.empty()) return;
+  std::ranges::sort(woken_);
+  const auto middle = static_cast<ptrdiff_t>(active_.size());
   active_.insert(active_.end(), woken_.begin(), woken_.end());
-  std::ranges::sort(active_);
+  std::ranges::inplace_merge(active_, active_.begin() + middle);
   woken_.clear();
 }
 
-// Takes what sleeps out of the grid of the awake.
+// Takes what sleeps, and has been read since, out of the grid of the awake.
 void SphereWorld::lay_down() {
   std::vector<uint32_t> asleep;
-  std::ranges::copy_if(members_, std::back_inserter(asleep),
-                       [&](uint32_t body) { return bodies_[body].asleep; });
+  std::ranges::copy_if(members_, std::back_inserter(asleep), [&](uint32_t body) {
+    return bodies_[body].asleep && !bodies_[body].changed;
+  });
   std::vector<Vec3f> centres;
   std::vector<float> reaches;
   for (const uint32_t body : asleep) {
@@ -202,12 +231,10 @@ void SphereWorld::lay_down() {
   for (const uint32_t body : members_) bodies_[body].still = false;
   sleepers_.bodies.clear();
   sleepers_.reaches.resize(order.size());
-  sleepers_.widest_m = 0;
   for (size_t p = 0; p < order.size(); ++p) {
     const uint32_t i = order[p], body = asleep[i];
     sleepers_.bodies.push_back(body);
     sleepers_.reaches.set(p, centres[i], reaches[i]);
-    sleepers_.widest_m = std::max(sleepers_.widest_m, reaches[i]);
     bodies_[body].still = true;
     bodies_[body].kept = kNone;
   }
@@ -278,28 +305,54 @@ void SphereWorld::collide(const Impact& impact) {
   };
   if ((impact.other & kSurface) != 0) {
     const float share_s = until_s(impact.surface_velocity);
-    collide_with_surface(impact.normal, impact.surface_velocity, random_a, a);
+    collide_with_surface(collision(impact), impact.surface_velocity, random_a, a);
     return after(a, impact.body_a, impact.a, share_s);
   }
   Collider b = collider(impact.other, impact.b);
   Philox random_b = random_of(impact.other);
   const float share_s = until_s(b.velocity);
-  pilesim::collide(impact.normal, random_a, random_b, a, b);
+  pilesim::collide(collision(impact), random_a, random_b, a, b);
   after(a, impact.body_a, impact.a, share_s);
   after(b, impact.other, impact.b, share_s);
 }
 
-// Batches of one colour share no sphere, so that their order, and threads, change nothing.
+Collision SphereWorld::collision(const Impact& impact) const {
+  const uint32_t other = impact.other & ~kSurface;
+  const SphereKind& a = kind(impact.body_a);
+  const SphereKind& b = kind(other);
+  return {.normal = impact.normal,
+          .method = impact.method,
+          .restitution = a.root_restitution * b.root_restitution,
+          .friction = a.root_friction * b.root_friction,
+          .arm_a = a.radius_m,
+          .arm_b = b.radius_m};
+}
+
+// Batches of one colour share no sphere, so that their order, and threads, change nothing. The
+// largest begin, so that threads end together.
 template <class Do>
 void SphereWorld::for_each_batch(const Do& work) {
   for (const std::vector<uint32_t>& batches : colours_) {
-    share_out(batches.size(), 1, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) work(batches_[batches[i]]);
-    });
+    if (!worth_threads_ || batches.size() < 2) {
+      for (const uint32_t batch : batches) work(batches_[batch]);
+      continue;
+    }
+    std::atomic<size_t> next = 0;
+    parallel_for(
+        std::min(batches.size(), static_cast<size_t>(thread_count())), 1, [&](size_t, size_t) {
+          for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < batches.size();) {
+            work(batches_[batches[i]]);
+          }
+        });
   }
 }
 
 void SphereWorld::solve_contacts() {
+  for (std::vector<uint32_t>& batches : colours_) {
+    std::erase_if(batches, [&](uint32_t batch) { return batches_[batch].touches.empty(); });
+    std::ranges::stable_sort(batches, std::greater(),
+                             [&](uint32_t batch) { return batches_[batch].touches.size(); });
+  }
   for_each_batch([&](Batch& batch) {
     batch.contacts.close(batch.fixed_begin);
     std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
@@ -307,19 +360,16 @@ void SphereWorld::solve_contacts() {
   });
   const float inverse_step = 1 / settings_.step_s;
   for (int sweep = 0; sweep < settings_.sweeps; sweep += kSweepsAtOnce) {
+    const int until = std::min(sweep + kSweepsAtOnce, settings_.sweeps);
     for_each_batch([&](Batch& batch) {
-      for (int i = 0; i < std::min(kSweepsAtOnce, settings_.sweeps - sweep); ++i) {
-        solve(inverse_step, batch.contacts.groups(), motion_);
-      }
+      for (int i = sweep; i < until; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
+      if (until == settings_.sweeps) keep_impulses(batch);
     });
   }
-  for_each_batch([&](Batch& batch) { keep_impulses(batch); });
 }
 
 // For the next step, and for putting to rest.
 void SphereWorld::keep_impulses(Batch& batch) {
-  batch.pressed = 0;
-  batch.deepest_m = 0;
   for (size_t i = 0; i < batch.touches.size(); ++i) {
     const Touch& touch = batch.touches[i];
     const ContactGroup& group = batch.contacts.of(touch.slot);
@@ -384,6 +434,32 @@ void SphereWorld::move_body(uint32_t p) {
   bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
 }
 
+// False while the body turns to its pose.
+bool SphereWorld::control_rest(uint32_t p) {
+  SphereBody& body = bodies_[body_[p]];
+  const SphereKind& kind = kinds_[kind_[p]];
+  const std::vector<RestTarget>& targets = kind.object->rest_targets;
+  const float gravity = settings_.gravity.norm(), dt = settings_.step_s;
+  const float scale = std::sqrt(gravity * kind.outer_m);
+  const float weight = kind.mass_kg * gravity * dt;
+  const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
+  // Others may lean on it a little.
+  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
+  const bool controlled = settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p]);
+  if (!stands || speed >= kControlSpeed * scale || targets.empty() || !controlled) {
+    body.rest_target = SphereBody::kNoTarget;
+    // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+    const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
+    body.surface_radius_m = std::min(body.surface_radius_m, narrower);
+    return true;
+  }
+  if (body.rest_target == SphereBody::kNoTarget) {
+    body.rest_target = static_cast<uint8_t>(choose_rest_target(targets, body.orientation) & 0x7F);
+  }
+  return turn_to_rest(targets[body.rest_target], kind.outer_m, gravity, dt, body.orientation,
+                      body.spin, body.surface_radius_m);
+}
+
 void SphereWorld::settle_body(uint32_t p) {
   SphereBody& body = bodies_[body_[p]];
   const SphereKind& kind = kinds_[kind_[p]];
@@ -392,21 +468,7 @@ void SphereWorld::settle_body(uint32_t p) {
   const float dt = settings_.step_s;
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
-  bool posed = true;
-  if (body.touched && settings_.rest_control) {
-    const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-    const bool alone = surface_push_[p] > 0.5F * weight && surface_push_[p] < 2 * weight &&
-                       body_push_[p] < 0.2F * weight;
-    if (alone && speed < kControlSpeed * scale) {
-      posed = turn_towards_rest(*kind.object, gravity, dt, body.orientation, body.spin,
-                                body.surface_radius_m);
-    } else {
-      // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
-      const float narrower =
-          std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
-      body.surface_radius_m = std::min(body.surface_radius_m, narrower);
-    }
-  }
+  const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
   const bool slow = body.velocity.norm() < kRestSpeed * scale &&
                     kind.outer_m * body.spin.norm() < kRestSpeed * scale;
   const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;

@@ -14,13 +14,16 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/parallel_for.h"
 #include "core/stage_timer.h"
 #include "scene/model.h"
 #include "simulate/body_signature.h"
+#include "simulate/collision_response.h"
 #include "simulate/contact_groups.h"
+#include "simulate/dispatch_table.h"
 #include "simulate/sphere_grid.h"
 #include "simulate/surface_geometry.h"
 
@@ -33,11 +36,15 @@ struct SphereWorldSettings {
   bool sleeping;
   bool rest_control;
   int sweeps;  // of the contact solver
+  // How pairs are treated where `dispatch` is null.
+  PairMethod method = PairMethod::statistical;
+  const DispatchTable* dispatch = nullptr;  // must outlive the world
 };
 
 // A body of the model, dynamic ones that were added. A cache line: a step reads and writes them in
 // the order of the grid.
 struct alignas(64) SphereBody {
+  static constexpr uint8_t kNoTarget = kMostRestTargets;
   Quatf orientation = Quatf::Identity();  // body to world
   Vec3f position = Vec3f::Zero();         // m, world
   Vec3f velocity = Vec3f::Zero();         // m/s
@@ -45,7 +52,9 @@ struct alignas(64) SphereBody {
   float surface_radius_m = 0;             // of the sphere against surfaces: h_coll, later h_rest
   uint32_t kept = ~0u;                    // the last of the impulses that it keeps, or none
   uint16_t slow_steps = 0;                // for how long it has hardly moved
-  bool touched = false;                   // a surface, in the step before
+  uint8_t touched : 1 = 0;                // a surface, in the step before
+  uint8_t rest_target : 7 = kNoTarget;    // to which it turns
+  uint8_t : 0;                            // threads write those above and read those below
   bool asleep : 1 = false;
   bool still : 1 = false;    // lies among the sleepers
   bool changed : 1 = false;  // set by the world, cleared by who reads the state
@@ -59,7 +68,7 @@ struct SphereKind {
   float radius_m = 0;   // among bodies
   float outer_m = 0;    // of the body
   float rolling_m = 0;  // see SphereContact
-  float root_friction = 0;
+  float root_friction = 0, root_restitution = 0;
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
 };
@@ -69,9 +78,11 @@ class SphereWorld {
   SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
               const SphereWorldSettings& settings);
 
-  void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin);
+  void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin, bool asleep);
   void remove(uint32_t body);  // wakes what lay on it
   void wake(uint32_t body);
+  // An impulse in N s at a point, or at the centre; it wakes the body.
+  void push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point);
   SurfaceGeometry& surfaces() { return surfaces_; }
   void wake_near(uint32_t body);  // all that a body or surface of the world may carry
 
@@ -81,6 +92,8 @@ class SphereWorld {
   SphereBody& body(uint32_t i) { return bodies_[i]; }
   const SphereKind& kind(uint32_t body) const { return kinds_[kind_of_[body]]; }
   const std::vector<uint32_t>& members() const { return members_; }
+  // Those that are awake, and all that have `changed`.
+  const std::vector<uint32_t>& active() const { return active_; }
   uint32_t contact_count() const;
   float deepest_penetration_m() const;
 
@@ -104,6 +117,7 @@ class SphereWorld {
     uint32_t body_a, other;
     Vec3f normal, surface_velocity;
     float gap;
+    PairMethod method;
   };
   // The contacts that one thread finds and solves.
   struct Batch {
@@ -120,7 +134,6 @@ class SphereWorld {
   struct Level {
     SphereGrid grid;
     uint32_t offset = 0;  // of its places
-    float widest_m = 0;
   };
   // By place of a grid: where spheres are, and how far they reach from there, m. Some room after
   // the last place for vectors.
@@ -142,7 +155,6 @@ class SphereWorld {
     SphereGrid grid;
     std::vector<uint32_t> bodies;
     Reaches reaches;
-    float widest_m = 0;
   };
   // What a sphere touches: another one in the grid, or one that sleeps.
   struct Partner {
@@ -158,6 +170,7 @@ class SphereWorld {
   SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
   void join_woken();
   void lay_down();
+  void wake_hit(uint32_t body);
   void speed_up();
   void sort();
   void gather();
@@ -176,6 +189,10 @@ class SphereWorld {
   void meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used, Batch& batch);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
                      std::vector<uint64_t>& used, Batch& batch);
+  PairMethod method(uint32_t body, uint32_t other) const {
+    return settings_.dispatch == nullptr ? settings_.method
+                                         : settings_.dispatch->method(body, other);
+  }
   bool collides(float closing, float gap, float arm_m) const {
     return gap <= closing * settings_.step_s && closing > impact_speed(arm_m);
   }
@@ -184,6 +201,7 @@ class SphereWorld {
   ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
   void collide_bodies();
   void collide(const Impact& impact);
+  Collision collision(const Impact& impact) const;
   void solve_contacts();
   void keep_impulses(Batch& batch);
   template <class Do>
@@ -200,6 +218,7 @@ class SphereWorld {
   void separate();
   void move();
   void move_body(uint32_t place);
+  bool control_rest(uint32_t place);
   void settle_body(uint32_t place);
   // m/s; what approaches faster collides
   float impact_speed(float radius_m) const {
@@ -209,6 +228,7 @@ class SphereWorld {
   const Model& model_;
   SphereWorldSettings settings_;
   float impact_base_, impact_rise_;
+  bool has_structures_ = false;  // bodies that begin asleep: what stands on them goes with them
   SurfaceGeometry surfaces_;
   std::vector<SphereBody> bodies_;
   std::vector<SphereKind> kinds_;
@@ -217,6 +237,7 @@ class SphereWorld {
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active
   Sleepers sleepers_;
+  size_t waiting_for_sleep_ = 0;  // sleepers among the active, summed over steps
   Vec3f mean_velocity_ = Vec3f::Zero();
   uint64_t steps_ = 0;
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/text.h"
+#include "core/parallel_for.h"
 #include "simulate/body_signature.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/sphere_world.h"
@@ -13,13 +13,20 @@
 namespace pilesim {
 namespace {
 
+constexpr size_t kBodiesPerTask = 2048;
+
+bool is_particle_mode(const Scene& scene) {
+  return scene.simulator.mode == SimulatorMode::particle;
+}
+
 SphereWorldSettings world_settings(const Scene& scene) {
   return {.gravity = scene.gravity.cast<float>(),
           .step_s = static_cast<float>(scene.actual_step_s()),
           .seed = scene.seed,
           .sleeping = scene.simulator.sleeping,
-          .rest_control = scene.simulator.rest_control,
-          .sweeps = scene.simulator.solver_iterations};
+          .rest_control = !is_particle_mode(scene) && scene.simulator.rest_control,
+          .sweeps = scene.simulator.solver_iterations,
+          .method = is_particle_mode(scene) ? PairMethod::particle : PairMethod::statistical};
 }
 
 void refuse_hinges(const Model& model) {
@@ -27,8 +34,8 @@ void refuse_hinges(const Model& model) {
     if (!body.hinge) continue;
     throw Error(ErrorKind::input,
                 {.found = "'" + body.name + "' has a hinge",
-                 .expected = "free bodies in the statistical mode",
-                 .remedy = "Take the hinge away, or set /simulator/mode to impulse."});
+                 .expected = "free bodies in the modes statistical and particle",
+                 .remedy = "Take the hinge away, or set /simulator/mode to impulse or mixed."});
   }
 }
 
@@ -39,7 +46,7 @@ class StatisticalSimulator final : public Simulator {
         model_(model),
         step_s_(scene.actual_step_s()),
         timeline_(model, step_s_),
-        objects_(load_signatures(model)),
+        objects_(is_particle_mode(scene) ? particle_spheres(model) : load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
     for (uint32_t i = 0; i < model.bodies.size(); ++i) {
@@ -57,7 +64,9 @@ class StatisticalSimulator final : public Simulator {
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
   FrameStatistics statistics() const override;
-  std::vector<std::string> signatures() const override;
+  std::vector<std::string> signatures() const override {
+    return describe_signatures(model_, objects_);
+  }
 
  private:
   bool is_free(uint32_t body) const {
@@ -72,6 +81,7 @@ class StatisticalSimulator final : public Simulator {
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void read_states();
+  void read_state(uint32_t body);
 
   const Scene& scene_;
   const Model& model_;
@@ -92,7 +102,8 @@ void StatisticalSimulator::add(uint32_t body) {
   states_.flags[body] |= kPresent;
   if (is_free(body)) {
     states_.flags[body] |= kStatistical;
-    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body]);
+    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body],
+               model_.bodies[body].asleep);
   } else {
     world_.surfaces().place(body, pose, Vec3::Zero(), Vec3::Zero());
   }
@@ -112,15 +123,7 @@ void StatisticalSimulator::remove(uint32_t body) {
 
 void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
   if ((states_.flags[body] & kPresent) == 0 || !is_free(body)) return;
-  SphereBody& hit = world_.body(body);
-  const SphereKind& kind = world_.kind(body);
-  const Vec3f impulse = event.impulse.cast<float>();
-  hit.velocity += kind.inverse_mass * impulse;
-  if (event.point) {
-    const Vec3f arm = event.point->cast<float>() - hit.position;
-    hit.spin += kind.inverse_inertia * arm.cross(impulse);
-  }
-  world_.wake(body);
+  world_.push(body, event.impulse, event.point);
 }
 
 void StatisticalSimulator::apply_event(const ModelEvent& event) {
@@ -183,10 +186,9 @@ FrameStatistics StatisticalSimulator::step_frame() {
 }
 
 void StatisticalSimulator::read_states() {
-  for (const uint32_t i : world_.members()) {
-    SphereBody& body = world_.body(i);
+  for (const uint32_t i : world_.active()) {
+    const SphereBody& body = world_.body(i);
     if (!body.changed) continue;
-    body.changed = false;
     if (!body.position.allFinite() || !body.velocity.allFinite() || !body.spin.allFinite()) {
       throw Error(ErrorKind::input,
                   {.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
@@ -194,13 +196,22 @@ void StatisticalSimulator::read_states() {
                    .expected = "a state that stays finite",
                    .remedy = "Make step_s shorter, or look for extreme velocities."});
     }
-    states_.position[i] = body.position.cast<double>();
-    states_.orientation[i] = body.orientation.cast<double>().normalized();
-    states_.linear_velocity[i] = body.velocity.cast<double>();
-    states_.angular_velocity[i] = body.spin.cast<double>();
-    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-    if (body.asleep) states_.flags[i] |= kAsleep;
   }
+  parallel_for(world_.active().size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) read_state(world_.active()[k]);
+  });
+}
+
+void StatisticalSimulator::read_state(uint32_t i) {
+  SphereBody& body = world_.body(i);
+  if (!body.changed) return;
+  body.changed = false;
+  states_.position[i] = body.position.cast<double>();
+  states_.orientation[i] = body.orientation.cast<double>().normalized();
+  states_.linear_velocity[i] = body.velocity.cast<double>();
+  states_.angular_velocity[i] = body.spin.cast<double>();
+  states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
+  if (body.asleep) states_.flags[i] |= kAsleep;
 }
 
 FrameStatistics StatisticalSimulator::statistics() const {
@@ -208,41 +219,29 @@ FrameStatistics StatisticalSimulator::statistics() const {
   for (const uint8_t flags : states_.flags) {
     if ((flags & kPresent) != 0) ++statistics.bodies_present;
   }
-  for (const uint32_t i : world_.members()) {
+  for (const uint32_t i : world_.active()) {
     const SphereBody& body = world_.body(i);
+    if (body.asleep) continue;
     const SphereKind& kind = world_.kind(i);
-    const double mass_kg = kind.mass_kg;
     const double k = kind.object->gyration_m;
-    if (!body.asleep) {
-      ++statistics.bodies_awake;
-      statistics.kinetic_energy_j += 0.5 * mass_kg *
-                                     (body.velocity.cast<double>().squaredNorm() +
-                                      k * k * body.spin.cast<double>().squaredNorm());
-    }
-    statistics.potential_energy_j -= mass_kg * scene_.gravity.dot(states_.position[i]);
+    ++statistics.bodies_awake;
+    statistics.kinetic_energy_j +=
+        0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
   }
+  // By chunks in their order, so that the sum does not depend on threads.
+  const std::vector<uint32_t>& members = world_.members();
+  std::vector<double> potential_j(members.size() / kBodiesPerTask + 1);
+  parallel_for(members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    double sum_j = 0;
+    for (size_t k = begin; k < end; ++k) {
+      sum_j -= world_.kind(members[k]).mass_kg * scene_.gravity.dot(states_.position[members[k]]);
+    }
+    potential_j[begin / kBodiesPerTask] = sum_j;
+  });
+  for (const double sum_j : potential_j) statistics.potential_energy_j += sum_j;
   statistics.contacts = world_.contact_count();
   statistics.deepest_penetration_m = world_.deepest_penetration_m();
   return statistics;
-}
-
-std::vector<std::string> StatisticalSimulator::signatures() const {
-  std::vector<std::string> lines;
-  for (size_t shape = 0; shape < objects_.size(); ++shape) {
-    const BodySignature& object = objects_[shape];
-    if (!object.signature) continue;
-    const ResponseTable& table = object.signature->responses;
-    const std::string kind =
-        object.signature->fit ? "fitted splines"
-        : table.exemplar_count > 0
-            ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
-            : "tables";
-    lines.push_back(model_.shapes[shape].name + ": " +
-                    model_.shapes[shape].signature_file.filename().string() + ", " + kind +
-                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
-                    " m among other bodies");
-  }
-  return lines;
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Bodies as spheres that collide by signature: chapter 3 of the dissertation, and piles that stand.
+// In the particle mode (4.3) they bounce as spheres and need no signatures.
 #pragma once
 
 #include <memory>

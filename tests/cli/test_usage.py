@@ -78,6 +78,14 @@ class Validate(CommandTest):
         for line in lines:
             self.assertRegex(line, r"scene\.json:\d+:\d+: /")
 
+    def test_validate_knows_what_the_mode_needs(self):
+        def spoil(scene):
+            scene["simulator"] = {"mode": "statistical"}
+
+        result = self.expect_exit(3, "validate", self.write_scene(spoil))
+        self.assertIn("has no signature", result.stderr)
+        self.assertIn("sample-signature", result.stderr)
+
     def test_missing_meshes_are_named_with_all_else(self):
         def spoil(scene):
             scene["duration_s"] = -1

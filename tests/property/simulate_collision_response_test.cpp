@@ -25,6 +25,15 @@ class Response : public test::StatisticalScene {
             (random.uniform(0, 5) * random.direction()).cast<float>(),
             (random.uniform(0, 30) * random.direction()).cast<float>()};
   }
+  // Drawn or of particles, one as often as the other.
+  static Collision collision(const Vec3f& normal, Philox& random) {
+    return {.normal = normal,
+            .method = random.index(2) == 0 ? PairMethod::statistical : PairMethod::particle,
+            .restitution = static_cast<float>(random.uniform(0, 1)),
+            .friction = static_cast<float>(random.uniform(0, 2)),
+            .arm_a = static_cast<float>(random.uniform(0.01, 0.3)),
+            .arm_b = static_cast<float>(random.uniform(0.01, 0.3))};
+  }
   static double energy(const Collider& body) {
     const double k = body.object->gyration_m;
     return 0.5 * body.mass_kg *
@@ -45,11 +54,37 @@ TEST_F(Response, PairsKeepMomentumLoseEnergyAndSeparate) {
     };
     const Vec3f before = momentum();
     const double energy_before = energy(a) + energy(b);
-    collide(normal, random, random_b, a, b);
+    collide(collision(normal, random), random, random_b, a, b);
     const float scale = a.mass_kg * a.velocity.norm() + b.mass_kg * b.velocity.norm() + 1e-3F;
     EXPECT_LT((momentum() - before).norm(), 1e-4F * (scale + before.norm()));
     EXPECT_LE(energy(a) + energy(b), energy_before * (1 + 1e-4));
     EXPECT_GE((a.velocity - b.velocity).dot(normal), -1e-4F);
+  }
+}
+
+TEST_F(Response, ParticlesKeepAngularMomentumAboutWhereTheyTouchAndBounceByTheirRestitution) {
+  for (uint64_t i = 0; i < 3000; ++i) {
+    Philox random(3, Stream::test, i), random_b(4, Stream::test, i);
+    Collider a = random_body(random), b = random_body(random);
+    Vec3f normal = random.direction().cast<float>();
+    const float closing_before = (b.velocity - a.velocity).dot(normal);
+    if (closing_before < 0) continue;
+    Collision bounce = collision(normal, random);
+    bounce.method = PairMethod::particle;
+    const auto momentum = [&]() -> Vec3 {
+      const auto of = [&](const Collider& body, const Vec3f& centre) -> Vec3 {
+        const double k = body.object->gyration_m;
+        return body.mass_kg *
+               (centre.cross(body.velocity).cast<double>() + k * k * body.spin.cast<double>());
+      };
+      return of(a, bounce.arm_a * normal) + of(b, -bounce.arm_b * normal);
+    };
+    const Vec3 before = momentum();
+    const double scale = a.mass_kg * a.velocity.norm() + b.mass_kg * b.velocity.norm() + 1;
+    collide(bounce, random, random_b, a, b);
+    EXPECT_LT((momentum() - before).norm(), 1e-4 * (scale + before.norm())) << i;
+    EXPECT_NEAR((a.velocity - b.velocity).dot(normal), bounce.restitution * closing_before,
+                1e-4 * scale);
   }
 }
 
@@ -63,7 +98,7 @@ TEST_F(Response, SurfacesTakeNoEnergyButTheirOwnMotionsAndThrowOff) {
     Collider relative = body;
     relative.velocity -= surface;
     const double before = energy(relative);
-    collide_with_surface(normal, surface, random, body);
+    collide_with_surface(collision(normal, random), surface, random, body);
     relative = body;
     relative.velocity -= surface;
     EXPECT_LE(energy(relative), before * (1 + 1e-4));

@@ -2,6 +2,7 @@
 
 #include "render/scene_renderer.h"
 #include "render/view.h"
+#include "scene/camera_path.h"
 #include "support/render_fixture.h"
 
 namespace pilesim {

@@ -16,7 +16,7 @@ RenderMesh of(const TrajectoryShape& shape) {
 
 Vec3f vec(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
-const RenderVertex& corner(const RenderMesh& mesh, const LevelOfDetail& level, size_t i) {
+const RenderVertex& corner(const RenderMesh& mesh, const MeshLevel& level, size_t i) {
   return mesh.vertices[level.first_vertex + mesh.indices[level.first_index + i]];
 }
 
@@ -75,7 +75,7 @@ TEST(RenderMesh, LevelsHalveAndStayWithinTheirError) {
   ASSERT_GE(mesh.levels.size(), 5u);
   const float full_error = 0.5f * (1 - std::cos(static_cast<float>(kPi) / 48));
   for (size_t l = 1; l < mesh.levels.size(); ++l) {
-    const LevelOfDetail& level = mesh.levels[l];
+    const MeshLevel& level = mesh.levels[l];
     EXPECT_LE(level.index_count, 0.9 * mesh.levels[l - 1].index_count);
     EXPECT_GE(level.error_m, mesh.levels[l - 1].error_m);
     float farthest = 0;

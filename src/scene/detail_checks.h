@@ -1,0 +1,11 @@
+// What the mixed mode needs of a scene beyond the ranges of single keys.
+#pragma once
+
+#include "scene/problem_log.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+void check_detail(const Scene& scene, ProblemLog& log);
+
+}  // namespace pilesim

@@ -1,0 +1,112 @@
+#include "scene/object_codec.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+Codec<PairMethod> sphere_method() {
+  return enumeration<PairMethod>(
+      {{"statistical", PairMethod::statistical}, {"particle", PairMethod::particle}});
+}
+
+Codec<DetailLevel> level_codec() {
+  using L = DetailLevel;
+  const Codec<PairMethod> any_method =
+      enumeration<PairMethod>({{"impulse", PairMethod::impulse},
+                               {"statistical", PairMethod::statistical},
+                               {"particle", PairMethod::particle}});
+  return object<L>(
+      {.noun = "a level of detail",
+       .fields = {
+           field<L>("near_near", &L::near_near, any_method,
+                    "Of two bodies that are each near a must-impulse body: (I', I')."),
+           field<L>("near_far", &L::near_far, sphere_method(),
+                    "Of such a body and one that is near none: (I', S)."),
+           field<L>("far_far", &L::far_far, sphere_method(),
+                    "Of two bodies that are near none: (S, S)."),
+           field<L>("exact", &L::exact, boolean(),
+                    "Bodies of this level count as near a must-impulse body wherever they are."),
+       }});
+}
+
+Codec<PairRule> pair_rule_codec() {
+  using R = PairRule;
+  return object<R>(
+      {.noun = "a rule for pairs",
+       .fields = {
+           required_field<R>("a", &R::a, text(), "Name of a body or an emitter."),
+           required_field<R>("b", &R::b, text(), "Name of a body or an emitter, perhaps the same."),
+           required_field<R>("method", &R::method, sphere_method(),
+                             "How pairs of the two are treated at any level."),
+       }});
+}
+
+Codec<LevelOfDetail> detail_codec() {
+  using D = LevelOfDetail;
+  constexpr int kMostLevels = 8;
+  return object<D>(
+      {.noun = "the level of detail",
+       .fields = {
+           field<D>("levels", &D::levels, list(level_codec(), 1),
+                    "What becomes of pairs, from the finest level to the coarsest. A pair has the "
+                    "finer level of its two bodies. Default: Table 4.1 of the dissertation."),
+           field<D>("level", &D::level, integer(1, kMostLevels),
+                    "The finest level that is used, counted from 1; without the keys below, the "
+                    "level of all bodies."),
+           field<D>(
+               "distances_m", &D::distances_m, list(number(above(0))),
+               "From the camera, m, ascending: beyond the first one level 2 holds, and so on."),
+           field<D>("screen_sizes", &D::screen_sizes, list(number(above(0))),
+                    "Diameter on the screen as a share of the picture's height, descending: below "
+                    "the first one level 2 holds, and so on."),
+           field<D>("speeds", &D::speeds, list(number(above(0))),
+                    "m/s, ascending: above the first one level 2 holds, and so on."),
+           optional_field<D>("out_of_view", &D::out_of_view, integer(1, kMostLevels),
+                             "The level of bodies that the camera does not see."),
+           field<D>("hysteresis", &D::hysteresis, number(between(0, 0.9)),
+                    "Share of a limit by which it must be passed before a level changes."),
+           field<D>("pairs", &D::pairs, list(pair_rule_codec()),
+                    "Pairs that one method takes at any level, the last rule first."),
+       }});
+}
+
+}  // namespace
+
+Codec<Preference> preference_codec() {
+  return enumeration<Preference>({{"must_impulse", Preference::must_impulse},
+                                  {"prefer_statistical", Preference::prefer_statistical}});
+}
+
+Codec<SimulatorSettings> simulator_codec() {
+  using S = SimulatorSettings;
+  return object<S>(
+      {.noun = "the simulator",
+       .fields = {
+           field<S>("mode", &S::mode,
+                    enumeration<SimulatorMode>({{"impulse", SimulatorMode::impulse},
+                                                {"statistical", SimulatorMode::statistical},
+                                                {"particle", SimulatorMode::particle},
+                                                {"mixed", SimulatorMode::mixed}}),
+                    "How bodies are moved: impulse solves contacts exactly, statistical draws "
+                    "collisions from the shapes' signatures, particle lets spheres bounce, mixed "
+                    "does each where it is fit."),
+           field<S>("sleeping", &S::sleeping, boolean(),
+                    "Bodies at rest leave the solver until they are touched."),
+           field<S>("rest_control", &S::rest_control, boolean(),
+                    "Statistical mode: bodies that lie alone on level ground turn into a pose of "
+                    "their signature in which the object can rest."),
+           field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
+                    "Sweeps of the velocity solver in a step."),
+           field<S>("level_of_detail", &S::detail, detail_codec(),
+                    "Mixed mode: how pairs are treated, and who is at which level."),
+           optional_field<S>("budget_ms_per_step", &S::budget_ms_per_step, number(above(0)),
+                             "Mixed mode: levels by importance, as fine as the cost model allows "
+                             "in this time, ms a step."),
+           optional_field<S>("max_error", &S::max_error, number(at_least(1)),
+                             "Mixed mode: levels by importance, as coarse as keeps the modelled "
+                             "error (1: that of the impulse mode) below this."),
+       }});
+}
+
+}  // namespace pilesim
