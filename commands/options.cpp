@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <map>
 
@@ -27,6 +29,18 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       "--seed",
       [&options](uint64_t seed) { options.overrides.push_back("/seed=" + std::to_string(seed)); },
       "Seed of every random choice; the same as --set /seed=N");
+}
+
+void check_picture_overrides(const std::vector<std::string>& overrides) {
+  for (const std::string& argument : overrides) {
+    const bool has_effect = std::ranges::any_of(std::array{"/camera", "/render"}, [&](auto place) {
+      return argument.starts_with(std::string(place) + "/") ||
+             argument.starts_with(std::string(place) + "=");
+    });
+    if (has_effect) continue;
+    throw CLI::ValidationError("--set", "'" + argument + "' has no effect on pictures; expected " +
+                                            "/camera or /render, or a value in them");
+  }
 }
 
 void add_run_options(CLI::App& command, RunOptions& options) {

@@ -14,6 +14,10 @@ namespace pilesim {
 void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
                          const std::string& description);
 
+// Of --set: throws CLI::ValidationError for all but values of the camera or of render; what else a
+// scene says was used up by the simulation.
+void check_picture_overrides(const std::vector<std::string>& overrides);
+
 struct SceneOptions {
   std::string file;
   std::vector<std::string> overrides;  // --set, and --seed as one more

@@ -18,22 +18,13 @@ namespace {
 
 struct Options {
   std::string input;
-  std::optional<std::string> output, compare_with;
+  std::optional<std::string> output, compare_with, overlay;
   std::vector<std::string> overrides;
   FrameRange frames;
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
   RunOptions run;
 };
-
-// What else a scene says was used up by the simulation.
-void check_override(const std::string& argument) {
-  for (const std::string place : {"/camera", "/render"}) {
-    if (argument.starts_with(place + "/") || argument.starts_with(place + "=")) return;
-  }
-  throw CLI::ValidationError("--set", "'" + argument + "' has no effect on pictures; expected " +
-                                          "/camera or /render, or a value in them");
-}
 
 std::string directory_name(const std::string& path) {
   if (path.empty()) return "";  // which std::filesystem::absolute() refuses
@@ -57,7 +48,7 @@ std::unique_ptr<TrajectoryReader> open_beside(const Options& options,
 }
 
 void render(const Options& options) {
-  for (const std::string& argument : options.overrides) check_override(argument);
+  check_picture_overrides(options.overrides);
   TrajectoryReader trajectory(options.input);
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
   const Scene scene =
@@ -77,6 +68,7 @@ void render(const Options& options) {
       .video = !options.no_video,
       .force = options.run.force};
 
+  if (options.overlay) job.piles = std::filesystem::path(options.input) / "piles.json";
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
   if (options.run.quiet) return;
@@ -116,11 +108,18 @@ void add_render_command(CLI::App& app) {
           },
           "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
       ->type_name("N");
+  CLI::Option* overlay =
+      command
+          ->add_option("--overlay", options->overlay,
+                       "piles: the layers of directed piles as translucent cylinders, and what "
+                       "sleeps darker")
+          ->check(CLI::IsMember({"piles"}));
   command
       ->add_option("--compare-with", options->compare_with,
                    "Another directory that simulate wrote: drawn on the right of each picture with "
                    "the same camera, under the directories' names")
-      ->type_name("DIRECTORY");
+      ->type_name("DIRECTORY")
+      ->excludes(overlay);
   CLI::Option* sheet =
       command
           ->add_option_function<std::string>(

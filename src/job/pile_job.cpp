@@ -33,15 +33,26 @@ void check(const std::filesystem::path& scene_file, const Scene& scene) {
 
 double rounded(double value, double unit) { return std::round(value / unit) * unit; }
 
+constexpr double kDrawnUnit = 1e-4;  // m, to which layers are written
+
+double drawn(double value) { return rounded(value, kDrawnUnit); }
+
+Json points_of(const std::vector<GroundPoint>& points) {
+  Json json = Json::array();
+  for (const GroundPoint& point : points) json.push_back({drawn(point.x()), drawn(point.y())});
+  return json;
+}
+
 Json layers_of(const PileState& pile) {
-  const GroundPoint middle = pile.shape->middle();
   Json layers = Json::array();
   for (const StackingLayer& layer : pile.structure->layers()) {
-    layers.push_back({{"bottom_m", layer.bottom_m + pile.settings.base_m},
-                      {"top_m", layer.top_m + pile.settings.base_m},
-                      {"radius_m", layer.reach_m}});
+    layers.push_back({{"bottom_m", drawn(layer.bottom_m + pile.settings.base_m)},
+                      {"top_m", drawn(layer.top_m + pile.settings.base_m)},
+                      {"radius_m", drawn(layer.reach_m)}});
   }
-  return {{"x", middle.x()}, {"z", middle.y()}, {"layers", std::move(layers)}};
+  return {{"core", points_of(pile.shape->core())},
+          {"walls", points_of(pile.shape->walls())},
+          {"layers", std::move(layers)}};
 }
 
 }  // namespace
@@ -107,7 +118,7 @@ std::string PileJob::figures() const {
         {"spread_deg", has_slope ? Json(rounded(degrees(pile.slope.spread), 0.01)) : Json()},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.guide_reach_m}};
+        {"radius_m", pile.guide.reach_m()}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},
@@ -140,7 +151,7 @@ std::vector<std::string> PileJob::lines() const {
 }
 
 void PileJob::write_layers(const std::filesystem::path& directory) const {
-  const Json layers = {{"format", "pilesim piles"}, {"version", 1}, {"changes", state_->changes}};
+  const Json layers = {{"format", "pilesim piles"}, {"version", 2}, {"changes", state_->changes}};
   write_file_atomically(directory / "piles.json", layers.dump() + "\n");
 }
 

@@ -23,16 +23,27 @@ struct Bin {
   double mean() const { return cells > 0 ? sum / cells : 0; }
 };
 
-// Slope of height over the bins' index on the flank; NaN where there is too little of it.
-double flank_slope(const std::vector<Bin>& profile, double top_m) {
-  std::vector<std::pair<double, double>> flank;
+// Bins [first, last) of the mean profile between the two shares of its height, on the way out from
+// its top.
+std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
+  double top_m = 0;
+  size_t first = 0;
   for (size_t i = 0; i < profile.size(); ++i) {
-    const double height = profile[i].mean();
-    if (profile[i].cells == 0) continue;
-    if (height < kFlankFoot * top_m && !flank.empty()) break;  // what lies beyond the foot
-    if (height <= kFlankTop * top_m && height >= kFlankFoot * top_m) {
-      flank.emplace_back(static_cast<double>(i), height);
-    }
+    if (profile[i].mean() <= top_m) continue;
+    top_m = profile[i].mean();
+    first = i;
+  }
+  while (first < profile.size() && profile[first].mean() > kFlankTop * top_m) ++first;
+  size_t last = first;
+  while (last < profile.size() && profile[last].mean() >= kFlankFoot * top_m) ++last;
+  return {first, last};
+}
+
+// Slope of height over the bins' index; NaN where there are too few of them.
+double flank_slope(const std::vector<Bin>& profile, size_t first, size_t last) {
+  std::vector<std::pair<double, double>> flank;
+  for (size_t i = first; i < std::min(last, profile.size()); ++i) {
+    if (profile[i].cells > 0) flank.emplace_back(static_cast<double>(i), profile[i].mean());
   }
   if (flank.size() < kFewestBins) return std::nan("");
   std::vector<double> slopes;
@@ -124,11 +135,10 @@ SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Terri
       ++(*bins)[bin].cells;
     }
   });
-  double top_m = 0;
-  for (const Bin& bin : all) top_m = std::max(top_m, bin.mean());
+  const auto [first, last] = flank_of(all);
   std::vector<double> angles;
   for (const std::vector<Bin>& bins : profile) {
-    const double slope = flank_slope(bins, top_m) / field.cell_m();
+    const double slope = flank_slope(bins, first, last) / field.cell_m();
     if (!std::isnan(slope)) angles.push_back(std::atan(-slope));
   }
   SlopeFit fit{.azimuths = static_cast<int>(angles.size())};

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "scene/model.h"
+#include "simulate/impulse_control.h"
 
 namespace pilesim {
 
@@ -24,6 +25,21 @@ struct PileBodies {
   double mass_kg = 0;    // median
 
   explicit PileBodies(const Model& model);
+
+  const PileBodyShape& shape_of(const Model& model, uint32_t body) const {
+    return shapes[model.bodies[body].shape];
+  }
+};
+
+// What the bodies of a model do, as of the last step. All (B).
+struct PileMotion {
+  std::vector<BodyMotion> motion;  // of what is in the world
+  std::vector<uint8_t> present;    // dynamic and in the world
+  std::vector<uint8_t> asleep;
+  std::vector<uint8_t> landed;  // asleep, or touches something
+
+  explicit PileMotion(size_t bodies)
+      : motion(bodies), present(bodies), asleep(bodies), landed(bodies) {}
 };
 
 }  // namespace pilesim

@@ -57,23 +57,16 @@ PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
   if (pile.boundary) {
     walls_ = turning_left(pile.boundary->polygon);
     sample_walls();
+    double to_wall = std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < walls_.size(); ++i) {
       for (const GroundPoint& point : core_) {
-        to_wall_ = std::min(
-            to_wall_,
+        to_wall = std::min(
+            to_wall,
             (nearest_on_segment(walls_[i], walls_[(i + 1) % walls_.size()], point) - point).norm());
       }
     }
-    wall_height_ = pile.boundary->rim_m - pile.base_m;
-    most_reach_ = to_wall_ + wall_height_ / slope_;
+    most_reach_ = to_wall + (pile.boundary->rim_m - pile.base_m) / slope_;
   }
-}
-
-PileShape PileShape::with_angle(double angle) const {
-  PileShape other = *this;
-  other.slope_ = std::tan(angle);
-  other.most_reach_ = to_wall_ + wall_height_ / other.slope_;
-  return other;
 }
 
 void PileShape::sample_walls() {

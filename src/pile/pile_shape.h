@@ -2,7 +2,6 @@
 // With a point for a core it is the cone of the dissertation's section 5.2.1.
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "core/types.h"
@@ -22,6 +21,8 @@ class PileShape {
   GroundPoint outward(const GroundPoint& point) const;  // unit, away from the core; zero inside
   bool inside_walls(const GroundPoint& point) const;    // true where there are none
   GroundPoint middle() const;
+  const std::vector<GroundPoint>& core() const { return core_; }    // a polygon turns left
+  const std::vector<GroundPoint>& walls() const { return walls_; }  // turning left; empty: none
 
   // Over all points with distance < `reach` inside the walls.
   double section_area(double reach) const;  // m^2
@@ -39,8 +40,6 @@ class PileShape {
   bool has_walls() const { return !walls_.empty(); }
   // Of a cone without walls.
   bool can_drift() const { return core_.size() == 1 && walls_.empty(); }
-  // The same pile with slopes of another angle, rad.
-  PileShape with_angle(double angle) const;
   void move_to(const GroundPoint& centre) { core_[0] = centre; }  // where it can drift
 
  private:
@@ -52,8 +51,6 @@ class PileShape {
   std::vector<GroundPoint> walls_;  // turning left; empty: none
   double slope_;
   double most_reach_;
-  double to_wall_ = std::numeric_limits<double>::infinity();  // m, from the core
-  double wall_height_ = 0;
   double core_area_ = 0, core_perimeter_ = 0;
   // With walls: distances of sample points inside them, ascending, and their running sum.
   std::vector<double> distances_, distance_sums_;

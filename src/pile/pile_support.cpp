@@ -1,6 +1,7 @@
 #include "pile/pile_support.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pilesim {
 namespace {
@@ -14,14 +15,17 @@ constexpr double kBearingSlack = 0.1;  // rad
 }  // namespace
 
 PileSupport::PileSupport(const Model& model, const PileBodies& bodies)
-    : touches(model.bodies.size()),
+    : grounded(model.bodies.size()),
       on_fixed(model.bodies.size()),
       is_supported(model.bodies.size()),
       is_balanced(model.bodies.size()),
       depth_m(model.bodies.size()),
+      deepest_in(model.bodies.size()),
       model_(model),
       bodies_(bodies),
       above_(model.bodies.size()),
+      joined_to_(model.bodies.size() + 1),
+      fixed_(static_cast<uint32_t>(model.bodies.size())),
       bearings_(model.bodies.size()) {}
 
 void PileSupport::note_bearing(uint32_t body, const Vec3& point, const Vec3& centre) {
@@ -33,6 +37,11 @@ void PileSupport::note_bearing(uint32_t body, const Vec3& point, const Vec3& cen
   } else {
     bearings_[body].push_back(std::atan2(arm.z(), arm.x()));
   }
+}
+
+uint32_t PileSupport::root(uint32_t body) {
+  while (joined_to_[body] != body) body = joined_to_[body] = joined_to_[joined_to_[body]];
+  return body;
 }
 
 // No half-plane is free of supports.
@@ -48,7 +57,7 @@ bool PileSupport::surrounded(std::vector<double>& bearings) const {
 
 void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vector<uint8_t>& asleep,
                        const std::vector<BodyMotion>& motion) {
-  std::ranges::fill(touches, 0);
+  std::iota(joined_to_.begin(), joined_to_.end(), 0u);
   std::ranges::fill(on_fixed, 0);
   std::ranges::fill(is_supported, 0);
   std::ranges::fill(depth_m, 0.0);
@@ -64,9 +73,13 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
       }
     }
     if (contact.distance_m > touch_m) continue;
+    // What is fixed counts as one body.
+    joined_to_[root(is_fixed(contact.a) ? fixed_ : contact.a)] =
+        root(is_fixed(contact.b) ? fixed_ : contact.b);
     for (const uint32_t body : {contact.a, contact.b}) {
-      touches[body] = 1;
-      depth_m[body] = std::max(depth_m[body], -contact.distance_m);
+      if (-contact.distance_m <= depth_m[body]) continue;
+      depth_m[body] = -contact.distance_m;
+      deepest_in[body] = body == contact.a ? contact.b : contact.a;
     }
     for (const uint32_t body : {contact.a, contact.b}) {
       const double up = body == contact.a ? contact.normal.y() : -contact.normal.y();
@@ -95,6 +108,7 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
   }
   for (const uint32_t body : bodies_.dynamic)
     is_balanced[body] = surrounded(bearings_[body]) ? 1 : 0;
+  for (const uint32_t body : bodies_.dynamic) grounded[body] = root(body) == root(fixed_) ? 1 : 0;
 }
 
 PlausibilityCounts count_implausible(const PileBodies& bodies, const Model& model,

@@ -1,43 +1,32 @@
-// Lets piles grow to their angles of repose (dissertation chapter 5): keeps the stacking
-// structures, puts to sleep what lies in them, wakes what exceeds them. docs/direct_pile.md has the
-// method.
+// Lets piles grow to their angles of repose (dissertation chapter 5): puts to sleep what lies in
+// them, wakes what exceeds them, steers what is awake. docs/direct_pile.md has the method.
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
-#include "pile/height_field.h"
 #include "pile/pile_bodies.h"
-#include "pile/pile_shape.h"
+#include "pile/pile_set.h"
+#include "pile/pile_steering.h"
 #include "pile/pile_support.h"
-#include "pile/stacking_structure.h"
 #include "scene/model.h"
 #include "simulate/impulse_control.h"
 
 namespace pilesim {
 
-struct PileState {
-  Pile settings;
-  std::optional<PileShape> shape;  // none: nothing has landed yet
-  std::optional<StackingStructure> structure;
-  // The ideal pile that bodies are held inside of. Its angle differs from the one asked for by as
-  // much as brings the measured one there.
-  std::optional<PileShape> guide;
-  double guide_angle = 0;    // rad
-  double guide_reach_m = 0;  // so that it has as much bulk as there is
-  SlopeFit slope;            // of the surface as it was last measured
-};
+// What an avalanche wakes: the bodies that exceed the pile's surface, or all of the pile as in
+// section 5.2.4 (for comparison).
+enum class Waking : uint8_t { local, whole_pile };
 
 class ReposeDirector final : public StepDirector {
  public:
   // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
-  // nothing moves. Both arguments must outlive it.
-  ReposeDirector(const Scene& scene, const Model& model);
+  // nothing moves. Scene and model must outlive it.
+  ReposeDirector(const Scene& scene, const Model& model, Waking waking = Waking::local);
 
   void direct(ImpulseControl& control) override;
 
-  const std::vector<PileState>& piles() const { return piles_; }
+  const std::vector<PileState>& piles() const { return piles_.piles(); }
   // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
   void measure(ImpulseControl& control);
   const PlausibilityCounts& plausibility() const { return plausibility_; }
@@ -46,64 +35,44 @@ class ReposeDirector final : public StepDirector {
   uint32_t woken_by_avalanches() const { return woken_by_avalanches_; }
 
  private:
-  enum class Drive : uint8_t { hold, spill, settle };
-  struct Steered {
-    uint32_t body;
-    Drive drive;
-    GroundPoint outward;  // unit
-    double slope;         // tan
-    double grip;          // of the pile
-  };
-  // Where a body is in the piles.
-  struct Place {
-    const PileState* pile = nullptr;  // the one whose ideal surface is highest over the body
-    double distance_m = 0;            // to its core
-    double excess_m = 0;              // of the body's centre over that surface
-  };
-
   void decide(ImpulseControl& control);
   void read_bodies(ImpulseControl& control);
-  void place_piles();
-  static void place(PileState& pile, const GroundPoint& centre);
-  void correct_guide(PileState& pile);
-  void count_bodies();
-  void update_surfaces();
-  void grow_structures();
-  void drift(PileState& pile);
-  void merge_piles();
   void wake_by_momentum(ImpulseControl& control);
+  double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
+  bool flies_at_a_sleeper(uint32_t body, double near_m) const;
   void wake_sleepers(ImpulseControl& control);
+  void wake_piles_of_avalanches(ImpulseControl& control);
   void judge_awake(ImpulseControl& control);
-  static double layer_density(const PileState& pile, size_t layer);
-  static double grip_of(const PileState& pile);
-  bool ripe_for_sleep(uint32_t body, const Place& place);
+  double excess_m(const PilePlace& place) const;
+  double slack_m(const PilePlace& place) const;
+  static double haste(const PilePlace& place);
+  bool is_on_top(const PilePlace& place) const;
+  bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
+  double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)
+  bool is_sunk(uint32_t body) const;
+  void free_from_overlap(ImpulseControl& control, uint32_t body);
   void wake(ImpulseControl& control, uint32_t body, double grace_s);
-  Place place_of(const Vec3& position) const;
-  double core_score(const PileState& pile, const Vec3& position, double speed) const;
-  Territory territory(const PileState& pile) const;
-  void steer(ImpulseControl& control);
 
-  const Scene& scene_;
   const Model& model_;
   PileBodies bodies_;
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
+  Waking waking_;
   uint64_t steps_ = 0;
   uint64_t decisions_ = 0;
   double now_s_ = 0;
-  double bulk_share_ = 1;  // bulk volume of a body over its box's
 
-  std::vector<PileState> piles_;
-  std::vector<BodyContact> contacts_;
-  std::vector<BodyMotion> motion_;      // (B) of bodies in the world
-  std::vector<uint8_t> present_;        // (B)
-  std::vector<uint8_t> asleep_;         // (B)
-  std::vector<uint8_t> calm_;           // (B) decisions in a row in which it was slow
-  std::vector<double> grace_until_s_;   // (B) before which it may not be put to sleep
-  std::vector<double> touched_s_;       // (B) when it last touched anything
-  std::vector<double> shaken_until_s_;  // (B) before which nothing steers it
+  PileSet piles_;
   PileSupport support_;
-  std::vector<Steered> steered_;
+  PileSteering steering_;
+  std::vector<BodyContact> contacts_;
+  PileMotion motion_;
+  std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
+  std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
+  std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
+  std::vector<double> touched_s_;        // (B) when it was last grounded
+  std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
+  std::vector<SteeredBody> steered_;
   PlausibilityCounts plausibility_;
   uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;
 };

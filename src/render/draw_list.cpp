@@ -34,6 +34,8 @@ struct Entry {
     return std::tie(batch, depth, body) < std::tie(other.batch, other.depth, other.body);
   }
 };
+constexpr int kDarkness = 3;  // of sleepers
+
 constexpr uint32_t kLevelsPerShape = 32;
 
 uint32_t choose_level(const RenderMesh& mesh, float tolerance_m) {
@@ -110,6 +112,11 @@ RenderScene::RenderScene(const TrajectoryHeader& header)
 }
 
 PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t body) const {
+  if (dark_sleepers && (frame.state[body] & kStateAsleep) != 0) {
+    PackedMaterial darker = material[body];
+    for (size_t c = 0; c < 3; ++c) darker[c] = static_cast<uint8_t>(darker[c] / kDarkness);
+    return darker;
+  }
   if (!analysis) return material[body];
   switch (frame.state[body] & (kStatePassed | kStateFailed)) {
     case kStatePassed:

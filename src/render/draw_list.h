@@ -45,6 +45,7 @@ struct RenderScene {
   std::vector<PackedMaterial> material;  // (body)
   std::vector<uint8_t> moves;            // (body)
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
+  bool dark_sleepers = false;            // bodies that sleep are darker
   bool analysis = false;                 // colours tell the state of the equilibrium analysis
 
   explicit RenderScene(const TrajectoryHeader& header);

@@ -16,6 +16,7 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "render/image_output.h"
+#include "render/pile_overlay.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
 
@@ -116,7 +117,8 @@ class Painter {
     if (camera_.keys.empty()) {
       camera_.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
     }
-    renderer_.emplace(trajectory.header(), job.settings);
+    if (job.piles) overlay_.emplace(*job.piles);
+    renderer_.emplace(trajectory.header(), job.settings, job.piles.has_value());
     if (job.beside != nullptr) renderer_beside_.emplace(job.beside->header(), job.settings);
   }
 
@@ -127,7 +129,8 @@ class Painter {
   Image draw(uint64_t frame, bool on_sheet) {
     const CameraKey camera = camera_at(camera_, time_s(frame));
     trajectory_.read(frame, frame_);
-    const Image& picture = renderer_->draw(frame_, camera);
+    Image picture = renderer_->draw(frame_, camera);
+    if (overlay_) overlay_->draw(frame, camera, picture);
     if (job_.beside == nullptr) return picture;
     job_.beside->read(frame, frame_);
     return contact_sheet(
@@ -140,6 +143,7 @@ class Painter {
   const RenderJob& job_;
   Camera camera_;
   std::optional<SceneRenderer> renderer_, renderer_beside_;
+  std::optional<PileOverlay> overlay_;
   TrajectoryFrame frame_;
 };
 

@@ -249,7 +249,8 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
 float SceneRenderer::State::fade_distance(const TrajectoryFrame& frame, const View& view) const {
   float distance = 3 * view.focus_m;
   for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0) continue;
+    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0)
+      continue;
     const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
     distance = std::max(distance, 8 * normal.dot(view.eye - frame.position[body]));
   }
@@ -262,7 +263,8 @@ void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View&
   set(program.uniform("clip_from_world"), view.clip_from_world);
   const float reach = kGroundReach * fade_distance(frame, view);
   for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0) continue;
+    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0)
+      continue;
     const Quatf& q = frame.orientation[body];
     const Vec3f normal = q * Vec3f(0, 1, 0);
     const float eye_height = normal.dot(view.eye - frame.position[body]);
@@ -374,8 +376,11 @@ void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& v
   draw_picture(frame, view, result);
 }
 
-SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings)
-    : state_(std::make_unique<State>(header, settings)) {}
+SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
+                             bool dark_sleepers)
+    : state_(std::make_unique<State>(header, settings)) {
+  state_->scene.dark_sleepers = dark_sleepers;
+}
 
 SceneRenderer::~SceneRenderer() = default;
 

@@ -25,7 +25,9 @@ class SceneRenderer {
  public:
   // Throws Error(internal) if no OpenGL 3.3 core context can be made, Error(usage) for a size or a
   // sample count that it cannot draw.
-  SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings);
+  // `dark_sleepers`: bodies that sleep are drawn darker.
+  SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
+                bool dark_sleepers = false);
   ~SceneRenderer();
   SceneRenderer(const SceneRenderer&) = delete;
   SceneRenderer& operator=(const SceneRenderer&) = delete;

@@ -15,6 +15,23 @@
 namespace pilesim {
 namespace {
 
+// Over one step of the search a flight turns by at most this angle, rad: the Taylor series of the
+// rotation and the bounds on its derivatives hold over that.
+constexpr double kLongestTurn = 0.5;
+
+// Bounds the third derivative of a direction seen from the freely turning body, over one step.
+void bound_turning(ContactBody& body) {
+  const Vec3& c = body.euler;
+  const double largest = c.cwiseAbs().maxCoeff();
+  // |spin|^2 changes at the rate 2 (c1 + c2 + c3) w1 w2 w3, |w1 w2 w3| <= |w|^3 / sqrt(27).
+  const double drift = std::abs(c.sum()) / std::sqrt(27.0);
+  const double growth = 1 / (1 - drift * kLongestTurn);  // of |spin| over the step
+  // |dw/dt| <= largest |w|^2 / sqrt(3), |d2w/dt2| <= 2 largest |dw/dt| |w|.
+  const double first = largest / std::sqrt(3.0);
+  const double second = 2 * largest * first;
+  body.turn_jerk_bound = growth * growth * growth * (1 + 3 * first + second);
+}
+
 // Orders `numbers` of vertices so that groups of neighbours come one after the other: halves along
 // the longest side, at a multiple of the group's size.
 void group_neighbours(const std::vector<Vec3>& vertices, std::span<uint32_t> numbers) {
@@ -32,13 +49,22 @@ void group_neighbours(const std::vector<Vec3>& vertices, std::span<uint32_t> num
   group_neighbours(vertices, numbers.subspan(half));
 }
 
-// Takes the vertices of `hull` over, groups of neighbours one after the other.
+// Takes the vertices of `hull` over, groups of neighbours one after the other, with what the
+// search for contacts knows of their edges.
 void take_vertices(ContactBody& body, const TriangleMesh& hull) {
-  std::vector<uint32_t> order(hull.vertices.size());
+  std::vector<uint32_t> order(hull.vertices.size()), place(order.size());
   std::iota(order.begin(), order.end(), 0U);
   group_neighbours(hull.vertices, order);
-  for (const uint32_t v : order) body.vertices.push_back(hull.vertices[v]);
-  body.support = SupportRange(body.vertices);
+  for (uint32_t i = 0; i < order.size(); ++i) {
+    body.vertices.push_back(hull.vertices[order[i]]);
+    place[order[i]] = i;
+  }
+  // Every edge belongs to two triangles that go round in opposite directions.
+  std::vector<std::array<uint32_t, 2>> edges;
+  for (const Triangle& t : hull.triangles) {
+    for (size_t i = 0; i < 3; ++i) edges.push_back({place[t[i]], place[t[(i + 1) % 3]]});
+  }
+  body.support = SupportMap(body.vertices, edges);
 }
 
 void lay_out_lanes(ContactBody& body) {
@@ -92,6 +118,7 @@ void finish(ContactBody& body, const TriangleMesh& hull) {
     }
   }
   body.reach_m = std::min(body.outer_radius_m, body.reach_m * (1 + 1e-9));
+  bound_turning(body);
   lay_out_lanes(body);
 }
 

@@ -9,7 +9,7 @@
 
 #include "core/types.h"
 #include "geometry/mesh.h"
-#include "signature/support_range.h"
+#include "signature/support_map.h"
 
 namespace pilesim {
 
@@ -36,7 +36,7 @@ struct ContactBody {
   std::vector<float> lane_x, lane_y, lane_z;
   std::vector<float> group_x, group_y, group_z;
   std::vector<float> group_extent;  // radius of the ball
-  SupportRange support;
+  SupportMap support;
 
   Vec3 inertia_m2 = Vec3::Ones();  // principal moments per unit of mass, ascending
   Vec3 inverse_inertia = Vec3::Ones();
@@ -46,6 +46,7 @@ struct ContactBody {
   double gyration_m = 0;               // k: 3 k^2 = the sum of the moments
   double outer_radius_m = 0;           // the farthest vertex
   double reach_m = 0;                  // farthest sideways from under the centre a contact can be
+  double turn_jerk_bound = 0;          // bound of |third derivative of a direction| / |spin|^3
   std::string mesh_hash;
 
   size_t vertex_count() const { return vertices.size(); }

@@ -112,7 +112,8 @@ double reach_of_flight(const ContactBody& body, const Vec3& normal, const Vec3& 
   constexpr size_t kGroup = ContactBody::kGroup;
   const Tag d;
   const size_t groups = body.lane_x.size() / kGroup;
-  float best = 0;
+  // What touches now comes as far down at least: a good start leaves most groups alone.
+  float best = reach.of_group(body, lowest_vertex(body, normal).vertex / kGroup);
   for (size_t first = 0; first < body.group_x.size(); first += kGroup) {
     const V bounds = reach.bound_of_groups(body, first);
     alignas(32) float bound[kGroup];

@@ -1,284 +1,342 @@
 #include "signature/free_flight.h"
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
 
-#include "signature/contact_search.h"
 #include "signature/flight_reach.h"
 
 namespace pilesim {
 namespace {
 
+namespace hn = hwy::HWY_NAMESPACE;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
+// Lengths as parts of the body's outer radius.
+constexpr double kNear = 1e-4;       // vertices below this are followed in double precision
+constexpr double kMargin = 1e-6;     // covers the rounding of the search in float
+constexpr double kTouching = 1e-9;   // at or below this a vertex touches
+constexpr double kResolved = 1e-11;  // a contact's predicted height is known this well
+// Of the body's fastest point: what is slower does not move.
+constexpr double kStill = 1e-12;
+// Turn by one step, rad; see contact_body.cpp.
+constexpr double kLongestTurn = 0.5;
 // A body that rises so slowly that it needs more steps than this (hundreds of turns) is gone.
 constexpr int kMostSteps = 8192;
-// Sine of the angle between the angular momentum and the plane's normal below which it does not
-// tell accurately where the body faces.
-constexpr double kUpright = 1e-2;
+// Rounds of the search for a vertex's safe time.
+constexpr int kParabolas = 2;
+constexpr float kTiny = std::numeric_limits<float>::min();
+// A step that was cut short is followed by one of this part of the longest, those by longer ones.
+constexpr double kCaution = 1.0 / 4, kRelief = 4;
 
-constexpr float kFloatMargin =
-    4e-6F;  // covers twice the rounding of heights, over the outer radius
+// --- The search for the next contact -------------------------------------------------------------
 
-// `direction`, fixed in the world, as the body frame sees it after `time_s` of free rotation.
-Vec3 follow_direction(const ContactBody& body, const Vec3& spin, const Vec3& direction,
-                      double time_s) {
-  LaneVectors n, w;
-  n.set(0, direction);
-  w.set(0, spin);
-  RotationSeries series;
-  while (time_s > 0) {
-    const double speed = w.get(0).norm();
-    if (speed == 0) break;
-    Lanes step_s, whole;
-    whole[0] = 1;
-    step_s[0] = std::min(time_s, RotationSeries::kLongestTurn / speed);
-    time_s -= step_s[0];
-    expand_rotation(body.euler, n, w, step_s, series);
-    evaluate_rotation(series, whole, step_s, n, w);
-  }
-  return n.get(0);
-}
-
-namespace hn = hwy::HWY_NAMESPACE;
-using Tag = hn::FixedTag<double, kFlightLanes>;
-using V = hn::Vec<Tag>;
-V load(const Lanes& lanes) { return hn::Load(Tag(), lanes.of.data()); }
-void store(V v, Lanes& lanes) { hn::Store(v, Tag(), lanes.of.data()); }
-
-class Flights {
- public:
-  Flights(const ContactBody& body, FlightCrew& crew) : body_(body), crew_(crew), search_(body) {}
-
-  void fly() {
-    for (size_t lane = 0; lane < kFlightLanes; ++lane) board(lane);
-    while (active_ > 0) {
-      plan_steps();
-      expand_rotation(body_.euler, normal_, spin_, step_s_, series_);
-      search_steps();
-      advance();
-      for (size_t lane = 0; lane < kFlightLanes; ++lane) {
-        if (lanes_[lane].active) end_step(lane);
-      }
-    }
-  }
-
- private:
-  struct Lane {
-    Flight start;  // as the crew gave it
-    bool active = false;
-    double reach_m = kNever;       // from here on it is gone
-    Vec3 momentum = Vec3::Zero();  // angular, world, per unit of mass
-    int steps = 0;
-    StepEnd step;
-  };
-
-  void board(size_t l);
-  void leave(size_t l);
-  bool take_off(size_t l);
-  void land(size_t l, FlightEnd end, uint32_t vertex, const Flight& at);
-  Flight current(size_t l) const;
-  void plan_steps();
-  void search_steps();
-  void search_segment(size_t l, double begin);
-  void advance();
-  void end_step(size_t l);
-
-  const ContactBody& body_;
-  FlightCrew& crew_;
-  ContactSearch search_;
-  std::array<Lane, kFlightLanes> lanes_;
-  size_t active_ = 0;
-  bool more_ = true;  // flights to come
-  // The lanes' flights as they are now: body frame, unit and rad/s; m and m/s; s since the start.
-  LaneVectors normal_, spin_;
-  Lanes height_, rise_, time_s_;
-  // The step at hand, of which the part until its end is made.
-  Lanes step_s_, part_;
-  RotationSeries series_;
-  DirectionSegment segment_;
+// The heights of all vertices over the coming step: height + v t + r.(a + b t + c t^2) and bounds.
+struct Motion {
+  // a, b, c
+  Vec3 normal = Vec3::Zero(), rate = Vec3::Zero(), half_acceleration = Vec3::Zero();
+  double height = 0, rise = 0;  // of the centre of mass, m and m/s
+  double speed = 0;             // of the spin, rad/s
+  double jerk = 0;              // bound of |third derivative| / 6, 1/s^3
 };
 
-// The next flight into an empty lane.
-void Flights::board(size_t l) {
-  Lane& lane = lanes_[l];
-  lane.active = more_ = more_ && crew_.next(l, lane.start);
-  if (!more_) return leave(l);
-  ++active_;
-  if (!take_off(l)) land(l, FlightEnd::gone, 0, Flight(lane.start));
+struct Step {
+  double length_s;
+  bool ends;  // at its end is a contact (or rest)
+  FlightEnd end;
+  uint32_t vertex;
+};
+
+// Shortens `length_s` until the map has the vertices that can be lowest within it. The normal stays
+// close to where it is in the middle: s from there it is off by (rate + length c) s + c s^2 and the
+// rest of its series.
+SupportMap::Candidates find_candidates(const SupportMap& map, const Motion& motion,
+                                       double& length_s) {
+  for (;; length_s *= 0.7) {
+    const double half = length_s / 2;
+    const Vec3 middle = motion.normal + half * (motion.rate + half * motion.half_acceleration);
+    const double deviation = half * ((motion.rate + length_s * motion.half_acceleration).norm() +
+                                     half * motion.half_acceleration.norm()) +
+                             motion.jerk * length_s * length_s * length_s;
+    if (deviation <= SupportMap::kDeviations.back()) return map.around(middle, deviation);
+  }
 }
 
-// An empty lane has a body that does not move.
-void Flights::leave(size_t l) {
-  lanes_[l].active = false;
-  normal_.set(l, Vec3::UnitY());
-  spin_.set(l, Vec3::Zero());
-  height_[l] = rise_[l] = time_s_[l] = 0;
+// The first time from 0 at which c0 + c1 t + c2 t^2 - b t^3 may be 0, not beyond `limit`; 0 < c0.
+double safe_time(double c0, double c1, double c2, double b, double limit) {
+  const double curvature = std::max(0.0, 6 * b * limit - 2 * c2);
+  double t = 0;
+  for (int i = 0; i < 6; ++i) {
+    const double g = c0 + t * (c1 + t * (c2 - t * b));
+    const double slope = c1 + t * (2 * c2 - 3 * t * b);
+    if (g <= 0) break;
+    // The first zero of the parabola below the cubic from here on.
+    const double root = std::sqrt(slope * slope + 2 * curvature * g);
+    const double ahead =
+        slope < 0 ? 2 * g / (root - slope) : (curvature > 0 ? (slope + root) / curvature : kNever);
+    t += ahead;
+    if (t >= limit) return limit;
+    if (ahead < 1e-4 * t) break;
+  }
+  return t;
 }
 
-// False if the body is gone at once: it rises faster than any of its points can move down, or is
-// above all they reach.
-bool Flights::take_off(size_t l) {
-  Lane& lane = lanes_[l];
-  const Flight& flight = lane.start;
-  normal_.set(l, flight.normal);
-  spin_.set(l, flight.spin);
-  height_[l] = flight.height;
-  rise_[l] = flight.velocity.y();
-  time_s_[l] = 0;
-  lane.steps = 0;
-  lane.reach_m = kNever;
-  lane.momentum = flight.to_world(body_.inertia_m2.cwiseProduct(flight.spin));
-  const double rise = flight.velocity.y();
-  if (rise < 0) return true;
-  // Energy is kept, so the spin never exceeds sqrt(2 E / I1).
-  const double most = body_.inertia_m2.dot(flight.spin.cwiseAbs2()) / body_.inertia_m2.x();
-  if (rise * rise > most * body_.reach_m * body_.reach_m) return false;
-  lane.reach_m = reach_of_flight(body_, flight.normal, flight.spin);
-  return flight.height < lane.reach_m;
-}
-
-// Tells the crew the end of a flight, and goes on with what it gives.
-void Flights::land(size_t l, FlightEnd end, uint32_t vertex, const Flight& at) {
-  Lane& lane = lanes_[l];
-  lane.start = at;
-  for (;; end = FlightEnd::gone, vertex = 0) {
-    if (!crew_.ended(l, end, vertex, lane.start)) {
-      more_ = more_ && crew_.next(l, lane.start);
-      if (!more_) {
-        --active_;
-        return leave(l);
-      }
+// Shortens `step` by what a vertex close to the plane allows. `size` is the body's outer radius.
+void limit_by_near_vertex(const Motion& motion, const Vec3& r, uint32_t vertex, double size,
+                          double fastest, Step& step) {
+  const double c0 = motion.height + motion.normal.dot(r);
+  const double c1 = motion.rise + motion.rate.dot(r);
+  const double c2 = motion.half_acceleration.dot(r);
+  const double b = motion.jerk * r.norm();
+  const auto shorten = [&](double t, bool ends, FlightEnd end) {
+    if (t < step.length_s || (t == 0 && !step.ends)) step = {t, ends, end, vertex};
+  };
+  if (c0 <= kTouching * size) {
+    if (std::abs(c1) <= kStill * fastest) {
+      if (c2 <= 0) return shorten(0, true, FlightEnd::resting);
+      return shorten(b > 0 ? c2 / b : kNever, false, {});
     }
-    if (take_off(l)) return;
-  }
-}
-
-Flight Flights::current(size_t l) const {
-  const Lane& lane = lanes_[l];
-  Flight flight = lane.start;
-  flight.height = height_[l];
-  flight.time_s += time_s_[l];
-  if (flight.spin.isZero()) return flight;
-  flight.normal = normal_.get(l).normalized();
-  flight.spin = spin_.get(l);
-  // The angular momentum keeps its direction in the world: it tells where the body faces.
-  const Vec3 momentum = body_.inertia_m2.cwiseProduct(flight.spin);
-  const Vec3 aside = momentum - momentum.dot(flight.normal) * flight.normal;
-  const bool tells = aside.squaredNorm() > kUpright * kUpright * momentum.squaredNorm();
-  const Vec3 x =
-      tells ? Vec3(lane.momentum.x() * aside - lane.momentum.z() * aside.cross(flight.normal))
-            : follow_direction(body_, lane.start.spin, lane.start.x_axis, time_s_[l]);
-  flight.x_axis = (x - x.dot(flight.normal) * flight.normal).normalized();
-  return flight;
-}
-
-// The longest steps that the series allow, and in which a body that does not turn meets the plane.
-// 0 for a body that neither turns nor falls.
-void Flights::plan_steps() {
-  const Tag d;
-  const V x = load(spin_.x), y = load(spin_.y), z = load(spin_.z);
-  const V speed = hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
-  const V turn = hn::Div(hn::Set(d, RotationSeries::kLongestTurn), speed);
-  const V far = hn::Add(hn::Abs(load(height_)), hn::Set(d, body_.outer_radius_m));
-  const V fall = hn::Div(hn::Add(far, far), hn::Abs(load(rise_)));
-  const V step = hn::Min(turn, fall);
-  store(hn::IfThenElseZero(hn::Lt(step, hn::Set(d, kNever)), step), step_s_);
-}
-
-void Flights::search_steps() {
-  for (size_t l = 0; l < kFlightLanes; ++l) {
-    Lane& lane = lanes_[l];
-    lane.step = {};
-    if (!lane.active || step_s_[l] > 0) continue;
-    lane.step = {0, true, FlightEnd::resting, lowest_vertex(body_, normal_.get(l)).vertex};
-  }
-  for (size_t i = 0; i < DirectionSegment::kSegments; ++i) {
-    cut_segment(series_, i, segment_);
-    for (size_t l = 0; l < kFlightLanes; ++l) {
-      if (lanes_[l].active && lanes_[l].step.part == 1) {
-        search_segment(l, static_cast<double>(i) * DirectionSegment::kLength);
-      }
-    }
-  }
-}
-
-void Flights::search_segment(size_t l, double begin) {
-  SegmentMotion motion{.series = &series_,
-                       .segment = &segment_,
-                       .lane = l,
-                       .height = height_[l],
-                       .rise = rise_[l] * step_s_[l],
-                       .begin = begin,
-                       .free = begin};
-  const SupportRange::Range support =
-      body_.support.around(segment_.middle.get(l), segment_.deviation[l]);
-  const double end = begin + DirectionSegment::kLength;
-  double limit = end;
-  if (motion.rise < 0) {
-    // Above the most it cannot touch, and before it comes to the least it has touched.
-    if (motion.height + end * motion.rise > support.most_m) return;
-    motion.free = std::max(begin, (motion.height - support.most_m) / -motion.rise);
-    limit = std::clamp((motion.height - support.least_m) / -motion.rise, motion.free, end);
-  } else if (motion.height + begin * motion.rise > support.most_m) {
+    if (c1 < 0) return shorten(0, true, FlightEnd::contact);
+    if (b > 0) shorten((c2 + std::sqrt(c2 * c2 + 4 * b * c1)) / (2 * b), false, {});
     return;
   }
-  const StepEnd found = search_.find(motion, limit);
-  if (found.ends || found.part < end) lanes_[l].step = found;
+  const double t = safe_time(c0, c1, c2, b, step.length_s);
+  if (t >= step.length_s) return;
+  const double left = c0 + t * (c1 + t * (c2 - t * b));
+  const bool resolved = left <= kResolved * size && b * t * t * t <= kResolved * size;
+  shorten(t, resolved && c1 + 2 * c2 * t < 0, FlightEnd::contact);
 }
 
-void Flights::advance() {
-  for (size_t l = 0; l < kFlightLanes; ++l) part_[l] = lanes_[l].step.part;
-  evaluate_rotation(series_, part_, step_s_, normal_, spin_);
-  const V dt = hn::Mul(load(part_), load(step_s_));
-  store(hn::MulAdd(dt, load(rise_), load(height_)), height_);
-  store(hn::Add(dt, load(time_s_)), time_s_);
+// One bit a lane.
+template <class Mask>
+uint64_t bits_of(const Mask& mask) {
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(hn::FixedTag<float, SupportMap::kGroup>(), mask, bits);
+  return bits[0];
 }
 
-void Flights::end_step(size_t l) {
-  Lane& lane = lanes_[l];
-  ++lane.steps;
-  if (lane.step.ends) {
-    land(l, lane.step.end, lane.step.vertex, current(l));
-  } else if (rise_[l] >= 0 && (height_[l] >= lane.reach_m || lane.steps > kMostSteps)) {
-    land(l, FlightEnd::gone, 0, current(l));
-  }
-}
-
-// --- The lowest vertex ---------------------------------------------------------------------------
-
-using TagF = hn::FixedTag<float, ContactBody::kGroup>;
-
-// Looks at groups of vertices, and of groups, with one normal.
-class Below {
+// Finds steps over which no vertex passes through the plane.
+//
+// From below, the height of a vertex over the coming step is c0 + c1 t + min(c2, 0) t^2 - b t^3,
+// which is concave: where it is not negative at both ends of a step it is not in between. Only the
+// vertices that can be the lowest one during the step are looked at.
+class ContactSearch {
  public:
-  explicit Below(const Vec3& normal) {
-    const Vec3f n = -normal.cast<float>();
-    const TagF d;
-    x_ = hn::Set(d, n.x());
-    y_ = hn::Set(d, n.y());
-    z_ = hn::Set(d, n.z());
-  }
-  hn::Vec<TagF> of(const std::vector<float>& x, const std::vector<float>& y,
-                   const std::vector<float>& z, size_t at) const {
-    const TagF d;
-    return hn::MulAdd(hn::LoadU(d, &z[at]), z_,
-                      hn::MulAdd(hn::LoadU(d, &y[at]), y_, hn::Mul(hn::LoadU(d, &x[at]), x_)));
-  }
+  explicit ContactSearch(const ContactBody& body) : body_(body) {}
+
+  // At most `length_s`, in which no vertex but the candidates can be the lowest one.
+  Step find_step(const Motion& motion, const SupportMap::Candidates& candidates, double length_s);
 
  private:
-  hn::Vec<TagF> x_, y_, z_;
+  static constexpr size_t kGroup = SupportMap::kGroup;
+  using Tag = hn::FixedTag<float, kGroup>;
+  using V = hn::Vec<Tag>;
+  // A linear function of points of the body, constant + direction . r.
+  struct Along {
+    V x, y, z, constant;
+  };
+  struct Points {
+    V x, y, z;
+  };
+  // The bound after t: ahead + min(bend, 0) - |r| jerk.
+  struct Bound {
+    Along ahead, bend;
+    float jerk;
+  };
+  static Along along(const Vec3& direction, double constant);
+  static V evaluate(const Along& along, const Points& points);
+  static Points points_of(const SupportMap::Group& group) {
+    const Tag d;
+    return {hn::Load(d, group.x), hn::Load(d, group.y), hn::Load(d, group.z)};
+  }
+  void set_bound(const Motion& motion, double t);
+  bool may_touch(const SupportMap::Group& group) const;
+  void examine(const Motion& motion, const SupportMap::Group& group, Step& step);
+
+  const ContactBody& body_;
+  Bound bound_{};  // of the step at hand
+  std::vector<uint32_t> near_;
 };
 
-uint32_t bits_not_below(hn::Vec<TagF> values, float bound) {
-  uint8_t bits[8] = {};
-  hn::StoreMaskBits(TagF(), hn::Ge(values, hn::Set(TagF(), bound)), bits);
-  return bits[0];
+ContactSearch::Along ContactSearch::along(const Vec3& direction, double constant) {
+  const Tag d;
+  const Vec3f p = direction.cast<float>();
+  return {hn::Set(d, p.x()), hn::Set(d, p.y()), hn::Set(d, p.z()),
+          hn::Set(d, static_cast<float>(constant))};
+}
+
+inline ContactSearch::V ContactSearch::evaluate(const Along& along, const Points& points) {
+  V f = hn::MulAdd(points.x, along.x, along.constant);
+  f = hn::MulAdd(points.y, along.y, f);
+  return hn::MulAdd(points.z, along.z, f);
+}
+
+void ContactSearch::set_bound(const Motion& motion, double t) {
+  const double gap = motion.height - kMargin * body_.outer_radius_m;
+  bound_ = {along(motion.normal + t * motion.rate, gap + t * motion.rise),
+            along(t * t * motion.half_acceleration, 0),
+            static_cast<float>(motion.jerk * t * t * t)};
+}
+
+inline bool ContactSearch::may_touch(const SupportMap::Group& group) const {
+  const Tag d;
+  const Points points = points_of(group);
+  const V bend = hn::Min(evaluate(bound_.bend, points), hn::Zero(d));
+  const V f = hn::Add(evaluate(bound_.ahead, points), bend);
+  return !hn::AllFalse(d, hn::Lt(f, hn::Set(d, group.radius * bound_.jerk)));
+}
+
+// Eight vertices of which one may touch within the step: their own safe times.
+void ContactSearch::examine(const Motion& motion, const SupportMap::Group& group, Step& step) {
+  const Tag d;
+  const V zero = hn::Zero(d);
+  const Points points = points_of(group);
+  const V c0 =
+      evaluate(along(motion.normal, motion.height - kMargin * body_.outer_radius_m), points);
+  const auto near_gap = static_cast<float>((kNear - kMargin) * body_.outer_radius_m);
+  const auto near = hn::Lt(c0, hn::Set(d, near_gap));
+  for (uint64_t bits = bits_of(near); bits != 0; bits &= bits - 1) {
+    const auto lane = static_cast<size_t>(std::countr_zero(bits));
+    near_.push_back(group.vertex[lane]);
+  }
+  // In units of the step: f = c0 + s (c1 + s (c2 - s c3)).
+  const double t = step.length_s;
+  const V c1 = evaluate(along(t * motion.rate, t * motion.rise), points);
+  const V c2 = evaluate(along(t * t * motion.half_acceleration, 0), points);
+  const V c3 = hn::Set(d, static_cast<float>(t * t * t * motion.jerk) * group.radius);
+  const V curvature = hn::Max(zero, hn::MulSub(hn::Set(d, 6.0F), c3, hn::Add(c2, c2)));
+  // The first zero of the parabola below the cubic, from one safe time to the next; as long as the
+  // vertex goes down, a root in the denominator loses nothing.
+  V safe = zero;
+  auto falls = hn::Not(near);
+  for (int i = 0; i < kParabolas; ++i) {
+    const V f = hn::MulAdd(hn::MulAdd(hn::NegMulAdd(c3, safe, c2), safe, c1), safe, c0);
+    const V slope =
+        hn::MulAdd(hn::MulAdd(hn::Mul(hn::Set(d, -3.0F), c3), safe, hn::Add(c2, c2)), safe, c1);
+    const V height = hn::Max(f, zero);
+    const V root = hn::Sqrt(hn::MulAdd(slope, slope, hn::Mul(hn::Add(height, height), curvature)));
+    const auto down = hn::Lt(slope, zero);
+    const V above = hn::IfThenElse(down, hn::Add(height, height), hn::Add(slope, root));
+    const V below = hn::IfThenElse(down, hn::Sub(root, slope), curvature);
+    safe = hn::Add(safe, hn::Div(above, hn::Max(below, hn::Set(d, kTiny))));
+    falls = hn::And(falls, hn::Lt(safe, hn::Set(d, 1.0F)));
+    if (hn::AllFalse(d, falls)) return;
+  }
+  const V first = hn::MinOfLanes(d, hn::IfThenElse(falls, safe, hn::Set(d, 1.0F)));
+  step.length_s *= static_cast<double>(hn::GetLane(first));
+}
+
+Step ContactSearch::find_step(const Motion& motion, const SupportMap::Candidates& candidates,
+                              double length_s) {
+  near_.clear();
+  Step step{length_s, false, {}, 0};
+  double length = 0;
+  for (const SupportMap::Group& group : candidates.groups) {
+    if (length != step.length_s) set_bound(motion, length = step.length_s);
+    if (may_touch(group)) examine(motion, group, step);
+  }
+  const double fastest = std::abs(motion.rise) + motion.rate.norm() * body_.outer_radius_m;
+  for (const uint32_t vertex : near_) {
+    limit_by_near_vertex(motion, body_.vertices[vertex], vertex, body_.outer_radius_m, fastest,
+                         step);
+  }
+  return step;
+}
+
+// --- Flights in lanes ----------------------------------------------------------------------------
+
+struct LaneState {
+  Flight flight;  // axes and spin are those of its RotatingBody while it flies
+  int steps = 0;
+  double caution = 1;   // part of the longest step that the next one may take
+  double reach_m = -1;  // of this flight; negative: not asked for yet
+  bool active = false;
+  // The coming step; where `searches`, it may have to be shorter.
+  Step step{};
+  bool searches = false;
+  Motion motion{};
+  SupportMap::Candidates candidates{};
+};
+
+void load(const Flight& flight, RotatingBody& rotating) {
+  rotating.x_axis << flight.x_axis, 0;
+  rotating.normal << flight.normal, 0;
+  rotating.spin << flight.spin, 0;
+}
+
+void store(const RotatingBody& rotating, Flight& flight) {
+  flight.normal = rotating.normal.head<3>().normalized();
+  const Vec3 x = rotating.x_axis.head<3>();
+  flight.x_axis = (x - x.dot(flight.normal) * flight.normal).normalized();
+  flight.spin = rotating.spin.head<3>();
+}
+
+// The body rises faster than any of its points can move down, or is above all they reach.
+bool is_gone(const ContactBody& body, const Vec3& normal, const Vec3& spin, LaneState& state) {
+  const double rise = state.flight.velocity.y();
+  if (rise < 0) return false;
+  // Energy is kept, so the spin never exceeds sqrt(2 E / I1).
+  const double most = body.inertia_m2.dot(spin.cwiseAbs2()) / body.inertia_m2.x();
+  if (rise * rise > most * body.reach_m * body.reach_m) return true;
+  if (state.reach_m < 0) state.reach_m = reach_of_flight(body, normal, spin);
+  return state.flight.height >= state.reach_m || state.steps > kMostSteps;
+}
+
+Motion motion_of(const ContactBody& body, const RotatingBody& rotating, const Flight& flight) {
+  Motion motion;
+  const Vec3 spin = rotating.spin.head<3>();
+  motion.normal = rotating.normal.head<3>();
+  motion.height = flight.height;
+  motion.rise = flight.velocity.y();
+  motion.rate = motion.normal.cross(spin);
+  const Vec3 spin_rate(body.euler.x() * spin.y() * spin.z(), body.euler.y() * spin.z() * spin.x(),
+                       body.euler.z() * spin.x() * spin.y());
+  motion.half_acceleration = 0.5 * (motion.rate.cross(spin) + motion.normal.cross(spin_rate));
+  motion.speed = spin.norm();
+  motion.jerk = body.turn_jerk_bound * motion.speed * motion.speed * motion.speed / 6;
+  return motion;
+}
+
+// What can be told without looking at vertices.
+void plan_step(const ContactBody& body, const RotatingBody& rotating, LaneState& state) {
+  state.searches = false;
+  const Motion& motion = state.motion = motion_of(body, rotating, state.flight);
+  if (is_gone(body, motion.normal, rotating.spin.head<3>(), state)) {
+    state.step = {0, true, FlightEnd::gone, 0};
+    return;
+  }
+  ++state.steps;
+  const double reach_s = motion.rise == 0 ? kNever
+                                          : 2 * (std::abs(motion.height) + body.outer_radius_m) /
+                                                std::abs(motion.rise);
+  double length_s =
+      std::min(motion.speed > 0 ? state.caution * kLongestTurn / motion.speed : kNever, reach_s);
+  if (length_s == kNever) {
+    state.step = {0, true, FlightEnd::resting, lowest_vertex(body, motion.normal).vertex};
+    return;
+  }
+  state.candidates = find_candidates(body.support, motion, length_s);
+  state.step = {length_s, false, {}, 0};
+  const double lowest = motion.height + std::min(0.0, length_s * motion.rise);
+  state.searches = lowest <= state.candidates.height_m;
+  if (!state.searches) return;
+  for (const SupportMap::Group& group : state.candidates.groups) {
+    hwy::Prefetch(&group);
+    hwy::Prefetch(group.z);
+  }
+}
+
+void make_step(ContactSearch& search, LaneState& state, RotatingBody& rotating) {
+  const double planned_s = state.step.length_s;
+  if (state.searches) state.step = search.find_step(state.motion, state.candidates, planned_s);
+  const double dt = rotating.step_s = state.step.length_s;
+  state.caution = dt < planned_s ? kCaution : std::min(1.0, state.caution * kRelief);
+  state.flight.height += dt * state.flight.velocity.y();
+  state.flight.time_s += dt;
 }
 
 }  // namespace
@@ -304,34 +362,59 @@ Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& wo
 }
 
 Support lowest_vertex(const ContactBody& body, const Vec3& normal) {
-  const TagF d;
-  constexpr size_t kGroup = ContactBody::kGroup;
-  const Below below(normal);
-  const size_t groups = body.lane_x.size() / kGroup;
-  // Vertices nearly as low are compared in double.
-  const float margin = kFloatMargin * static_cast<float>(body.outer_radius_m);
-  float best = -margin;
   Support support{0, -kNever};
-  for (size_t first = 0; first < groups; first += kGroup) {
-    const auto bounds = hn::Add(below.of(body.group_x, body.group_y, body.group_z, first),
-                                hn::LoadU(d, &body.group_extent[first]));
-    for (uint32_t open = bits_not_below(bounds, best); open != 0; open &= open - 1) {
-      const size_t group = first + static_cast<size_t>(std::countr_zero(open));
-      if (group >= groups) break;
-      const size_t begin = group * kGroup;
-      const auto depths = below.of(body.lane_x, body.lane_y, body.lane_z, begin);
-      if (bits_not_below(depths, best) == 0) continue;
-      best = std::max(best, hn::GetLane(hn::MaxOfLanes(d, depths)) - margin);
-      for (size_t v = begin; v < std::min(begin + kGroup, body.vertices.size()); ++v) {
-        const double height = -normal.dot(body.vertices[v]);
-        if (height > support.height_m) support = {static_cast<uint32_t>(v), height};
-      }
+  for (const SupportMap::Group& group : body.support.around(normal, 0).groups) {
+    for (const uint32_t vertex : group.vertex) {
+      const double height = -normal.dot(body.vertices[vertex]);
+      if (height > support.height_m) support = {vertex, height};
     }
   }
   return support;
 }
 
-void fly(const ContactBody& body, FlightCrew& crew) { Flights(body, crew).fly(); }
+void fly(const ContactBody& body, FlightCrew& crew) {
+  ContactSearch search(body);
+  std::array<RotatingBody, kFlightLanes> rotating;
+  std::array<LaneState, kFlightLanes> states;
+  size_t active = 0;
+  bool more = true;
+  const auto board = [&](size_t lane) {
+    LaneState& state = states[lane];
+    state = {};
+    rotating[lane] = {};
+    more = more && crew.next(lane, state.flight);
+    state.active = more;
+    if (!more) return;
+    ++active;
+    load(state.flight, rotating[lane]);
+  };
+  for (size_t lane = 0; lane < kFlightLanes && more; ++lane) board(lane);
+  while (active > 0) {
+    for (size_t lane = 0; lane < kFlightLanes; ++lane) {
+      LaneState& state = states[lane];
+      if (state.active) plan_step(body, rotating[lane], state);
+    }
+    // By now the candidates are on their way from memory.
+    for (size_t lane = 0; lane < kFlightLanes; ++lane) {
+      if (states[lane].active) make_step(search, states[lane], rotating[lane]);
+    }
+    rotate_freely(body.euler, rotating);
+    for (size_t lane = 0; lane < kFlightLanes; ++lane) {
+      LaneState& state = states[lane];
+      if (!state.active || !state.step.ends) continue;
+      store(rotating[lane], state.flight);
+      if (crew.ended(lane, state.step.end, state.step.vertex, state.flight)) {
+        load(state.flight, rotating[lane]);
+        state.reach_m = -1;
+        state.steps = 0;
+        state.caution = 1;
+      } else {
+        --active;
+        board(lane);
+      }
+    }
+  }
+}
 
 FlightResult fly_one(const ContactBody& body, const Flight& start) {
   struct One : FlightCrew {

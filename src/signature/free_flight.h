@@ -1,8 +1,9 @@
 // Bodies that fly over the plane y = 0 without gravity and turn freely, and what they touch when.
 //
-// Four flights go together in the lanes of the vector unit. A step is a power series of the plane's
-// normal and of the spin in the body frame, from the torque-free rotation with the full inertia
-// tensor, so that the height of every vertex is a polynomial: see contact_search.h.
+// The time of contact is found by conservative advancement over the vertices that can be the lowest
+// one within a step: the height of a vertex over a step is bounded from below by a concave cubic,
+// so that a step on which it is not negative at the end misses nothing. Rotation is torque-free
+// with the full inertia tensor.
 #pragma once
 
 #include <array>

@@ -3,153 +3,212 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 
 namespace pilesim {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Tag = hn::FixedTag<double, kFlightLanes>;
+using Tag = hn::FixedTag<double, 4>;
 using V = hn::Vec<Tag>;
-
-V load(const Lanes& lanes) { return hn::Load(Tag(), lanes.of.data()); }
-void store(V v, Lanes& lanes) { hn::Store(v, Tag(), lanes.of.data()); }
 
 struct V3 {
   V x, y, z;
 };
-V3 load(const LaneVectors& v) { return {load(v.x), load(v.y), load(v.z)}; }
-void store(const V3& v, LaneVectors& lanes) {
-  store(v.x, lanes.x);
-  store(v.y, lanes.y);
-  store(v.z, lanes.z);
-}
-V3 scaled(const V3& a, V s) { return {hn::Mul(a.x, s), hn::Mul(a.y, s), hn::Mul(a.z, s)}; }
 
-V3 sum(const V3& a, const V3& b) {
+V3 operator+(const V3& a, const V3& b) {
   return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
 }
-V3 add_scaled(const V3& a, double s, const V3& b) {
+
+// a + s b
+V3 add_scaled(const V3& a, V s, const V3& b) {
+  return {hn::MulAdd(s, b.x, a.x), hn::MulAdd(s, b.y, a.y), hn::MulAdd(s, b.z, a.z)};
+}
+V3 add_scaled(const V3& a, double s, const V3& b) { return add_scaled(a, hn::Set(Tag(), s), b); }
+
+V3 scaled(double s, const V3& a) {
   const V v = hn::Set(Tag(), s);
-  return {hn::MulAdd(v, b.x, a.x), hn::MulAdd(v, b.y, a.y), hn::MulAdd(v, b.z, a.z)};
-}
-V3 absolute(const V3& a) { return {hn::Abs(a.x), hn::Abs(a.y), hn::Abs(a.z)}; }
-V norm(const V3& a) {
-  return hn::Sqrt(hn::MulAdd(a.x, a.x, hn::MulAdd(a.y, a.y, hn::Mul(a.z, a.z))));
+  return {hn::Mul(v, a.x), hn::Mul(v, a.y), hn::Mul(v, a.z)};
 }
 
-V3 horner(const std::array<LaneVectors, RotationSeries::kOrder + 1>& coefficients, V s) {
-  V3 sum = load(coefficients.back());
-  for (size_t k = RotationSeries::kOrder; k-- > 0;) {
-    const V3 c = load(coefficients[k]);
-    sum = {hn::MulAdd(sum.x, s, c.x), hn::MulAdd(sum.y, s, c.y), hn::MulAdd(sum.z, s, c.z)};
-  }
-  return sum;
+V3 cross(const V3& a, const V3& b) {
+  return {hn::NegMulAdd(a.z, b.y, hn::Mul(a.y, b.z)), hn::NegMulAdd(a.x, b.z, hn::Mul(a.z, b.x)),
+          hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
 }
 
-// What the term j of a series adds to those of a segment's cubic, and to the bound of the rest.
-struct SegmentTerms {
-  std::array<std::array<double, RotationSeries::kOrder + 1>, 4> cubic{};
-  std::array<double, RotationSeries::kOrder + 1> tail{};
-};
-constexpr auto kSegmentTerms = [] {
-  std::array<SegmentTerms, DirectionSegment::kSegments> all{};
-  for (size_t i = 0; i < all.size(); ++i) {
-    const double length = DirectionSegment::kLength, begin = static_cast<double>(i) * length;
-    for (size_t j = 0; j <= RotationSeries::kOrder; ++j) {
-      // (begin + length u)^j
-      double binomial = 1;
-      for (size_t k = 0; k <= j; ++k) {
-        double term = binomial;
-        for (size_t p = 0; p < j - k; ++p) term *= begin;
-        for (size_t p = 0; p < k; ++p) term *= length;
-        if (k < 4) {
-          all[i].cubic[k][j] = term;
-        } else {
-          all[i].tail[j] += term;
+// Four vectors' components against four vectors.
+void transpose(V& a, V& b, V& c, V& d) {
+  const Tag t;
+  const V ab_even = hn::InterleaveLower(t, a, b), ab_odd = hn::InterleaveUpper(t, a, b);
+  const V cd_even = hn::InterleaveLower(t, c, d), cd_odd = hn::InterleaveUpper(t, c, d);
+  a = hn::ConcatLowerLower(t, cd_even, ab_even);
+  b = hn::ConcatLowerLower(t, cd_odd, ab_odd);
+  c = hn::ConcatUpperUpper(t, cd_even, ab_even);
+  d = hn::ConcatUpperUpper(t, cd_odd, ab_odd);
+}
+
+// Four bodies; the same one more than once is as good.
+using Four = std::array<RotatingBody*, 4>;
+
+V3 load(const Four& bodies, Eigen::Vector4d RotatingBody::*vector) {
+  const Tag t;
+  const auto row = [&](size_t i) { return hn::Load(t, (bodies[i]->*vector).data()); };
+  V x = row(0), y = row(1), z = row(2), padding = row(3);
+  transpose(x, y, z, padding);
+  return {x, y, z};
+}
+
+void store(const V3& v, const Four& bodies, Eigen::Vector4d RotatingBody::*vector) {
+  const Tag t;
+  V rows[4] = {v.x, v.y, v.z, hn::Zero(t)};
+  transpose(rows[0], rows[1], rows[2], rows[3]);
+  for (size_t i = 0; i < 4; ++i) hn::Store(rows[i], t, (bodies[i]->*vector).data());
+}
+
+constexpr int kHighestOrder = 10;
+
+// moment[i][k]: the integral of s^i t^k over a part of a step, with s from -1/2 to 1/2 over it.
+using Moments = std::array<std::array<double, kHighestOrder + 1>, 3>;
+constexpr Moments moments_of(double begin, double length) {
+  // t = middle + length s; the even powers of s integrate to 1 / ((n + 1) 2^n).
+  Moments moments{};
+  const double middle = begin + length / 2;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k <= kHighestOrder; ++k) {
+      double sum = 0, binomial = 1;
+      for (int j = 0; j <= k; ++j) {
+        const int n = i + j;
+        if (n % 2 == 0) {
+          double term = binomial * length / (n + 1);
+          for (int p = 0; p < n; ++p) term /= 2;
+          for (int p = 0; p < j; ++p) term *= length;
+          for (int p = 0; p < k - j; ++p) term *= middle;
+          sum += term;
         }
-        binomial = binomial * static_cast<double>(j - k) / static_cast<double>(k + 1);
+        binomial = binomial * (k - j) / (j + 1);
       }
+      moments[static_cast<size_t>(i)][static_cast<size_t>(k)] = sum;
     }
   }
-  return all;
-}();
+  return moments;
+}
+
+// The rotation vector of a part of a step in which the spin is the power series `w` (kOrder + 1
+// terms): Magnus series of sixth order from the spin's moments (Blanes, Casas, Ros 2000).
+template <int kOrder>
+V3 rotation_vector(const V3* w, const Moments& moments) {
+  std::array<V3, 3> a;
+  for (size_t i = 0; i < 3; ++i) {
+    a[i] = scaled(-moments[i][0], w[0]);
+    for (size_t k = 1; k <= kOrder; ++k) a[i] = add_scaled(a[i], -moments[i][k], w[k]);
+  }
+  const V3 a1 = add_scaled(scaled(9.0 / 4, a[0]), -15, a[2]);
+  const V3 a2 = scaled(12, a[1]);
+  const V3 a3 = add_scaled(scaled(-15, a[0]), 180, a[2]);
+  const V3 c1 = cross(a1, a2);
+  const V3 c2 = scaled(-1.0 / 60, cross(a1, add_scaled(c1, 2, a3)));
+  const V3 inner = add_scaled(add_scaled(c1, -20, a1), -1, a3);
+  return add_scaled(a[0], 1.0 / 240, cross(inner, a2 + c2));
+}
+
+// Turns `a` and `b` by the rotation vector, of at most 0.6 rad.
+void turn(const V3& rotation, V3& a, V3& b) {
+  const Tag d;
+  V angle2 = hn::Mul(rotation.x, rotation.x);
+  angle2 = hn::MulAdd(rotation.y, rotation.y, angle2);
+  angle2 = hn::MulAdd(rotation.z, rotation.z, angle2);
+  // sin(x) / x and (1 - cos(x)) / x^2 by their series in x^2.
+  constexpr std::array<double, 6> kSine = {1.0,         -1.0 / 6,     1.0 / 120,
+                                           -1.0 / 5040, 1.0 / 362880, -1.0 / 39916800};
+  constexpr std::array<double, 6> kCosine = {1.0 / 2,      -1.0 / 24,     1.0 / 720,
+                                             -1.0 / 40320, 1.0 / 3628800, -1.0 / 479001600};
+  V sine = hn::Set(d, kSine[5]), cosine = hn::Set(d, kCosine[5]);
+  for (size_t i = 5; i-- > 0;) {
+    sine = hn::MulAdd(sine, angle2, hn::Set(d, kSine[i]));
+    cosine = hn::MulAdd(cosine, angle2, hn::Set(d, kCosine[i]));
+  }
+  for (V3* v : {&a, &b}) {
+    const V3 once = cross(rotation, *v);
+    *v = add_scaled(add_scaled(*v, sine, once), cosine, cross(rotation, once));
+  }
+}
+
+// Time is counted in steps, so the series are plain sums.
+template <int kOrder>
+void rotate(const Vec3& euler, const Four& bodies) {
+  const Tag d;
+  alignas(32) const double steps[4] = {bodies[0]->step_s, bodies[1]->step_s, bodies[2]->step_s,
+                                       bodies[3]->step_s};
+  const V step = hn::Load(d, steps);
+  const V3 before = load(bodies, &RotatingBody::spin);
+  V3 w[kOrder + 1];
+  w[0] = {hn::Mul(before.x, step), hn::Mul(before.y, step), hn::Mul(before.z, step)};
+  V3 change{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  for (int k = 0; k < kOrder; ++k) {
+    V x = hn::Zero(d), y = hn::Zero(d), z = hn::Zero(d);
+    for (int j = 0; j <= k; ++j) {
+      x = hn::MulAdd(w[j].y, w[k - j].z, x);
+      y = hn::MulAdd(w[j].z, w[k - j].x, y);
+      z = hn::MulAdd(w[j].x, w[k - j].y, z);
+    }
+    const double part = 1.0 / (k + 1);
+    w[k + 1] = {hn::Mul(x, hn::Set(d, part * euler.x())), hn::Mul(y, hn::Set(d, part * euler.y())),
+                hn::Mul(z, hn::Set(d, part * euler.z()))};
+    change = change + w[k + 1];
+  }
+  V3 world_x = load(bodies, &RotatingBody::x_axis), world_y = load(bodies, &RotatingBody::normal);
+  // Beyond a quarter of a radian the Magnus series needs two parts.
+  if constexpr (kOrder < kHighestOrder) {
+    static constexpr Moments kWhole = moments_of(0, 1);
+    turn(rotation_vector<kOrder>(w, kWhole), world_x, world_y);
+  } else {
+    static constexpr Moments kFirst = moments_of(0, 0.5), kSecond = moments_of(0.5, 0.5);
+    turn(rotation_vector<kOrder>(w, kFirst), world_x, world_y);
+    turn(rotation_vector<kOrder>(w, kSecond), world_x, world_y);
+  }
+  store(world_x, bodies, &RotatingBody::x_axis);
+  store(world_y, bodies, &RotatingBody::normal);
+  store(add_scaled(before, hn::Div(hn::Set(d, 1.0), step), change), bodies, &RotatingBody::spin);
+}
+
+// How many terms a turn needs: it is at most this, rad.
+constexpr std::array<double, 3> kTurns = {0.01, 0.1, 0.25};
+
+void rotate_by_order(size_t turns, const Vec3& euler, const Four& bodies) {
+  switch (turns) {
+    case 0:
+      return rotate<4>(euler, bodies);
+    case 1:
+      return rotate<6>(euler, bodies);
+    case 2:
+      return rotate<8>(euler, bodies);
+    default:
+      return rotate<kHighestOrder>(euler, bodies);
+  }
+}
 
 }  // namespace
 
-// With time counted in steps: d' = d x w, and Euler's w' = euler * (w_y w_z, w_z w_x, w_x w_y).
-void expand_rotation(const Vec3& euler, const LaneVectors& direction, const LaneVectors& spin,
-                     const Lanes& step_s, RotationSeries& series) {
-  const Tag d;
-  constexpr size_t kOrder = RotationSeries::kOrder;
-  std::array<V3, kOrder + 1> n, w;
-  n[0] = load(direction);
-  w[0] = scaled(load(spin), load(step_s));
-  const V3 e = {hn::Set(d, euler.x()), hn::Set(d, euler.y()), hn::Set(d, euler.z())};
-#pragma GCC unroll 16
-  for (size_t k = 0; k < kOrder; ++k) {
-    // Products with a plus and with a minus apart: shorter chains.
-    V3 spins{hn::Zero(d), hn::Zero(d), hn::Zero(d)}, plus = spins, minus = spins;
-#pragma GCC unroll 16
-    for (size_t j = 0; j <= k; ++j) {
-      const V3 &a = w[j], &b = w[k - j], &r = n[j];
-      spins = {hn::MulAdd(a.y, b.z, spins.x), hn::MulAdd(a.z, b.x, spins.y),
-               hn::MulAdd(a.x, b.y, spins.z)};
-      plus = {hn::MulAdd(r.y, b.z, plus.x), hn::MulAdd(r.z, b.x, plus.y),
-              hn::MulAdd(r.x, b.y, plus.z)};
-      minus = {hn::MulAdd(r.z, b.y, minus.x), hn::MulAdd(r.x, b.z, minus.y),
-               hn::MulAdd(r.y, b.x, minus.z)};
+void rotate_freely(const Vec3& euler, std::span<RotatingBody> bodies) {
+  assert(bodies.size() <= kFlightLanes);
+  // Bodies that turn by as much go together.
+  std::array<std::array<RotatingBody*, kFlightLanes>, kTurns.size() + 1> alike;
+  std::array<size_t, kTurns.size() + 1> count{};
+  for (RotatingBody& body : bodies) {
+    const double turn = body.step_s * body.spin.head<3>().norm();
+    if (turn == 0) continue;
+    size_t turns = 0;
+    while (turns < kTurns.size() && turn > kTurns[turns]) ++turns;
+    alike[turns][count[turns]++] = &body;
+  }
+  for (size_t turns = 0; turns < alike.size(); ++turns) {
+    for (size_t first = 0; first < count[turns]; first += 4) {
+      Four four;
+      for (size_t i = 0; i < 4; ++i) four[i] = alike[turns][std::min(first + i, count[turns] - 1)];
+      rotate_by_order(turns, euler, four);
     }
-    const V part = hn::Set(d, 1.0 / static_cast<double>(k + 1));
-    n[k + 1] = scaled(
-        {hn::Sub(plus.x, minus.x), hn::Sub(plus.y, minus.y), hn::Sub(plus.z, minus.z)}, part);
-    w[k + 1] = {hn::Mul(spins.x, hn::Mul(part, e.x)), hn::Mul(spins.y, hn::Mul(part, e.y)),
-                hn::Mul(spins.z, hn::Mul(part, e.z))};
   }
-  for (size_t k = 0; k <= kOrder; ++k) {
-    store(n[k], series.direction[k]);
-    store(w[k], series.turn[k]);
-  }
-}
-
-void cut_segment(const RotationSeries& series, size_t number, DirectionSegment& segment) {
-  const Tag d;
-  constexpr size_t kOrder = RotationSeries::kOrder;
-  const SegmentTerms& terms = kSegmentTerms[number];
-  std::array<V3, 4> c;
-  const V3 zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-  c.fill(zero);
-  V3 tail = zero;
-#pragma GCC unroll 16
-  for (size_t j = 0; j <= kOrder; ++j) {
-    const V3 n = load(series.direction[j]);
-#pragma GCC unroll 4
-    for (size_t k = 0; k <= std::min<size_t>(j, 3); ++k)
-      c[k] = add_scaled(c[k], terms.cubic[k][j], n);
-    if (j >= 4) tail = add_scaled(tail, terms.tail[j], absolute(n));
-  }
-  for (size_t k = 0; k < 4; ++k) store(c[k], segment.direction[k]);
-  const V tail_size = norm(tail);
-  store(tail_size, segment.tail);
-  store(add_scaled(add_scaled(add_scaled(c[0], 0.5, c[1]), 0.25, c[2]), 0.125, c[3]),
-        segment.middle);
-  // For a cubic q, |q(u) - q(1/2)| <= |q'(1/2)| / 2 + max |q''| / 8.
-  const V rate = norm(add_scaled(sum(c[1], c[2]), 0.75, c[3]));
-  const V bend = hn::MulAdd(hn::Set(d, 3.0), norm(c[3]), norm(c[2]));
-  store(hn::Add(tail_size, hn::MulAdd(rate, hn::Set(d, 0.5), hn::Mul(bend, hn::Set(d, 0.25)))),
-        segment.deviation);
-}
-
-void evaluate_rotation(const RotationSeries& series, const Lanes& part, const Lanes& step_s,
-                       LaneVectors& direction, LaneVectors& spin) {
-  const Tag d;
-  const V s = load(part), step = load(step_s);
-  store(horner(series.direction, s), direction);
-  const auto moves = hn::Gt(step, hn::Zero(d));
-  const V rate = hn::Div(hn::Set(d, 1.0), step);
-  const V3 now = scaled(horner(series.turn, s), rate), before = load(spin);
-  store({hn::IfThenElse(moves, now.x, before.x), hn::IfThenElse(moves, now.y, before.y),
-         hn::IfThenElse(moves, now.z, before.z)},
-        spin);
 }
 
 }  // namespace pilesim

@@ -47,8 +47,8 @@ struct TrajectoryHeader {
   size_t body_count() const { return body_shape.size(); }
 };
 
-// Bit of a state: the body is in the scene, emitted and not removed.
-inline constexpr uint8_t kStatePresent = 1;
+// Bits of a state: the body is in the scene, emitted and not removed; it sleeps.
+inline constexpr uint8_t kStatePresent = 1, kStateAsleep = 2;
 // Of the equilibrium analysis of a directed pile; both: filtered out.
 inline constexpr uint8_t kStatePassed = 64, kStateFailed = 128;
 

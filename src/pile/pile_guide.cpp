@@ -1,0 +1,53 @@
+#include "pile/pile_guide.h"
+
+#include <algorithm>
+
+namespace pilesim {
+namespace {
+
+constexpr double kFewestReach = 3.5;  // L, of a pile with slopes
+
+}  // namespace
+
+void PileGuide::update(const PileShape& shape, const HeightField& field, const Territory& territory,
+                       double size_m) {
+  slope_ = shape.slope();
+  reach_m_ = reach_of_bulk(shape, field, territory);
+  surplus_m_ = {};
+  outflow_ = {};
+  if (reach_m_ <= 0) return;
+  Profile cells{}, sum_m{};
+  field.for_each([&](const GroundPoint& point, double height) {
+    const double distance = shape.distance(point);
+    if (distance >= reach_m_ || !territory(point)) return;
+    const auto ring = std::min(
+        kRings - 1, static_cast<size_t>(distance / reach_m_ * static_cast<double>(kRings)));
+    cells[ring] += 1;
+    sum_m[ring] += height - height_m(distance);
+  });
+  const double ring_m = reach_m_ / static_cast<double>(kRings);
+  const double cell_m2 = field.cell_m() * field.cell_m();
+  double inside_m3 = 0;
+  for (size_t ring = 0; ring < kRings; ++ring) {
+    if (cells[ring] == 0) continue;  // walls or other piles leave nothing of it
+    surplus_m_[ring] = sum_m[ring] / cells[ring];
+    inside_m3 += sum_m[ring] * cell_m2;
+    const double line_m = cells[ring] * cell_m2 / ring_m;
+    outflow_[ring] = inside_m3 / (line_m * size_m * size_m);
+  }
+  if (reach_m_ < kFewestReach * size_m) outflow_ = {};
+}
+
+double PileGuide::at(const Profile& profile, double distance_m, double first) const {
+  if (distance_m >= reach_m_) return 0;
+  const double place = std::clamp(distance_m / reach_m_ * static_cast<double>(kRings) - first, 0.0,
+                                  static_cast<double>(kRings - 1));
+  const size_t ring = std::min(kRings - 2, static_cast<size_t>(place));
+  return std::lerp(profile[ring], profile[ring + 1], place - static_cast<double>(ring));
+}
+
+double PileGuide::surplus_m(double distance_m) const { return at(surplus_m_, distance_m, 0.5); }
+
+double PileGuide::outflow(double distance_m) const { return at(outflow_, distance_m, 1); }
+
+}  // namespace pilesim

@@ -1,0 +1,42 @@
+// The ideal surface of a pile that has as much bulk as lies there, and how the surface that is
+// there differs from it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "pile/height_field.h"
+#include "pile/pile_shape.h"
+
+namespace pilesim {
+
+// All zero until the first update. Distances are from the core of the pile's shape, m.
+class PileGuide {
+ public:
+  // From the surface of what has landed. `size_m` is L, the size of a body.
+  void update(const PileShape& shape, const HeightField& field, const Territory& territory,
+              double size_m);
+
+  double reach_m() const { return reach_m_; }
+  // Of the ideal surface over the base; negative beyond its foot.
+  double height_m(double distance_m) const { return (reach_m_ - distance_m) * slope_; }
+  // Mean height of the surface that is there over the ideal one; 0 beyond the foot.
+  double surplus_m(double distance_m) const;
+  // How much must still pass outwards at that distance for both surfaces to hold as much inside of
+  // it: in L^3 for each L of the line around the core. Below 0 the inside wants filling. 0 beyond
+  // the foot, and while the pile is too small to have slopes.
+  double outflow(double distance_m) const;
+
+ private:
+  static constexpr size_t kRings = 10;  // of equal width from the core to the foot
+  using Profile = std::array<double, kRings>;
+
+  // A profile at a distance, given where its first value lies, in widths of a ring.
+  double at(const Profile& profile, double distance_m, double first) const;
+
+  double slope_ = 0, reach_m_ = 0;
+  Profile surplus_m_{};  // in the middles of the rings
+  Profile outflow_{};    // at their outer edges
+};
+
+}  // namespace pilesim

@@ -1,0 +1,246 @@
+#include "pile/pile_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace pilesim {
+namespace {
+
+// Lengths in L, the size of a body.
+constexpr double kCell = 0.35;       // of the height field
+constexpr double kFilled = 0.7;      // density of a layer of a pile that has its angle
+constexpr double kFirstBodies = 16;  // that the first structure has room for
+constexpr double kEnoughBoxes = 30;  // of L^3, for a body's space in a pile to be learned
+constexpr double kDrift = 0.05;      // share of the way to the mean of the bodies, each time
+constexpr double kFastest = 2;       // sqrt(g L), of what belongs to a surface
+
+// The narrowest distance between two parallels that enclose a convex polygon.
+double width(const std::vector<GroundPoint>& corners) {
+  double narrowest = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const GroundPoint along = (corners[(i + 1) % corners.size()] - corners[i]).normalized();
+    double across = 0;
+    for (const GroundPoint& corner : corners) {
+      const GroundPoint way = corner - corners[i];
+      across = std::max(across, std::abs(along.x() * way.y() - along.y() * way.x()));
+    }
+    narrowest = std::min(narrowest, across);
+  }
+  return narrowest;
+}
+
+void check(const Scene& scene, const PileBodies& bodies) {
+  std::vector<Problem> problems;
+  const Vec3& gravity = scene.gravity;
+  if (gravity.x() != 0 || gravity.y() >= 0 || gravity.z() != 0) {
+    problems.push_back({.pointer = "/gravity",
+                        .found = "does not point down",
+                        .expected = "[0, -g, 0] with g > 0 where there are piles"});
+  }
+  for (size_t i = 0; i < scene.piles.size(); ++i) {
+    const std::string place = "/piles/" + std::to_string(i);
+    if (bodies.dynamic.empty()) {
+      problems.push_back({.pointer = place,
+                          .found = "has nothing to pile up",
+                          .expected = "a scene with dynamic bodies"});
+    } else if (scene.piles[i].boundary) {
+      const double width_m = width(scene.piles[i].boundary->polygon);
+      if (width_m >= bodies.longest_m) continue;
+      problems.push_back({.pointer = place + "/boundary/polygon",
+                          .found = "is " + with_digits(width_m, 3) + " m wide, less than a body",
+                          .expected = "at least " + with_digits(bodies.longest_m, 3) +
+                                      " m, the longest extent of the bodies"});
+    }
+  }
+  if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
+}
+
+GroundPoint on_ground(const Vec3& position) { return {position.x(), position.z()}; }
+
+}  // namespace
+
+double PileState::density(size_t layer) const {
+  const std::vector<StackingLayer>& layers = structure->layers();
+  if (layer == layers.size()) return 0;
+  const double volume_m3 =
+      shape->volume(guide.reach_m(), layers[layer].bottom_m, layers[layer].top_m);
+  return volume_m3 > 0 ? layers[layer].occupied_m3 / volume_m3 : 0;
+}
+
+double PileState::sleep_score(const Vec3& position, double speed) const {
+  const size_t layer = structure->layer_at(position.y() - settings.base_m);
+  if (layer == structure->layers().size() || !structure->layers_below_sleep(layer)) return 0;
+  const double reach = guide.reach_m() - structure->layers()[layer].bottom_m / shape->slope();
+  if (reach <= 0) return 0;
+  const double closeness = std::max(0.0, reach - shape->distance(on_ground(position))) / reach;
+  return std::min(1.0, density(layer)) / kFilled * closeness / (1 + speed);
+}
+
+PileSet::PileSet(const Scene& scene, const Model& model, const PileBodies& bodies)
+    : model_(model),
+      bodies_(bodies),
+      fastest_m_s_(kFastest * std::sqrt(scene.gravity.norm() * bodies.size_m)) {
+  check(scene, bodies);
+  for (const Pile& pile : scene.piles) {
+    PileState& state = piles_.emplace_back();
+    state.settings = pile;
+    if (pile.centre || !pile.footprint.empty()) state.shape.emplace(pile, GroundPoint::Zero());
+  }
+}
+
+void PileSet::place_new(const PileMotion& motion, const std::vector<uint8_t>& on_fixed) {
+  const double far_m = 3 * bodies_.longest_m;
+  for (PileState& pile : piles_) {
+    if (pile.shape) continue;
+    for (const uint32_t body : bodies_.dynamic) {
+      if (!motion.present[body] || !on_fixed[body]) continue;
+      const GroundPoint landing = on_ground(motion.motion[body].position);
+      const bool taken = std::ranges::any_of(piles_, [&](const PileState& other) {
+        return other.shape && other.shape->distance(landing) < other.guide.reach_m() + far_m;
+      });
+      if (taken) continue;
+      pile.shape.emplace(pile.settings, landing);
+      break;
+    }
+  }
+}
+
+Territory PileSet::territory(const PileState& pile) const {
+  return [this, &pile](const GroundPoint& point) {
+    if (!pile.shape->inside_walls(point)) return false;
+    const double mine = pile.shape->distance(point) - pile.guide.reach_m();
+    return std::ranges::none_of(piles_, [&](const PileState& other) {
+      return &other != &pile && other.shape && other.shape->inside_walls(point) &&
+             other.shape->distance(point) - other.guide.reach_m() < mine;
+    });
+  };
+}
+
+HeightField PileSet::surface_of(const PileState& pile, const PileMotion& motion) const {
+  // Room for what has spread beyond the foot.
+  const double most_m = 2 * pile.guide.reach_m() + 8 * bodies_.longest_m;
+  double half_m = 12 * bodies_.size_m;
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion.landed[body]) continue;
+    const GroundPoint way = on_ground(motion.motion[body].position) - pile.shape->middle();
+    half_m = std::max(half_m, std::min(way.cwiseAbs().maxCoeff(), most_m));
+  }
+  HeightField field(pile.shape->middle(), half_m + bodies_.longest_m, kCell * bodies_.size_m,
+                    pile.settings.base_m);
+  for (const uint32_t body : bodies_.dynamic) {
+    const BodyMotion& now = motion.motion[body];
+    if (!motion.landed[body] || now.linear_velocity.norm() > fastest_m_s_) continue;
+    field.add(bodies_.shape_of(model_, body).surface, {now.position, now.orientation});
+  }
+  return field;
+}
+
+double PileSet::boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
+                         const Territory& own) const {
+  double boxes_m3 = 0;
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion.landed[body]) continue;
+    const GroundPoint point = on_ground(motion.motion[body].position);
+    if (shape.distance(point) < reach_m && own(point)) {
+      boxes_m3 += bodies_.shape_of(model_, body).box_m3;
+    }
+  }
+  return boxes_m3;
+}
+
+void PileSet::look_at_surfaces(const PileMotion& motion) {
+  std::vector<PileGuide> guides(piles_.size());  // all territories are those of the guides before
+  double bulk_m3 = 0;
+  double boxes_m3 = 0;
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    PileState& pile = piles_[i];
+    if (!pile.shape) continue;
+    const HeightField field = surface_of(pile, motion);
+    const Territory own = territory(pile);
+    guides[i].update(*pile.shape, field, own, bodies_.size_m);
+    pile.slope = fit_slope(*pile.shape, field, own);
+    bulk_m3 += pile.shape->volume(guides[i].reach_m());
+    boxes_m3 += boxes_in(*pile.shape, guides[i].reach_m(), motion, own);
+  }
+  for (size_t i = 0; i < piles_.size(); ++i) piles_[i].guide = guides[i];
+  if (boxes_m3 > kEnoughBoxes * std::pow(bodies_.size_m, 3)) {
+    bulk_share_ = kFilled * bulk_m3 / boxes_m3;
+  }
+  merge();
+}
+
+void PileSet::count(const PileMotion& motion) {
+  for (PileState& pile : piles_) {
+    if (!pile.shape) continue;
+    if (!pile.structure) {
+      pile.structure.emplace(*pile.shape, kFirstBodies * std::pow(bodies_.size_m, 3),
+                             bodies_.longest_m);
+    }
+    pile.structure->clear();
+    for (const uint32_t body : bodies_.dynamic) {
+      if (!motion.present[body]) continue;
+      const Vec3& position = motion.motion[body].position;
+      if (!pile.shape->inside_walls(on_ground(position))) continue;
+      pile.structure->count(
+          position.y() - pile.settings.base_m, pile.shape->distance(on_ground(position)),
+          bulk_share_ * bodies_.shape_of(model_, body).box_m3, motion.asleep[body] != 0);
+    }
+    if (pile.shape->can_drift() && !pile.settings.centre) drift(pile, motion);
+    if (pile.structure->occupation() <= kMostOccupation) continue;
+    if (pile.structure->reach() >= pile.shape->most_reach()) continue;
+    const double volume_m3 = 2 * pile.shape->volume(pile.structure->reach());
+    pile.structure.emplace(*pile.shape, volume_m3, bodies_.longest_m);
+    // What is in the new layers is counted the next time.
+  }
+}
+
+void PileSet::drift(PileState& pile, const PileMotion& motion) const {
+  GroundPoint sum = GroundPoint::Zero();
+  double count = 0;
+  for (const uint32_t body : bodies_.dynamic) {
+    const GroundPoint point = on_ground(motion.motion[body].position);
+    if (!motion.landed[body] || pile.shape->distance(point) > pile.structure->reach()) continue;
+    sum += point;
+    ++count;
+  }
+  if (count == 0) return;
+  const GroundPoint middle = pile.shape->middle();
+  pile.shape->move_to(middle + kDrift * (sum / count - middle));
+}
+
+// Piles of one kind whose middles are near are one.
+void PileSet::merge() {
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    for (size_t j = piles_.size(); j-- > i + 1;) {
+      const PileState& a = piles_[i];
+      const PileState& b = piles_[j];
+      if (!a.shape || !b.shape || !a.shape->can_drift() || !b.shape->can_drift()) continue;
+      if (a.settings.angle != b.settings.angle || a.settings.tau != b.settings.tau ||
+          a.settings.base_m != b.settings.base_m) {
+        continue;
+      }
+      if ((a.shape->middle() - b.shape->middle()).norm() > bodies_.longest_m) continue;
+      piles_.erase(piles_.begin() + static_cast<std::ptrdiff_t>(j));
+    }
+  }
+}
+
+PilePlace PileSet::place_of(const Vec3& position) const {
+  PilePlace best;
+  const GroundPoint point = on_ground(position);
+  for (const PileState& pile : piles_) {
+    if (!pile.shape || !pile.structure || !pile.shape->inside_walls(point)) continue;
+    const double distance_m = pile.shape->distance(point);
+    // Beyond the foot the slope goes on below the ground, so that the nearest pile is found.
+    const double over_m = position.y() - pile.settings.base_m - pile.guide.height_m(distance_m);
+    if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, over_m};
+  }
+  return best;
+}
+
+}  // namespace pilesim

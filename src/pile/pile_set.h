@@ -1,0 +1,70 @@
+// The piles of a scene: where they stand, how far they have grown, what lies in them (dissertation
+// 5.2.1, 5.2.2, 5.2.5).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pile/height_field.h"
+#include "pile/pile_bodies.h"
+#include "pile/pile_guide.h"
+#include "pile/pile_shape.h"
+#include "pile/stacking_structure.h"
+#include "scene/model.h"
+
+namespace pilesim {
+
+struct PileState {
+  Pile settings;
+  std::optional<PileShape> shape;  // none: nothing has landed yet
+  std::optional<StackingStructure> structure;
+  PileGuide guide;
+  SlopeFit slope;  // of the surface as it was last measured
+
+  // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
+  // four times its volume. 0 for no layer.
+  double density(size_t layer) const;
+  // Eq. 5.2 and the score of section 5.2.3, with the guide for the cone. `speed` in sqrt(g L).
+  double sleep_score(const Vec3& position, double speed) const;
+};
+
+// Where a body is in the piles.
+struct PilePlace {
+  const PileState* pile = nullptr;  // whose ideal surface is highest over it; null: in none
+  double distance_m = 0;            // to the pile's core
+  double over_m = 0;                // of its centre over the ideal surface
+};
+
+class PileSet {
+ public:
+  // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
+  // nothing moves. All must outlive it.
+  PileSet(const Scene& scene, const Model& model, const PileBodies& bodies);
+
+  const std::vector<PileState>& piles() const { return piles_; }
+
+  // Piles without a place stand where the first of `on_fixed` (B) lies apart from others.
+  void place_new(const PileMotion& motion, const std::vector<uint8_t>& on_fixed);
+  // Measures the surfaces, and merges piles that have come together.
+  void look_at_surfaces(const PileMotion& motion);
+  // Counts what is in the layers; structures grow, centres drift.
+  void count(const PileMotion& motion);
+
+  PilePlace place_of(const Vec3& position) const;
+
+ private:
+  Territory territory(const PileState& pile) const;
+  HeightField surface_of(const PileState& pile, const PileMotion& motion) const;
+  double boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
+                  const Territory& own) const;  // m^3
+  void drift(PileState& pile, const PileMotion& motion) const;
+  void merge();
+
+  const Model& model_;
+  const PileBodies& bodies_;
+  double fastest_m_s_;     // of what belongs to a surface
+  double bulk_share_ = 1;  // bulk volume of a body over its box's
+  std::vector<PileState> piles_;
+};
+
+}  // namespace pilesim

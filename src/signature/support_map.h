@@ -1,0 +1,82 @@
+// Which vertices of a convex body can touch a plane whose normal turns a little.
+//
+// A vertex v is the lowest one only where n . (u - v) >= 0 for every other vertex u. Where one
+// neighbour breaks that for every normal within an angle of the plane's, v cannot be touched first.
+// What remains, a few vertices, is listed for the cells of a cube around the body, for several
+// angles: so a search for contacts looks at no others and still misses none.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+
+namespace pilesim {
+
+class SupportMap {
+ public:
+  static constexpr size_t kGroup = 8;
+  static constexpr size_t kMostVertices = 65536;
+  // Sines of the angles for which there are lists, ascending.
+  static constexpr std::array<double, 3> kDeviations = {0.04, 0.15, 0.34};
+
+  // Vertices, the last ones filled up with copies. Body frame, m. Two cache lines.
+  struct alignas(128) Group {
+    float x[kGroup], y[kGroup], z[kGroup];
+    uint16_t vertex[kGroup];  // their numbers
+    float radius;             // the farthest |vertex|
+  };
+  struct Candidates {
+    std::span<const Group> groups;
+    float height_m;  // of the centre over a plane that touches any: at most this
+  };
+
+  SupportMap() = default;
+  // At most kMostVertices. `edges`: pairs of vertices, in both directions. Those of the hull leave
+  // few candidates; with others the lists are longer, but never lack a vertex.
+  SupportMap(std::span<const Vec3> vertices, std::span<const std::array<uint32_t, 2>> edges);
+
+  // Every vertex that is the lowest one for some unit normal whose distance from the half line
+  // along `normal` is at most `deviation`, itself at most the last of kDeviations. Body frame; any
+  // length.
+  Candidates around(const Vec3& normal, double deviation) const {
+    size_t wide = 0;
+    while (deviation > kDeviations[wide]) ++wide;
+    const List& list = lists_[wide * kCells + cell_of(normal)];
+    return {std::span(groups_).subspan(list.begin, list.count), list.height_m};
+  }
+
+ private:
+  static constexpr size_t kSide = 12;  // cells along an edge of the cube
+  static constexpr size_t kCells = 6 * kSide * kSide;
+  struct List {
+    uint32_t begin;
+    uint32_t count;
+    float height_m;
+  };
+  static size_t cell_of(const Vec3& direction);
+
+  std::vector<List> lists_;  // (kDeviations, kCells)
+  std::vector<Group> groups_;
+};
+
+// The faces of the cube are +x, -x, +y, ...; a cell's place on one is the ratio of the other two
+// components, in the order of axes, to the largest.
+inline size_t SupportMap::cell_of(const Vec3& direction) {
+  const double x = std::abs(direction.x()), y = std::abs(direction.y()),
+               z = std::abs(direction.z());
+  const Eigen::Index axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
+  const double most = direction(axis);
+  constexpr double kHalf = kSide / 2.0;
+  const auto place = [&](Eigen::Index other) {
+    const double at = kHalf + kHalf * (direction(other % 3) / most);
+    return std::min(static_cast<size_t>(at), kSide - 1);
+  };
+  const size_t face = 2 * static_cast<size_t>(axis) + (most < 0 ? 1 : 0);
+  return (face * kSide + place(axis + 1)) * kSide + place(axis + 2);
+}
+
+}  // namespace pilesim

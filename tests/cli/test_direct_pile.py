@@ -1,0 +1,118 @@
+"""direct-pile: what it writes and reports, what it refuses, and the layers in pictures."""
+
+import json
+import unittest
+
+import zarr
+from support import CommandTest, tree_bytes
+
+
+def pile_of_boxes(scene):
+    scene["duration_s"] = 4
+    scene["emitters"][0].update(count=[3, 4, 3], centre=[0, 1.2, 0], spacing=[0.25, 0.25, 0.25])
+    scene["piles"] = [{"angle_deg": 35, "centre": [0, 0]}]
+
+
+class Output(CommandTest):
+    def test_bodies_sleep_and_the_report_has_the_pile(self):
+        result = self.succeed("direct-pile", self.write_scene(pile_of_boxes), "-o", "out")
+        self.assertIn("pile: asked 35 degrees", result.stdout)
+        self.assertIn("0 in the air and 0 inside another", result.stdout)
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(report["command"], "direct-pile")
+        self.assertEqual(report["piles"]["pile 0"]["angle_asked_deg"], 35)
+        counts = report["piles"]["all"]
+        self.assertEqual((counts["asleep_in_the_air"], counts["asleep_inside_another"]), (0, 0))
+        state = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")["state"][-1]
+        self.assertEqual(counts["asleep"], sum(int(flags) & 2 == 2 for flags in state))
+        self.assertGreater(counts["asleep"], 30)
+
+    def test_layers_are_written_frame_by_frame_where_they_change(self):
+        self.succeed("direct-pile", self.write_scene(pile_of_boxes), "-o", "out")
+        layers = json.loads((self.dir / "out/piles.json").read_text())
+        frames = [change["frame"] for change in layers["changes"]]
+        self.assertEqual(frames, sorted(set(frames)))
+        self.assertEqual(frames[0], 1)
+        last = layers["changes"][-1]["piles"][0]
+        self.assertEqual(last["core"], [[0, 0]])
+        self.assertEqual(last["layers"][0]["bottom_m"], 0)
+        radii = [layer["radius_m"] for layer in last["layers"]]
+        self.assertEqual(radii, sorted(radii, reverse=True))
+
+    def test_same_scene_same_bytes_whatever_the_threads(self):
+        scene = self.write_scene(pile_of_boxes)
+        for name, threads in (("a", "1"), ("b", "2")):
+            self.succeed("direct-pile", scene, "-o", name, "--threads", threads)
+        self.assertEqual(
+            tree_bytes(self.dir / "a/trajectory.zarr"), tree_bytes(self.dir / "b/trajectory.zarr")
+        )
+        self.assertEqual(
+            (self.dir / "a/piles.json").read_bytes(), (self.dir / "b/piles.json").read_bytes()
+        )
+
+    def test_overlay_draws_the_layers(self):
+        self.succeed("direct-pile", self.write_scene(pile_of_boxes), "-o", "out")
+        common = ("render", "out", "--frames", "60", "--no-video", "--size", "96x64")
+        self.succeed(*common, "-o", "plain")
+        self.succeed(*common, "-o", "layers", "--overlay", "piles")
+        pictures = [
+            (self.dir / name / "frames/frame.0060.png").read_bytes() for name in ("plain", "layers")
+        ]
+        self.assertNotEqual(pictures[0], pictures[1])
+
+
+class Refusals(CommandTest):
+    def refused(self, change, *expected):
+        def scene(document):
+            pile_of_boxes(document)
+            change(document)
+
+        result = self.expect_exit(3, "direct-pile", self.write_scene(scene), "-o", "out")
+        for text in ("scene.json", *expected):
+            self.assertIn(text, result.stderr)
+        self.assertFalse((self.dir / "out").exists())
+
+    def test_a_scene_without_piles(self):
+        self.refused(lambda scene: scene.pop("piles"), "/piles", "at least one pile")
+
+    def test_another_mode(self):
+        self.refused(
+            lambda scene: scene.update(simulator={"mode": "statistical"}), "/simulator/mode"
+        )
+
+    def test_angles_and_tau_out_of_range(self):
+        for angle in (0, 81):
+            self.refused(
+                lambda scene, angle=angle: scene["piles"][0].update(angle_deg=angle),
+                "/piles/0/angle_deg",
+            )
+        for tau in (0, 1):
+            self.refused(
+                lambda scene, tau=tau: scene["piles"][0].update(tau=tau), "/piles/0/tau"
+            )
+
+    def test_a_pile_under_the_ground(self):
+        self.refused(lambda scene: scene["piles"][0].update(base_m=-1), "/piles/0/base_m")
+
+    def test_a_boundary_smaller_than_a_body(self):
+        boundary = {"polygon": [[-1, -0.1], [1, -0.1], [1, 0.1], [-1, 0.1]], "rim_m": 0.5}
+        self.refused(
+            lambda scene: scene["piles"][0].update(boundary=boundary),
+            "/piles/0/boundary/polygon",
+            "less than a body",
+        )
+
+    def test_gravity_that_is_not_straight_down(self):
+        self.refused(lambda scene: scene.update(gravity=[1, -9.81, 0]), "/gravity")
+
+    def test_nothing_to_pile_up(self):
+        self.refused(lambda scene: scene.update(emitters=[]), "/piles/0", "nothing to pile up")
+
+    def test_layers_of_a_run_without_piles(self):
+        self.succeed("simulate", self.write_scene(), "-o", "out")
+        result = self.expect_exit(4, "render", "out", "--overlay", "piles", "--no-video")
+        self.assertIn("piles.json", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

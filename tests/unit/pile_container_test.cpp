@@ -1,0 +1,111 @@
+// Piles in containers and piles that are hit: small simulations.
+#include <gtest/gtest.h>
+
+#include "pile/repose_director.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kEdge = 0.2;
+
+// A container 1 m wide and 0.4 m deep on the ground, with boxes that fall into it.
+struct Container : SmallModel {
+  explicit Container(int boxes) {
+    scene.frame_rate = 60;
+    scene.step_s = 1.0 / 120;
+    scene.piles = {
+        {.angle = radians(40),
+         .centre = GroundPoint(0, 0),
+         .boundary = PileBoundary{{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}, kRim}}};
+    const uint32_t wood = material(0.1, 0.5);
+    body(plane(), wood, Vec3::Zero(), Role::fixed);
+    const uint32_t across = box({1.2, kRim, 0.1});
+    const uint32_t along = box({0.1, kRim, 1.0});
+    for (const double side : {-0.55, 0.55}) {
+      body(across, wood, {0, kRim / 2, side}, Role::fixed);
+      body(along, wood, {side, kRim / 2, 0}, Role::fixed);
+    }
+    const uint32_t shape = box(Vec3::Constant(kEdge));
+    first = static_cast<uint32_t>(model.bodies.size());
+    for (int i = 0; i < boxes; ++i) {
+      ModelBody& fallen = body(shape, wood, {0.1 * std::sin(i), 1.4, 0.1 * std::cos(2.0 * i)});
+      fallen.pose.orientation = Quat(Eigen::AngleAxisd(0.7 * i, Vec3(1, i % 3, 1).normalized()));
+      fallen.linear_velocity = {0, -3, 0};
+      fallen.start_s = 0.08 * i;
+    }
+  }
+
+  int outside(const BodyStates& states) const {
+    int count = 0;
+    for (uint32_t i = first; i < model.bodies.size(); ++i) {
+      const Vec3& p = states.position[i];
+      if (std::max(std::abs(p.x()), std::abs(p.z())) > 0.5) ++count;
+    }
+    return count;
+  }
+
+  static constexpr double kRim = 0.4;
+  uint32_t first = 0;
+};
+
+// 20 boxes fill at most 1 m x 1 m x 0.27 m at the density of loose boxes.
+TEST(PileInAContainer, StaysInsideUntilItIsFull) {
+  const Container container(20);
+  ReposeDirector director(container.scene, container.model);
+  const auto simulator = make_directed_simulator(container.scene, container.model, director);
+  const FrameStatistics last = run(*simulator, 240);
+  EXPECT_EQ(container.outside(simulator->states()), 0);
+  EXPECT_LE(last.bodies_awake, 2);
+  EXPECT_LE(director.piles()[0].guide.reach_m(), director.piles()[0].shape->most_reach());
+}
+
+// The container and a pyramid of 40 degrees on top have 0.54 m^3, of which loose boxes fill more
+// than half and less than three quarters: 34 to 51 of 80 boxes.
+TEST(PileInAContainer, RisesOverTheRimAndSpills) {
+  const Container container(80);
+  ReposeDirector director(container.scene, container.model);
+  const auto simulator = make_directed_simulator(container.scene, container.model, director);
+  run(*simulator, 480);
+  double highest = 0;
+  for (const Vec3& position : simulator->states().position) {
+    highest = std::max(highest, position.y());
+  }
+  EXPECT_GT(highest, Container::kRim + kEdge) << "a cone on top";
+  const int inside = 80 - container.outside(simulator->states());
+  EXPECT_GE(inside, 34);
+  EXPECT_LE(inside, 51);
+}
+
+// On ice nothing takes momentum away: what the ball loses the woken boxes have.
+TEST(PileThatIsHit, MomentumIsConserved) {
+  SmallModel small;
+  small.scene.frame_rate = 60;
+  small.scene.step_s = 1.0 / 240;
+  small.scene.piles = {{.angle = radians(35), .centre = GroundPoint(0, 0)}};
+  const uint32_t ice = small.material(0.1, 0);
+  const uint32_t iron = small.material(0.1, 0, 8000);
+  small.body(small.plane(), ice, Vec3::Zero(), Role::fixed);
+  const uint32_t shape = small.box(Vec3::Constant(kEdge));
+  for (const double x : {0.0, 0.3, 0.6}) small.body(shape, ice, {x, kEdge / 2, 0});
+  ModelBody& ball = small.body(small.sphere(kEdge / 2), iron, {-4, kEdge / 2, 0});
+  ball.linear_velocity = {6, 0, 0};
+  ball.start_s = 1.5;
+  const double momentum = ball.mass_kg * 6;
+  ReposeDirector director(small.scene, small.model);
+  const auto simulator = make_directed_simulator(small.scene, small.model, director);
+  const FrameStatistics before = run(*simulator, 80);
+  ASSERT_EQ(before.bodies_awake, 0);
+  run(*simulator, 65);
+  EXPECT_GE(director.wakes_by_momentum(), 1);
+  double after = 0;
+  for (uint32_t i = 1; i < small.model.bodies.size(); ++i) {
+    after += small.model.bodies[i].mass_kg * simulator->states().linear_velocity[i].x();
+  }
+  EXPECT_GT(simulator->states().linear_velocity[3].x(), 1) << "the last box moves";
+  EXPECT_NEAR(after, momentum, 0.01 * momentum);
+}
+
+}  // namespace
+}  // namespace pilesim

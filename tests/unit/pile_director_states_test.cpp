@@ -1,0 +1,183 @@
+// The repose director on states made by hand: what sleeps, what wakes, what is steered.
+#include <gtest/gtest.h>
+
+#include "pile/repose_director.h"
+#include "support/constructed_piles.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kEdge = 0.2;
+
+// Ground 0 and boxes where they are put, under a pile around the origin.
+struct Boxes : SmallModel {
+  explicit Boxes(const std::vector<Vec3>& centres, double angle_deg = 35) {
+    scene.step_s = 1.0 / 120;
+    scene.piles = {{.angle = radians(angle_deg), .centre = GroundPoint(0, 0)}};
+    wood = material(0.1, 0.5);
+    body(plane(), wood, Vec3::Zero(), Role::fixed);
+    shape = box(Vec3::Constant(kEdge));
+    for (const Vec3& centre : centres) body(shape, wood, centre);
+  }
+  uint32_t wood, shape;
+};
+
+// A square of so many boxes on each side, touching each other, in layers that get smaller.
+std::vector<Vec3> pyramid(int layers) {
+  std::vector<Vec3> centres;
+  for (int layer = 0; layer < layers; ++layer) {
+    const int half = layers - 1 - layer;
+    for (int x = -half; x <= half; ++x) {
+      for (int z = -half; z <= half; ++z) {
+        centres.push_back(kEdge * Vec3(x, 0.5 + layer, z));
+      }
+    }
+  }
+  return centres;
+}
+
+void rest_on_what_is_below(ConstructedWorld& world) {
+  for (uint32_t body = 1; body < world.motions.size(); ++body) {
+    const Vec3& centre = world.motions[body].position;
+    uint32_t below = 0;
+    for (uint32_t other = 1; other < world.motions.size(); ++other) {
+      const Vec3 way = centre - world.motions[other].position;
+      if ((way - Vec3(0, kEdge, 0)).norm() < 1e-6) below = other;
+    }
+    if (below != 0 || centre.y() < kEdge) world.rest(body, below, kEdge / 2);
+  }
+}
+
+TEST(PileSleep, StillBodiesSleepFromTheGroundUp) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}});
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  ReposeDirector director(boxes.scene, boxes.model);
+  std::vector<int> steps_until_sleep(4, -1);
+  for (int step = 0; step < 240; ++step) {
+    world.step(director, 1);
+    for (uint32_t body = 1; body < 4; ++body) {
+      if (world.asleep[body] && steps_until_sleep[body] < 0) steps_until_sleep[body] = step;
+    }
+    for (uint32_t body = 2; body < 4; ++body) {
+      EXPECT_LE(world.asleep[body], world.asleep[body - 1]) << "on what is awake";
+    }
+  }
+  EXPECT_GE(steps_until_sleep[1], 0);
+  EXPECT_GT(steps_until_sleep[2], steps_until_sleep[1]);
+  EXPECT_GT(steps_until_sleep[3], steps_until_sleep[2]);
+}
+
+TEST(PileSleep, WhatIsSunkOrHasNoSupportDoesNotSleep) {
+  const Boxes boxes({{0, 0.1, 0}, {1, 0.1, 0}, {0, 0.6, 1}});
+  ConstructedWorld world(boxes);
+  world.rest(1, 0, kEdge / 2);
+  world.rest(2, 0, kEdge / 2, -0.06 * kEdge);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 240);
+  EXPECT_TRUE(world.asleep[1]);
+  EXPECT_FALSE(world.asleep[2]) << "6 % of it are in the ground";
+  EXPECT_FALSE(world.asleep[3]) << "hangs in the air";
+}
+
+TEST(PileSleep, WhatIsPressedIntoASleeperWakesIt) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
+  ConstructedWorld world(boxes);
+  world.rest(1, 0, kEdge / 2);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 60);
+  ASSERT_TRUE(world.asleep[1]);
+  world.rest(2, 1, kEdge / 2, -0.06 * kEdge);
+  bool woke = false;
+  for (int step = 0; step < 240; ++step) {
+    world.step(director, 1);
+    woke |= !world.asleep[1];
+  }
+  EXPECT_TRUE(woke);
+}
+
+TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}, {1, 0.1, 0}});
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 300);
+  ASSERT_EQ(world.asleep, (std::vector<uint8_t>{0, 1, 1, 1, 1}));
+  std::erase_if(world.contacts, [](const BodyContact& contact) { return contact.a == 2; });
+  world.step(director, 3);
+  EXPECT_EQ(world.asleep, (std::vector<uint8_t>{0, 1, 0, 0, 1}));
+}
+
+// A tower over a broad pile exceeds its surface.
+TEST(PileWaking, AnAvalancheWakesWhatExceedsTheSurfaceAndNothingElse) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto tower = static_cast<uint32_t>(centres.size() + 1);
+  for (int i = 0; i < 6; ++i) centres.emplace_back(0, kEdge * (5.5 + i), 0);
+  const Boxes boxes(centres);
+  for (const Waking waking : {Waking::local, Waking::whole_pile}) {
+    ConstructedWorld world(boxes);
+    rest_on_what_is_below(world);
+    for (uint32_t body = 1; body < world.asleep.size(); ++body) world.asleep[body] = 1;
+    ReposeDirector director(boxes.scene, boxes.model, waking);
+    bool corner_woke = false;
+    bool tower_woke = false;
+    for (int step = 0; step < 60; ++step) {
+      world.step(director, 1);
+      corner_woke |= !world.asleep[1];
+      tower_woke |= !world.asleep[tower + 5];
+    }
+    EXPECT_TRUE(tower_woke);
+    EXPECT_GT(director.woken_by_avalanches(), 0);
+    EXPECT_EQ(corner_woke, waking == Waking::whole_pile) << "far from the tower";
+  }
+}
+
+TEST(PileWaking, AWokenBodyIsLeftItsGrace) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto tower = static_cast<uint32_t>(centres.size() + 1);
+  for (int i = 0; i < 6; ++i) centres.emplace_back(0, kEdge * (5.5 + i), 0);
+  const Boxes boxes(centres);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  for (uint32_t body = 1; body < world.asleep.size(); ++body) world.asleep[body] = 1;
+  ReposeDirector director(boxes.scene, boxes.model);
+  const double grace_s = 3 * std::sqrt(kEdge / 9.81);
+  while (world.time < 0.95 * grace_s) {
+    world.step(director, 1);
+    EXPECT_FALSE(world.asleep[tower + 5]) << world.time;
+  }
+}
+
+TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto top = static_cast<uint32_t>(centres.size() + 1);
+  centres.emplace_back(0.4, kEdge * 7.5, 0);  // far over the slope
+  const Boxes boxes(centres);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  world.rest(top, 1, kEdge / 2);  // touches the pile
+  for (BodyMotion& motion : world.motions) motion.linear_velocity = Vec3(0.2, 0, 0);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 2);
+  EXPECT_LT(world.friction[top], 0.5);
+  EXPECT_GT(world.friction[1], 0.5);
+  EXPECT_LT(world.velocity_asked[1].x(), 0.2);
+  EXPECT_GT(world.velocity_asked[1].x(), 0);
+}
+
+TEST(PileSteering, NothingIsSteeredThatOnlyTouchesWhatFlies) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 3, 0}, {0, 3.2, 0}});
+  ConstructedWorld world(boxes);
+  world.rest(1, 0, kEdge / 2);
+  world.rest(3, 2, kEdge / 2);
+  world.motions[2].linear_velocity = world.motions[3].linear_velocity = Vec3(3, 0, 0);
+  world.velocity_asked.assign(4, Vec3::Constant(7));
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 3);
+  EXPECT_EQ(world.velocity_asked[2], Vec3::Constant(7));
+  EXPECT_EQ(world.velocity_asked[3], Vec3::Constant(7));
+  EXPECT_EQ(world.friction[2], 0.5);
+}
+
+}  // namespace
+}  // namespace pilesim

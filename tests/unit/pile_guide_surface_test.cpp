@@ -1,0 +1,99 @@
+// The ideal surface of a pile, and the measured slope, against forms that are known.
+#include <gtest/gtest.h>
+
+#include "core/philox.h"
+#include "pile/pile_guide.h"
+
+namespace pilesim {
+namespace {
+
+const Territory kEverywhere = [](const GroundPoint&) { return true; };
+
+PileShape cone(double angle_deg) {
+  return {Pile{.angle = radians(angle_deg), .centre = GroundPoint(0, 0)}, GroundPoint::Zero()};
+}
+
+// Heights over the ground at every cell.
+template <class Height>
+HeightField field_of(const Height& height, double half_width_m = 2, double cell_m = 0.02) {
+  HeightField field(GroundPoint::Zero(), half_width_m, cell_m, 0);
+  const std::vector<Vec3> point = {Vec3::Zero()};
+  field.for_each([&](const GroundPoint& at, double) {
+    field.add(point, {Vec3(at.x(), height(at), at.y()), Quat::Identity()});
+  });
+  return field;
+}
+
+TEST(PileGuide, OfAnIdealConeNothingMustMove) {
+  const double slope = std::tan(radians(25));
+  const HeightField field =
+      field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
+  PileGuide guide;
+  guide.update(cone(25), field, kEverywhere, 0.1);
+  EXPECT_NEAR(guide.reach_m(), 1, 0.01);
+  EXPECT_NEAR(guide.height_m(0.25), 0.75 * slope, 0.01);
+  for (const double distance : {0.1, 0.3, 0.6, 0.9}) {
+    EXPECT_NEAR(guide.surplus_m(distance), 0, 0.01);
+    EXPECT_NEAR(guide.outflow(distance), 0, 0.1);
+  }
+}
+
+// A flat cylinder holds less inside than the cone near its axis, and more at its edge.
+TEST(PileGuide, OutflowIsWhatTheConeHasLessOfInside) {
+  const double slope = std::tan(radians(25));
+  const double radius = 0.7;
+  const double height = slope / 3 / (radius * radius);  // as much as the cone of reach 1
+  const double size_m = 0.1;
+  const HeightField field =
+      field_of([&](const GroundPoint& at) { return at.norm() < radius ? height : 0.0; });
+  PileGuide guide;
+  guide.update(cone(25), field, kEverywhere, size_m);
+  ASSERT_NEAR(guide.reach_m(), 1, 0.02);
+  for (const double d : {0.3, 0.5, 0.7}) {
+    const double inside_m3 = kPi * d * d * height - kPi * slope * (d * d - 2 * d * d * d / 3);
+    // Of the ring that ends there.
+    const double line_m = 2 * kPi * (d - 0.05);
+    EXPECT_NEAR(guide.outflow(d), inside_m3 / line_m / (size_m * size_m), 0.15) << d;
+  }
+  EXPECT_GT(guide.outflow(0.7), 0.5);
+  EXPECT_LT(guide.surplus_m(0.1), -0.05);
+  EXPECT_GT(guide.surplus_m(0.6), 0.05);
+  EXPECT_EQ(guide.outflow(1.2), 0) << "beyond the foot";
+}
+
+TEST(PileGuide, FewBodiesHaveNoSlopes) {
+  const HeightField field =
+      field_of([](const GroundPoint& at) { return at.norm() < 0.2 ? 0.3 : 0.0; });
+  PileGuide guide;
+  guide.update(cone(40), field, kEverywhere, 0.2);
+  EXPECT_GT(guide.reach_m(), 0);
+  EXPECT_EQ(guide.outflow(0.1), 0);
+}
+
+// Bodies make a pile rough: cells of the size of a body, up to half of it too high or too low. The
+// slope must not depend on it, in particular not become flatter as it would if the ends of the line
+// were chosen by the heights of each azimuth alone.
+TEST(SlopeFit, RoughConesKeepTheirAngle) {
+  for (const double angle_deg : {15.0, 30.0, 50.0}) {
+    const double slope = std::tan(radians(angle_deg));
+    const double size_m = 0.25 * slope;  // the pile is four bodies high
+    double sum = 0;
+    constexpr int kPiles = 12;
+    for (uint32_t pile = 0; pile < kPiles; ++pile) {
+      const HeightField field = field_of(
+          [&](const GroundPoint& at) {
+            const auto column = static_cast<uint32_t>(std::floor(at.x() / size_m) + 1000);
+            const auto row = static_cast<uint32_t>(std::floor(at.y() / size_m) + 1000);
+            Philox random(pile, Stream::test, column, row);
+            const double rough_m = size_m * (random.uniform() - 0.5);
+            return at.norm() < 1 ? std::max(0.0, (1 - at.norm()) * slope + rough_m) : 0.0;
+          },
+          1.5, 0.35 * size_m);
+      sum += degrees(fit_slope(cone(angle_deg), field, kEverywhere).angle);
+    }
+    EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
