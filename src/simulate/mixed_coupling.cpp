@@ -96,11 +96,14 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   const Vec3 turned = (sphere.spin - shared.spin).cast<double>();
   if (touches(sphere) && exact_.is_active(body)) {
     const bool carried = pushed.norm() > kLeastLoad * change_.norm();
-    if (carried && !shared.load.isZero()) {
-      slow_down(spheres_.kind(body).outer_m, motion);
-      exact_.set_velocity(body, motion.linear_velocity, motion.angular_velocity);
-    }
-    exact_.push(body, pushed, turned);
+    if (carried && !shared.load.isZero()) slow_down(spheres_.kind(body).outer_m, motion);
+    // What lies presses as a force, which does not bounce; more than its exact contacts bore in the
+    // step before is a blow, and a velocity.
+    const double most = shared.load.norm() + 2 * change_.norm();
+    const double lasting = std::min(1.0, most / std::max(pushed.norm(), most));
+    exact_.push(body, lasting * pushed, lasting * turned);
+    exact_.set_velocity(body, motion.linear_velocity + (1 - lasting) * pushed,
+                        motion.angular_velocity + (1 - lasting) * turned);
     motion.linear_velocity += pushed;
     motion.angular_velocity += turned;
     const auto dt = static_cast<float>(step_s_);
