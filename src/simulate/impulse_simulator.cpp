@@ -53,7 +53,8 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void add_new_bodies();
   void add_body(uint32_t index);
   void remove_body(uint32_t index);
-  void apply_event(const ModelEvent& event);
+  void apply_impulse(uint32_t body, const ModelEvent& event);
+  void bring_events();
   void move_kinematic_bodies();
   void read_states();
   void check_finite() const;
@@ -113,25 +114,16 @@ void ImpulseSimulator::remove_body(uint32_t index) {
   world_.remove(index);
 }
 
-void ImpulseSimulator::apply_event(const ModelEvent& event) {
-  for (const uint32_t index : event.bodies) {
-    switch (event.kind) {
-      case ModelEvent::Kind::remove:
-        remove_body(index);
-        break;
-      case ModelEvent::Kind::impulse:
-        if (is_in_world(index)) world_.apply_impulse(index, event);
-        break;
-      case ModelEvent::Kind::release: {
-        if ((states_.flags[index] & kHeld) == 0) break;
-        const bool present = world_.contains(index);
-        if (present) remove_body(index);
-        states_.flags[index] &= static_cast<uint8_t>(~kHeld);
-        if (present) add_body(index);
-        break;
-      }
-    }
-  }
+void ImpulseSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
+  if (is_in_world(body)) world_.apply_impulse(body, event);
+}
+
+void ImpulseSimulator::bring_events() {
+  timeline_.bring_events(
+      time_s_, states_.flags,
+      {.add = [&](uint32_t body) { add_body(body); },
+       .remove = [&](uint32_t body) { remove_body(body); },
+       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
 }
 
 void ImpulseSimulator::move_kinematic_bodies() {
@@ -146,7 +138,7 @@ FrameStatistics ImpulseSimulator::step_frame() {
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
     add_new_bodies();
-    timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
+    bring_events();
     move_kinematic_bodies();
     if (director_ != nullptr) {
       director_->direct(*this);

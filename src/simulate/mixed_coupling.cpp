@@ -100,7 +100,7 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
     // What lies presses as a force, which does not bounce; more than its exact contacts bore in the
     // step before is a blow, and a velocity.
     const double most = shared.load.norm() + 2 * change_.norm();
-    const double lasting = std::min(1.0, most / std::max(pushed.norm(), most));
+    const double lasting = pushed.norm() > most ? most / pushed.norm() : 1;
     exact_.push(body, lasting * pushed, lasting * turned);
     exact_.set_velocity(body, motion.linear_velocity + (1 - lasting) * pushed,
                         motion.angular_velocity + (1 - lasting) * turned);

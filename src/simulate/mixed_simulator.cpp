@@ -79,7 +79,7 @@ class MixedSimulator final : public Simulator {
   }
   void add(uint32_t body);
   void remove(uint32_t body);
-  void apply_event(const ModelEvent& event);
+  void bring_events();
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void choose_levels();
@@ -199,25 +199,12 @@ void MixedSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
   spheres_.push(body, event.impulse, event.point);
 }
 
-void MixedSimulator::apply_event(const ModelEvent& event) {
-  for (const uint32_t body : event.bodies) {
-    switch (event.kind) {
-      case ModelEvent::Kind::remove:
-        remove(body);
-        break;
-      case ModelEvent::Kind::impulse:
-        apply_impulse(body, event);
-        break;
-      case ModelEvent::Kind::release: {
-        if (!has(body, kHeld)) break;
-        const bool present = has(body, kPresent);
-        if (present) remove(body);
-        states_.flags[body] &= static_cast<uint8_t>(~kHeld);
-        if (present) add(body);
-        break;
-      }
-    }
-  }
+void MixedSimulator::bring_events() {
+  timeline_.bring_events(
+      time_s_, states_.flags,
+      {.add = [&](uint32_t body) { add(body); },
+       .remove = [&](uint32_t body) { remove(body); },
+       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
 }
 
 void MixedSimulator::move_kinematic_bodies() {
@@ -314,7 +301,7 @@ FrameStatistics MixedSimulator::step_frame() {
   const int steps = scene_.steps_per_frame();
   for (int i = 0; i < steps; ++i) {
     bring_bodies();
-    timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
+    bring_events();
     move_kinematic_bodies();
     step();
     ++steps_;

@@ -77,7 +77,7 @@ class StatisticalSimulator final : public Simulator {
   }
   void add(uint32_t body);
   void remove(uint32_t body);
-  void apply_event(const ModelEvent& event);
+  void bring_events();
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void read_states();
@@ -126,25 +126,12 @@ void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event)
   world_.push(body, event.impulse, event.point);
 }
 
-void StatisticalSimulator::apply_event(const ModelEvent& event) {
-  for (const uint32_t body : event.bodies) {
-    switch (event.kind) {
-      case ModelEvent::Kind::remove:
-        remove(body);
-        break;
-      case ModelEvent::Kind::impulse:
-        apply_impulse(body, event);
-        break;
-      case ModelEvent::Kind::release: {
-        if ((states_.flags[body] & kHeld) == 0) break;
-        const bool present = (states_.flags[body] & kPresent) != 0;
-        if (present) remove(body);
-        states_.flags[body] &= static_cast<uint8_t>(~kHeld);
-        if (present) add(body);
-        break;
-      }
-    }
-  }
+void StatisticalSimulator::bring_events() {
+  timeline_.bring_events(
+      time_s_, states_.flags,
+      {.add = [&](uint32_t body) { add(body); },
+       .remove = [&](uint32_t body) { remove(body); },
+       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
 }
 
 void StatisticalSimulator::move_kinematic_bodies() {
@@ -170,7 +157,7 @@ FrameStatistics StatisticalSimulator::step_frame() {
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
     bring_bodies();
-    timeline_.bring_events(time_s_, [&](const ModelEvent& event) { apply_event(event); });
+    bring_events();
     move_kinematic_bodies();
     world_.step(timer_);
     ++steps_;

@@ -9,6 +9,13 @@
 
 namespace pilesim {
 
+// What a simulator does to a body in an event.
+struct EventHandlers {
+  std::function<void(uint32_t)> add;
+  std::function<void(uint32_t)> remove;  // also one that has not appeared yet
+  std::function<void(uint32_t, const ModelEvent&)> push;
+};
+
 class Timeline {
  public:
   // `model` must outlive it. Times within a small share of `step_s` are the same time.
@@ -16,8 +23,9 @@ class Timeline {
 
   // Calls appear(body) for bodies whose time has come, in order of time, then of index.
   void bring_bodies(double time_s, const std::function<void(uint32_t)>& appear);
-  // Calls happen(event) for the events whose time has come, in order.
-  void bring_events(double time_s, const std::function<void(const ModelEvent&)>& happen);
+  // Lets the events happen whose time has come, in order. Bodies that are let go lose kHeld in
+  // `flags` and, where they are present, leave and come anew.
+  void bring_events(double time_s, std::vector<uint8_t>& flags, const EventHandlers& handlers);
   // A body that has not appeared yet never will.
   void cancel(uint32_t body);
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "core/philox.h"
+#include "report_errors.h"
 #include "signature/response_model.h"
 #include "signature/signature_file.h"
 
@@ -64,10 +64,5 @@ int main(int argc, char** argv) {
     std::fputs("usage: bspline_benchmark NAME.sig FITTED.sig...\n", stderr);
     return 2;
   }
-  try {
-    pilesim::run(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run(argc, argv); });
 }

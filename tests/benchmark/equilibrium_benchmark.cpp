@@ -13,6 +13,7 @@
 #include "pile/pile_equilibrium.h"
 #include "pile/support_graph.h"
 #include "report/machine_info.h"
+#include "report_errors.h"
 #include "simulate/impulse_control.h"
 #include "support/equilibrium_instances.h"
 #include "support/small_model.h"
@@ -183,10 +184,5 @@ void run(int argc, char** argv) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run(argc, argv); });
 }

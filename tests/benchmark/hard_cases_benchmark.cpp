@@ -21,6 +21,7 @@
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 #include "report/machine_info.h"
+#include "report_errors.h"
 #include "scene/scene_loader.h"
 #include "simulate/pile_inspection.h"
 #include "simulate/simulator.h"
@@ -236,10 +237,5 @@ void run_all(int argc, char** argv) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run_all(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run_all(argc, argv); });
 }

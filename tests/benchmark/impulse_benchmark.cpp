@@ -18,6 +18,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mesh_import.h"
 #include "report/machine_info.h"
+#include "report_errors.h"
 #include "simulate/bullet_types.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
@@ -231,10 +232,5 @@ void run(int argc, char** argv) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run(argc, argv); });
 }

@@ -26,6 +26,7 @@
 #include "core/subprocess.h"
 #include "pile/repose_director.h"
 #include "report/machine_info.h"
+#include "report_errors.h"
 #include "scene/scene_loader.h"
 
 namespace pilesim {
@@ -298,10 +299,5 @@ void run(const std::vector<std::string>& arguments) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run({argv + 1, argv + argc});
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run({argv + 1, argv + argc}); });
 }

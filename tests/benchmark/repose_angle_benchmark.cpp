@@ -15,6 +15,7 @@
 
 #include "core/error.h"
 #include "pile/repose_director.h"
+#include "report_errors.h"
 #include "scene/scene_loader.h"
 
 namespace pilesim {
@@ -123,10 +124,5 @@ void run(int argc, char** argv) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run(argc, argv); });
 }

@@ -12,9 +12,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/error.h"
 #include "core/parallel_for.h"
 #include "report/machine_info.h"
+#include "report_errors.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
 #include "simulate/simulator.h"
@@ -117,10 +117,5 @@ void run(int argc, char** argv) {
 }  // namespace pilesim
 
 int main(int argc, char** argv) {
-  try {
-    pilesim::run(argc, argv);
-  } catch (const pilesim::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
+  return pilesim::report_errors([&] { pilesim::run(argc, argv); });
 }

@@ -1,15 +1,13 @@
 // Small scenes in the mixed mode, of boxes that are particles at a distance: no signatures.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <string>
 
-#include "simulate/simulator.h"
+#include "support/scene_run.h"
 
 namespace pilesim::test {
 
-class MixedScene : public testing::Test {
+class MixedScene : public SceneRun {
  protected:
   static constexpr double kSide = 0.2;
 
@@ -43,35 +41,12 @@ class MixedScene : public testing::Test {
     return scene_.bodies.back();
   }
 
-  Emitter& add_grid(const std::string& shape, const std::array<int, 3>& count, const Vec3& spacing,
-                    const Vec3& centre) {
-    Emitter emitter{.name = "grid", .shapes = {shape}, .material = "stuff"};
-    emitter.source = GridSource{centre, count, spacing};
-    emitter.position_jitter_m = 0.02;
-    scene_.emitters.push_back(emitter);
-    return scene_.emitters.back();
-  }
-
-  void start() {
-    model_ = build_model(scene_);
-    simulator_ = make_simulator(scene_, model_);
-  }
-  FrameStatistics run(int frames) {
-    FrameStatistics statistics;
-    for (int i = 0; i < frames; ++i) statistics = simulator_->step_frame();
-    return statistics;
-  }
-  const BodyStates& states() const { return simulator_->states(); }
   bool is_near(uint32_t body) const {
     return (states().flags[body] & (kStatistical | kImpulse)) == (kStatistical | kImpulse);
   }
   bool is_far(uint32_t body) const {
     return (states().flags[body] & (kStatistical | kImpulse)) == kStatistical;
   }
-
-  Scene scene_;
-  Model model_;
-  std::unique_ptr<Simulator> simulator_;
 };
 
 constexpr Preference kExact = Preference::must_impulse;

@@ -1,8 +1,6 @@
 // Scenes in the statistical mode, with signatures that are measured on the spot.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
 #include <string>
 
@@ -10,12 +8,12 @@
 #include "geometry/primitives.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
-#include "simulate/simulator.h"
+#include "support/scene_run.h"
 
 namespace pilesim::test {
 
 // Each in a directory of its own, which it removes.
-class StatisticalScene : public testing::Test {
+class StatisticalScene : public SceneRun {
  protected:
   static constexpr double kRestitution = 0.3, kFriction = 0.5;
 
@@ -62,29 +60,7 @@ class StatisticalScene : public testing::Test {
     return scene_.bodies.back();
   }
 
-  void add_grid(const std::string& shape, const std::array<int, 3>& count, const Vec3& spacing,
-                const Vec3& centre) {
-    Emitter emitter{.name = "grid", .shapes = {shape}, .material = "stuff"};
-    emitter.source = GridSource{centre, count, spacing};
-    emitter.position_jitter_m = 0.02;
-    scene_.emitters.push_back(emitter);
-  }
-
-  void start() {
-    model_ = build_model(scene_);
-    simulator_ = make_simulator(scene_, model_);
-  }
-  FrameStatistics run(int frames) {
-    FrameStatistics statistics;
-    for (int i = 0; i < frames; ++i) statistics = simulator_->step_frame();
-    return statistics;
-  }
-  const BodyStates& states() const { return simulator_->states(); }
-
   std::filesystem::path directory_;
-  Scene scene_;
-  Model model_;
-  std::unique_ptr<Simulator> simulator_;
 };
 
 }  // namespace pilesim::test

@@ -1,0 +1,21 @@
+// What the programs of this folder do with errors: one line on stderr, and 1 for the shell.
+#pragma once
+
+#include <cstdio>
+
+#include "core/error.h"
+
+namespace pilesim {
+
+template <class Run>
+int report_errors(const Run& run) {
+  try {
+    run();
+    return 0;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace pilesim
