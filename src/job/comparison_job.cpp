@@ -186,6 +186,7 @@ ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Mode
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
   result.setup_s = report["time"]["setup_s"];
+  result.cpu_s = report["time"]["cpu_s"];
   result.steps = report["counts"]["steps"];
   result.peak_memory_bytes = report["peak_memory_bytes"];
   const Json& stages = report["time"]["stages"];

@@ -50,6 +50,12 @@ class Compare(CommandTest):
                 self.assertAlmostEqual(error["normalised"]["value"], 1)
         for mode in figures["modes"]:
             self.assertGreater(mode["wall_per_simulated_second"]["value"], 0)
+            # Threads that do nothing take no time of a processor.
+            self.assertGreater(mode["cpu_per_simulated_second"]["value"], 0)
+            self.assertLess(
+                mode["cpu_per_simulated_second"]["value"],
+                1.5 * os.cpu_count() * mode["wall_per_simulated_second"]["value"],
+            )
             self.assertGreater(mode["peak_memory_bytes"]["value"], 1e6)
             self.assertLessEqual(mode["speed_up"]["low"], mode["speed_up"]["value"])
             self.assertEqual(mode["quality_at_end"]["bodies_at_end"]["value"], 8)
