@@ -172,8 +172,7 @@ BodyStates end_states(TrajectoryReader& trajectory) {
     states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]).cast<double>());
     const Eigen::AngleAxisd turn(states.orientation[i] *
                                  before.orientation[i].cast<double>().normalized().conjugate());
-    const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
-    states.angular_velocity.push_back(rate * angle * turn.axis());
+    states.angular_velocity.push_back(rate * turn.angle() * turn.axis());
   }
   return states;
 }
