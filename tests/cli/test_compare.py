@@ -83,6 +83,27 @@ class Compare(CommandTest):
         self.assertGreater(bouncing["worst_error"]["low"], 1.5)
         self.assertGreater(wrong["motion"]["relative"]["value"], 0.05)
 
+    def test_sees_doubled_restitution_but_not_half_the_step(self):
+        def heap(scene):
+            scene["duration_s"] = 1.5
+            scene["materials"]["wood"]["restitution"] = 0.3
+            scene["emitters"][0].update(
+                count=[4, 4, 4],
+                spacing=[0.35, 0.35, 0.35],
+                position_jitter_m=0.05,
+                angular_velocity_jitter=2,
+            )
+
+        self.succeed(
+            "compare", self.write_scene(heap), "-o", "out", "--runs", 3, "--reference", "impulse",
+            "--modes", "impulse@1/480,impulse+/materials/wood/restitution=0.6",
+            env={**os.environ, "PATH": str(self.dir)},
+        )
+        _, finer, bouncing = self.figures()["modes"]
+        for quantity in ("energy", "radial_distance", "height", "speed", "spin"):
+            self.assertLess(finer["errors"][quantity]["normalised"]["value"], 1.35, quantity)
+            self.assertGreater(bouncing["errors"][quantity]["normalised"]["low"], 1.25, quantity)
+
     def test_resume_keeps_finished_runs_and_force_does_not(self):
         self.compare("--modes", "impulse")
         runs = self.dir / "out/runs"
