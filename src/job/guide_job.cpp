@@ -25,9 +25,27 @@ Json describe(const GuideFrame& frame) {
           {"largest_drift_m", frame.largest_drift_m}};
 }
 
+// `error` with the scene file in all its problems that name no other.
+Error in_file(const Error& error, const std::filesystem::path& scene_file) {
+  std::vector<Problem> problems = error.problems();
+  for (Problem& problem : problems) {
+    if (problem.file.empty()) problem.file = scene_file.string();
+  }
+  return {error.kind(), std::move(problems)};
+}
+
 std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
 
 }  // namespace
+
+GuideFilling fill_guide_of(const std::filesystem::path& scene_file, const Scene& scene,
+                           Model& model) {
+  try {
+    return fill_guide(scene, model);
+  } catch (const Error& error) {
+    throw in_file(error, scene_file);
+  }
+}
 
 std::unique_ptr<Simulator> GuideJob::make_simulator() {
   try {
@@ -35,9 +53,7 @@ std::unique_ptr<Simulator> GuideJob::make_simulator() {
     simulator_ = simulator.get();
     return simulator;
   } catch (const Error& error) {
-    std::vector<Problem> problems = error.problems();
-    for (Problem& problem : problems) problem.file = scene_file_.string();
-    throw Error(error.kind(), std::move(problems));
+    throw in_file(error, scene_file_);
   }
 }
 
@@ -55,12 +71,23 @@ std::string GuideJob::figures() const {
     figures["overlap"] = fit_.overlap;
     figures["voxel_m"] = fit_.voxel_m;
   }
+  if (filling_.dropped > 0) {
+    figures["filling"] = {{"dropped", filling_.dropped},
+                          {"kept", filling_.kept},
+                          {"volume_share", filling_.volume_share},
+                          {"simulated_s", filling_.simulated_s}};
+  }
   if (!frames_.empty()) figures.update(describe(frames_.back()));
   return Json{{"guide", figures}}.dump();
 }
 
 std::vector<std::string> GuideJob::lines() const {
   std::vector<std::string> lines;
+  if (filling_.dropped > 0) {
+    lines.push_back("guide: filled upside down; " + std::to_string(filling_.kept) + " of " +
+                    std::to_string(filling_.dropped) + " bodies lie inside, " +
+                    percent(filling_.volume_share) + " of its volume");
+  }
   if (!frames_.empty()) {
     const GuideFrame& last = frames_.back();
     lines.push_back(
