@@ -1,5 +1,6 @@
 #include "job/guide_job.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
@@ -34,6 +35,13 @@ Error in_file(const Error& error, const std::filesystem::path& scene_file) {
   return {error.kind(), std::move(problems)};
 }
 
+// In whole tenths of a millimetre, for pictures.
+Json rounded(const Vec3& point) {
+  Json json = Json::array();
+  for (const double value : point) json.push_back(std::round(value * 1e4) / 1e4);
+  return json;
+}
+
 std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
 
 }  // namespace
@@ -59,6 +67,7 @@ std::unique_ptr<Simulator> GuideJob::make_simulator() {
 
 void GuideJob::measure(const Simulator& simulator) {
   frames_ = simulator_->frames();
+  constraints_ = simulator_->constraints();
   control_share_ = simulator_->control_share();
   fit_ = measure_guide_fit(model_, simulator.states());
 }
@@ -108,7 +117,20 @@ std::vector<std::string> GuideJob::lines() const {
 void GuideJob::write_frames(const std::filesystem::path& directory) const {
   Json frames = Json::array();
   for (const GuideFrame& frame : frames_) frames.push_back(describe(frame));
-  const Json json = {{"format", "pilesim guide"}, {"version", 1}, {"frames", std::move(frames)}};
+  Json vertices = Json::array(), triangles = Json::array(), constraints = Json::array();
+  for (const Vec3& vertex : model_.guide.vertices) vertices.push_back(rounded(vertex));
+  for (const Triangle& triangle : model_.guide.triangles) triangles.push_back(triangle);
+  for (const GuideConstraints& change : constraints_) {
+    Json points = Json::array();
+    for (const Vec3& point : change.points) points.push_back(rounded(point));
+    constraints.push_back({{"frame", change.frame}, {"points", std::move(points)}});
+  }
+  const Json json = {
+      {"format", "pilesim guide"},
+      {"version", 1},
+      {"frames", std::move(frames)},
+      {"guide", {{"vertices", std::move(vertices)}, {"triangles", std::move(triangles)}}},
+      {"constraints", std::move(constraints)}};
   write_file_atomically(directory / "guide.json", json.dump() + "\n");
 }
 

@@ -31,7 +31,8 @@ class GuideJob {
   void measure(const Simulator& simulator);
   std::string figures() const;             // JSON, for SimulationReport::piles
   std::vector<std::string> lines() const;  // for people
-  // guide.json: counts, height and drift of each frame. Throws Error(io).
+  // guide.json: counts, height and drift of each frame; the guide, and where bodies are held, for
+  // `pilesim render --overlay guide`. Throws Error(io).
   void write_frames(const std::filesystem::path& directory) const;
 
  private:
@@ -43,6 +44,7 @@ class GuideJob {
   GuideFit fit_;
   double control_share_ = 0;  // of the simulation's wall time
   std::vector<GuideFrame> frames_;
+  std::vector<GuideConstraints> constraints_;
 };
 
 }  // namespace pilesim

@@ -73,6 +73,10 @@ void GuidedSimulator::record_frame() {
     frame.height_m = highest - lowest;
   }
   frames_.push_back(frame);
+  std::vector<Vec3> points = director_.constraint_points();
+  if (constraints_.empty() || constraints_.back().points != points) {
+    constraints_.push_back({frames_.size(), std::move(points)});
+  }
 }
 
 }  // namespace pilesim

@@ -206,5 +206,28 @@ TEST(SceneErrors, Guides) {
                   "a pile. Take out one of the two"));
 }
 
+TEST(SceneErrors, GuidesToBeFilled) {
+  const auto filled = [](const std::string& keys, const std::string& rest) {
+    return problems(R"("emitters": [{"type": "upside_down", "shape": "ball", "material": "m")" +
+                    keys + "}]" + rest);
+  };
+  const std::string guide = R"(, "guide": {"file": "g.obj"})";
+  EXPECT_THAT(filled("", guide), IsEmpty());
+  EXPECT_THAT(filled(R"(, "count": 9, "rate_hz": 3, "start_s": 1)", guide), IsEmpty());
+  for (const std::string& without : {R"()", R"(, "guide": {})"}) {
+    EXPECT_THAT(filled("", without),
+                ElementsAre(HasSubstr("/emitters/0: fills a guide, and the scene has none")));
+  }
+  EXPECT_THAT(filled(R"(, "linear_velocity": [0, 1, 0], "position_jitter_m": 0.1)", guide),
+              ElementsAre(HasSubstr("/emitters/0/linear_velocity: stands beside"),
+                          HasSubstr("/emitters/0/position_jitter_m: stands beside")));
+  EXPECT_THAT(filled("", guide + R"(, "gravity": [0, 0, 0])"),
+              ElementsAre(HasSubstr("/gravity: is zero")));
+  EXPECT_THAT(filled(R"(}, {"type": "upside_down", "shape": "ball", "material": "m")", guide),
+              ElementsAre(HasSubstr("/emitters/1: fills the guide a second time")));
+  EXPECT_THAT(filled(R"(, "count": -1)", guide),
+              ElementsAre(HasSubstr("/emitters/0/count: is -1")));
+}
+
 }  // namespace
 }  // namespace pilesim
