@@ -190,11 +190,11 @@ def crates():
     for storey in range(storeys):
         for i in range(across):
             out = i - (across - 1) / 2
-            place = [out * (0.21 + 0.03 * storey) + draw(-0.008, 0.008),
+            place = [out * (0.25 + 0.015 * storey) + draw(-0.005, 0.005),
                      side / 2 + storey * 0.19 + (draw(-0.004, 0.004) if storey else 0),
-                     draw(-0.015, 0.015)]
+                     draw(-0.01, 0.01)]
             stack.append(body("crate %d.%d" % (storey, i), "crate", "wood", place,
-                              about_y(draw(-0.12, 0.12)),
+                              about_y(draw(-0.1, 0.1)),
                               ["#b58550", "#c9a06a", "#9c7040", "#d9bb8c"][(2 * storey + 3 * i) % 4]))
     write("rough_crates", "%d crates set up roughly by hand, up to 2 cm into one another, as a fan of leaning "
           "columns; a ball hits it." % len(stack), {
@@ -208,7 +208,7 @@ def crates():
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.2, 2.6, 0.1], [6, 0, 0], "#4a4e57"),
               "guide": {},
-              "camera": {"position": [1.4, 2.0, 6.4], "target": [0, 1.1, 0]}})
+              "camera": {"position": [1.6, 2.0, 5.6], "target": [0, 1.1, 0]}})
 
 
 card_tower()

@@ -12,9 +12,12 @@ namespace {
 // A body is looked for in the guide again once it has moved by this share of its radius.
 constexpr double kMoved = 0.02;
 
-// A body is not held while it is sunk into another by more than this share of the smallest extent
-// of either: what was given with overlaps comes apart first.
+// A body is not held while it is sunk into another by more than this share of either's radius: what
+// was given with overlaps comes apart first. Not of the thickness: edges of cards sink into cards.
 constexpr double kMostOverlap = 0.03;
+
+// The start is over after so many control periods, whatever overlaps.
+constexpr uint64_t kMostStart = 5;
 
 // Contacts that close more slowly than this, in sqrt(g r), are no hits: what rests on a held body
 // still trembles.
@@ -58,9 +61,10 @@ double GuideDirector::free_fall_speed(uint32_t body) const {
 
 void GuideDirector::direct(ImpulseControl& control) {
   // At the start every step: a pile that is given has its first contacts after one, and Bullet
-  // finds the rest in the next few, in which it would begin to slump.
+  // finds the rest in the next few, in which it would begin to slump. Overlaps take longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
-  if (step_ > 0 && (step_ <= period || step_ % period == 0)) {
+  const bool is_start = step_ <= period || (is_sunk_ && step_ <= kMostStart * period);
+  if (step_ > 0 && (is_start || step_ % period == 0)) {
     const double start = seconds_now();
     control_step(control);
     counts_.control_s += seconds_now() - start;
@@ -124,15 +128,17 @@ bool GuideDirector::is_anchor(const ImpulseControl& control, uint32_t body) cons
 }
 
 void GuideDirector::leave_out_the_sunk() {
-  const auto extent = [&](uint32_t body) {
+  const auto radius = [&](uint32_t body) {
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-    return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.smallest_extent;
+    return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.bounding_radius;
   };
+  is_sunk_ = false;
   for (const BodyContact& contact : contacts_) {
-    if (-contact.distance_m <= kMostOverlap * std::min(extent(contact.a), extent(contact.b))) {
+    if (-contact.distance_m <= kMostOverlap * std::min(radius(contact.a), radius(contact.b))) {
       continue;
     }
     chosen_[contact.a] = chosen_[contact.b] = 0;
+    is_sunk_ = true;
   }
 }
 

@@ -66,6 +66,7 @@ class GuideDirector final : public StepDirector {
   CandidateAnalysis analysis_;
   SupportGraph graph_;
   uint64_t step_ = 0;
+  bool is_sunk_ = false;               // something overlapped too far at the last control step
   std::vector<BodyContact> contacts_;  // of the last control step
   std::vector<Standing> standing_;     // (B)
   std::vector<uint8_t> chosen_;        // (B) 1: may be held

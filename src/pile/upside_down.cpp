@@ -21,16 +21,17 @@ namespace {
 
 constexpr double kLevel = 1e-3;     // of the guide's height: what is as low belongs to its base
 constexpr double kDropBelow = 3;    // bodies start so far from the base, in bounding radii
-constexpr double kFullBelow = 1;    // and the guide is full where they lie so far out of it
+constexpr double kFullBelow = 0.5;  // and the guide is full where they lie so far out of it
 constexpr int kFullBodies = 3;      // so many of them
 constexpr double kPoke = 0.02;      // r, that a body kept may be out of the base
-constexpr double kSlow = 0.1;       // sqrt(g r), of what lies
+constexpr double kSlow = 0.05;      // sqrt(g r), of what lies
 constexpr double kSettle = 6;       // sqrt(h / g) at most after the last drop
 constexpr double kDropSpeed = 2;    // sqrt(g r), as bodies start
 constexpr double kStep = 2;         // in the scene's steps: what is released moves again anyway
+constexpr double kSlippery = 0.25;  // of the friction: what slides lies closer, and stands better
 constexpr int kMostSweeps = 10;     // of the solver
 constexpr uint64_t kLookSteps = 8;  // from one look at what lies to the next
-constexpr int kLooks = 3;           // after so many a body stays where it is
+constexpr int kLooks = 6;           // after so many a body stays where it is
 constexpr int kCandidates = 16;     // for a drop clear of the rim
 
 // The guide without its base, and walls on from its rim.
@@ -190,6 +191,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_.simulator = {.solver_iterations =
                                 std::min(kMostSweeps, scene.simulator.solver_iterations)};
   dropped_.materials = model.materials;
+  for (Material& material : dropped_.materials) material.friction *= kSlippery;
   dropped_.shapes = model.shapes;
   ModelShape& walls = dropped_.shapes.emplace_back();
   walls.name = "guide";

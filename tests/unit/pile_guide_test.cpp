@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -99,6 +100,48 @@ TEST(Guide, NailsHoldTheSameColumn) {
   run(simulator, 120);
   EXPECT_EQ(simulator.frames().back().counts.nails, 6);
   EXPECT_GT(simulator.states().position[6].y(), 1.09);
+}
+
+// Each is given with a tenth of it in the next. They come apart, slowly, before they are held.
+TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
+  Column column(6);
+  for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.y() = 0.1 + 0.18 * (i - 1);
+  GuidedSimulator simulator(column.scene, column.model);
+  double fastest = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    simulator.step_frame();
+    for (int i = 1; i <= 6; ++i) {
+      fastest = std::max(fastest, simulator.states().linear_velocity[i].norm());
+    }
+  }
+  EXPECT_EQ(simulator.frames().back().counts.held, 6);
+  const auto& place = simulator.states().position;
+  for (int i = 2; i <= 6; ++i) {
+    EXPECT_GT(place[i].y() - place[i - 1].y(), 0.2 - 1.1 * 0.03 * 0.173);
+    EXPECT_LT(place[i].y() - place[i - 1].y(), 0.2 + 1e-3);
+    EXPECT_NEAR(place[i].x(), 0, 1e-3);
+  }
+  EXPECT_LT(fastest, 0.3) << "a fall through 5 mm";
+}
+
+TEST(Guide, SaysWhereBodiesAreHeld) {
+  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
+    Column column(4);
+    column.scene.guide->hold = hold;
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 30);
+    ASSERT_FALSE(simulator.constraints().empty());
+    const GuideConstraints& last = simulator.constraints().back();
+    EXPECT_LE(last.frame, 30);
+    ASSERT_EQ(last.points.size(), 4);
+    std::vector<double> heights;
+    for (const Vec3& point : last.points) {
+      heights.push_back(point.y());
+      EXPECT_LT(std::max(std::abs(point.x()), std::abs(point.z())), 0.12);
+    }
+    std::ranges::sort(heights);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(heights[i], 0.2 * i, 0.01);
+  }
 }
 
 TEST(Guide, TheSameSceneGivesTheSameBits) {
