@@ -69,11 +69,15 @@ void GuideJob::measure(const Simulator& simulator) {
   frames_ = simulator_->frames();
   constraints_ = simulator_->constraints();
   control_share_ = simulator_->control_share();
+  control_step_s_ = simulator_->control_step_s();
+  simulation_step_s_ = simulator_->simulation_step_s();
   fit_ = measure_guide_fit(model_, simulator.states());
 }
 
 std::string GuideJob::figures() const {
-  Json figures = {{"control_share", control_share_}};
+  Json figures = {{"control_share", control_share_},
+                  {"control_step_s", control_step_s_},
+                  {"simulation_step_s", simulation_step_s_}};
   if (fit_.voxel_m > 0) {
     figures["bodies_inside"] = fit_.bodies_inside;
     figures["volume_inside"] = fit_.volume_inside;

@@ -43,6 +43,7 @@ class GuideJob {
   const GuidedSimulator* simulator_ = nullptr;
   GuideFit fit_;
   double control_share_ = 0;  // of the simulation's wall time
+  double control_step_s_ = 0, simulation_step_s_ = 0;
   std::vector<GuideFrame> frames_;
   std::vector<GuideConstraints> constraints_;
 };

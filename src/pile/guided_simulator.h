@@ -38,7 +38,9 @@ class GuidedSimulator final : public Simulator {
   const std::vector<GuideFrame>& frames() const { return frames_; }  // without frame 0
   // An entry for each frame in which they are others.
   const std::vector<GuideConstraints>& constraints() const { return constraints_; }
-  double control_share() const;  // of the wall time of all frames
+  double control_share() const;      // of the wall time of all frames
+  double control_step_s() const;     // wall time of a control step
+  double simulation_step_s() const;  // and of a step of the simulation without it
 
  private:
   void record_frame();
@@ -52,6 +54,7 @@ class GuidedSimulator final : public Simulator {
   std::vector<GuideFrame> frames_;
   std::vector<GuideConstraints> constraints_;
   double total_s_ = 0;
+  uint64_t steps_ = 0;
 };
 
 }  // namespace pilesim

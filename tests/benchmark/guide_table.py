@@ -18,6 +18,7 @@ PRESETS = Path(__file__).resolve().parents[2] / "presets/equilibrium"
 GIVEN = ["card_tower", "rough_crates", "tyre_fan", "stick_tower", "book_spiral"]
 GROWN = ["chair_pile", "stick_pile", "bananas_in_a_cart"]
 LEFT_ALONE = ["/emitters=[]"]
+OVERRIDES = []
 
 
 def cpu_s():
@@ -27,7 +28,7 @@ def cpu_s():
 
 def run(pilesim, preset, *overrides):
     with tempfile.TemporaryDirectory() as directory:
-        sets = [part for override in overrides for part in ("--set", override)]
+        sets = [part for override in [*overrides, *OVERRIDES] for part in ("--set", override)]
         start = cpu_s()
         subprocess.run([pilesim, "direct-pile", PRESETS / (preset + ".json"), "-o",
                         directory + "/out", "--quiet", *sets], check=True)
@@ -45,6 +46,11 @@ def collapse(frames):
     return "stands"
 
 
+def steps(figures):
+    return "%d | %.2g ms, %.2g ms" % (figures["held"], 1e3 * figures["simulation_step_s"],
+                                      1e3 * figures["control_step_s"])
+
+
 def row(*cells):
     print("| " + " | ".join(cells) + " |", flush=True)
 
@@ -58,7 +64,7 @@ def given(pilesim, preset):
             collapse(frames), "%.2g %%" % (100 * frames[-1]["largest_drift_m"] / height),
             "%.2g %%" % (100 * (frames[-1]["largest_drift_m"] - frames[14]["largest_drift_m"])
                          / height),
-            "", "%.1f s for %d s" % (cpu, duration_s), "%.1f %%" % (100 * figures["control_share"]))
+            "", "%.1f s for %d s" % (cpu, duration_s), steps(figures))
     frames, figures, _ = run(pilesim, preset)
     print("  hit: height %.2f m before, %.2f m at the end, %d knocked loose"
           % (frames[0]["height_m"], frames[-1]["height_m"], figures["knocked_loose"]), flush=True)
@@ -76,7 +82,7 @@ def grown(pilesim, preset, seeds):
                 "%.0f %%, overlap %.0f %%" % (100 * figures["bodies_inside"],
                                               100 * figures["overlap"]),
                 "%.1f s for %.0f s" % (cpu, frames[-1]["time_s"]),
-                "%.1f %%" % (100 * figures["control_share"]))
+                steps(figures))
             if filling:
                 print("  filled: %(kept)d of %(dropped)d" % filling, flush=True)
 
@@ -87,10 +93,12 @@ def main():
     parser.add_argument("pilesim")
     parser.add_argument("presets", nargs="*", default=GIVEN + GROWN)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--set", action="append", default=[], help="override in every run")
     options = parser.parse_args()
+    OVERRIDES.extend(options.set)
     row("Preset", "Control", "Seed", "Falls after, or ends at", "Drift", "of it after 0.5 s", "Inside",
-        "CPU", "Control's share")
-    row(*["---"] * 9)
+        "CPU", "Held", "A step, a control step")
+    row(*["---"] * 10)
     for preset in options.presets:
         if preset in GROWN:
             grown(options.pilesim, preset, options.seeds)

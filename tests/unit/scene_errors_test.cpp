@@ -7,6 +7,7 @@ namespace pilesim {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const std::string kHead = R"({"version": 1,
@@ -214,7 +215,7 @@ TEST(SceneErrors, GuidesToBeFilled) {
   const std::string guide = R"(, "guide": {"file": "g.obj"})";
   EXPECT_THAT(filled("", guide), IsEmpty());
   EXPECT_THAT(filled(R"(, "count": 9, "rate_hz": 3, "start_s": 1)", guide), IsEmpty());
-  for (const std::string& without : {R"()", R"(, "guide": {})"}) {
+  for (const char* without : {"", R"(, "guide": {})"}) {
     EXPECT_THAT(filled("", without),
                 ElementsAre(HasSubstr("/emitters/0: fills a guide, and the scene has none")));
   }
