@@ -124,6 +124,88 @@ TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
   EXPECT_LT(fastest, 0.3) << "a fall through 5 mm";
 }
 
+// Else a high pile begins to lean before its overlaps are gone.
+TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
+  const auto control_steps = [](double spacing) {
+    Column column(12);
+    for (int i = 1; i <= 12; ++i) {
+      column.model.bodies[i].pose.position.y() = 0.1 + spacing * (i - 1);
+    }
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 10);  // 40 steps: two periods
+    return simulator.frames().back().counts.control_steps;
+  };
+  EXPECT_LE(control_steps(0.2), 21);
+  EXPECT_GT(control_steps(0.18), 25);
+}
+
+// Whatever its mass: a guide is for piles that more is laid upon.
+TEST(Guide, WhatComesSlowlyIsNoHit) {
+  Column column(5);
+  const uint32_t ball = column.sphere(0.15);
+  ModelBody& slow = column.body(ball, column.wood, {-0.27, 0.15, 0});
+  slow.linear_velocity = {0.08, 0, 0};
+  slow.angular_velocity = {0, 0, -0.08 / 0.15};
+  slow.mass_kg = 2000;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 60);
+  EXPECT_EQ(simulator.frames().back().counts.knocked_loose, 0);
+  EXPECT_LT(std::abs(simulator.states().position[5].x()), 1e-3);
+}
+
+TEST(Guide, WhatMovesIsNotHeld) {
+  Column column(1);
+  column.model.bodies[1].linear_velocity = {2, 0, 0};
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 60);
+  EXPECT_NEAR(simulator.states().position[1].x(), 2 * 2 / (2 * 0.7 * 9.81), 0.06);
+  EXPECT_EQ(simulator.frames().back().counts.held, 1);
+}
+
+TEST(Guide, WhatHasNothingToStandOnIsLetGo) {
+  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
+    Column column(3);
+    column.scene.guide->hold = hold;
+    column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 30);
+    uint32_t fewest = 3;
+    for (int frame = 0; frame < 60; ++frame) {
+      simulator.step_frame();
+      const GuideCounts& counts = simulator.frames().back().counts;
+      fewest = std::min(fewest, hold == HoldKind::nail ? counts.nails : counts.held);
+    }
+    EXPECT_EQ(fewest, 0) << "in the air";
+    EXPECT_NEAR(simulator.states().position[2].y(), 0.1, 0.01);
+    EXPECT_NEAR(simulator.states().position[3].y(), 0.3, 0.01);
+  }
+}
+
+TEST(Guide, WhatWaitsForItsReleaseCarries) {
+  Column column(3);
+  column.model.bodies[1].held = true;
+  column.model.bodies[1].pose.position.y() += 1;
+  column.model.bodies[2].pose.position.y() += 1;
+  column.model.bodies[3].pose.position.y() += 1;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 30);
+  EXPECT_EQ(simulator.frames().back().counts.held, 2);
+  EXPECT_NEAR(simulator.states().position[3].y(), 1.5, 1e-3);
+  EXPECT_LT(simulator.frames().back().largest_drift_m, 1e-3);
+}
+
+TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
+  Column column(1);
+  column.model.guide = box_mesh({2, 1, 2});
+  column.model.bodies[1].pose.position.y() = 1.2;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 6);
+  EXPECT_EQ(simulator.frames().back().counts.in_guide, 0);
+  run(simulator, 60);
+  EXPECT_EQ(simulator.frames().back().counts.in_guide, 1);
+  EXPECT_EQ(simulator.frames().back().counts.held, 1);
+}
+
 TEST(Guide, SaysWhereBodiesAreHeld) {
   for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
     Column column(4);
