@@ -142,6 +142,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
 // Whatever its mass: a guide is for piles that more is laid upon.
 TEST(Guide, WhatComesSlowlyIsNoHit) {
   Column column(5);
+  column.scene.guide->most_speed = 0.02;  // so that the ball is not held itself
   const uint32_t ball = column.sphere(0.15);
   ModelBody& slow = column.body(ball, column.wood, {-0.27, 0.15, 0});
   slow.linear_velocity = {0.08, 0, 0};
@@ -151,6 +152,7 @@ TEST(Guide, WhatComesSlowlyIsNoHit) {
   run(simulator, 60);
   EXPECT_EQ(simulator.frames().back().counts.knocked_loose, 0);
   EXPECT_LT(std::abs(simulator.states().position[5].x()), 1e-3);
+  EXPECT_GT(simulator.states().position[6].x(), -0.26) << "it came";
 }
 
 TEST(Guide, WhatMovesIsNotHeld) {
@@ -192,6 +194,7 @@ TEST(Guide, WhatWaitsForItsReleaseCarries) {
   EXPECT_EQ(simulator.frames().back().counts.held, 2);
   EXPECT_NEAR(simulator.states().position[3].y(), 1.5, 1e-3);
   EXPECT_LT(simulator.frames().back().largest_drift_m, 1e-3);
+  EXPECT_NEAR(simulator.frames().back().height_m, 0.2, 1e-3) << "without what waits";
 }
 
 TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
@@ -263,6 +266,11 @@ TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   EXPECT_DOUBLE_EQ(fit.volume_inside, 0.5);
   EXPECT_GT(fit.overlap, 0.2);
   EXPECT_LT(fit.overlap, 0.5);
+  for (Vec3& vertex : column.model.guide.vertices) vertex.y() += 0.4;
+  EXPECT_GT(measure_guide_fit(column.model, states).overlap, 0.6) << "the column itself";
+  for (Vec3& vertex : column.model.guide.vertices) vertex.x() += 5;
+  EXPECT_EQ(measure_guide_fit(column.model, states).overlap, 0);
+  EXPECT_EQ(measure_guide_fit(column.model, states).bodies_inside, 0);
 }
 
 }  // namespace

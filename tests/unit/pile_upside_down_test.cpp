@@ -73,6 +73,13 @@ TEST(UpsideDown, WhatDoesNotFitLeavesTheModel) {
   EXPECT_LT(filling.dropped, 150) << "it is full before";
   ASSERT_EQ(filled.model.bodies.size(), filling.kept + 2);
   EXPECT_EQ(filled.model.bodies.back().name, "last");
+  // What stood out of the base is gone, or the others would now stand out of the top.
+  for (uint32_t i = 1; i <= filling.kept; ++i) {
+    const ModelBody& body = filled.model.bodies[i];
+    for (const Vec3& corner : filled.model.shapes[body.shape].mesh.vertices) {
+      EXPECT_LT(body.pose.apply(corner).y(), 0.805);
+    }
+  }
   // The last cube is gone from the event, and the last body has another index.
   EXPECT_EQ(filled.model.events.back().bodies, (std::vector<uint32_t>{0, filling.kept + 1}));
 }
@@ -97,10 +104,7 @@ TEST(UpsideDown, ItFollowsGravityAndTheSeed) {
   const auto fill = [](uint64_t seed, bool turned) {
     FilledBox filled(10);
     filled.scene.seed = seed;
-    if (turned) {
-      filled.scene.gravity = {9.81, 0, 0};
-      // The base is at the left end then: x = 0.25.
-    }
+    if (turned) filled.scene.gravity = {9.81, 0, 0};
     fill_guide(filled.scene, filled.model);
     return filled.model.bodies;
   };
@@ -110,11 +114,26 @@ TEST(UpsideDown, ItFollowsGravityAndTheSeed) {
     EXPECT_EQ(first[i].pose.position, again[i].pose.position);
     EXPECT_NE(first[i].pose.position, other[i].pose.position);
   }
-  double highest = -1;
-  for (const ModelBody& body : fill(1, true)) {
-    if (body.pose.position.x() < 1) highest = std::max(highest, body.pose.position.x());
+  // One layer, by the base at the end that is lowest then: x = 0.25.
+  const std::vector<ModelBody> turned = fill(1, true);
+  for (uint32_t i = 1; i <= 10; ++i) {
+    EXPECT_LT(turned[i].pose.position.x(), 0.21);
+    EXPECT_GT(turned[i].pose.position.x(), 0.05);
   }
-  EXPECT_NEAR(highest, 0.2, 0.04);
+}
+
+TEST(UpsideDown, WhatFallsOutOfTheGuideIsNotKept) {
+  FilledBox filled(5);
+  std::erase_if(filled.model.guide.triangles, [&](const Triangle& triangle) {
+    return std::ranges::all_of(
+        triangle, [&](uint32_t vertex) { return filled.model.guide.vertices[vertex].y() > 0.7; });
+  });
+  try {
+    fill_guide(filled.scene, filled.model);
+    FAIL() << "it has no top";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.problems().front().pointer, "/emitters/0");
+  }
 }
 
 TEST(UpsideDown, AGuideWithoutALevelBaseIsRefused) {
