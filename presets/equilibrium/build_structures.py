@@ -172,7 +172,7 @@ def tyres():
               "name": "Tyre fan", "duration_s": 8, "frame_rate": 30,
               "materials": {"ground": {"restitution": 0, "friction": 0.8},
                             "rubber": {"restitution": 0.1, "friction": 0.8, "density_kg_m3": 300},
-                            "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 700}},
+                            "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 3000}},
               "shapes": {"ground": {"type": "plane"},
                          "tyre": {"type": "mesh", "file": "../../assets/tyre.obj",
                             "hull_max_vertices": 255},
