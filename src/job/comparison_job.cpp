@@ -174,8 +174,7 @@ BodyStates end_states(TrajectoryReader& trajectory) {
     states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]).cast<double>());
     const Eigen::AngleAxisd turn(states.orientation[i] *
                                  before.orientation[i].cast<double>().normalized().conjugate());
-    const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
-    states.angular_velocity.push_back(rate * angle * turn.axis());
+    states.angular_velocity.push_back(rate * turn.angle() * turn.axis());
   }
   return states;
 }
@@ -188,6 +187,7 @@ ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Mode
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
   result.setup_s = report["time"]["setup_s"];
+  result.cpu_s = report["time"]["cpu_s"];
   result.steps = report["counts"]["steps"];
   result.peak_memory_bytes = report["peak_memory_bytes"];
   const Json& stages = report["time"]["stages"];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <optional>
 
 #include "core/error.h"
@@ -26,6 +27,9 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+// Of all threads so far.
+double process_cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   TrajectoryHeader header;
@@ -176,8 +180,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
                       "frames");
+    const double cpu_start_s = process_cpu_s();
     report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
     writer.close();
+    report.cpu_s = process_cpu_s() - cpu_start_s;
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }

@@ -159,6 +159,35 @@ TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
   EXPECT_LT(states().position[1].y(), 0);
 }
 
+TEST_F(Statistical, WhatLiesOnABodyThatIsRemovedComesDown) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  const std::string lower = add_body("box", {0, 0.1, 0}).name;
+  add_body("box", {0, 0.35, 0});
+  scene_.events.push_back({4, RemoveEvent{{lower}}});
+  start();
+  EXPECT_EQ(run(230).bodies_awake, 0U);
+  const double before = states().position[2].y();
+  EXPECT_GT(before, 0.15);
+  run(90);
+  EXPECT_NEAR(states().position[2].y(), 0.1, 2e-3);
+}
+
+// An impulse p at the arm r of a body of mass m and gyration k: v = p / m, w = r x p / (m k^2).
+TEST_F(Statistical, AnImpulsePushesAndTurns) {
+  scene_.gravity = Vec3::Zero();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  const std::string box = add_body("box", Vec3::Zero()).name;
+  const Vec3 impulse(0, 6, 0), arm(0.15, 0, 0);
+  scene_.events.push_back({0.1, ImpulseEvent{{box}, impulse, arm}});
+  start();
+  run(30);
+  const double mass = 1000 * 0.3 * 0.2 * 0.1;
+  const double gyration2 = (0.3 * 0.3 + 0.2 * 0.2 + 0.1 * 0.1) / 18;
+  EXPECT_LT((states().linear_velocity[0] - impulse / mass).norm(), 1e-5);
+  EXPECT_LT((states().angular_velocity[0] - arm.cross(impulse) / (mass * gyration2)).norm(), 1e-3);
+}
+
 TEST_F(Statistical, FreeBodiesKeepTheirMomentumAndGainNoEnergy) {
   scene_.gravity = Vec3::Zero();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));
