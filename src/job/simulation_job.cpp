@@ -54,7 +54,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed && kFailed == kStateFailed,
+static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed &&
+                  kFailed == kStateFailed,
               "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {

@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 constexpr float kNear = 0.01f, kFar = 1000;
 constexpr float kFacing = 0.16f, kGrazing = 0.55f;  // opacity of the guide by its slope to the view
 constexpr int kSubpixels = 2;                       // along an edge of a pixel
-constexpr float kDot = 0.0045f;                      // radius, of the picture's height
+constexpr float kDot = 0.0045f;                     // radius, of the picture's height
 const Eigen::Vector3f kGuideColour(244, 248, 255), kBlack(16, 16, 18);
 
 Vec3f point_of(const Json& json) {

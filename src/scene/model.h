@@ -74,8 +74,8 @@ struct ModelPairRule {
   PairMethod method;
 };
 
-// Bodies that are to fill the guide, in the order of their release (start_s is its time). Where they
-// lie is not known until fill_guide() (pile/upside_down.h) has been called.
+// Bodies that are to fill the guide, in the order of their release (start_s is its time). Where
+// they lie is not known until fill_guide() (pile/upside_down.h) has been called.
 struct GuideFill {
   uint32_t first = 0, count = 0;  // in Model::bodies
   uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers

@@ -125,8 +125,8 @@ struct VolumeSource {
   Pose pose;                   // of the mesh file's frame in the world
   double spacing = 1;          // m, > 0
 };
-// The guide, turned over and filled like a vessel, then turned back (dissertation 6.3.1): bodies wait
-// where they came to lie there and are released from the bottom up.
+// The guide, turned over and filled like a vessel, then turned back (dissertation 6.3.1): bodies
+// wait where they came to lie there and are released from the bottom up.
 struct GuideSource {};
 using EmitterSource =
     std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource, GuideSource>;

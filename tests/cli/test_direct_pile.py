@@ -64,6 +64,10 @@ class Guides(CommandTest):
         self.assertTrue(0 < waiting[1] < 11)
         self.assertEqual(waiting[2], 0)
 
+    def test_validate_says_how_many_fit_at_most(self):
+        result = self.succeed("validate", self.filled())
+        self.assertIn("valid; at most 13 bodies (12 dynamic)", result.stdout)
+
     def test_simulate_fills_it_too_whatever_the_threads(self):
         for name, threads in (("a", "1"), ("b", "2")):
             self.succeed("simulate", self.filled(), "-o", name, "--threads", threads)
