@@ -115,6 +115,29 @@ TEST_F(Statistical, APileStandsAndSleeps) {
   EXPECT_GT(mean, 0.14);
 }
 
+// The lowest layer of a heap: faces within how many degrees of the ground, in the mean.
+TEST_F(Statistical, WhatLiesUnderOthersRocksTowardsAPose) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  add_grid("box", {6, 6, 6}, {0.3, 0.3, 0.3}, {0, 1.1, 0});
+  scene_.emitters[0].angular_velocity_jitter = 5;
+  const auto mean_tilt = [&] {
+    start();
+    run(360);
+    double sum = 0, count = 0;
+    for (size_t i = 1; i < states().size(); ++i) {
+      if (states().position[i].y() > 0.15) continue;
+      const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+      sum += degrees(std::acos(std::min(1.0, up.cwiseAbs().maxCoeff())));
+      ++count;
+    }
+    return sum / count;
+  };
+  const double controlled = mean_tilt();
+  scene_.simulator.rest_control = false;
+  EXPECT_LT(controlled, 0.5 * mean_tilt());
+}
+
 TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
