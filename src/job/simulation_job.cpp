@@ -54,7 +54,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed && kFailed == kStateFailed,
+static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed &&
+                  kFailed == kStateFailed,
               "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
@@ -158,10 +159,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   std::optional<GuideJob> guide;
   std::optional<PileJob> piles;
-  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model);
+  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model, filling);
   if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
   const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
                                                : piles ? piles->make_simulator()
