@@ -317,6 +317,67 @@ TEST_F(Mixed, SleepersFallWhenWhatTheyStandOnGoes) {
   EXPECT_LT(states().position[2].y(), kSide);
 }
 
+TEST_F(Mixed, EachPieceOfAMustImpulseBodyHasItsOwnBox) {
+  scene_.gravity.setZero();
+  scene_.shapes["foot"] = BoxShape{{2, 0.1, 2}};
+  scene_.shapes["shaft"] = BoxShape{{0.1, 2, 0.1}};
+  scene_.shapes["pole"] = CompoundShape{
+      {{"foot", {{0, 0.05, 0}, Quat::Identity()}}, {"shaft", {{0, 1.1, 0}, Quat::Identity()}}}};
+  add("pole", {0, 0, 0}, kExact, Role::fixed);
+  add("cube", {0.5, 1, 0.5}, kSphere);   // in the box of the whole
+  add("cube", {0.14, 1, 0.1}, kSphere);  // at the shaft
+  start();
+  run(1);
+  EXPECT_TRUE(is_far(1));
+  EXPECT_TRUE(is_near(2));
+}
+
+TEST_F(Mixed, SpheresThatAreSunkComeApartNearMustImpulseBodiesToo) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, kSide / 2, 0}, kSphere);
+  add("cube", {kSide, kSide / 2, 0}, kSphere);
+  start();
+  run(60);
+  EXPECT_TRUE(is_near(1) && is_near(2));
+  const double diameter = 2 * std::cbrt(3 / (4 * kPi)) * kSide;
+  EXPECT_NEAR((states().position[2] - states().position[1]).norm(), diameter, 0.02 * diameter);
+}
+
+TEST_F(Mixed, ASphereWakesASleeperThatIsNear) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, 0.1, 0}, kSphere);
+  Body& thrown = add("cube", {-0.8, 0.35, 0}, kSphere);
+  thrown.linear_velocity = {4, 0.4, 0};
+  thrown.held = true;
+  scene_.events.push_back({.time_s = 2, .action = ReleaseEvent{{thrown.name}}});
+  start();
+  run(118);
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 0U);
+  EXPECT_TRUE(is_near(1));
+  run(30);
+  EXPECT_GT(states().position[1].x(), 0.02);
+}
+
+TEST_F(Mixed, SleepersBesideWhatStandsAreLeftAlone) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, 0.1, 0}, kSphere).asleep = true;
+  start();
+  EXPECT_EQ(run(5).bodies_awake, 0U);
+  EXPECT_TRUE(is_far(1));
+}
+
+TEST_F(Mixed, ReportsTellTheRiseOfEnergyAtAnEntry) {
+  // Lifted out of the slab by the position correction.
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  constexpr double kDepth = 0.05;
+  add("cube", {0, kSide / 2 - kDepth, 0}, kSphere);
+  start();
+  run(1);
+  const auto figures = nlohmann::json::parse(simulator_->figures());
+  EXPECT_GT(figures["largest_energy_rise_at_entry_j"], 0);
+  EXPECT_LT(figures["largest_energy_rise_at_entry_j"], 8 * 9.81 * kDepth);  // 8 kg
+}
+
 TEST_F(Mixed, HingesNeedMustImpulseBodies) {
   add("cube", {0, 1, 0}, kSphere).hinge = Hinge{};
   EXPECT_THROW(start(), Error);
