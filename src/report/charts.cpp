@@ -25,13 +25,14 @@ std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 // gnuplot reads commands and, after them, one inline block of data for each series.
 std::string draw(const std::string& y_label, const std::vector<double>& time_s,
-                 const std::vector<Series>& series) {
+                 const std::vector<Series>& series, bool logarithmic = false) {
   std::string script =
       "set terminal svg size 760,300 dynamic font 'sans-serif,12' background '#ffffff'\n"
       "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
       "set grid ytics lc rgb '#e4e4e4' lw 1\nset style fill solid 0.85 noborder\n"
       "set key outside right top textcolor rgb '#444444' reverse Left samplen 1.5\n"
-      "set xlabel 'simulated time (s)'\nset yrange [0:*]\n";
+      "set xlabel 'simulated time (s)'\n";
+  script += logarithmic ? "set logscale y\n" : "set yrange [0:*]\n";
   script += "set ylabel " + quoted(y_label) + "\nplot ";
   for (size_t i = 0; i < series.size(); ++i) {
     script += (i > 0 ? ", " : "") + std::string("'-' ") + series[i].style + " title " +
@@ -80,6 +81,18 @@ Chart time_chart(const std::vector<FrameRow>& rows, const std::vector<double>& t
 }
 
 }  // namespace
+
+Chart line_chart(const std::string& title, const std::string& y_label,
+                 const std::vector<double>& time_s, const std::vector<ChartLine>& lines) {
+  constexpr const char* kColours[] = {"#4c78a8", "#e45756", "#54a24b",
+                                      "#333333", "#f2b155", "#9467bd"};
+  std::vector<Series> series;
+  for (const ChartLine& line : lines) {
+    series.push_back(
+        {line.title, line_style(kColours[series.size() % std::size(kColours)]), line.values});
+  }
+  return {title, draw(y_label, time_s, series, true)};
+}
 
 std::vector<Chart> simulation_charts(const std::vector<FrameRow>& rows) {
   const auto time_s = column(rows, [](const FrameRow& row) { return row.time_s; });

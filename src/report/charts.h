@@ -17,4 +17,14 @@ struct Chart {
 // gnuplot is missing or fails.
 std::vector<Chart> simulation_charts(const std::vector<FrameRow>& rows);
 
+struct ChartLine {
+  std::string title;
+  std::vector<double> values;
+};
+
+// Lines over one axis of simulated time, y logarithmic; `values` that are not positive are left
+// out. Throws Error(io) as above.
+Chart line_chart(const std::string& title, const std::string& y_label,
+                 const std::vector<double>& time_s, const std::vector<ChartLine>& lines);
+
 }  // namespace pilesim

@@ -1,5 +1,7 @@
 #include "simulate/bullet_contact_solver.h"
 
+#include <limits>
+
 namespace pilesim {
 
 // Of the two bodies along the contact's normal, before this step's forces; negative: closing.
@@ -33,15 +35,33 @@ void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int 
   }
 }
 
+btVector3 BulletContactSolver::velocity(const btRigidBody& body) const {
+  const btSolverBody& b = m_tmpSolverBodyPool[body.getCompanionId()];
+  return b.m_linearVelocity + b.m_externalForceImpulse + b.m_deltaLinearVelocity;
+}
+
+btVector3 BulletContactSolver::spin(const btRigidBody& body) const {
+  const btSolverBody& b = m_tmpSolverBodyPool[body.getCompanionId()];
+  return b.m_angularVelocity + b.m_externalTorqueImpulse + b.m_deltaAngularVelocity;
+}
+
+void BulletContactSolver::change_velocity(const btRigidBody& body, const btVector3& linear,
+                                          const btVector3& angular) {
+  btSolverBody& b = m_tmpSolverBodyPool[body.getCompanionId()];
+  b.m_deltaLinearVelocity += linear;
+  b.m_deltaAngularVelocity += angular;
+}
+
 btScalar BulletContactSolver::solveSingleIteration(
     int iteration, btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
     int manifold_count, btTypedConstraint** constraints, int constraint_count,
     const btContactSolverInfo& info, btIDebugDraw* draw) {
+  if (partner) partner(iteration);
   const btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info,
       draw);
   release_unloaded_friction();
-  return residual;
+  return partner ? std::numeric_limits<btScalar>::infinity() : residual;
 }
 
 void BulletContactSolver::release_unloaded_friction() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "simulate/bullet_types.h"
@@ -35,6 +36,15 @@ struct DynamicBody {
 class BulletContactSolver : public btSequentialImpulseConstraintSolver {
  public:
   explicit BulletContactSolver(double gravity) : gravity_(gravity) {}
+
+  // Called before each iteration: another solver that changes bodies' velocities in turns with this
+  // one. While it is there no group stops before the last iteration.
+  std::function<void(int iteration)> partner;
+  // For the partner only, of a body in the group that is solved: as things stand, gravity included.
+  bool is_solving(const btRigidBody& body) const { return body.getCompanionId() >= 0; }
+  btVector3 velocity(const btRigidBody& body) const;
+  btVector3 spin(const btRigidBody& body) const;
+  void change_velocity(const btRigidBody& body, const btVector3& linear, const btVector3& angular);
 
  protected:
   void convertContacts(btPersistentManifold** manifolds, int count,

@@ -69,10 +69,7 @@ class ContactsAhead::Pair {
   }
 
   void add_pieces(const ConvexPiece& piece, const ConvexPiece& other) {
-    const btVector3 between =
-        a_.getWorldTransform() * piece.centre - b_.getWorldTransform() * other.centre;
-    const double reach = piece.half_extent.length() + other.half_extent.length() + way_m_;
-    if (between.length2() > reach * reach) return;
+    if (boxes_are_apart(piece, other)) return;
     const btTransform other_pose = b_.getWorldTransform() * other.pose;
     const std::optional<ClosestPoints> c = closest(piece, *other.shape, other_pose);
     if (!c) return;
@@ -82,6 +79,19 @@ class ContactsAhead::Pair {
     } else {
       add_facing(b_, other, a_, {-normal, -normal.dot(c->point_on_b) - c->distance});
     }
+  }
+
+  // By more than the way, along an axis of either body.
+  bool boxes_are_apart(const ConvexPiece& piece, const ConvexPiece& other) const {
+    const btTransform b_from_a = b_.getWorldTransform().inverseTimes(a_.getWorldTransform());
+    const btMatrix3x3& axes = b_from_a.getBasis();
+    const btMatrix3x3 sizes = axes.absolute();
+    const btVector3 way(way_m_, way_m_, way_m_);
+    const btVector3 between = b_from_a * piece.centre - other.centre;
+    const auto parted = [](const btVector3& gap) { return gap[gap.maxAxis()] > 0; };
+    return parted(between.absolute() - sizes * piece.half_extent - other.half_extent - way) ||
+           parted((between * axes).absolute() - piece.half_extent - other.half_extent * sizes -
+                  way);
   }
 
   void add_triangles(const ConvexPiece& piece) {

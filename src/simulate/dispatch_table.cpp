@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/error.h"
@@ -18,6 +19,7 @@ bool stands(const ModelBody& body) { return body.role != Role::dynamic || body.h
 DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model)
     : levels_(detail.levels), class_(model.bodies.size()) {
   make_groups(model);
+  find_whether_spheres_are_solved(model, static_cast<uint32_t>(detail.level - 1));
   classes_ = groups_ * level_count() * kBehaviours;
   methods_.resize(size_t{classes_} * classes_);
   for (uint32_t a = 0; a < classes_; ++a) {
@@ -69,6 +71,23 @@ void DispatchTable::make_groups(const Model& model) {
         rules_[a * groups_ + b] = rules[r].method;
         has_rule_[a] = has_rule_[b] = 1;
       }
+    }
+  }
+}
+
+void DispatchTable::find_whether_spheres_are_solved(const Model& model, uint32_t finest_level) {
+  std::set<uint8_t> groups;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].preference == Preference::prefer_statistical) groups.insert(group_[i]);
+  }
+  const bool at_some_level =
+      std::any_of(levels_.begin() + finest_level, levels_.end(),
+                  [](const DetailLevel& level) { return level.near_near == PairMethod::impulse; });
+  for (const uint8_t a : groups) {
+    for (const uint8_t b : groups) {
+      const PairMethod by_rule = rule(a, b);
+      may_solve_spheres_ |=
+          by_rule == PairMethod::impulse || (by_rule == PairMethod::none && at_some_level);
     }
   }
 }

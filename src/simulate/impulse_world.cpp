@@ -26,6 +26,9 @@ constexpr double kRestDepth = 0.02;
 // Penetrations fall by e in this time, again in sqrt(r / g), of the smallest body.
 constexpr double kPositionTime = 0.3;
 
+// A group of Bullet's, beyond those that it uses itself.
+constexpr int kKeptApart = 1 << 10;
+
 double position_time_s(const Scene& scene, const Model& model) {
   double radius = std::numeric_limits<double>::infinity();
   for (const ModelBody& body : model.bodies) {
@@ -99,7 +102,12 @@ void ImpulseWorld::add(uint32_t index, const BodyMotion& start, bool held, bool 
   if (moves) set_up_dynamic(index, start, body);
   // Known by its index to read_contacts().
   body.setUserIndex(static_cast<int>(index));
-  world_.addRigidBody(&body);
+  if (record.kept_apart) {
+    const int like = kKeptApart | (moves ? 0 : btBroadphaseProxy::StaticFilter);
+    world_.addRigidBody(&body, like, ~like);
+  } else {
+    world_.addRigidBody(&body);
+  }
   if (moves && source.hinge) {
     const btTransform inverse = body.getWorldTransform().inverse();
     record.hinge = std::make_unique<btHingeConstraint>(
@@ -137,7 +145,7 @@ void ImpulseWorld::remove(uint32_t index) {
   remove_constraints_of(index);
   if (record.hinge) world_.removeConstraint(record.hinge.get());
   world_.removeRigidBody(record.body.get());
-  record = {};
+  record = {.kept_apart = record.kept_apart};
 }
 
 void ImpulseWorld::apply_impulse(uint32_t index, const ModelEvent& event) {
@@ -173,6 +181,29 @@ void ImpulseWorld::step(StageTimer& timer, const std::function<void()>& before_s
   world_.step(step_s_, scene_.simulator.sleeping, timer, before_solver);
 }
 
+void ImpulseWorld::set_partner(std::function<void(int)> partner) {
+  const btContactSolverInfo usual;
+  world_.getSolverInfo().m_minimumSolverBatchSize =
+      partner ? std::numeric_limits<int>::max() : usual.m_minimumSolverBatchSize;
+  solver_.partner = std::move(partner);
+}
+
+Vec3 ImpulseWorld::solver_velocity(uint32_t body) const {
+  return from_bullet(solver_.velocity(*records_[body].body));
+}
+
+Vec3 ImpulseWorld::solver_spin(uint32_t body) const {
+  return from_bullet(solver_.spin(*records_[body].body));
+}
+
+void ImpulseWorld::change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  solver_.change_velocity(*records_[body].body, to_bullet(linear), to_bullet(angular));
+}
+
+void ImpulseWorld::keep_apart(const std::vector<uint32_t>& bodies) {
+  for (const uint32_t body : bodies) records_[body].kept_apart = true;
+}
+
 BodyMotion ImpulseWorld::motion(uint32_t body) const {
   const btRigidBody& rigid = *records_[body].body;
   const btTransform& transform = rigid.getWorldTransform();
@@ -206,21 +237,28 @@ Bounds ImpulseWorld::box_at(uint32_t body, const Pose& pose) const {
   return {from_bullet(low), from_bullet(high)};
 }
 
-void ImpulseWorld::push(uint32_t body, const Vec3& linear, const Vec3& angular) {
-  btRigidBody& rigid = *records_[body].body;
-  const btMatrix3x3& axes = rigid.getWorldTransform().getBasis();
-  const btVector3 turning = (to_bullet(angular) * axes) * rigid.getLocalInertia();
-  rigid.applyCentralForce(to_bullet(linear) * (model_.bodies[body].mass_kg / step_s_));
-  rigid.applyTorque(axes * turning / step_s_);
+double ImpulseWorld::reach_below_m(uint32_t body, const Quat& orientation) const {
+  const BulletShape& shape = shapes_[model_.bodies[body].shape];
+  const btVector3 down =
+      to_bullet(Vec3((orientation * shape.body_from_bullet()).conjugate() * -Vec3::UnitY()));
+  const auto& pieces = *static_cast<const ConvexPieces*>(shape.collision()->getUserPointer());
+  double reach = 0;
+  for (const ConvexPiece& piece : pieces.pieces) {
+    const double most = down.dot(piece.centre) + down.absolute().dot(piece.half_extent);
+    if (most <= reach) continue;
+    const btVector3 lowest =
+        piece.pose * piece.shape->localGetSupportingVertex(down * piece.pose.getBasis());
+    reach = std::max(reach, down.dot(lowest));
+  }
+  return reach;
 }
 
-void ImpulseWorld::nudge(uint32_t body, const Vec3& way, const Quat& turn, bool carried) {
+void ImpulseWorld::nudge(uint32_t body, const Vec3& way, const Quat& turn) {
   btRigidBody& rigid = *records_[body].body;
   btTransform transform = rigid.getWorldTransform();
   transform.setOrigin(transform.getOrigin() + to_bullet(way));
   transform.setRotation(to_bullet(turn) * transform.getRotation());
   rigid.setWorldTransform(transform);
-  if (carried) dynamic_[body].supported = true;
 }
 
 void ImpulseWorld::put_to_sleep(uint32_t body) {

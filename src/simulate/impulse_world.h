@@ -36,6 +36,16 @@ class ImpulseWorld {
   // Gives a kinematic body the pose and the velocities of the step from `time_s` on.
   void move_by_keys(uint32_t body, double time_s);
 
+  // Another solver of the contacts of some bodies, called before each iteration of this one, once
+  // in a step: all that is awake is one group then. None: empty.
+  void set_partner(std::function<void(int iteration)> partner);
+  // For the partner: whether this step moves the body, and how, gravity included.
+  bool is_solving(uint32_t body) const { return solver_.is_solving(*records_[body].body); }
+  Vec3 solver_velocity(uint32_t body) const;
+  Vec3 solver_spin(uint32_t body) const;
+  void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+  void carry(uint32_t body) { dynamic_[body].supported = true; }  // as a contact would
+
   // `before_solver` is called when the step's contacts are known.
   void step(StageTimer& timer, const std::function<void()>& before_solver);
 
@@ -45,13 +55,12 @@ class ImpulseWorld {
   void boxes(uint32_t body, std::vector<Bounds>& boxes) const;
   // Of a body that may be outside of the world, if it stood there.
   Bounds box_at(uint32_t body, const Pose& pose) const;
+  // How far its collision shape reaches below the centre in that orientation, m; of a dynamic body.
+  double reach_below_m(uint32_t body, const Quat& orientation) const;
   bool is_active(uint32_t body) const { return records_[body].body->isActive(); }
   void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
-  // Changes velocities in the step to come as gravity does, by something that lasts: what stops it
-  // does not bounce.
-  void push(uint32_t body, const Vec3& linear, const Vec3& angular);
-  // Moves a body by something else than its velocity; `carried`: as if a contact had pushed it.
-  void nudge(uint32_t body, const Vec3& way, const Quat& turn, bool carried);
+  // Moves a body by something else than its velocity.
+  void nudge(uint32_t body, const Vec3& way, const Quat& turn);
   void put_to_sleep(uint32_t body);  // see ImpulseControl
   void fall_asleep(uint32_t body);   // by the world's own rule, at once
   void wake(uint32_t body);
@@ -69,6 +78,10 @@ class ImpulseWorld {
   // Which pairs of bodies touch at all, asked in every step; none: all.
   void set_pair_filter(PairFilter filter) { dispatcher_.filter = std::move(filter); }
 
+  // Before any is added: these never touch each other, whatever the filter says. What lies close
+  // together then costs no pairs.
+  void keep_apart(const std::vector<uint32_t>& bodies);
+
   double kinetic_energy_j(uint32_t body) const;
   // Contacts and penetration of the last step.
   void add_contacts_to(FrameStatistics& statistics) const;
@@ -80,6 +93,7 @@ class ImpulseWorld {
     std::unique_ptr<btTypedConstraint> hinge;
     bool moved = false;         // kinematic: in the step before
     bool put_to_sleep = false;  // by put_to_sleep()
+    bool kept_apart = false;    // from its like
   };
   struct PointConstraint {
     std::unique_ptr<btTypedConstraint> constraint;

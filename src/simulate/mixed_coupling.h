@@ -1,10 +1,10 @@
-// What bodies that are in both engines at once, I' bodies, take from one to the other in a step.
+// Bodies that are in both engines at once, I' bodies: what they take from one to the other in a
+// step.
 //
-// The engine of spheres sees such a body with its mass and velocity and with what its exact
-// contacts carried in the step before, so that what lies on it is not let down; the change of
-// velocity that its sphere contacts cause goes to the Bullet world as an impulse, and how far they
-// push or turn it beside that as a nudge. There it meets its exact contacts and moves. In the long
-// run both kinds of contacts carry what they would carry together.
+// The engine of spheres finds their contacts with spheres and draws what collides. Its sweeps over
+// those contacts and the Bullet world's iterations over the exact ones then take turns on the same
+// velocities: one solver for both, so that what lies by contacts of both kinds comes to rest. The
+// Bullet world moves the bodies; how far spheres push or turn them besides is a nudge afterwards.
 #pragma once
 
 #include <cstdint>
@@ -27,27 +27,29 @@ class MixedCoupling {
   void enter(uint32_t body);
   void leave(uint32_t body);
 
-  void pull();         // spheres stand where their bodies are
-  void load();         // before the spheres' step
-  void hand_over();    // after it: to the Bullet world
-  void weigh_loads();  // after its step
-  // Of bodies()[i] as the Bullet world's step begins, with what the spheres gave it.
+  void pull();       // spheres stand where their bodies are
+  void get_ready();  // before the spheres' step
+  void hand_over();  // when they have collided: to the Bullet world, which calls for their sweeps
+  void take_back();  // after its step, before the spheres' ends
+  void nudge();      // after both
+  // Of bodies()[i], before take_back(): as the step began, with all that spheres gave it since.
   BodyMotion handed_motion(size_t i) const;
 
  private:
   // An I' body.
   struct Shared {
-    // By exact contacts in the step before.
-    Vec3 load = Vec3::Zero(), turning_load = Vec3::Zero();  // m/s, rad/s
-    // As the spheres' step begins, with the loads, and without gravity.
-    Vec3f position = Vec3f::Zero(), velocity = Vec3f::Zero(), spin = Vec3f::Zero();
-    Quatf orientation = Quatf::Identity();
-    bool asleep = false;
-    // To the Bullet world.
-    Vec3 handed_velocity = Vec3::Zero(), handed_spin = Vec3::Zero();
+    // As the step begins, without gravity, and what spheres have changed of it since.
+    BodyMotion motion;
+    Vec3 pushed = Vec3::Zero(), turned = Vec3::Zero();  // m/s, rad/s
+    Vec3 load = Vec3::Zero();                           // m/s, by exact contacts in the step before
+    bool asleep = false;                                // as the step begins
+    bool solved = false;                                // by both in this step
+    Vec3f velocity = Vec3f::Zero(), spin = Vec3f::Zero();  // as spheres see them, of a round
   };
+  void read(uint32_t body, Shared& shared);
   void hand_over(uint32_t body, Shared& shared);
-  void slow_down(double radius_m, BodyMotion& motion) const;
+  void sweep(int iteration);
+  void nudge(uint32_t body, const Shared& shared);
 
   Vec3 change_;  // of a velocity by gravity in a step
   double step_s_;

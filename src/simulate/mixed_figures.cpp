@@ -37,18 +37,16 @@ double MixedFigures::exact_energy_j(const ImpulseWorld& world) const {
   return energy;
 }
 
-void MixedFigures::begin_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
-                                    std::span<const uint32_t> entered) {
-  if (entered.empty()) return;
-  before_j_ = exact_energy_j(world);
-  for (size_t i = 0; i < coupling.bodies().size(); ++i) {
-    before_j_ += energy_j(coupling.bodies()[i], coupling.handed_motion(i));
-  }
+void MixedFigures::begin_exact_step(const ImpulseWorld& world, std::span<const uint32_t> entered) {
+  if (!entered.empty()) before_j_ = exact_energy_j(world);
 }
 
 void MixedFigures::end_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                                   std::span<const uint32_t> entered) {
   if (entered.empty()) return;
+  for (size_t i = 0; i < coupling.bodies().size(); ++i) {
+    before_j_ += energy_j(coupling.bodies()[i], coupling.handed_motion(i));
+  }
   double after_j = exact_energy_j(world);
   for (const uint32_t body : coupling.bodies()) after_j += energy_j(body, world.motion(body));
   largest_rise_j_ = std::max(largest_rise_j_, after_j - before_j_);

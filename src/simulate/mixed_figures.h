@@ -20,8 +20,7 @@ class MixedFigures {
   MixedFigures(const Scene& scene, const Model& model);
 
   // Around the Bullet world's part of a step; `entered`: the I' bodies that came in this step.
-  void begin_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
-                        std::span<const uint32_t> entered);
+  void begin_exact_step(const ImpulseWorld& world, std::span<const uint32_t> entered);
   void end_exact_step(const ImpulseWorld& world, const MixedCoupling& coupling,
                       std::span<const uint32_t> entered);
   void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);

@@ -29,6 +29,14 @@ bool prefers_spheres(const ModelBody& body) {
   return body.role == Role::dynamic && body.preference == Preference::prefer_statistical;
 }
 
+std::vector<uint32_t> all_that_prefer_spheres(const Model& model) {
+  std::vector<uint32_t> bodies;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].preference == Preference::prefer_statistical) bodies.push_back(i);
+  }
+  return bodies;
+}
+
 std::vector<BodySignature> make_objects(const Model& model, const DispatchTable& dispatch) {
   for (const ModelBody& body : model.bodies) {
     if (!body.hinge || !prefers_spheres(body)) continue;
@@ -133,6 +141,7 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
       figures_(scene, model) {
   exact_.set_pair_filter(
       [this](uint32_t a, uint32_t b) { return dispatch_.method(a, b) == PairMethod::impulse; });
+  if (!dispatch_.may_solve_spheres()) exact_.keep_apart(all_that_prefer_spheres(model));
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
@@ -286,13 +295,15 @@ void MixedSimulator::step() {
     StageTimer::Scope scope(timer_, Stage::broad_phase);
     update_behaviours();
   }
-  coupling_.load();
-  spheres_.step(timer_);
+  coupling_.get_ready();
+  spheres_.begin_step(timer_);
   coupling_.hand_over();
-  figures_.begin_exact_step(exact_, coupling_, entered_);
+  figures_.begin_exact_step(exact_, entered_);
   exact_.step(timer_, [] {});
   figures_.end_exact_step(exact_, coupling_, entered_);
-  coupling_.weigh_loads();
+  coupling_.take_back();
+  spheres_.end_step(timer_);
+  coupling_.nudge();
 }
 
 FrameStatistics MixedSimulator::step_frame() {

@@ -15,7 +15,7 @@ namespace {
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
 // A body stands on another one if the way up to it is steeper than this (the cosine).
-constexpr float kSteepSupport = 0.7F;
+constexpr float kSteepSupport = 0.3F;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
@@ -77,6 +77,7 @@ void SphereWorld::gather() {
     for (size_t p = begin; p < end; ++p) {
       SphereBody& body = bodies_[body_[p]];
       kind_[p] = kind_of_[body_[p]];
+      place_of_[body_[p]] = static_cast<uint32_t>(p);
       const SphereKind& kind = kinds_[kind_[p]];
       centre_[p] = body.position;
       motion_[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
@@ -126,7 +127,9 @@ void SphereWorld::find_contacts() {
   auto rows = static_cast<uint32_t>(body_.size());
   uint32_t touches = 0;
   for (Batch& batch : batches_) {
-    for (const uint32_t body : batch.woken) wake_hit(body);
+    for (const uint32_t body : batch.woken) {
+      if (bodies_[body].asleep) wake_with_load(body);
+    }
     batch.kept_begin = touches;
     touches += static_cast<uint32_t>(batch.touches.size());
     batch.fixed_begin = rows;
@@ -137,9 +140,7 @@ void SphereWorld::find_contacts() {
   kept_.resize(touches);
 }
 
-// Wakes a sleeper, and of a structure also what stands on it: it would hang in the air.
-void SphereWorld::wake_hit(uint32_t body) {
-  if (!bodies_[body].asleep) return;
+void SphereWorld::wake_with_load(uint32_t body) {
   std::vector<uint32_t> waking = {body};
   while (!waking.empty()) {
     const uint32_t lower = waking.back();
@@ -243,6 +244,14 @@ void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batc
   }
 }
 
+// Of structures: whether `upper` sleeps on a body that moves away from under it. `up`: the way from
+// one to the other; velocities have the step's gravity in them.
+bool SphereWorld::leaves_behind(uint32_t lower, const Vec3f& velocity, uint32_t upper,
+                                const Vec3f& up) const {
+  return bodies_[upper].asleep && !bodies_[lower].asleep && up.y() > kSteepSupport &&
+         (velocity - settings_.step_s * settings_.gravity).norm() > rest_speed(kind(lower));
+}
+
 void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
   const float reach = middle_.reach[p] + middle_.reach[q];
   if ((middle_.centre(p) - middle_.centre(q)).squaredNorm() <= reach * reach) {
@@ -266,8 +275,12 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   const float gap = distance - kind.radius_m - partner.kind.radius_m;
   const float closing = (partner.velocity - motion_[p].velocity).dot(normal);
   const float small = std::min(kind.radius_m, partner.kind.radius_m);
-  if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const uint32_t body = body_[p], other = partner.body;
+  if (has_structures_) {
+    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.woken.push_back(other);
+    if (leaves_behind(other, partner.velocity, body, normal)) batch.woken.push_back(body);
+  }
+  if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const PairMethod method = this->method(body, other);
   if (!by_spheres(method)) return;
   if (collides(closing, gap, kind.radius_m)) {
@@ -334,7 +347,7 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = bodies_[body].surface_radius_m;
-    if (method == PairMethod::statistical && bodies_[body].touched == 0 &&
+    if (method == PairMethod::statistical && bodies_[body].touched == 0 && !bodies_[body].shared &&
         closing > impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
                                 velocity - contact.velocity, motion_[p].spin)

@@ -23,15 +23,12 @@ constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do 
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
 // nothing.
 constexpr float kImpactSpeed = 0.15F;
-constexpr float kRestSpeed = 0.05F;
 constexpr float kRestTime = 3;  // in sqrt(r / g)
 // Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
 // sweeps.
 constexpr float kPositionTime = 0.3F;
 constexpr float kPositionTimeInFlight = 0.03F;
 constexpr int kPositionSweeps = 2;
-// Sweeps over a block of the grid before the next one: its contacts are in the cache then.
-constexpr int kSweepsAtOnce = 2;
 
 Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
   const float half = 0.5F * rotation_vector.norm();
@@ -60,6 +57,7 @@ SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& o
   const size_t count = model.bodies.size();
   bodies_.resize(count);
   collided_.assign(count, kNone);
+  place_of_.resize(count);
   std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> kinds;
   for (const ModelBody& body : model.bodies) {
     const bool dynamic = body.role == Role::dynamic;
@@ -162,11 +160,18 @@ float SphereWorld::deepest_penetration_m() const {
 }
 
 void SphereWorld::step(StageTimer& timer) {
+  begin_step(timer);
+  end_step(timer);
+}
+
+void SphereWorld::begin_step(StageTimer& timer) {
   ++steps_;
   join_woken();
   const auto awake = static_cast<size_t>(
       std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
-  if (awake == 0) return;
+  is_idle_ = awake == 0;
+  sweeps_left_ = is_idle_ ? 0 : settings_.sweeps;
+  if (is_idle_) return;
   // To sort all sleepers anew costs more the more there are: when those among the awake have cost
   // as much.
   waiting_for_sleep_ += active_.size() - awake;
@@ -189,10 +194,15 @@ void SphereWorld::step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::narrow_phase);
     find_contacts();
   }
+  StageTimer::Scope scope(timer, Stage::solver);
+  collide_bodies();
+}
+
+void SphereWorld::end_step(StageTimer& timer) {
+  if (is_idle_) return;
   {
     StageTimer::Scope scope(timer, Stage::solver);
-    collide_bodies();
-    solve_contacts();
+    while (!is_swept()) sweep();
     separate();
   }
   {
@@ -272,7 +282,7 @@ void SphereWorld::for_each_batch(const Do& work) {
   }
 }
 
-void SphereWorld::solve_contacts() {
+void SphereWorld::prepare_contacts() {
   for (std::vector<uint32_t>& batches : colours_) {
     std::erase_if(batches, [&](uint32_t batch) { return batches_[batch].touches.empty(); });
     std::ranges::stable_sort(batches, std::greater(),
@@ -283,14 +293,18 @@ void SphereWorld::solve_contacts() {
     std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
     prepare(batch.contacts.groups(), motion_);
   });
+}
+
+void SphereWorld::sweep() {
+  if (is_swept()) return;
+  if (sweeps_left_ == settings_.sweeps) prepare_contacts();
   const float inverse_step = 1 / settings_.step_s;
-  for (int sweep = 0; sweep < settings_.sweeps; sweep += kSweepsAtOnce) {
-    const int until = std::min(sweep + kSweepsAtOnce, settings_.sweeps);
-    for_each_batch([&](Batch& batch) {
-      for (int i = sweep; i < until; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
-      if (until == settings_.sweeps) keep_impulses(batch);
-    });
-  }
+  const int sweeps = std::min(kSweepsAtOnce, sweeps_left_);
+  sweeps_left_ -= sweeps;
+  for_each_batch([&](Batch& batch) {
+    for (int i = 0; i < sweeps; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
+    if (is_swept()) keep_impulses(batch);
+  });
 }
 
 // For the next step, and for putting to rest.
@@ -370,9 +384,9 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
   // Others may lean on it a little.
   const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
-  const bool controlled =
-      (settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p])) &&
-      speed < kControlSpeed * scale && !targets.empty();
+  const bool controlled = (settings_.dispatch == nullptr ||
+                           (settings_.dispatch->is_posed(body_[p]) && !body.propped)) &&
+                          speed < kControlSpeed * scale && !targets.empty();
   if (!stands || !controlled) {
     body.rest_target = SphereBody::kNoTarget;
     // Under others, or against them, it rocks a little, as far as it gets before it sleeps.
@@ -398,11 +412,10 @@ void SphereWorld::settle_body(uint32_t p) {
   const float gravity = settings_.gravity.norm();
   if (gravity == 0) return;
   const float dt = settings_.step_s;
-  const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
-  const bool slow = body.velocity.norm() < kRestSpeed * scale &&
-                    kind.outer_m * body.spin.norm() < kRestSpeed * scale;
+  const bool slow =
+      body.velocity.norm() < rest_speed(kind) && kind.outer_m * body.spin.norm() < rest_speed(kind);
   const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;
   constexpr uint16_t kMost = std::numeric_limits<uint16_t>::max();
   body.slow_steps = !(slow && posed && carried) ? uint16_t{0}

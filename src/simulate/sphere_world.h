@@ -58,6 +58,9 @@ struct alignas(64) SphereBody {
   bool asleep : 1 = false;
   bool still : 1 = false;    // lies among the sleepers
   bool changed : 1 = false;  // set by the world, cleared by who reads the state
+  // By another engine that moves it too: surface_radius_m is given in each step.
+  bool shared : 1 = false;
+  bool propped : 1 = false;  // by what is no sphere and no surface: it keeps the pose that it has
 };
 static_assert(sizeof(SphereBody) == 64);
 
@@ -75,18 +78,35 @@ struct SphereKind {
 
 class SphereWorld {
  public:
+  // Of a round. Sweeps over a block of the grid before the next one: its contacts are in the cache.
+  static constexpr int kSweepsAtOnce = 2;
+
   SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
               const SphereWorldSettings& settings);
 
   void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin, bool asleep);
   void remove(uint32_t body);  // wakes what lay on it
   void wake(uint32_t body);
+  // And of structures also what stands on it: it would hang in the air.
+  void wake_with_load(uint32_t body);
   // An impulse in N s at a point, or at the centre; it wakes the body.
   void push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point);
   SurfaceGeometry& surfaces() { return surfaces_; }
   void wake_near(uint32_t body);  // all that a body or surface of the world may carry
 
   void step(StageTimer& timer);
+  // The same in parts, for bodies that another solver moves too: after the first, motions are those
+  // that contacts are to change; each round of sweeps may begin with other velocities.
+  void begin_step(StageTimer& timer);
+  void sweep();                      // a round; nothing after the last one
+  void end_step(StageTimer& timer);  // with what is left of the rounds
+  bool is_swept() const { return sweeps_left_ == 0; }
+  // Between begin_step() and end_step(), of an active body; zero inverses: it rests in this step.
+  SphereMotion& motion(uint32_t body) { return motion_[place_of_[body]]; }
+  // After the sweeps: what its contacts have pushed, N s.
+  float pressed(uint32_t body) const {
+    return surface_push_[place_of_[body]] + body_push_[place_of_[body]];
+  }
 
   const SphereBody& body(uint32_t i) const { return bodies_[i]; }
   SphereBody& body(uint32_t i) { return bodies_[i]; }
@@ -164,13 +184,13 @@ class SphereWorld {
     uint32_t kept;  // see SphereBody
   };
   static constexpr uint32_t kNone = ~0u;
-  static constexpr float kNearby = 0.02F;  // contacts are kept up to this gap, in radii
+  static constexpr float kRestSpeed = 0.05F;  // of sqrt(g r)
+  static constexpr float kNearby = 0.02F;     // contacts are kept up to this gap, in radii
   static constexpr size_t kBodiesPerTask = 1024;
 
   SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
   void join_woken();
   void lay_down();
-  void wake_hit(uint32_t body);
   void speed_up();
   void sort();
   void gather();
@@ -182,6 +202,7 @@ class SphereWorld {
   void find_of_block(uint32_t block, std::vector<uint64_t>& used, Batch& batch);
   void find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batch);
   // `used`: see ContactGroups.
+  bool leaves_behind(uint32_t lower, const Vec3f& velocity, uint32_t upper, const Vec3f& up) const;
   void touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch);
   void touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch);
   void touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used, Batch& batch);
@@ -202,7 +223,7 @@ class SphereWorld {
   void collide_bodies();
   void collide(const Impact& impact);
   Collision collision(const Impact& impact) const;
-  void solve_contacts();
+  void prepare_contacts();
   void keep_impulses(Batch& batch);
   template <class Do>
   void for_each_batch(const Do& work);
@@ -220,6 +241,10 @@ class SphereWorld {
   void move_body(uint32_t place);
   bool control_rest(uint32_t place);
   void settle_body(uint32_t place);
+  // m/s; what is slower may sleep
+  float rest_speed(const SphereKind& kind) const {
+    return kRestSpeed * std::sqrt(settings_.gravity.norm() * kind.outer_m);
+  }
   // m/s; what approaches faster collides
   float impact_speed(float radius_m) const {
     return impact_base_ + impact_rise_ * std::sqrt(radius_m);
@@ -244,6 +269,7 @@ class SphereWorld {
   // By place, anew in each step. Motions and shifts go on with the batches' fixed rows.
   std::vector<Level> levels_;
   std::vector<uint32_t> body_;
+  std::vector<uint32_t> place_of_;  // by body: of active ones
   std::vector<Vec3f> centre_;
   Reaches middle_;                              // where it is in the middle of the step
   std::vector<uint32_t> kind_;                  // of bodies
@@ -255,6 +281,8 @@ class SphereWorld {
   std::vector<Vec3f> sorted_middle_;
   std::vector<float> sorted_reach_;
 
+  bool is_idle_ = true;  // nothing is awake in this step
+  int sweeps_left_ = 0;
   bool worth_threads_ = false;
   std::vector<const Impact*> chosen_;
   std::vector<Batch> batches_;

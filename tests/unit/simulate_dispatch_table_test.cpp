@@ -54,6 +54,21 @@ TEST(DispatchTable, IsTableFourOne) {
   }
 }
 
+TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
+  LevelOfDetail detail;
+  EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_spheres());
+  detail.level = 2;  // level 1 is out of reach then
+  EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_spheres());
+  Model model = six_bodies();
+  model.pair_rules = {{{2}, {3}, impulse}};
+  EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
+  detail.level = 1;
+  model.pair_rules = {{{2, 3, 4, 5}, {2, 3, 4, 5}, particle}};
+  EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
+  model.pair_rules = {{{2, 3}, {2, 3}, particle}};  // the ground is left
+  EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
+}
+
 TEST(DispatchTable, PairsHaveTheFinerLevelOfTheTwo) {
   const LevelOfDetail detail;
   DispatchTable table(detail, six_bodies());

@@ -54,6 +54,7 @@ TEST(Viewpoint, SeesBallsThatReachIntoThePicture) {
   EXPECT_FALSE(view.sees({0, 11, 0}, 0.1));
   EXPECT_FALSE(view.sees({0, 0, 12}, 0.1));
   EXPECT_TRUE(view.sees({0, 0, 10.5}, 1));
+  EXPECT_FALSE(view.sees({0, 0, 11.2}, 1));
 }
 
 // A body at the origin, a camera on the z axis.

@@ -246,6 +246,138 @@ TEST_F(Mixed, StructuresThatBeginAsleepStandUntilTheyAreHit) {
   EXPECT_LT(highest, 5 * kSide);  // nothing hangs in the air
 }
 
+TEST_F(Mixed, ChainsOfExactAndSphereContactsKeepMomentum) {
+  // A must-impulse body pushes one that is near, and that one a row of spheres.
+  scene_.gravity.setZero();
+  scene_.materials["stuff"].restitution = 0;
+  add("cube", {-0.6, 0, 0}, kExact).linear_velocity = {2, 0, 0};
+  const double diameter = 2 * std::cbrt(3 / (4 * kPi)) * kSide;
+  for (int i = 0; i < 3; ++i) add("cube", {i * diameter, 0, 0}, kSphere);
+  start();
+  const auto momentum = [&] {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& velocity : states().linear_velocity) sum += velocity;
+    return sum;
+  };
+  const double energy = simulator_->statistics().kinetic_energy_j;
+  for (int i = 0; i < 40; ++i) {
+    const FrameStatistics statistics = run(1);
+    EXPECT_LT((momentum() - Vec3(2, 0, 0)).norm(), 1e-5) << i;
+    EXPECT_LT(statistics.kinetic_energy_j, energy * (1 + 1e-5)) << i;
+  }
+  EXPECT_TRUE(is_near(1));
+  EXPECT_TRUE(is_far(3));
+  // Nothing bounces: all go on together.
+  for (const Vec3& velocity : states().linear_velocity) EXPECT_NEAR(velocity.x(), 0.5, 0.02);
+}
+
+TEST_F(Mixed, WhatLiesByContactsOfBothKindsComesToRest) {
+  // A heap of spheres among each other, in a pit that is exact.
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  for (const double side : {-1.0, 1.0}) {
+    Body& across = add("slab", {2.28 * side, 1, 0}, kExact, Role::fixed);
+    across.pose.orientation = Quat(Eigen::AngleAxisd(0.2 * side, Vec3::UnitZ()));
+    add("slab", {0, 1, 2.24 * side}, kExact, Role::fixed);
+  }
+  add_grid("cube", {2, 6, 2}, {0.26, 0.3, 0.26}, {0, 1.4, 0}).linear_velocity_jitter = 0.5;
+  start();
+  const FrameStatistics statistics = run(360);
+  EXPECT_EQ(statistics.bodies_awake, 0U);
+  EXPECT_EQ(statistics.kinetic_energy_j, 0);
+}
+
+TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
+  // Two sticks that cross, upright as an X, on a ground that is for spheres.
+  scene_.shapes["stick"] = BoxShape{{1, 0.1, 0.1}};
+  const Quat quarter(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()));
+  scene_.shapes["cross"] = CompoundShape{{{"stick", {}}, {"stick", {Vec3::Zero(), quarter}}}};
+  add("ground", {0, 0, 0}, kSphere, Role::fixed);
+  add("cube", {0.8, 0.5, 0}, kExact, Role::fixed);
+  Body& cross = add("cross", {0.2, 0.5, 0}, kSphere);
+  cross.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
+  scene_.materials["stuff"].restitution = 0;
+  start();
+  run(90);
+  EXPECT_TRUE(is_near(2));
+  EXPECT_NEAR(states().position[2].y(), 0.55 * std::sqrt(0.5), 0.005);
+}
+
+TEST_F(Mixed, SleepersFallWhenWhatTheyStandOnGoes) {
+  add("ground", {0, 0, 0}, kSphere, Role::fixed);
+  Emitter& tower = add_grid("cube", {1, 2, 1}, {1, 0.248, 1}, {0, 0.248, 0});
+  tower.asleep = true;
+  tower.position_jitter_m = 0;
+  const std::string lower = tower.name + "/0";
+  scene_.events.push_back({.time_s = 0.1, .action = ImpulseEvent{{lower}, {32, 0, 0}, {}}});
+  start();
+  run(4);
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 0U);
+  run(176);
+  EXPECT_GT(states().position[1].x(), 0.3);
+  EXPECT_LT(states().position[2].y(), kSide);
+}
+
+TEST_F(Mixed, EachPieceOfAMustImpulseBodyHasItsOwnBox) {
+  scene_.gravity.setZero();
+  scene_.shapes["foot"] = BoxShape{{2, 0.1, 2}};
+  scene_.shapes["shaft"] = BoxShape{{0.1, 2, 0.1}};
+  scene_.shapes["pole"] = CompoundShape{
+      {{"foot", {{0, 0.05, 0}, Quat::Identity()}}, {"shaft", {{0, 1.1, 0}, Quat::Identity()}}}};
+  add("pole", {0, 0, 0}, kExact, Role::fixed);
+  add("cube", {0.5, 1, 0.5}, kSphere);   // in the box of the whole
+  add("cube", {0.14, 1, 0.1}, kSphere);  // at the shaft
+  start();
+  run(1);
+  EXPECT_TRUE(is_far(1));
+  EXPECT_TRUE(is_near(2));
+}
+
+TEST_F(Mixed, SpheresThatAreSunkComeApartNearMustImpulseBodiesToo) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, kSide / 2, 0}, kSphere);
+  add("cube", {kSide, kSide / 2, 0}, kSphere);
+  start();
+  run(60);
+  EXPECT_TRUE(is_near(1) && is_near(2));
+  const double diameter = 2 * std::cbrt(3 / (4 * kPi)) * kSide;
+  EXPECT_NEAR((states().position[2] - states().position[1]).norm(), diameter, 0.02 * diameter);
+}
+
+TEST_F(Mixed, ASphereWakesASleeperThatIsNear) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, 0.1, 0}, kSphere);
+  Body& thrown = add("cube", {-0.8, 0.35, 0}, kSphere);
+  thrown.linear_velocity = {4, 0.4, 0};
+  thrown.held = true;
+  scene_.events.push_back({.time_s = 2, .action = ReleaseEvent{{thrown.name}}});
+  start();
+  run(118);
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 0U);
+  EXPECT_TRUE(is_near(1));
+  run(30);
+  EXPECT_GT(states().position[1].x(), 0.02);
+}
+
+TEST_F(Mixed, SleepersBesideWhatStandsAreLeftAlone) {
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  add("cube", {0, 0.1, 0}, kSphere).asleep = true;
+  start();
+  EXPECT_EQ(run(5).bodies_awake, 0U);
+  EXPECT_TRUE(is_far(1));
+}
+
+TEST_F(Mixed, ReportsTellTheRiseOfEnergyAtAnEntry) {
+  // Lifted out of the slab by the position correction.
+  add("slab", {0, -0.2, 0}, kExact, Role::fixed);
+  constexpr double kDepth = 0.05;
+  add("cube", {0, kSide / 2 - kDepth, 0}, kSphere);
+  start();
+  run(1);
+  const auto figures = nlohmann::json::parse(simulator_->figures());
+  EXPECT_GT(figures["largest_energy_rise_at_entry_j"], 0);
+  EXPECT_LT(figures["largest_energy_rise_at_entry_j"], 8 * 9.81 * kDepth);  // 8 kg
+}
+
 TEST_F(Mixed, HingesNeedMustImpulseBodies) {
   add("cube", {0, 1, 0}, kSphere).hinge = Hinge{};
   EXPECT_THROW(start(), Error);
