@@ -10,12 +10,12 @@ namespace {
 // Lengths in L, the size of a body; times in sqrt(L / g), in which it falls through itself; speeds
 // in sqrt(g L).
 constexpr double kDecisionPeriod = 0.15;
-constexpr uint64_t kSurfacePeriod = 6;  // decisions between two looks at the surface
+constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the surface
 
 constexpr double kAvalancheDensity = 0.8;
 constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
-constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
-constexpr double kOutflow = 0.15;          // at which what is awake on the surface moves on
+constexpr double kAvalancheOutflow = 0.2;  // at which sleepers on the surface wake
+constexpr double kOutflow = 0.1;           // at which what is awake on the surface moves on
 
 constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
 constexpr double kMostSlack = 1;  // where the inside wants filling
@@ -77,6 +77,7 @@ void ReposeDirector::decide(ImpulseControl& control) {
 void ReposeDirector::measure(ImpulseControl& control) {
   read_bodies(control);
   piles_.look_at_surfaces(motion_);
+  piles_.measure_slopes(motion_);
   plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
 }
 
