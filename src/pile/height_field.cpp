@@ -127,7 +127,8 @@ double reach_of_bulk(const PileShape& shape, const HeightField& field, const Ter
   return std::min(last_reach, shape.most_reach());
 }
 
-SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Territory& territory) {
+std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
+                                 const Territory& territory) {
   std::array<std::vector<Bin>, kAzimuths> profile;
   const GroundPoint middle = shape.middle();
   std::vector<Bin> all;
@@ -151,6 +152,10 @@ SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Terri
     const double slope = flank_slope(bins, first, last) / field.cell_m();
     if (!std::isnan(slope)) angles.push_back(std::atan(-slope));
   }
+  return angles;
+}
+
+SlopeFit fit_slope(std::vector<double> angles) {
   SlopeFit fit{.azimuths = static_cast<int>(angles.size())};
   if (angles.empty()) return fit;
   fit.angle = median(angles);

@@ -190,11 +190,33 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
   merge();
 }
 
+// Cones of one kind that stand under each other's slopes have no slopes apart.
+bool PileSet::run_together(const PileState& a, const PileState& b) {
+  if (!a.shape || !b.shape || a.settings.angle != b.settings.angle) return false;
+  if (a.shape->has_walls() || b.shape->has_walls()) return false;
+  return a.shape->core().size() == 1 && b.shape->core().size() == 1 &&
+         (a.shape->middle() - b.shape->middle()).norm() <
+             std::min(a.guide.reach_m(), b.guide.reach_m());
+}
+
 void PileSet::measure_slopes(const PileMotion& motion) {
-  for (PileState& pile : piles_) {
-    if (!pile.shape) continue;
-    pile.slope = fit_slope(*pile.shape, surface_of(pile, motion), territory(pile));
+  std::vector<std::vector<double>> angles(piles_.size());  // of all cones of a group, at its first
+  std::vector<size_t> group(piles_.size());
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    group[i] = i;
+    for (size_t j = 0; j < i; ++j) {
+      if (group[i] == group[j] || !run_together(piles_[i], piles_[j])) continue;
+      const auto [first, other] = std::minmax({group[i], group[j]});
+      std::replace(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(i + 1), other, first);
+    }
   }
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    const PileState& pile = piles_[i];
+    if (!pile.shape) continue;
+    std::ranges::copy(slope_angles(*pile.shape, surface_of(pile, motion), territory(pile)),
+                      std::back_inserter(angles[group[i]]));
+  }
+  for (size_t i = 0; i < piles_.size(); ++i) piles_[i].slope = fit_slope(angles[group[i]]);
 }
 
 void PileSet::count(const PileMotion& motion) {

@@ -19,7 +19,7 @@ struct PileState {
   std::optional<PileShape> shape;  // none: nothing has landed yet
   std::optional<StackingStructure> structure;
   PileGuide guide;
-  SlopeFit slope;  // as it was last measured
+  SlopeFit slope;  // as it was last measured; one for all cones that have run together
 
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
   // four times its volume. 0 for no layer.
@@ -56,6 +56,7 @@ class PileSet {
  private:
   Territory territory(const PileState& pile) const;
   HeightField surface_of(const PileState& pile, const PileMotion& motion) const;
+  static bool run_together(const PileState& a, const PileState& b);
   std::vector<MovingBulk> moving_in(const PileShape& shape, const PileMotion& motion,
                                     const Territory& own) const;
   double boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
