@@ -147,6 +147,7 @@ std::vector<MovingBulk> PileSet::moving_in(const PileShape& shape, const PileMot
   std::vector<MovingBulk> moving;
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion.landed[body] || motion.asleep[body]) continue;
+    if (motion.motion[body].linear_velocity.norm() > fastest_m_s_) continue;  // not yet of the pile
     const GroundPoint point = on_ground(motion.motion[body].position);
     if (!own(point)) continue;
     const double speed = shape.outward(point).dot(on_ground(motion.motion[body].linear_velocity));
