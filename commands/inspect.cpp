@@ -2,41 +2,90 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string_view>
 
 #include "core/output_directory.h"
 #include "options.h"
+#include "render/image_output.h"
+#include "render/pose_sheet.h"
+#include "signature/known_rest_poses.h"
+#include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
 #include "signature/signature_summary.h"
 
 namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string file;
+  std::string plots;
+  std::string mesh;
+  bool force = false;
+};
+
+constexpr size_t kMostPoses = 16;  // a round side has dozens
+
+// The body in its rest poses, likeliest first, under how probable they are.
+fs::path draw_rest_poses(const Signature& signature, const TriangleMesh& mesh,
+                         const fs::path& file) {
+  std::vector<LabelledPose> poses;
+  for (const RestPosePair& pair : pair_rest_poses(signature.rest_poses)) {
+    if (poses.size() == kMostPoses) break;
+    std::string label;
+    const auto add = [&](const KnownRestPose* pose) {
+      if (pose == nullptr) return;
+      char text[40];
+      std::snprintf(text, sizeof text, "%s%s %.1f%%", label.empty() ? "" : ", ",
+                    pose->source.c_str(), 100 * pose->probability);
+      label += text;
+    };
+    add(pair.by_geometry);
+    add(pair.by_simulation);
+    poses.push_back({pair.pose->up, pair.pose->height_m, label});
+  }
+  write_png(draw_pose_sheet(mesh, signature.body.centre_of_mass, poses), file);
+  return file;
+}
+
+void inspect(const Options& options) {
+  const Signature signature = read_signature(options.file);
+  std::optional<TriangleMesh> mesh;
+  if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
+  std::fputs(summary_text(signature).c_str(), stdout);
+  if (options.plots.empty()) return;
+  constexpr std::array<std::string_view, 1> kKnown = {"collision_height.png"};
+  remove_output(claim_output(options.plots, kKnown, options.force));
+  make_output_directory(options.plots);
+  std::vector<fs::path> pictures = plot_signature(signature, options.plots);
+  if (mesh && !signature.rest_poses.empty()) {
+    pictures.push_back(
+        draw_rest_poses(signature, *mesh, fs::path(options.plots) / "rest_pose_bodies.png"));
+  }
+  for (const fs::path& picture : pictures) std::printf("%s\n", picture.c_str());
+}
+
+}  // namespace
 
 void add_inspect_command(CLI::App& app) {
-  struct Options {
-    std::string file;
-    std::string plots;
-    bool force = false;
-  };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("inspect", "Print what a signature holds");
   command->add_option("signature", options->file, "A file of pilesim sample-signature")->required();
-  command->add_option("--plot", options->plots, "Draw it, too, into this directory (PNG)")
-      ->type_name("DIRECTORY");
+  CLI::Option* plot =
+      command->add_option("--plot", options->plots, "Draw it, too, into this directory (PNG)")
+          ->type_name("DIRECTORY");
+  command
+      ->add_option("--mesh", options->mesh,
+                   "With --plot: the mesh that was sampled, to draw it in its rest poses")
+      ->type_name("MESH")
+      ->needs(plot);
   command->add_flag("--force", options->force, "Replace pictures that are there already");
   command->footer(R"(
 Example:
-  pilesim inspect ring.sig --plot ring-pictures)");
-  command->callback([options] {
-    const Signature signature = read_signature(options->file);
-    std::fputs(summary_text(signature).c_str(), stdout);
-    if (options->plots.empty()) return;
-    constexpr std::array<std::string_view, 1> kKnown = {"collision_height.png"};
-    remove_output(claim_output(options->plots, kKnown, options->force));
-    make_output_directory(options->plots);
-    for (const auto& picture : plot_signature(signature, options->plots)) {
-      std::printf("%s\n", picture.c_str());
-    }
-  });
+  pilesim inspect ring.sig --plot ring-pictures --mesh assets/ring.obj)");
+  command->callback([options] { inspect(*options); });
 }
 
 }  // namespace pilesim

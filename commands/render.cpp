@@ -68,7 +68,10 @@ void render(const Options& options) {
       .video = !options.no_video,
       .force = options.run.force};
 
-  if (options.overlay) job.piles = std::filesystem::path(options.input) / "piles.json";
+  if (options.overlay) {
+    job.overlay = *options.overlay == "guide" ? OverlayKind::guide : OverlayKind::piles;
+    job.overlay_source = options.input;
+  }
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
   if (options.run.quiet) return;
@@ -112,8 +115,9 @@ void add_render_command(CLI::App& app) {
       command
           ->add_option("--overlay", options->overlay,
                        "piles: the layers of directed piles as translucent cylinders, and what "
-                       "sleeps darker")
-          ->check(CLI::IsMember({"piles"}));
+                       "sleeps darker; guide: the guide, dots where bodies are held, and bodies "
+                       "in the colours of the analysis")
+          ->check(CLI::IsMember({"piles", "guide"}));
   command
       ->add_option("--compare-with", options->compare_with,
                    "Another directory that simulate wrote: drawn on the right of each picture with "

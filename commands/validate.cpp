@@ -35,8 +35,10 @@ Examples:
     const auto simulator = make_simulator(loaded.scene, model);
     size_t dynamic = 0;
     for (const ModelBody& body : model.bodies) dynamic += body.role == Role::dynamic ? 1 : 0;
-    std::printf("%s: valid; %zu bodies (%zu dynamic), %d frames\n", options->scene.file.c_str(),
-                model.bodies.size(), dynamic, loaded.scene.frame_count());
+    // How many a guide takes only its filling tells.
+    std::printf("%s: valid; %s%zu bodies (%zu dynamic), %d frames\n", options->scene.file.c_str(),
+                model.guide_fill ? "at most " : "", model.bodies.size(), dynamic,
+                loaded.scene.frame_count());
     for (const ModelShape& shape : model.shapes) {
       if (!shape.collision_report.empty()) {
         std::printf("  %s: %s\n", shape.name.c_str(), shape.collision_report.c_str());

@@ -5,6 +5,7 @@ Run it here after a change:  python3 build_structures.py
 """
 import json
 import math
+import random
 import re
 
 
@@ -171,7 +172,7 @@ def tyres():
               "name": "Tyre fan", "duration_s": 8, "frame_rate": 30,
               "materials": {"ground": {"restitution": 0, "friction": 0.8},
                             "rubber": {"restitution": 0.1, "friction": 0.8, "density_kg_m3": 300},
-                            "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 700}},
+                            "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 3000}},
               "shapes": {"ground": {"type": "plane"},
                          "tyre": {"type": "mesh", "file": "../../assets/tyre.obj",
                             "hull_max_vertices": 255},
@@ -182,7 +183,36 @@ def tyres():
               "camera": {"position": [2.2, 3.0, 9.5], "target": [0, 1.4, 0]}})
 
 
+def crates():
+    side, across, storeys = 0.2, 5, 12
+    draw = random.Random(4).uniform
+    stack = []
+    for storey in range(storeys):
+        for i in range(across):
+            out = i - (across - 1) / 2
+            place = [out * (0.25 + 0.015 * storey) + draw(-0.005, 0.005),
+                     side / 2 + storey * 0.19 + (draw(-0.004, 0.004) if storey else 0),
+                     draw(-0.01, 0.01)]
+            stack.append(body("crate %d.%d" % (storey, i), "crate", "wood", place,
+                              about_y(draw(-0.1, 0.1)),
+                              ["#b58550", "#c9a06a", "#9c7040", "#d9bb8c"][(2 * storey + 3 * i) % 4]))
+    write("rough_crates", "%d crates set up roughly by hand, up to 2 cm into one another, as a fan of leaning "
+          "columns; a ball hits it." % len(stack), {
+              "name": "Rough crates", "duration_s": 8, "frame_rate": 30,
+              "materials": {"ground": {"restitution": 0, "friction": 0.7},
+                            "wood": {"restitution": 0.1, "friction": 0.7, "density_kg_m3": 400},
+                            "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 700}},
+              "shapes": {"ground": {"type": "plane"},
+                         "crate": {"type": "box", "size": [side, side, side]},
+                         "ball": {"type": "sphere", "radius": 0.3}},
+              "bodies": [GROUND] + stack,
+              "emitters": thrown("ball", "iron", [-4.2, 2.6, 0.1], [6, 0, 0], "#4a4e57"),
+              "guide": {},
+              "camera": {"position": [1.6, 2.0, 5.6], "target": [0, 1.1, 0]}})
+
+
 card_tower()
+crates()
 books()
 sticks()
 tyres()

@@ -45,6 +45,11 @@ MassProperties mass_properties(const TriangleMesh& mesh) {
           .inertia_m5 = inertia_of_second_moments(second)};
 }
 
+double felt_turn_rate(const Mat3& inertia, const Vec3& spin) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(inertia, Eigen::EigenvaluesOnly);
+  return std::sqrt(spin.dot(inertia * spin) / axes.eigenvalues().z());
+}
+
 MassProperties box_mass_properties(const Vec3& size) {
   const double volume = size.prod();
   const Vec3 second = volume / 12.0 * size.cwiseAbs2();

@@ -22,6 +22,10 @@ MassProperties box_mass_properties(const Vec3& size);                   // full 
 MassProperties sphere_mass_properties(double radius);                   // m
 MassProperties cylinder_mass_properties(double radius, double height);  // axis y, m
 
+// The rate |spin| as far as the body's mass takes part in it, sqrt(w I w / largest moment), rad/s:
+// a needle that rolls about its own axis hardly moves. `inertia`: of any unit, in the spin's axes.
+double felt_turn_rate(const Mat3& inertia, const Vec3& spin);
+
 // Rigid union of parts that do not overlap.
 MassProperties combine(const std::vector<MassProperties>& parts);
 // The same body seen from a frame in which its own frame stands at `pose`.

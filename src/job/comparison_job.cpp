@@ -13,6 +13,7 @@
 #include "core/parallel_for.h"
 #include "core/subprocess.h"
 #include "job/mode_spec.h"
+#include "pile/upside_down.h"
 #include "report/comparison_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
@@ -81,7 +82,8 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
 
 // Throws what the run would throw at its start: a mode that misses a signature, say.
 void require_simulator(const Scene& scene) {
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  fill_guide(scene, model);
   make_simulator(scene, model);
 }
 
@@ -172,8 +174,7 @@ BodyStates end_states(TrajectoryReader& trajectory) {
     states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]).cast<double>());
     const Eigen::AngleAxisd turn(states.orientation[i] *
                                  before.orientation[i].cast<double>().normalized().conjugate());
-    const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
-    states.angular_velocity.push_back(rate * angle * turn.axis());
+    states.angular_velocity.push_back(rate * turn.angle() * turn.axis());
   }
   return states;
 }
@@ -186,6 +187,7 @@ ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Mode
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
   result.setup_s = report["time"]["setup_s"];
+  result.cpu_s = report["time"]["cpu_s"];
   result.steps = report["counts"]["steps"];
   result.peak_memory_bytes = report["peak_memory_bytes"];
   const Json& stages = report["time"]["stages"];
@@ -203,7 +205,8 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   comparison.scene_name = plan.scene.scene.name;
   comparison.scene_file = job.scene_file.string();
   comparison.threads = thread_count();
-  const Model judge_model = build_model(plan.reference_scene);
+  Model judge_model = build_model(plan.reference_scene);
+  fill_guide(plan.reference_scene, judge_model);
   for (const ModelShape& shape : judge_model.shapes) {
     if (shape.collision_report.empty()) continue;
     comparison.judged_by.push_back(shape.name + ": " + shape.collision_report);

@@ -1,5 +1,6 @@
 #include "job/guide_job.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
@@ -25,9 +26,34 @@ Json describe(const GuideFrame& frame) {
           {"largest_drift_m", frame.largest_drift_m}};
 }
 
+// `error` with the scene file in all its problems that name no other.
+Error in_file(const Error& error, const std::filesystem::path& scene_file) {
+  std::vector<Problem> problems = error.problems();
+  for (Problem& problem : problems) {
+    if (problem.file.empty()) problem.file = scene_file.string();
+  }
+  return {error.kind(), std::move(problems)};
+}
+
+// In whole tenths of a millimetre, for pictures.
+Json rounded(const Vec3& point) {
+  Json json = Json::array();
+  for (const double value : point) json.push_back(std::round(value * 1e4) / 1e4);
+  return json;
+}
+
 std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
 
 }  // namespace
+
+GuideFilling fill_guide_of(const std::filesystem::path& scene_file, const Scene& scene,
+                           Model& model) {
+  try {
+    return fill_guide(scene, model);
+  } catch (const Error& error) {
+    throw in_file(error, scene_file);
+  }
+}
 
 std::unique_ptr<Simulator> GuideJob::make_simulator() {
   try {
@@ -35,25 +61,34 @@ std::unique_ptr<Simulator> GuideJob::make_simulator() {
     simulator_ = simulator.get();
     return simulator;
   } catch (const Error& error) {
-    std::vector<Problem> problems = error.problems();
-    for (Problem& problem : problems) problem.file = scene_file_.string();
-    throw Error(error.kind(), std::move(problems));
+    throw in_file(error, scene_file_);
   }
 }
 
 void GuideJob::measure(const Simulator& simulator) {
   frames_ = simulator_->frames();
+  constraints_ = simulator_->constraints();
   control_share_ = simulator_->control_share();
+  control_step_s_ = simulator_->control_step_s();
+  simulation_step_s_ = simulator_->simulation_step_s();
   fit_ = measure_guide_fit(model_, simulator.states());
 }
 
 std::string GuideJob::figures() const {
-  Json figures = {{"control_share", control_share_}};
+  Json figures = {{"control_share", control_share_},
+                  {"control_step_s", control_step_s_},
+                  {"simulation_step_s", simulation_step_s_}};
   if (fit_.voxel_m > 0) {
     figures["bodies_inside"] = fit_.bodies_inside;
     figures["volume_inside"] = fit_.volume_inside;
     figures["overlap"] = fit_.overlap;
     figures["voxel_m"] = fit_.voxel_m;
+  }
+  if (filling_.dropped > 0) {
+    figures["filling"] = {{"dropped", filling_.dropped},
+                          {"kept", filling_.kept},
+                          {"volume_share", filling_.volume_share},
+                          {"simulated_s", filling_.simulated_s}};
   }
   if (!frames_.empty()) figures.update(describe(frames_.back()));
   return Json{{"guide", figures}}.dump();
@@ -61,6 +96,11 @@ std::string GuideJob::figures() const {
 
 std::vector<std::string> GuideJob::lines() const {
   std::vector<std::string> lines;
+  if (filling_.dropped > 0) {
+    lines.push_back("guide: filled upside down; " + std::to_string(filling_.kept) + " of " +
+                    std::to_string(filling_.dropped) + " bodies lie inside, " +
+                    percent(filling_.volume_share) + " of its volume");
+  }
   if (!frames_.empty()) {
     const GuideFrame& last = frames_.back();
     lines.push_back(
@@ -81,7 +121,20 @@ std::vector<std::string> GuideJob::lines() const {
 void GuideJob::write_frames(const std::filesystem::path& directory) const {
   Json frames = Json::array();
   for (const GuideFrame& frame : frames_) frames.push_back(describe(frame));
-  const Json json = {{"format", "pilesim guide"}, {"version", 1}, {"frames", std::move(frames)}};
+  Json vertices = Json::array(), triangles = Json::array(), constraints = Json::array();
+  for (const Vec3& vertex : model_.guide.vertices) vertices.push_back(rounded(vertex));
+  for (const Triangle& triangle : model_.guide.triangles) triangles.push_back(triangle);
+  for (const GuideConstraints& change : constraints_) {
+    Json points = Json::array();
+    for (const Vec3& point : change.points) points.push_back(rounded(point));
+    constraints.push_back({{"frame", change.frame}, {"points", std::move(points)}});
+  }
+  const Json json = {
+      {"format", "pilesim guide"},
+      {"version", 1},
+      {"frames", std::move(frames)},
+      {"guide", {{"vertices", std::move(vertices)}, {"triangles", std::move(triangles)}}},
+      {"constraints", std::move(constraints)}};
   write_file_atomically(directory / "guide.json", json.dump() + "\n");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <optional>
 
 #include "core/error.h"
@@ -27,6 +28,9 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// Of all threads so far.
+double process_cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   TrajectoryHeader header;
   header.frame_rate = loaded.scene.frame_rate;
@@ -50,7 +54,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   return header;
 }
 
-static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed && kFailed == kStateFailed,
+static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed &&
+                  kFailed == kStateFailed,
               "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
@@ -154,10 +159,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   std::optional<GuideJob> guide;
   std::optional<PileJob> piles;
-  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model);
+  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model, filling);
   if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
   const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
                                                : piles ? piles->make_simulator()
@@ -175,8 +181,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
                       "frames");
+    const double cpu_start_s = process_cpu_s();
     report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
     writer.close();
+    report.cpu_s = process_cpu_s() - cpu_start_s;
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }

@@ -12,6 +12,13 @@ namespace {
 // A body is looked for in the guide again once it has moved by this share of its radius.
 constexpr double kMoved = 0.02;
 
+// A body is not held while it is sunk into another by more than this share of either's radius: what
+// was given with overlaps comes apart first. Not of the thickness: edges of cards sink into cards.
+constexpr double kMostOverlap = 0.03;
+
+// The start is over after so many control periods, whatever overlaps.
+constexpr uint64_t kMostStart = 5;
+
 // Contacts that close more slowly than this, in sqrt(g r), are no hits: what rests on a held body
 // still trembles.
 constexpr double kTouch = 0.1;
@@ -43,7 +50,8 @@ GuideDirector::GuideDirector(const Scene& scene, const Model& model)
       asleep_(model.bodies.size()),
       inside_(model.bodies.size()),
       tested_(model.bodies.size(), Vec3::Constant(std::numeric_limits<double>::infinity())),
-      held_(model.bodies.size()) {
+      held_(model.bodies.size()),
+      held_at_(model.bodies.size()) {
   if (!model.guide.triangles.empty()) shape_.emplace(model.guide);
 }
 
@@ -53,9 +61,10 @@ double GuideDirector::free_fall_speed(uint32_t body) const {
 
 void GuideDirector::direct(ImpulseControl& control) {
   // At the start every step: a pile that is given has its first contacts after one, and Bullet
-  // finds the rest in the next few, in which it would begin to slump.
+  // finds the rest in the next few, in which it would begin to slump. Overlaps take longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
-  if (step_ > 0 && (step_ <= period || step_ % period == 0)) {
+  const bool is_start = step_ <= period || (is_sunk_ && step_ <= kMostStart * period);
+  if (step_ > 0 && (is_start || step_ % period == 0)) {
     const double start = seconds_now();
     control_step(control);
     counts_.control_s += seconds_now() - start;
@@ -68,6 +77,7 @@ void GuideDirector::control_step(ImpulseControl& control) {
   control.read_contacts(contacts_);
   graph_.build(contacts_);
   analyse(control);
+  leave_out_the_sunk();
   if (guide_.neighbours) keep_well_surrounded(control);
   std::ranges::fill(held_, uint8_t{0});
   if (guide_.control) guide_.hold == HoldKind::freeze ? freeze(control) : nail(control);
@@ -117,6 +127,21 @@ bool GuideDirector::is_anchor(const ImpulseControl& control, uint32_t body) cons
          (source.role == Role::dynamic && !control.is_in_world(body));
 }
 
+void GuideDirector::leave_out_the_sunk() {
+  const auto radius = [&](uint32_t body) {
+    const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
+    return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.bounding_radius;
+  };
+  is_sunk_ = false;
+  for (const BodyContact& contact : contacts_) {
+    if (-contact.distance_m <= kMostOverlap * std::min(radius(contact.a), radius(contact.b))) {
+      continue;
+    }
+    chosen_[contact.a] = chosen_[contact.b] = 0;
+    is_sunk_ = true;
+  }
+}
+
 void GuideDirector::keep_well_surrounded(const ImpulseControl& control) {
   for (uint32_t body = 0; body < chosen_.size(); ++body) {
     if (chosen_[body] == 0) continue;
@@ -133,13 +158,17 @@ void GuideDirector::freeze(ImpulseControl& control) {
   queue_.clear();
   for (uint32_t body = 0; body < chosen_.size(); ++body) {
     if (chosen_[body] == 0) continue;
-    const bool anchored = std::ranges::any_of(
-        graph_.neighbours(body), [&](uint32_t neighbour) { return is_anchor(control, neighbour); });
-    if (anchored) hold(body);
+    const std::span<const uint32_t> neighbours = graph_.neighbours(body);
+    const auto anchor = std::ranges::find_if(
+        neighbours, [&](uint32_t neighbour) { return is_anchor(control, neighbour); });
+    if (anchor == neighbours.end()) continue;
+    hold(body, graph_.supports(body)[anchor - neighbours.begin()].position);
   }
   for (size_t next = 0; next < queue_.size(); ++next) {
-    for (const uint32_t neighbour : graph_.neighbours(queue_[next])) {
-      if (chosen_[neighbour] != 0 && held_[neighbour] == 0) hold(neighbour);
+    const std::span<const uint32_t> neighbours = graph_.neighbours(queue_[next]);
+    for (size_t i = 0; i < neighbours.size(); ++i) {
+      if (chosen_[neighbours[i]] == 0 || held_[neighbours[i]] != 0) continue;
+      hold(neighbours[i], graph_.supports(queue_[next])[i].position);
     }
   }
   for (uint32_t body = 0; body < held_.size(); ++body) {
@@ -152,8 +181,9 @@ void GuideDirector::freeze(ImpulseControl& control) {
   }
 }
 
-void GuideDirector::hold(uint32_t body) {
+void GuideDirector::hold(uint32_t body, const Vec3& contact) {
   held_[body] = 1;
+  held_at_[body] = contact;
   queue_.push_back(body);
 }
 
@@ -165,8 +195,8 @@ void GuideDirector::nail(ImpulseControl& control) {
   };
   std::erase_if(nails_, [&](const auto& nail) {
     const bool wanted = chosen_[nail.first.first] != 0 || chosen_[nail.first.second] != 0;
-    if (wanted && control.holds(nail.second)) return false;
-    control.remove_constraint(nail.second);
+    if (wanted && control.holds(nail.second.id)) return false;
+    control.remove_constraint(nail.second.id);
     return true;
   });
   queue_.resize(contacts_.size());
@@ -185,19 +215,29 @@ void GuideDirector::nail(ImpulseControl& control) {
         [&](uint32_t i) { return (contacts_[i].point - middle).squaredNorm(); })];
     nails_[pair] = drive_in(control, contact);
   }
-  for (const auto& [pair, id] : nails_) {
+  for (const auto& [pair, driven] : nails_) {
     for (const uint32_t body : {pair.first, pair.second}) held_[body] = chosen_[body];
   }
 }
 
-ConstraintId GuideDirector::drive_in(ImpulseControl& control, const BodyContact& contact) {
+GuideDirector::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
+                                                  const BodyContact& contact) {
   Nail nail{contact.a, contact.b, contact.point, contact.normal, 0};
   if (!control.is_in_world(nail.a)) std::swap(nail.a, nail.b);
   nail.breaking_impulse_ns = strength(nail.a);
   if (control.is_in_world(nail.b)) {
     nail.breaking_impulse_ns = std::min(nail.breaking_impulse_ns, strength(nail.b));
   }
-  return control.add_nail(nail);
+  return {control.add_nail(nail), nail.point};
+}
+
+std::vector<Vec3> GuideDirector::constraint_points() const {
+  std::vector<Vec3> points;
+  for (uint32_t body = 0; body < asleep_.size(); ++body) {
+    if (asleep_[body] != 0) points.push_back(held_at_[body]);
+  }
+  for (const auto& [pair, driven] : nails_) points.push_back(driven.point);
+  return points;
 }
 
 double GuideDirector::strength(uint32_t body) const {

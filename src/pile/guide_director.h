@@ -37,15 +37,23 @@ class GuideDirector final : public StepDirector {
   void take_hits(ImpulseControl& control, std::span<const Hit> hits) override;
 
   const GuideCounts& counts() const { return counts_; }
+  // Where bodies are held, as of the last control step, m: the nails, or of each body that is held
+  // still a contact through which it is.
+  std::vector<Vec3> constraint_points() const;
 
  private:
   void control_step(ImpulseControl& control);
   void analyse(ImpulseControl& control);
+  void leave_out_the_sunk();
   void keep_well_surrounded(const ImpulseControl& control);
   void freeze(ImpulseControl& control);
-  void hold(uint32_t body);
+  void hold(uint32_t body, const Vec3& contact);
   void nail(ImpulseControl& control);
-  ConstraintId drive_in(ImpulseControl& control, const BodyContact& contact);
+  struct DrivenNail {
+    ConstraintId id;
+    Vec3 point;  // m
+  };
+  DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
   bool in_guide(uint32_t body, const Vec3& centre);
   bool is_anchor(const ImpulseControl& control, uint32_t body) const;
@@ -58,6 +66,7 @@ class GuideDirector final : public StepDirector {
   CandidateAnalysis analysis_;
   SupportGraph graph_;
   uint64_t step_ = 0;
+  bool is_sunk_ = false;               // something overlapped too far at the last control step
   std::vector<BodyContact> contacts_;  // of the last control step
   std::vector<Standing> standing_;     // (B)
   std::vector<uint8_t> chosen_;        // (B) 1: may be held
@@ -66,7 +75,8 @@ class GuideDirector final : public StepDirector {
   std::vector<Vec3> tested_;           // (B) m, where inside_ was found
   std::vector<uint32_t> queue_;        // of searches through the graph
   std::vector<uint8_t> held_;          // (B) 1: sleeps or is nailed
-  std::map<std::pair<uint32_t, uint32_t>, ConstraintId> nails_;  // of two bodies, the lower first
+  std::vector<Vec3> held_at_;          // (B) m, of what sleeps
+  std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails_;  // of two bodies, the lower first
   GuideCounts counts_;
 };
 

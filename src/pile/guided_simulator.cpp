@@ -38,12 +38,23 @@ GuidedSimulator::GuidedSimulator(const Scene& scene, const Model& model)
 FrameStatistics GuidedSimulator::step_frame() {
   FrameStatistics statistics = simulator_->step_frame();
   total_s_ += statistics.times.total_s;
+  steps_ += static_cast<uint64_t>(statistics.steps);
   record_frame();
   return statistics;
 }
 
 double GuidedSimulator::control_share() const {
   return total_s_ > 0 ? director_.counts().control_s / total_s_ : 0;
+}
+
+double GuidedSimulator::control_step_s() const {
+  const GuideCounts& counts = director_.counts();
+  return counts.control_s / static_cast<double>(std::max<uint64_t>(1, counts.control_steps));
+}
+
+double GuidedSimulator::simulation_step_s() const {
+  return (total_s_ - director_.counts().control_s) /
+         static_cast<double>(std::max<uint64_t>(1, steps_));
 }
 
 void GuidedSimulator::record_frame() {
@@ -73,6 +84,10 @@ void GuidedSimulator::record_frame() {
     frame.height_m = highest - lowest;
   }
   frames_.push_back(frame);
+  std::vector<Vec3> points = director_.constraint_points();
+  if (constraints_.empty() || constraints_.back().points != points) {
+    constraints_.push_back({frames_.size(), std::move(points)});
+  }
 }
 
 }  // namespace pilesim

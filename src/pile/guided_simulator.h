@@ -19,6 +19,12 @@ struct GuideFrame {
   double mean_drift_m = 0, largest_drift_m = 0;
 };
 
+// Where bodies are held from a frame on.
+struct GuideConstraints {
+  uint64_t frame;
+  std::vector<Vec3> points;  // m
+};
+
 class GuidedSimulator final : public Simulator {
  public:
   // Throws Error(input) where the scene has no guide or is not of the impulse mode. Both outlive
@@ -30,7 +36,11 @@ class GuidedSimulator final : public Simulator {
   FrameStatistics statistics() const override { return simulator_->statistics(); }
 
   const std::vector<GuideFrame>& frames() const { return frames_; }  // without frame 0
-  double control_share() const;  // of the wall time of all frames
+  // An entry for each frame in which they are others.
+  const std::vector<GuideConstraints>& constraints() const { return constraints_; }
+  double control_share() const;      // of the wall time of all frames
+  double control_step_s() const;     // wall time of a control step
+  double simulation_step_s() const;  // and of a step of the simulation without it
 
  private:
   void record_frame();
@@ -42,7 +52,9 @@ class GuidedSimulator final : public Simulator {
   std::vector<Vec3> start_;         // (B) m, where drift counts from
   std::vector<uint8_t> has_start_;  // (B)
   std::vector<GuideFrame> frames_;
+  std::vector<GuideConstraints> constraints_;
   double total_s_ = 0;
+  uint64_t steps_ = 0;
 };
 
 }  // namespace pilesim

@@ -20,7 +20,7 @@ constexpr int kSides = 96;
 constexpr float kFill = 0.13f, kEdge = 0.75f;  // opacity
 constexpr float kEdgeWidth = 1.3f;             // pixels
 const std::array<Eigen::Vector3f, 2> kColours = {Eigen::Vector3f(56, 118, 190),
-                                                     Eigen::Vector3f(232, 150, 52)};
+                                                 Eigen::Vector3f(232, 150, 52)};
 
 float cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -49,13 +49,6 @@ std::vector<Point> convex_hull_of(std::vector<Point> points) {
     std::ranges::reverse(points);
   }
   return hull;
-}
-
-void blend(Image& image, int x, int y, const Eigen::Vector3f& colour, float opacity) {
-  uint8_t* pixel = &image.rgb[3 * (static_cast<size_t>(y) * image.width + x)];
-  for (int c = 0; c < 3; ++c) {
-    pixel[c] = static_cast<uint8_t>(std::lround(std::lerp(pixel[c], colour[c], opacity)));
-  }
 }
 
 struct Pixels {

@@ -2,23 +2,19 @@
 // line or a polygon, as their counterparts).
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <vector>
 
-#include "core/types.h"
-#include "render/scene_renderer.h"
+#include "render/overlay.h"
 
 namespace pilesim {
 
-class PileOverlay {
+class PileOverlay final : public Overlay {
  public:
   // Reads the piles.json of `pilesim direct-pile`. Throws Error(io), or Error(input) where it is
   // not one.
   explicit PileOverlay(const std::filesystem::path& file);
 
-  // The layers as of a frame of the trajectory. They are drawn over what stands before them, too.
-  void draw(uint64_t frame, const CameraKey& camera, Image& image) const;
+  void draw(uint64_t frame, const CameraKey& camera, Image& image) const override;
 
  private:
   struct Layer {

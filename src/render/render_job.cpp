@@ -16,7 +16,6 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "render/image_output.h"
-#include "render/pile_overlay.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
 
@@ -117,8 +116,10 @@ class Painter {
     if (camera_.keys.empty()) {
       camera_.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
     }
-    if (job.piles) overlay_.emplace(*job.piles);
-    renderer_.emplace(trajectory.header(), job.settings, job.piles.has_value());
+    if (job.overlay) overlay_ = make_overlay(*job.overlay, job.overlay_source);
+    RenderSettings settings = job.settings;
+    settings.analysis |= job.overlay == OverlayKind::guide;
+    renderer_.emplace(trajectory.header(), settings, job.overlay == OverlayKind::piles);
     if (job.beside != nullptr) renderer_beside_.emplace(job.beside->header(), job.settings);
   }
 
@@ -143,7 +144,7 @@ class Painter {
   const RenderJob& job_;
   Camera camera_;
   std::optional<SceneRenderer> renderer_, renderer_beside_;
-  std::optional<PileOverlay> overlay_;
+  std::unique_ptr<Overlay> overlay_;
   TrajectoryFrame frame_;
 };
 

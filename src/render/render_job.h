@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/progress.h"
+#include "render/overlay.h"
 #include "scene/scene.h"
 #include "trajectory/trajectory.h"
 
@@ -20,8 +21,9 @@ struct RenderJob {
   std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
   RenderSettings settings;
   Camera camera;  // without keys: frame_action()
-  // piles.json: its layers are drawn over the pictures, and sleeping bodies darker. Not `beside`.
-  std::optional<std::filesystem::path> piles;
+  // Drawn over the pictures, from the files in `overlay_source`. Not `beside`.
+  std::optional<OverlayKind> overlay;
+  std::filesystem::path overlay_source;  // directory
   // Drawn on the right of each picture, with the same camera, each side under its label. All of
   // `frames` are there, and frames follow each other as fast.
   TrajectoryReader* beside = nullptr;

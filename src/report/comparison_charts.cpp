@@ -1,5 +1,6 @@
 #include "report/comparison_charts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -58,6 +59,25 @@ Chart draw(const std::string& title, const std::string& name, int height, const 
   return {title, svg.substr(svg.find("<svg"))};
 }
 
+// The modes that no other one beats in both, from the least error on: a line of gnuplot each.
+std::string pareto_front(const Json& modes) {
+  std::vector<std::pair<double, double>> points;  // error, less the speed-up
+  for (const Json& mode : modes) {
+    if (!is_known(mode["worst_error"]) || !is_known(mode["speed_up"])) continue;
+    points.emplace_back(mode["worst_error"]["value"].get<double>(),
+                        -mode["speed_up"]["value"].get<double>());
+  }
+  std::ranges::sort(points);
+  std::string front;
+  double fastest = 0;
+  for (const auto& [error, slowness] : points) {
+    if (-slowness <= fastest) continue;
+    fastest = -slowness;
+    front += with_digits(error, 6) + " " + with_digits(fastest, 6) + "\n";
+  }
+  return front;
+}
+
 Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
   Plot plot;
   plot.settings =
@@ -65,6 +85,7 @@ Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
       "0.1, graph 0.1\n"
       "set xlabel 'largest error (1: as far as the reference is from itself)'\n"
       "set ylabel 'speed-up'\n";
+  plot.add("with steps lw 1.2 lc rgb '#bbbbbb' title 'nothing better'", pareto_front(modes));
   for (size_t i = 0; i < modes.size(); ++i) {
     const Json& mode = modes[i];
     if (!is_known(mode["worst_error"]) || !is_known(mode["speed_up"])) continue;

@@ -58,6 +58,10 @@ std::string summary(const Json& modes) {
   table.row("speed-up", [](const Json& mode) { return shown(mode["speed_up"]); });
   table.row("wall time of a simulated second, s",
             [](const Json& mode) { return shown(mode["wall_per_simulated_second"]); });
+  table.row("speed-up in processor time",
+            [](const Json& mode) { return shown(mode["cpu_speed_up"]); });
+  table.row("processor time of a simulated second, s",
+            [](const Json& mode) { return shown(mode["cpu_per_simulated_second"]); });
   table.row("wall time of a body's step, &micro;s",
             [](const Json& mode) { return shown(mode["ns_per_body_step"]["all"], 1e-3); });
   table.row("set-up, s", [](const Json& mode) { return shown(mode["setup_s"]); });

@@ -49,6 +49,7 @@ Interval ratio_of_runs(const ComparedMode& a, const ComparedMode& b, const Value
 }
 
 double wall_per_second(const ComparedRun& run) { return run.times.total_s / run.simulated_s; }
+double cpu_per_second(const ComparedRun& run) { return run.cpu_s / run.simulated_s; }
 
 // The wall time of each stage, divided by what `divisor` says of the run.
 template <typename Divisor>
@@ -120,6 +121,8 @@ Json mode_json(const ComparedMode& mode, const ComparedMode& reference) {
       {"collision_shapes", mode.collision_shapes},
       {"speed_up", interval_json(ratio_of_runs(reference, mode, wall_per_second))},
       {"wall_per_simulated_second", interval_json(mean_of_runs(mode, wall_per_second))},
+      {"cpu_speed_up", interval_json(ratio_of_runs(reference, mode, cpu_per_second))},
+      {"cpu_per_simulated_second", interval_json(mean_of_runs(mode, cpu_per_second))},
       {"setup_s", interval_json(mean_of_runs(mode, [](const auto& run) { return run.setup_s; }))},
       {"ms_per_step",
        stages_json(mode, 1e3,

@@ -21,6 +21,7 @@ struct ComparedRun {
   double simulated_s = 0;
   double setup_s = 0;  // wall: loading, decomposition, building
   StageTimes times;    // wall, of all frames
+  double cpu_s = 0;    // of all frames, processor time of all threads
   uint64_t steps = 0;
   uint64_t peak_memory_bytes = 0;
   PileQuality quality;  // at the end, by the shapes that Comparison::judged_by describes

@@ -133,6 +133,7 @@ Json report_json(const SimulationReport& report) {
        {{"setup_s", report.setup_s},
         {"inspection_s", report.inspection_s},
         {"total_s", report.total_s},
+        {"cpu_s", report.cpu_s},
         {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},
         {"stages", stage_times(report.rows)}}},
       {"peak_memory_bytes", report.peak_memory_bytes}};

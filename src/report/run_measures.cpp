@@ -145,9 +145,8 @@ void Measurement::difference() {
                    static_cast<double>((now_.position[body] - before_.position[body]).norm());
     const Eigen::AngleAxisd turn(
         (before_.orientation[body].conjugate() * now_.orientation[body]).cast<double>());
-    const double angle = turn.angle() > kPi ? turn.angle() - 2 * kPi : turn.angle();
-    turn_rate_[body] = header_.frame_rate * angle * turn.axis();
-    spin_[body] = std::abs(angle) * header_.frame_rate;
+    turn_rate_[body] = header_.frame_rate * turn.angle() * turn.axis();
+    spin_[body] = header_.frame_rate * turn.angle();
   }
 }
 

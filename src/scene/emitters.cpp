@@ -187,6 +187,9 @@ std::vector<Vec3> start_positions(const Emitter& emitter, const Dice& dice, doub
   if (const auto* stream = std::get_if<PointSource>(&emitter.source)) {
     return std::vector<Vec3>(count, stream->position);
   }
+  if (std::holds_alternative<GuideSource>(emitter.source)) {
+    return std::vector<Vec3>(count, Vec3::Zero());  // until the guide is filled
+  }
   assert(volume_mesh != nullptr);
   // One more than a scene may have is enough to tell that there are too many.
   const size_t limit = count == 0 ? static_cast<size_t>(kMostBodies) + 1 : count;

@@ -67,12 +67,13 @@ class ModelBuilder {
       problems_.attempt([&] { check_volume(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
+    load_guide();
     for (const Body& body : scene_.bodies) add_body(body);
     for (size_t i = 0; i < scene_.emitters.size(); ++i) {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
-    add_guide();
+    check_guide_size();
     for (size_t i = 0; i < scene_.events.size(); ++i) {
       problems_.attempt([&] { add_event(scene_.events[i], i); });
     }
@@ -115,13 +116,17 @@ class ModelBuilder {
     }
   }
 
-  // In the world, large enough to hold something.
-  void add_guide() {
+  void load_guide() {
     const std::optional<Guide>& guide = scene_.guide;
     if (!guide || !guide->file) return;
     check_inside(*guide->file, guide->scale, kGuidePointer);
     model_.guide = meshes_.load(*guide->file, guide->scale);
     for (Vec3& vertex : model_.guide.vertices) vertex = guide->pose.apply(vertex);
+  }
+
+  // That it can hold something.
+  void check_guide_size() {
+    if (model_.guide.triangles.empty()) return;
     double largest = 0;
     for (const ModelBody& body : model_.bodies) {
       if (body.role != Role::dynamic) continue;
@@ -130,7 +135,7 @@ class ModelBuilder {
     const double size = model_.guide.bounds().sizes().maxCoeff();
     if (size >= 2 * largest) return;
     throw Error(ErrorKind::input,
-                Problem{.file = guide->file->string(),
+                Problem{.file = scene_.guide->file->string(),
                         .pointer = kGuidePointer,
                         .found = "is smaller than a body: " + std::to_string(size) + " m against " +
                                  std::to_string(2 * largest) + " m",
@@ -183,7 +188,24 @@ class ModelBuilder {
     append(std::move(body), source.colour);
   }
 
-  void add_emitter(const Emitter& emitter, size_t index) {
+  // A guide's emitter may drop as many bodies as there are with the guide's volume: they cannot all
+  // fit.
+  Emitter with_count(const Emitter& emitter) const {
+    Emitter counted = emitter;
+    if (!std::holds_alternative<GuideSource>(emitter.source)) return counted;
+    double volume_m3 = 0;
+    for (const std::string& name : emitter.shapes) {
+      volume_m3 += model_.shapes[shape_index_.at(name)].mass.volume_m3;
+    }
+    const double most = std::floor(mass_properties(model_.guide).volume_m3 / volume_m3 *
+                                   static_cast<double>(emitter.shapes.size()));
+    const double limit = emitter.count > 0 ? emitter.count : kMostBodies + 1.0;
+    counted.count = static_cast<int>(std::min(most, limit));
+    return counted;
+  }
+
+  void add_emitter(const Emitter& source, size_t index) {
+    const Emitter emitter = with_count(source);
     const std::string pointer = emitter_pointer(index);
     double radius = 0;
     for (const std::string& name : emitter.shapes) {
@@ -201,6 +223,10 @@ class ModelBuilder {
     check_emitted(emitter, pointer, emitted.size());
     first_body_[emitter.name] = {static_cast<uint32_t>(model_.bodies.size()),
                                  static_cast<uint32_t>(emitted.size())};
+    if (std::holds_alternative<GuideSource>(emitter.source)) {
+      model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
+                           static_cast<uint32_t>(index)};
+    }
     const uint32_t material = material_index_.at(emitter.material);
     for (size_t i = 0; i < emitted.size(); ++i) {
       const EmittedBody& start = emitted[i];
@@ -218,13 +244,13 @@ class ModelBuilder {
     }
   }
 
-  // What only the mesh of a volume tells.
+  // What only the mesh of a volume or a guide tells.
   void check_emitted(const Emitter& emitter, const std::string& pointer, size_t count) const {
     if (count == 0) {
       throw Error(ErrorKind::input,
                   Problem{.pointer = pointer,
-                          .found = "emits no body: no lattice point is inside the mesh",
-                          .expected = "a spacing that suits the size of the mesh"});
+                          .found = "emits no body: no lattice point or no body fits into the mesh",
+                          .expected = "bodies and a spacing that suit the size of the mesh"});
     }
     const auto most = static_cast<size_t>(kMostBodies);
     if (model_.bodies.size() + count > most) {

@@ -74,6 +74,13 @@ struct ModelPairRule {
   PairMethod method;
 };
 
+// Bodies that are to fill the guide, in the order of their release (start_s is its time). Where
+// they lie is not known until fill_guide() (pile/upside_down.h) has been called.
+struct GuideFill {
+  uint32_t first = 0, count = 0;  // in Model::bodies
+  uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers
+};
+
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
@@ -81,6 +88,7 @@ struct Model {
   std::vector<ModelEvent> events;  // ordered by time
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
+  std::optional<GuideFill> guide_fill;
 };
 
 // Loads meshes and builds collision shapes (decompositions are cached under the user's cache

@@ -125,18 +125,22 @@ struct VolumeSource {
   Pose pose;                   // of the mesh file's frame in the world
   double spacing = 1;          // m, > 0
 };
-using EmitterSource = std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource>;
+// The guide, turned over and filled like a vessel, then turned back (dissertation 6.3.1): bodies
+// wait where they came to lie there and are released from the bottom up.
+struct GuideSource {};
+using EmitterSource =
+    std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource, GuideSource>;
 
 struct Emitter {
   std::string name;
   std::vector<std::string> shapes;  // >= 1, taken in turn
   std::string material;
   EmitterSource source;
-  // How many bodies. A grid has its own count; a volume is filled and `count` limits it (0: no
-  // limit).
+  // How many bodies. A grid has its own count; a volume or a guide is filled and `count` limits it
+  // (0: no limit).
   int count = 0;
   double rate_hz = 0;  // bodies a second, one by one from start_s on; 0: all at start_s
-  double start_s = 0;  // >= 0
+  double start_s = 0;  // >= 0; of a guide's bodies: of their release
   Vec3 linear_velocity = Vec3::Zero();   // m/s
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
   double position_jitter_m = 0;          // uniform in a cube of this half width

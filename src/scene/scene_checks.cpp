@@ -7,6 +7,7 @@
 
 #include "scene/codec.h"
 #include "scene/detail_checks.h"
+#include "scene/guide_checks.h"
 #include "scene/pile_checks.h"
 #include "scene/scene_format.h"
 
@@ -269,7 +270,7 @@ class Checker {
     const Path emitter_place = emitters / part->second;
     if (!log_.is_sound(emitter_place / "count")) return;
     const double count = known_count(emitter);
-    const bool depends_on_mesh = std::holds_alternative<VolumeSource>(emitter.source) && count == 0;
+    const bool depends_on_mesh = count == 0;
     if (!depends_on_mesh && static_cast<double>(emitted->index) >= count) {
       log_.report(path,
                   "is " + quoted(name) + ", but " + quoted(emitter.name) + " has " +
@@ -367,12 +368,8 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
 void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   Checker(scene, document, log).check();
   check_piles(scene, log);
+  check_guide(scene, log);
   check_detail(scene, log);
-  if (scene.guide && !scene.piles.empty()) {
-    const Path root;
-    log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
-               "Take out one of the two");
-  }
 }
 
 }  // namespace pilesim

@@ -148,13 +148,24 @@ Alternative<Emitter> volume() {
               rate_field()});
 }
 
+Alternative<Emitter> guide() {
+  return alternative<GuideSource>(
+      "upside_down",
+      "Fills the guide: it is turned over, bodies drop in through its base, and it is turned back. "
+      "They wait as they came to lie and are released from the bottom up, from start_s on.",
+      {field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
+                      "Most bodies; 0: as many as fit."),
+       field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),
+                      "Releases a second; 0: all at start_s.")});
+}
+
 }  // namespace
 
 Codec<Emitter> emitter_codec() {
   return object<Emitter>({.noun = "an emitter",
                           .fields = common_fields(),
                           .choice_key = "type",
-                          .alternatives = {grid(), disk(), line(), stream(), volume()}});
+                          .alternatives = {grid(), disk(), line(), stream(), volume(), guide()}});
 }
 
 }  // namespace pilesim

@@ -124,6 +124,20 @@ std::vector<KnownRestPose> known_rest_poses(const std::vector<RestPose>& faces,
   return known;
 }
 
+std::vector<RestPosePair> pair_rest_poses(std::span<const KnownRestPose> poses) {
+  std::vector<RestPosePair> pairs;
+  for (const KnownRestPose& p : poses) {
+    const bool simulated = p.source == "simulation";
+    auto pair = std::ranges::find_if(pairs, [&](const RestPosePair& s) {
+      return (simulated ? s.by_simulation : s.by_geometry) == nullptr &&
+             s.pose->up.dot(p.up) >= std::cos(kRestPoseAngle);
+    });
+    if (pair == pairs.end()) pair = pairs.insert(pairs.end(), {.pose = &p});
+    (simulated ? pair->by_simulation : pair->by_geometry) = &p;
+  }
+  return pairs;
+}
+
 std::vector<RestPoseComparison> compare_rest_poses(const std::vector<KnownRestPose>& poses,
                                                    uint32_t drops) {
   if (drops == 0) return {};

@@ -26,6 +26,16 @@ struct ObservedRest {
 std::vector<KnownRestPose> known_rest_poses(const std::vector<RestPose>& faces,
                                             std::span<const ObservedRest> drops);
 
+// A pose as one way found it or both did: within kRestPoseAngle of each other.
+struct RestPosePair {
+  const KnownRestPose* pose;  // the first of the two, never null
+  const KnownRestPose* by_geometry = nullptr;
+  const KnownRestPose* by_simulation = nullptr;
+};
+
+// In the order of `poses`, which must outlive them.
+std::vector<RestPosePair> pair_rest_poses(std::span<const KnownRestPose> poses);
+
 // One family of poses, found both ways.
 struct RestPoseComparison {
   uint32_t family = 0;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "geometry/mesh_import.h"
+#include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {
@@ -50,22 +50,12 @@ void check_options(const FitOptions& options, const Signature& signature) {
   }
 }
 
-ContactBody read_body(const FitOptions& options, const Signature& signature) {
-  const TriangleMesh mesh = import_mesh(options.mesh, signature.body.scale);
-  ContactBody body = make_contact_body(mesh, options.mesh.string());
-  if (body.mesh_hash != signature.body.mesh_hash) {
-    refuse(ErrorKind::input, options.mesh.string(), "mesh " + body.mesh_hash,
-           "the mesh that was sampled, " + signature.body.mesh + " with hash " +
-               signature.body.mesh_hash);
-  }
-  return body;
-}
-
 // Models by name, and what they share: the same true responses.
 class AccuracyTest {
  public:
   AccuracyTest(const FitOptions& options, const Signature& signature)
-      : body_(read_body(options, signature)),
+      : body_(make_contact_body(import_sampled_mesh(options.mesh, signature.body),
+                                options.mesh.string())),
         setup_{&body_, signature.material, signature.kind, signature.seed},
         settings_(options.accuracy) {}
   AccuracyReport run(const Signature& fitted, const std::vector<ModelUnderTest>& models) const {

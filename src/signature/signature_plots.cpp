@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "signature/known_rest_poses.h"
 #include "signature/plotting.h"
-#include "signature/rest_poses.h"
 #include "signature/signature_summary.h"
 
 namespace pilesim {
@@ -91,30 +91,9 @@ fs::path plot_slices(const ResponseTable& t, const std::string& title, const Val
   return draw(file, 1100, 640, script + "unset multiplot\n");
 }
 
-// The pose of a bar or of two, one a source.
-struct Slot {
-  const KnownRestPose* pose;
-  const KnownRestPose* by_geometry = nullptr;
-  const KnownRestPose* by_simulation = nullptr;
-};
-
 constexpr size_t kMostSlots = 14;  // a round side has dozens
 
-std::vector<Slot> slots_of(const std::vector<KnownRestPose>& poses) {
-  std::vector<Slot> slots;
-  for (const KnownRestPose& p : poses) {
-    const bool simulated = p.source == "simulation";
-    auto slot = std::ranges::find_if(slots, [&](const Slot& s) {
-      return (simulated ? s.by_simulation : s.by_geometry) == nullptr &&
-             s.pose->up.dot(p.up) >= std::cos(kRestPoseAngle);
-    });
-    if (slot == slots.end()) slot = slots.insert(slots.end(), {.pose = &p});
-    (simulated ? slot->by_simulation : slot->by_geometry) = &p;
-  }
-  return slots;
-}
-
-std::string bars(const std::vector<Slot>& slots, const KnownRestPose* Slot::*source,
+std::string bars(const std::vector<RestPosePair>& slots, const KnownRestPose* RestPosePair::*source,
                  double offset) {
   std::string data;
   for (size_t i = 0; i < slots.size(); ++i) {
@@ -127,9 +106,9 @@ std::string bars(const std::vector<Slot>& slots, const KnownRestPose* Slot::*sou
 }
 
 fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path& file) {
-  std::vector<Slot> slots = slots_of(poses);
+  std::vector<RestPosePair> slots = pair_rest_poses(poses);
   const bool simulated =
-      std::ranges::any_of(slots, [](const Slot& s) { return s.by_simulation != nullptr; });
+      std::ranges::any_of(slots, [](const RestPosePair& s) { return s.by_simulation != nullptr; });
   std::string title = "Rest poses: up in the mesh frame";
   if (slots.size() > kMostSlots) {
     title += ", " + std::to_string(kMostSlots) + " of " + std::to_string(slots.size());
@@ -152,10 +131,10 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
       number(static_cast<double>(slots.size()) - 0.4) +
       "]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\nset xtics (" + labels +
       ") font ',8'\nset bmargin 4\n$g << EOD\n" +
-      bars(slots, &Slot::by_geometry, simulated ? -0.19 : 0) + "EOD\n";
+      bars(slots, &RestPosePair::by_geometry, simulated ? -0.19 : 0) + "EOD\n";
   std::string plot = "plot $g using 1:2 with boxes lc rgb '#4c78a8' title 'geometry'";
   if (simulated) {
-    script += "$s << EOD\n" + bars(slots, &Slot::by_simulation, 0.19) + "EOD\n";
+    script += "$s << EOD\n" + bars(slots, &RestPosePair::by_simulation, 0.19) + "EOD\n";
     plot +=
         ", $s using 1:2 with boxes lc rgb '#f0a35e' title 'simulation, 95%', "
         "$s using 1:2:3:4 with yerrorbars lc rgb '#444444' pt 7 ps 0.3 notitle";

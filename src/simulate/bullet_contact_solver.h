@@ -11,11 +11,11 @@ namespace pilesim {
 // What the world keeps of a dynamic body beside Bullet's own record; its user pointer leads here.
 struct DynamicBody {
   btRigidBody* body = nullptr;
-  double fast_motion_m = 0;    // m: with a longer way in a step it may skip a contact
-  double rest_speed = 0;       // m/s: below it the body counts as resting
-  double rest_turn_rate = 0;   // rad/s
-  double time_to_sleep_s = 0;  // of rest before it may sleep
-  double rest_depth_m = 0;     // the deepest contact that it may sleep with
+  double fast_motion_m = 0;          // m: with a longer way in a step it may skip a contact
+  double rest_speed = 0;             // m/s: below it the body counts as resting
+  btVector3 rest_reach = {0, 0, 0};  // m, principal axes: speeds of the rim for 1 rad/s
+  double time_to_sleep_s = 0;        // of rest before it may sleep
+  double rest_depth_m = 0;           // the deepest contact that it may sleep with
   bool hinged = false;
   bool supported = false;  // some contact pushed it in the last step
   bool sunk = false;       // some contact was deeper than rest_depth_m

@@ -178,9 +178,10 @@ void BulletWorld::updateActivationState(btScalar step_s) {
       body.setAngularVelocity(btVector3(0, 0, 0));
       continue;
     }
-    const bool slow =
-        body.getLinearVelocity().length2() < dynamic.rest_speed * dynamic.rest_speed &&
-        body.getAngularVelocity().length2() < dynamic.rest_turn_rate * dynamic.rest_turn_rate;
+    const btVector3 spin = body.getAngularVelocity() * body.getWorldTransform().getBasis();
+    const double limit2 = dynamic.rest_speed * dynamic.rest_speed;
+    const bool slow = body.getLinearVelocity().length2() < limit2 &&
+                      (spin * dynamic.rest_reach).length2() < limit2;
     if (!sleeping_ || !slow || sunk) {
       body.setDeactivationTime(0);
     } else if (supported) {

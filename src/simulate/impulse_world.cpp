@@ -119,7 +119,10 @@ void ImpulseWorld::set_up_dynamic(uint32_t index, const BodyMotion& start, btRig
   dynamic.body = &body;
   dynamic.fast_motion_m = kFastMotion * shape.smallest_extent;
   dynamic.rest_speed = kRestSpeed * std::sqrt(gravity * radius);
-  dynamic.rest_turn_rate = dynamic.rest_speed / radius;
+  const btVector3& inertia = body.getLocalInertia();
+  for (int i = 0; i < 3; ++i) {  // as felt_turn_rate() has it
+    dynamic.rest_reach[i] = radius * std::sqrt(inertia[i] / inertia[inertia.maxAxis()]);
+  }
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
   dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();

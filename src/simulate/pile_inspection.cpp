@@ -109,10 +109,12 @@ Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates
 
 bool Inspection::is_resting(const BodyStates& states, uint32_t body) const {
   if ((states.flags[body] & kAsleep) != 0) return true;
-  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+  const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
+  const double radius = shape.bounding_radius;
   const double limit = kRestingSpeed * std::sqrt(gravity_.norm() * radius);
+  const Vec3 spin = states.orientation[body].conjugate() * states.angular_velocity[body];
   return states.linear_velocity[body].norm() <= limit &&
-         states.angular_velocity[body].norm() * radius <= limit;
+         felt_turn_rate(shape.mass.inertia_m5, spin) * radius <= limit;
 }
 
 void Inspection::place(const BodyStates& states) {

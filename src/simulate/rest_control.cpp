@@ -94,22 +94,22 @@ size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& o
   return choose(targets, orientation.conjugate() * Vec3f::UnitY());
 }
 
+bool turn_up(const Vec3f& up, float most, Quatf& orientation) {
+  const Vec3f now = orientation * up;
+  const Vec3f axis = now.cross(Vec3f::UnitY());
+  if (std::atan2(axis.norm(), now.y()) <= most) {
+    orientation = (Quatf::FromTwoVectors(now, Vec3f::UnitY()) * orientation).normalized();
+    return true;
+  }
+  orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();
+  return false;
+}
+
 bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
                   Quatf& orientation, Vec3f& spin, float& radius_m) {
-  const Vec3f& wanted = target.up;
-  const Vec3f up = orientation.conjugate() * Vec3f::UnitY();
   const float most = kTurnRate * std::sqrt(gravity / outer_radius_m) * step_s;
-  const Vec3f axis = up.cross(wanted);  // body frame: the pose turns the other way
-  const float angle = std::atan2(axis.norm(), up.dot(wanted));
-  const bool there = angle <= most;
-  if (there) {
-    orientation =
-        (Quatf::FromTwoVectors(orientation * wanted, Vec3f::UnitY()) * orientation).normalized();
-    spin = Vec3f(0, spin.y(), 0);
-  } else {
-    const Vec3f world_axis = (orientation * wanted).cross(Vec3f::UnitY()).normalized();
-    orientation = (Quatf(Eigen::AngleAxisf(most, world_axis)) * orientation).normalized();
-  }
+  const bool there = turn_up(target.up, most, orientation);
+  if (there) spin = Vec3f(0, spin.y(), 0);
   const float change = kEaseSpeed * std::sqrt(gravity * outer_radius_m) * step_s;
   const bool low = std::abs(target.height_m - radius_m) <= change;
   radius_m = low ? target.height_m : radius_m + std::copysign(change, target.height_m - radius_m);

@@ -1,5 +1,6 @@
 // Bodies that come to rest on level ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards it while the sphere that stands for them eases to its height.
+// 3.2.5): they turn towards it while the sphere that stands for them eases to its height. What
+// others lean on rocks a little towards one.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +14,8 @@ namespace pilesim {
 // In sqrt(g r): bodies slower than the first are turned; radii change at the second.
 inline constexpr float kControlSpeed = 0.4F;
 inline constexpr float kEaseSpeed = 0.1F;
+// In sqrt(g / r): how fast bodies rock that others lean on, until they sleep.
+inline constexpr float kRockRate = 0.05F;
 
 // Body frame. A body turns to the pose for which up . axis + offset is largest: of bodies in
 // uniformly random orientations as many come to each as its probability says, by small turns.
@@ -29,6 +32,10 @@ std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
 // Of a body's orientation. `targets` is not empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation);
+
+// Turns the body's `up` (body frame) towards the world's, by `most` (rad) at most. True once it is
+// there, exactly.
+bool turn_up(const Vec3f& up, float most, Quatf& orientation);
 
 // One step of a body of this outer radius that lies on level ground. True once it is in its
 // pose, exactly.

@@ -445,9 +445,16 @@ bool SphereWorld::control_rest(uint32_t p) {
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
   // Others may lean on it a little.
   const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
-  const bool controlled = settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p]);
-  if (!stands || speed >= kControlSpeed * scale || targets.empty() || !controlled) {
+  const bool controlled =
+      (settings_.dispatch == nullptr || settings_.dispatch->is_posed(body_[p])) &&
+      speed < kControlSpeed * scale && !targets.empty();
+  if (!stands || !controlled) {
     body.rest_target = SphereBody::kNoTarget;
+    // Under others, or against them, it rocks a little, as far as it gets before it sleeps.
+    if (controlled && surface_push_[p] + body_push_[p] > 0.5F * weight) {
+      turn_up(targets[choose_rest_target(targets, body.orientation)].up,
+              kRockRate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
+    }
     // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
     const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
     body.surface_radius_m = std::min(body.surface_radius_m, narrower);

@@ -50,6 +50,12 @@ class Compare(CommandTest):
                 self.assertAlmostEqual(error["normalised"]["value"], 1)
         for mode in figures["modes"]:
             self.assertGreater(mode["wall_per_simulated_second"]["value"], 0)
+            # Threads that do nothing take no time of a processor.
+            self.assertGreater(mode["cpu_per_simulated_second"]["value"], 0)
+            self.assertLess(
+                mode["cpu_per_simulated_second"]["value"],
+                1.5 * os.cpu_count() * mode["wall_per_simulated_second"]["value"],
+            )
             self.assertGreater(mode["peak_memory_bytes"]["value"], 1e6)
             self.assertLessEqual(mode["speed_up"]["low"], mode["speed_up"]["value"])
             self.assertEqual(mode["quality_at_end"]["bodies_at_end"]["value"], 8)
@@ -76,6 +82,27 @@ class Compare(CommandTest):
         self.assertGreater(wrong["worst_error"]["low"], 2)
         self.assertGreater(bouncing["worst_error"]["low"], 1.5)
         self.assertGreater(wrong["motion"]["relative"]["value"], 0.05)
+
+    def test_sees_doubled_restitution_but_not_half_the_step(self):
+        def heap(scene):
+            scene["duration_s"] = 1.5
+            scene["materials"]["wood"]["restitution"] = 0.3
+            scene["emitters"][0].update(
+                count=[4, 4, 4],
+                spacing=[0.35, 0.35, 0.35],
+                position_jitter_m=0.05,
+                angular_velocity_jitter=2,
+            )
+
+        self.succeed(
+            "compare", self.write_scene(heap), "-o", "out", "--runs", 3, "--reference", "impulse",
+            "--modes", "impulse@1/480,impulse+/materials/wood/restitution=0.6",
+            env={**os.environ, "PATH": str(self.dir)},
+        )
+        _, finer, bouncing = self.figures()["modes"]
+        for quantity in ("energy", "radial_distance", "height", "speed", "spin"):
+            self.assertLess(finer["errors"][quantity]["normalised"]["value"], 1.35, quantity)
+            self.assertGreater(bouncing["errors"][quantity]["normalised"]["low"], 1.25, quantity)
 
     def test_resume_keeps_finished_runs_and_force_does_not(self):
         self.compare("--modes", "impulse")

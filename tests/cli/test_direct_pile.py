@@ -13,6 +13,109 @@ def pile_of_boxes(scene):
     scene["piles"] = [{"angle_deg": 35, "centre": [0, 0]}]
 
 
+BOX_OBJ = """v -0.4 0 -0.4
+v 0.4 0 -0.4
+v 0.4 0 0.4
+v -0.4 0 0.4
+v -0.4 0.9 -0.4
+v 0.4 0.9 -0.4
+v 0.4 0.9 0.4
+v -0.4 0.9 0.4
+f 1 2 3 4
+f 8 7 6 5
+f 1 5 6 2
+f 2 6 7 3
+f 3 7 8 4
+f 4 8 5 1
+"""
+
+
+class Guides(CommandTest):
+    def setUp(self):
+        super().setUp()
+        (self.dir / "guide.obj").write_text(BOX_OBJ)
+
+    def filled(self, **keys):
+        def change(scene):
+            scene.update(duration_s=2, guide={"file": "guide.obj"})
+            scene["emitters"] = [
+                {
+                    "name": "boxes",
+                    "type": "upside_down",
+                    "shape": "box",
+                    "material": "wood",
+                    "count": 12,
+                    "rate_hz": 20,
+                    **keys,
+                }
+            ]
+
+        return self.write_scene(change)
+
+    def test_a_guide_is_filled_upside_down_and_its_bodies_released(self):
+        result = self.succeed("direct-pile", self.filled(), "-o", "out")
+        self.assertIn("guide: filled upside down; 12 of 12 bodies lie inside", result.stdout)
+        figures = json.loads((self.dir / "out/report.json").read_text())["piles"]["guide"]
+        self.assertEqual((figures["filling"]["dropped"], figures["filling"]["kept"]), (12, 12))
+        self.assertGreater(figures["bodies_inside"], 0.9)
+        state = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")["state"]
+        waiting = [sum(int(flags) & 8 == 8 for flags in state[frame]) for frame in (0, 10, 60)]
+        self.assertEqual(waiting[0], 11)  # the first is released at the start
+        self.assertTrue(0 < waiting[1] < 11)
+        self.assertEqual(waiting[2], 0)
+
+    def test_validate_says_how_many_fit_at_most(self):
+        result = self.succeed("validate", self.filled())
+        self.assertIn("valid; at most 13 bodies (12 dynamic)", result.stdout)
+
+    def test_simulate_fills_it_too_whatever_the_threads(self):
+        for name, threads in (("a", "1"), ("b", "2")):
+            self.succeed("simulate", self.filled(), "-o", name, "--threads", threads)
+        self.assertEqual(
+            tree_bytes(self.dir / "a/trajectory.zarr"), tree_bytes(self.dir / "b/trajectory.zarr")
+        )
+
+    def test_overlay_draws_the_guide_and_dots_where_bodies_are_held(self):
+        self.succeed("direct-pile", self.filled(), "-o", "out")
+        written = json.loads((self.dir / "out/guide.json").read_text())
+        self.assertEqual(len(written["guide"]["vertices"]), 8)
+        self.assertEqual(len(written["guide"]["triangles"]), 12)
+        changes = written["constraints"]
+        frames = [change["frame"] for change in changes]
+        self.assertEqual(frames, sorted(set(frames)))
+        self.assertEqual(len(changes[-1]["points"]), written["frames"][-1]["held"])
+        common = ("render", "out", "--frames", "60", "--no-video", "--size", "96x64")
+        self.succeed(*common, "-o", "plain", "--set", "/render/analysis=true")
+        self.succeed(*common, "-o", "over", "--overlay", "guide")
+        self.succeed(*common, "-o", "beside", "--compare-with", "out")
+        pictures = [
+            (self.dir / name / "frames/frame.0060.png").read_bytes() for name in ("plain", "over")
+        ]
+        self.assertNotEqual(pictures[0], pictures[1])
+
+    def test_overlay_of_a_damaged_file(self):
+        self.succeed("direct-pile", self.filled(), "-o", "out")
+        file = self.dir / "out/guide.json"
+        written = json.loads(file.read_text())
+        for damage in ({"constraints": 3}, {"guide": {"vertices": [], "triangles": [[0, 1, 2]]}}):
+            file.write_text(json.dumps({**written, **damage}))
+            result = self.expect_exit(
+                3, "render", "out", "--overlay", "guide", "--no-video", "-o", "over"
+            )
+            self.assertIn("guide.json", result.stderr)
+
+    def test_a_guide_that_cannot_be_filled(self):
+        (self.dir / "guide.obj").write_text(BOX_OBJ.replace("v -0.4 0 -0.4", "v -0.4 -0.2 -0.4"))
+        result = self.expect_exit(3, "direct-pile", self.filled(), "-o", "out")
+        self.assertIn("guide.obj", result.stderr)
+        self.assertIn("no level base", result.stderr)
+        (self.dir / "guide.obj").write_text(BOX_OBJ)
+        result = self.expect_exit(
+            3, "direct-pile", self.filled(asleep=True), "-o", "out"
+        )
+        self.assertIn("/emitters/0/asleep", result.stderr)
+
+
 class Output(CommandTest):
     def test_bodies_sleep_and_the_report_has_the_pile(self):
         result = self.succeed("direct-pile", self.write_scene(pile_of_boxes), "-o", "out")

@@ -51,6 +51,23 @@ class SampleSignature(CommandTest):
             data = (self.dir / "pictures" / f"{name}.png").read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG"), name)
 
+    def test_rest_poses_are_drawn_with_the_mesh(self):
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        listed = self.succeed("inspect", "box.sig", "--plot", "pictures", "--mesh", BOX).stdout
+        self.assertIn("pictures/rest_pose_bodies.png", listed)
+        data = (self.dir / "pictures" / "rest_pose_bodies.png").read_bytes()
+        # Six poses in two rows of up to four.
+        size = [int.from_bytes(data[i : i + 4], "big") for i in (16, 20)]
+        self.assertEqual(size, [4 * 360 + 3 * 4, 2 * 300 + 4])
+
+        other = SOURCE / "assets" / "ring.obj"
+        failed = self.expect_exit(
+            3, "inspect", "box.sig", "--plot", "again", "--mesh", other
+        )
+        self.assertIn("the mesh that was sampled, box.obj", failed.stderr)
+        self.assertFalse((self.dir / "again").exists())
+        self.expect_exit(2, "inspect", "box.sig", "--mesh", BOX)
+
     def test_threads_do_not_change_the_bytes(self):
         for threads in ("1", "3"):
             self.succeed(

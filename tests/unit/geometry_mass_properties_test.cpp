@@ -126,5 +126,18 @@ TEST(PrincipalInertia, RoundBodiesKeepTheAxesOfTheirMesh) {
   EXPECT_NEAR(pole_axes.cwiseAbs().sum(), 3, 1e-9) << "axes are a permutation of the mesh's";
 }
 
+TEST(FeltTurnRate, IsTheRateOfABallAndLessAboutTheAxisOfARod) {
+  const Vec3 spin(1, -2, 0.5);
+  EXPECT_NEAR(felt_turn_rate(sphere_mass_properties(0.7).inertia_m5, spin), spin.norm(), 1e-12);
+  const Vec3 size(2, 0.1, 0.1);
+  const Mat3 rod = box_mass_properties(size).inertia_m5;
+  EXPECT_NEAR(felt_turn_rate(rod, {0, 3, 0}), 3, 1e-12);
+  EXPECT_NEAR(felt_turn_rate(rod, {3, 0, 0}), 3 * std::sqrt(0.02 / 4.01), 1e-12);
+  // Whatever the axes.
+  const Mat3 turn = Quat(0.3, 0.1, -0.8, 0.5).normalized().toRotationMatrix();
+  EXPECT_NEAR(felt_turn_rate(turn * rod * turn.transpose(), turn * spin), felt_turn_rate(rod, spin),
+              1e-12);
+}
+
 }  // namespace
 }  // namespace pilesim

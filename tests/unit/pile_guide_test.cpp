@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -101,6 +102,133 @@ TEST(Guide, NailsHoldTheSameColumn) {
   EXPECT_GT(simulator.states().position[6].y(), 1.09);
 }
 
+// Each is given with a tenth of it in the next. They come apart, slowly, before they are held.
+TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
+  Column column(6);
+  for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.y() = 0.1 + 0.18 * (i - 1);
+  GuidedSimulator simulator(column.scene, column.model);
+  double fastest = 0;
+  for (int frame = 0; frame < 60; ++frame) {
+    simulator.step_frame();
+    for (int i = 1; i <= 6; ++i) {
+      fastest = std::max(fastest, simulator.states().linear_velocity[i].norm());
+    }
+  }
+  EXPECT_EQ(simulator.frames().back().counts.held, 6);
+  const auto& place = simulator.states().position;
+  for (int i = 2; i <= 6; ++i) {
+    EXPECT_GT(place[i].y() - place[i - 1].y(), 0.2 - 1.1 * 0.03 * 0.173);
+    EXPECT_LT(place[i].y() - place[i - 1].y(), 0.2 + 1e-3);
+    EXPECT_NEAR(place[i].x(), 0, 1e-3);
+  }
+  EXPECT_LT(fastest, 0.3) << "a fall through 5 mm";
+}
+
+// Else a high pile begins to lean before its overlaps are gone.
+TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
+  const auto control_steps = [](double spacing) {
+    Column column(12);
+    for (int i = 1; i <= 12; ++i) {
+      column.model.bodies[i].pose.position.y() = 0.1 + spacing * (i - 1);
+    }
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 10);  // 40 steps: two periods
+    return simulator.frames().back().counts.control_steps;
+  };
+  EXPECT_LE(control_steps(0.2), 21);
+  EXPECT_GT(control_steps(0.18), 25);
+}
+
+// Whatever its mass: a guide is for piles that more is laid upon.
+TEST(Guide, WhatComesSlowlyIsNoHit) {
+  Column column(5);
+  column.scene.guide->most_speed = 0.02;  // so that the ball is not held itself
+  const uint32_t ball = column.sphere(0.15);
+  ModelBody& slow = column.body(ball, column.wood, {-0.27, 0.15, 0});
+  slow.linear_velocity = {0.08, 0, 0};
+  slow.angular_velocity = {0, 0, -0.08 / 0.15};
+  slow.mass_kg = 2000;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 60);
+  EXPECT_EQ(simulator.frames().back().counts.knocked_loose, 0);
+  EXPECT_LT(std::abs(simulator.states().position[5].x()), 1e-3);
+  EXPECT_GT(simulator.states().position[6].x(), -0.26) << "it came";
+}
+
+TEST(Guide, WhatMovesIsNotHeld) {
+  Column column(1);
+  column.model.bodies[1].linear_velocity = {2, 0, 0};
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 60);
+  EXPECT_NEAR(simulator.states().position[1].x(), 2 * 2 / (2 * 0.7 * 9.81), 0.06);
+  EXPECT_EQ(simulator.frames().back().counts.held, 1);
+}
+
+TEST(Guide, WhatHasNothingToStandOnIsLetGo) {
+  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
+    Column column(3);
+    column.scene.guide->hold = hold;
+    column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 30);
+    uint32_t fewest = 3;
+    for (int frame = 0; frame < 60; ++frame) {
+      simulator.step_frame();
+      const GuideCounts& counts = simulator.frames().back().counts;
+      fewest = std::min(fewest, hold == HoldKind::nail ? counts.nails : counts.held);
+    }
+    EXPECT_EQ(fewest, 0) << "in the air";
+    EXPECT_NEAR(simulator.states().position[2].y(), 0.1, 0.01);
+    EXPECT_NEAR(simulator.states().position[3].y(), 0.3, 0.01);
+  }
+}
+
+TEST(Guide, WhatWaitsForItsReleaseCarries) {
+  Column column(3);
+  column.model.bodies[1].held = true;
+  column.model.bodies[1].pose.position.y() += 1;
+  column.model.bodies[2].pose.position.y() += 1;
+  column.model.bodies[3].pose.position.y() += 1;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 30);
+  EXPECT_EQ(simulator.frames().back().counts.held, 2);
+  EXPECT_NEAR(simulator.states().position[3].y(), 1.5, 1e-3);
+  EXPECT_LT(simulator.frames().back().largest_drift_m, 1e-3);
+  EXPECT_NEAR(simulator.frames().back().height_m, 0.2, 1e-3) << "without what waits";
+}
+
+TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
+  Column column(1);
+  column.model.guide = box_mesh({2, 1, 2});
+  column.model.bodies[1].pose.position.y() = 1.2;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 6);
+  EXPECT_EQ(simulator.frames().back().counts.in_guide, 0);
+  run(simulator, 60);
+  EXPECT_EQ(simulator.frames().back().counts.in_guide, 1);
+  EXPECT_EQ(simulator.frames().back().counts.held, 1);
+}
+
+TEST(Guide, SaysWhereBodiesAreHeld) {
+  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
+    Column column(4);
+    column.scene.guide->hold = hold;
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 30);
+    ASSERT_FALSE(simulator.constraints().empty());
+    const GuideConstraints& last = simulator.constraints().back();
+    EXPECT_LE(last.frame, 30);
+    ASSERT_EQ(last.points.size(), 4);
+    std::vector<double> heights;
+    for (const Vec3& point : last.points) {
+      heights.push_back(point.y());
+      EXPECT_LT(std::max(std::abs(point.x()), std::abs(point.z())), 0.12);
+    }
+    std::ranges::sort(heights);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(heights[i], 0.2 * i, 0.01);
+  }
+}
+
 TEST(Guide, TheSameSceneGivesTheSameBits) {
   std::vector<Vec3> first;
   for (int round = 0; round < 2; ++round) {
@@ -138,6 +266,11 @@ TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   EXPECT_DOUBLE_EQ(fit.volume_inside, 0.5);
   EXPECT_GT(fit.overlap, 0.2);
   EXPECT_LT(fit.overlap, 0.5);
+  for (Vec3& vertex : column.model.guide.vertices) vertex.y() += 0.4;
+  EXPECT_GT(measure_guide_fit(column.model, states).overlap, 0.6) << "the column itself";
+  for (Vec3& vertex : column.model.guide.vertices) vertex.x() += 5;
+  EXPECT_EQ(measure_guide_fit(column.model, states).overlap, 0);
+  EXPECT_EQ(measure_guide_fit(column.model, states).bodies_inside, 0);
 }
 
 }  // namespace

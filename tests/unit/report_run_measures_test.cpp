@@ -16,12 +16,12 @@ namespace {
 
 constexpr double kRate = 50;
 
-// A cube of 0.2 m about its centre, closed, outward.
-TrajectoryShape cube() {
-  TrajectoryShape shape{.name = "cube"};
+// A box about its centre, closed, outward.
+TrajectoryShape box(const Vec3f& size) {
+  TrajectoryShape shape{.name = "box"};
   for (int i = 0; i < 8; ++i) {
     shape.vertices.push_back(
-        0.2f * Vec3f(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f));
+        size.cwiseProduct(Vec3f(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f)));
   }
   shape.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                      {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
@@ -35,13 +35,14 @@ using Motion = std::function<Pose(size_t body, double time_s)>;
 
 class RunMeasuresTest : public test::TrajectoryTest {
  protected:
-  // Cubes that move as `motion` says.
+  // Cubes of 0.2 m, unless `size` says otherwise, that move as `motion` says.
   std::filesystem::path write(const std::string& name, size_t bodies, int frames,
-                              const Motion& motion, const std::string& scene = "{}") {
+                              const Motion& motion, const std::string& scene = "{}",
+                              const Vec3f& size = Vec3f::Constant(0.2f)) {
     TrajectoryHeader header;
     header.frame_rate = kRate;
     header.resolved_scene = scene;
-    header.shapes = {cube()};
+    header.shapes = {box(size)};
     for (size_t body = 0; body < bodies; ++body) {
       header.body_name.push_back("cube/" + std::to_string(body));
       header.body_shape.push_back(0);
@@ -97,6 +98,26 @@ TEST_F(RunMeasuresTest, SpeedSpinAndEnergyOfAFlight) {
               testing::Each(testing::DoubleNear(1 / kTime, 1e-6)));
 }
 
+// Brick, lying on its side and turning about the upright: about its own long axis.
+TEST_F(RunMeasuresTest, EnergyOfASpinIsOfTheBodysAxes) {
+  const Quat lying = Quat::FromTwoVectors(Vec3::UnitX(), Vec3::UnitY());
+  const auto path = write(
+      "run", 1, 11,
+      [&](size_t, double t) {
+        // Quaternions of either sign mean the same.
+        Quat turned = Quat(Eigen::AngleAxisd(7 * t, Vec3::UnitY())) * lying;
+        if (std::lround(kRate * t) % 2 == 1) turned.coeffs() *= -1;
+        return Pose{Vec3::Zero(), turned};
+      },
+      R"({"gravity": [0, 0, 0]})", Vec3f(0.4f, 0.1f, 0.2f));
+  const RunMeasures measures = measure(path);
+  const double moment = (0.01 + 0.04) / 12;  // per unit of mass
+  const double unit2 = measures.diameter_m * measures.diameter_m;
+  for (const auto& samples : quantity(measures, "energy").samples) {
+    EXPECT_NEAR(samples[0] * unit2, 0.5 * moment * 49, 1e-3 * moment * 49);
+  }
+}
+
 TEST_F(RunMeasuresTest, FreeFallKeepsItsEnergy) {
   const auto path = write("run", 1, 51, [](size_t, double t) {
     return Pose{Vec3(0, 20 - 0.5 * 9.81 * t * t, 0), Quat::Identity()};
@@ -108,7 +129,9 @@ TEST_F(RunMeasuresTest, FreeFallKeepsItsEnergy) {
 }
 
 TEST_F(RunMeasuresTest, SettlingTimeAndTilt) {
-  const auto path = write("run", 2, 101, [](size_t body, double t) {
+  const auto path = write("run", 3, 101, [](size_t body, double t) {
+    // The last one turns where it is.
+    if (body == 2) return Pose{{}, Quat(Eigen::AngleAxisd(std::min(t, 1.5), Vec3::UnitY()))};
     const double moving = body == 0 ? std::min(t, 0.5) : std::min(t, 1.0);
     // The second one ends tilted by 30 degrees off a face.
     return Pose{Vec3(moving, 0, 0),
@@ -117,9 +140,11 @@ TEST_F(RunMeasuresTest, SettlingTimeAndTilt) {
   const RunMeasures measures = measure(path);
   EXPECT_THAT(quantity(measures, "settling_time").samples[0],
               testing::ElementsAre(testing::DoubleNear(0.5 / kTime, 1e-6),
-                                   testing::DoubleNear(1 / kTime, 1e-6)));
+                                   testing::DoubleNear(1 / kTime, 1e-6),
+                                   testing::DoubleNear(1.5 / kTime, 1e-6)));
   EXPECT_THAT(quantity(measures, "tilt").samples[0],
-              testing::ElementsAre(testing::DoubleNear(0, 0.1), testing::DoubleNear(30, 0.1)));
+              testing::ElementsAre(testing::DoubleNear(0, 0.1), testing::DoubleNear(0, 0.1),
+                                   testing::DoubleNear(30, 0.1)));
 }
 
 TEST_F(RunMeasuresTest, AngleOfAConeOfBodies) {
@@ -131,7 +156,8 @@ TEST_F(RunMeasuresTest, AngleOfAConeOfBodies) {
         const Vec3 place(random.uniform(-10, 10), random.uniform(0, 10 * slope),
                          random.uniform(-10, 10));
         const double radius = std::hypot(place.x(), place.z());
-        if (place.y() <= slope * (10 - radius)) return Pose{place, Quat::Identity()};
+        if (place.y() > slope * (10 - radius)) continue;
+        return Pose{place + Vec3(0, 3, 0), Quat::Identity()};  // on a table
       }
     });
     EXPECT_NEAR(quantity(measure(path), "pile_angle").samples[0][0], angle_deg, 0.04 * angle_deg);

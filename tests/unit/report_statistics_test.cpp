@@ -91,6 +91,16 @@ TEST(Bootstrap, OfAMeanHoldsTheTruthAsOftenAsItSays) {
   }
 }
 
+TEST(Bootstrap, IsAsWideBelowAsAbove) {
+  const std::vector<double> values = {-5, -3, -2, -1, 0, 1, 2, 3, 5};
+  const Interval interval = bootstrap(9, 1, [&](const auto& indices) {
+    double sum = 0;
+    for (const uint32_t i : indices) sum += values[i];
+    return sum / 9;
+  });
+  EXPECT_NEAR(-interval.low, interval.high, 0.06 * interval.high);
+}
+
 TEST(Bootstrap, RepeatsAndSaysWhereItDoesNotKnow) {
   const auto first = [](const auto& indices) { return static_cast<double>(indices[0]); };
   const Interval a = bootstrap(6, 3, first), b = bootstrap(6, 3, first);
@@ -132,6 +142,15 @@ TEST(EnsembleError, OfAShiftIsSeenAndIsTheShift) {
   EXPECT_NEAR(errors[0].distance.value, 5, 0.4);
   EXPECT_GT(errors[0].normalised.low, 5);
   EXPECT_EQ(worst_error(errors), &errors[0]);
+}
+
+TEST(EnsembleError, IsTheMeanOverMoments) {
+  const auto runs = [](double first, double second) {
+    RunMeasures run;
+    run.quantities.push_back({"height", "D", {{first}, {second}}});
+    return std::vector<RunMeasures>(3, run);
+  };
+  EXPECT_DOUBLE_EQ(ensemble_errors(runs(0, 0), runs(1, 4), 1)[0].distance.value, 2.5);
 }
 
 TEST(EnsembleError, HoldsTheTruthAsOftenAsItSays) {

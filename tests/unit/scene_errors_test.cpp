@@ -7,6 +7,7 @@ namespace pilesim {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const std::string kHead = R"({"version": 1,
@@ -204,6 +205,29 @@ TEST(SceneErrors, Guides) {
       problems(R"("guide": {}, "piles": [{"angle_deg": 30}])"),
       ElementsAre("s.json:6:10: /guide: stands beside \"piles\"; expected one way to direct "
                   "a pile. Take out one of the two"));
+}
+
+TEST(SceneErrors, GuidesToBeFilled) {
+  const auto filled = [](const std::string& keys, const std::string& rest) {
+    return problems(R"("emitters": [{"type": "upside_down", "shape": "ball", "material": "m")" +
+                    keys + "}]" + rest);
+  };
+  const std::string guide = R"(, "guide": {"file": "g.obj"})";
+  EXPECT_THAT(filled("", guide), IsEmpty());
+  EXPECT_THAT(filled(R"(, "count": 9, "rate_hz": 3, "start_s": 1)", guide), IsEmpty());
+  for (const char* without : {"", R"(, "guide": {})"}) {
+    EXPECT_THAT(filled("", without),
+                ElementsAre(HasSubstr("/emitters/0: fills a guide, and the scene has none")));
+  }
+  EXPECT_THAT(filled(R"(, "linear_velocity": [0, 1, 0], "position_jitter_m": 0.1)", guide),
+              ElementsAre(HasSubstr("/emitters/0/linear_velocity: stands beside"),
+                          HasSubstr("/emitters/0/position_jitter_m: stands beside")));
+  EXPECT_THAT(filled("", guide + R"(, "gravity": [0, 0, 0])"),
+              ElementsAre(HasSubstr("/gravity: is zero")));
+  EXPECT_THAT(filled(R"(}, {"type": "upside_down", "shape": "ball", "material": "m")", guide),
+              ElementsAre(HasSubstr("/emitters/1: fills the guide a second time")));
+  EXPECT_THAT(filled(R"(, "count": -1)", guide),
+              ElementsAre(HasSubstr("/emitters/0/count: is -1")));
 }
 
 }  // namespace

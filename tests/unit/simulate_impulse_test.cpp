@@ -355,6 +355,21 @@ TEST(Impulse, APileSleepsAndWakesWhenItsSupportLeaves) {
   EXPECT_NEAR(simulator->states().position[2].y(), 0.1, 2e-3);
 }
 
+// Rest is what the surface does: a thin rod turns about its axis fast enough for a ball of its
+// length to be wide awake, and moves nothing.
+TEST(Impulse, AThinRodThatTurnsAboutItsAxisSleeps) {
+  for (const bool about_its_axis : {true, false}) {
+    SmallModel m;
+    const uint32_t material = m.material(0, 0);
+    m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+    ModelBody& rod = m.body(m.cylinder(0.005, 1), material, {0, 0.005, 0});
+    rod.pose.orientation = Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitX());
+    rod.angular_velocity = about_its_axis ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    const auto simulator = make_simulator(m.scene, m.model);
+    EXPECT_EQ(run(*simulator, 240).bodies_awake, about_its_axis ? 0 : 1);
+  }
+}
+
 // Faces that are flat but for a millimetre: the plane is near more points than a manifold holds.
 TEST(Impulse, UnevenSlabsComeToRest) {
   SmallModel m;

@@ -90,6 +90,22 @@ TEST_F(PileInspection, WhatMovesNeitherFloatsNorRests) {
   EXPECT_EQ(inspect(Vec3::Zero()).unsettled, 0);
 }
 
+TEST_F(PileInspection, ANeedleThatTurnsAboutItsAxisRests) {
+  const Vec3 size(1, 0.005, 0.005);
+  model.shapes[1].mass = box_mass_properties(size);
+  model.shapes[1].bounding_radius = size.norm() / 2;
+  model.shapes[1].pieces[0].size = size;
+  const Quat upright = Quat::FromTwoVectors(Vec3::UnitX(), Vec3::UnitY());
+  for (const double x : {0.0, 3.0}) {
+    add_box(Vec3(x, 0.5, 0), 0);
+    states.orientation.back() = upright;
+  }
+  states.angular_velocity[1] = Vec3(0, 2, 0);  // about its axis
+  EXPECT_EQ(inspect().unsettled, 0);
+  states.angular_velocity[2] = Vec3(2, 0, 0);
+  EXPECT_EQ(inspect().unsettled, 1);
+}
+
 TEST_F(PileInspection, FindsWhatEscaped) {
   add_box(Vec3(0, -1, 0));
   EXPECT_EQ(inspect().escaped, 1);

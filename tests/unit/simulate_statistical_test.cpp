@@ -115,6 +115,29 @@ TEST_F(Statistical, APileStandsAndSleeps) {
   EXPECT_GT(mean, 0.14);
 }
 
+// The lowest layer of a heap: faces within how many degrees of the ground, in the mean.
+TEST_F(Statistical, WhatLiesUnderOthersRocksTowardsAPose) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  add_grid("box", {6, 6, 6}, {0.3, 0.3, 0.3}, {0, 1.1, 0});
+  scene_.emitters[0].angular_velocity_jitter = 5;
+  const auto mean_tilt = [&] {
+    start();
+    run(360);
+    double sum = 0, count = 0;
+    for (size_t i = 1; i < states().size(); ++i) {
+      if (states().position[i].y() > 0.15) continue;
+      const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+      sum += degrees(std::acos(std::min(1.0, up.cwiseAbs().maxCoeff())));
+      ++count;
+    }
+    return sum / count;
+  };
+  const double controlled = mean_tilt();
+  scene_.simulator.rest_control = false;
+  EXPECT_LT(controlled, 0.5 * mean_tilt());
+}
+
 TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
@@ -157,6 +180,35 @@ TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
   EXPECT_NEAR(states().position[1].y(), 1.2, 5e-3);
   run(60);
   EXPECT_LT(states().position[1].y(), 0);
+}
+
+TEST_F(Statistical, WhatLiesOnABodyThatIsRemovedComesDown) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  const std::string lower = add_body("box", {0, 0.1, 0}).name;
+  add_body("box", {0, 0.35, 0});
+  scene_.events.push_back({4, RemoveEvent{{lower}}});
+  start();
+  EXPECT_EQ(run(230).bodies_awake, 0U);
+  const double before = states().position[2].y();
+  EXPECT_GT(before, 0.15);
+  run(90);
+  EXPECT_NEAR(states().position[2].y(), 0.1, 2e-3);
+}
+
+// An impulse p at the arm r of a body of mass m and gyration k: v = p / m, w = r x p / (m k^2).
+TEST_F(Statistical, AnImpulsePushesAndTurns) {
+  scene_.gravity = Vec3::Zero();
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  const std::string box = add_body("box", Vec3::Zero()).name;
+  const Vec3 impulse(0, 6, 0), arm(0.15, 0, 0);
+  scene_.events.push_back({0.1, ImpulseEvent{{box}, impulse, arm}});
+  start();
+  run(30);
+  const double mass = 1000 * 0.3 * 0.2 * 0.1;
+  const double gyration2 = (0.3 * 0.3 + 0.2 * 0.2 + 0.1 * 0.1) / 18;
+  EXPECT_LT((states().linear_velocity[0] - impulse / mass).norm(), 1e-5);
+  EXPECT_LT((states().angular_velocity[0] - arm.cross(impulse) / (mass * gyration2)).norm(), 1e-3);
 }
 
 TEST_F(Statistical, FreeBodiesKeepTheirMomentumAndGainNoEnergy) {

@@ -1,0 +1,33 @@
+// What is drawn over pictures, from a file that a command wrote beside its trajectory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "core/types.h"
+#include "render/scene_renderer.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+class Overlay {
+ public:
+  virtual ~Overlay() = default;
+  // As of a frame of the trajectory. It is drawn over what stands before it, too.
+  virtual void draw(uint64_t frame, const CameraKey& camera, Image& image) const = 0;
+};
+
+enum class OverlayKind {
+  piles,  // layers of stacking structures; what sleeps is darker
+  guide,  // the guide and what holds bodies, which have the colours of the analysis
+};
+
+// Of a directory that `pilesim direct-pile` wrote. Throws Error(io), or Error(input) where its file
+// is not what that command writes.
+std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::path& directory);
+
+// Of a pixel within the image; sRGB from 0 to 255.
+void blend(Image& image, int x, int y, const Eigen::Vector3f& colour, float opacity);
+
+}  // namespace pilesim

@@ -1,0 +1,55 @@
+#include "scene/guide_checks.h"
+
+#include <array>
+#include <utility>
+#include <variant>
+
+namespace pilesim {
+namespace {
+
+// What is dropped into a guide starts at rest, at places that follow from the guide.
+void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
+  const std::array<std::pair<const char*, bool>, 6> given = {
+      {{"asleep", emitter.asleep},
+       {"linear_velocity", !emitter.linear_velocity.isZero(0)},
+       {"angular_velocity", !emitter.angular_velocity.isZero(0)},
+       {"position_jitter_m", emitter.position_jitter_m > 0},
+       {"linear_velocity_jitter", emitter.linear_velocity_jitter > 0},
+       {"angular_velocity_jitter", emitter.angular_velocity_jitter > 0}}};
+  for (const auto& [key, is_given] : given) {
+    if (!is_given) continue;
+    log.report(path / key, R"(stands beside "type": "upside_down")",
+               "bodies that start at rest, where the filling leaves them", "Take it out");
+  }
+}
+
+}  // namespace
+
+void check_guide(const Scene& scene, ProblemLog& log) {
+  const Path root;
+  if (scene.guide && !scene.piles.empty()) {
+    log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
+               "Take out one of the two");
+  }
+  const Path emitters = root / "emitters";
+  bool is_filled = false;
+  for (size_t i = 0; i < scene.emitters.size(); ++i) {
+    const Emitter& emitter = scene.emitters[i];
+    const Path place = emitters / i;
+    if (!std::holds_alternative<GuideSource>(emitter.source)) continue;
+    if (!scene.guide || !scene.guide->file) {
+      log.report(place, "fills a guide, and the scene has none with a mesh",
+                 R"("guide": {"file": ...} in the scene)");
+    }
+    if (std::exchange(is_filled, true)) {
+      log.report(place, "fills the guide a second time", "one emitter that fills it",
+                 R"(Name all shapes in its "shapes")");
+    }
+    if (scene.gravity.isZero(0)) {
+      log.report(root / "gravity", "is zero, and a guide is filled by what falls", "not zero");
+    }
+    check_start(emitter, place, log);
+  }
+}
+
+}  // namespace pilesim

@@ -1,0 +1,12 @@
+// What must hold of the guide of a scene and of the emitter that fills it, beyond each key's own
+// range.
+#pragma once
+
+#include "scene/problem_log.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+void check_guide(const Scene& scene, ProblemLog& log);
+
+}  // namespace pilesim
