@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kFlankFoot = 0.2, kFlankTop = 0.9;  // shares of the pile's height
 constexpr size_t kFewestBins = 4;                    // of a line worth fitting
+constexpr double kMostTaken = 0.25;                  // of a flank, by neighbours
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -20,6 +21,7 @@ double median(std::vector<double>& values) {
 struct Bin {
   double sum = 0;
   int cells = 0;
+  int taken = 0;  // further cells, that belong to another pile
   double mean() const { return cells > 0 ? sum / cells : 0; }
 };
 
@@ -39,8 +41,14 @@ std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
   return {first, last};
 }
 
-// Slope of height over the bins' index; NaN where there are too few of them.
+// Slope of height over the bins' index; NaN where there are too few of them, or too little is free.
 double flank_slope(const std::vector<Bin>& profile, size_t first, size_t last) {
+  double own = 0, taken = 0;
+  for (size_t i = first; i < std::min(last, profile.size()); ++i) {
+    own += profile[i].cells;
+    taken += profile[i].taken;
+  }
+  if (taken > kMostTaken * (own + taken)) return std::nan("");
   std::vector<std::pair<double, double>> flank;
   for (size_t i = first; i < std::min(last, profile.size()); ++i) {
     if (profile[i].cells > 0) flank.emplace_back(static_cast<double>(i), profile[i].mean());
@@ -119,20 +127,23 @@ double reach_of_bulk(const PileShape& shape, const HeightField& field, const Ter
   return std::min(last_reach, shape.most_reach());
 }
 
-SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Territory& territory) {
+std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
+                                 const Territory& territory) {
   std::array<std::vector<Bin>, kAzimuths> profile;
   const GroundPoint middle = shape.middle();
   std::vector<Bin> all;
   field.for_each([&](const GroundPoint& point, double height) {
-    if (!territory(point)) return;
+    if (!shape.inside_walls(point)) return;
+    const bool own = territory(point);
     const GroundPoint way = point - middle;
     const double turn = std::atan2(way.y(), way.x()) / (2 * kPi) + 0.5;
     const auto azimuth = std::min<size_t>(kAzimuths - 1, static_cast<size_t>(turn * kAzimuths));
     const auto bin = static_cast<size_t>(shape.distance(point) / field.cell_m());
     for (std::vector<Bin>* bins : {&profile[azimuth], &all}) {
       if (bins->size() <= bin) bins->resize(bin + 1);
-      (*bins)[bin].sum += height;
-      ++(*bins)[bin].cells;
+      Bin& here = (*bins)[bin];
+      ++(own ? here.cells : here.taken);
+      if (own) here.sum += height;
     }
   });
   const auto [first, last] = flank_of(all);
@@ -141,6 +152,10 @@ SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Terri
     const double slope = flank_slope(bins, first, last) / field.cell_m();
     if (!std::isnan(slope)) angles.push_back(std::atan(-slope));
   }
+  return angles;
+}
+
+SlopeFit fit_slope(std::vector<double> angles) {
   SlopeFit fit{.azimuths = static_cast<int>(angles.size())};
   if (angles.empty()) return fit;
   fit.angle = median(angles);

@@ -50,12 +50,16 @@ inline constexpr int kAzimuths = 16;
 
 // Slopes of a pile: one line of height over distance for each azimuth, fitted by the median of
 // pairwise slopes (Theil and Sen) to where the pile is between a fifth and nine tenths of its
-// height.
+// height. Where cones have run together, over the azimuths of all. Azimuths in which a neighbouring
+// pile takes more than a quarter of that are left out: a cone has no slope of its own there.
 struct SlopeFit {
   double angle = 0;   // rad, median over azimuths
   double spread = 0;  // rad, half of the range of the middle two thirds of them
-  int azimuths = 0;   // with enough flank to be fitted; 0: there is no pile
+  int azimuths = 0;   // free and with enough flank to be fitted; 0: there is no slope
 };
-SlopeFit fit_slope(const PileShape& shape, const HeightField& field, const Territory& territory);
+// Of the azimuths that can be fitted; rad.
+std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
+                                 const Territory& territory);
+SlopeFit fit_slope(std::vector<double> angles);
 
 }  // namespace pilesim

@@ -1,6 +1,7 @@
 #include "pile/pile_guide.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pilesim {
 namespace {
@@ -10,7 +11,7 @@ constexpr double kFewestReach = 3.5;  // L, of a pile with slopes
 }  // namespace
 
 void PileGuide::update(const PileShape& shape, const HeightField& field, const Territory& territory,
-                       double size_m) {
+                       double size_m, std::span<const MovingBulk> moving) {
   slope_ = shape.slope();
   reach_m_ = reach_of_bulk(shape, field, territory);
   surplus_m_ = {};
@@ -27,13 +28,22 @@ void PileGuide::update(const PileShape& shape, const HeightField& field, const T
   });
   const double ring_m = reach_m_ / static_cast<double>(kRings);
   const double cell_m2 = field.cell_m() * field.cell_m();
+  Profile passing_m3{};  // at the rings' outer edges
+  for (const MovingBulk& bulk : moving) {
+    // What is within its way of an edge passes it; on the mean over a ring's width.
+    const double place = bulk.distance_m / ring_m;
+    for (size_t ring = 0; ring < kRings; ++ring) {
+      const double share = 1 - std::abs(place - static_cast<double>(ring + 1));
+      if (share > 0) passing_m3[ring] += share * bulk.volume_m3 * bulk.ahead_m / ring_m;
+    }
+  }
   double inside_m3 = 0;
   for (size_t ring = 0; ring < kRings; ++ring) {
     if (cells[ring] == 0) continue;  // walls or other piles leave nothing of it
     surplus_m_[ring] = sum_m[ring] / cells[ring];
     inside_m3 += sum_m[ring] * cell_m2;
     const double line_m = cells[ring] * cell_m2 / ring_m;
-    outflow_[ring] = inside_m3 / (line_m * size_m * size_m);
+    outflow_[ring] = (inside_m3 - passing_m3[ring]) / (line_m * size_m * size_m);
   }
   if (reach_m_ < kFewestReach * size_m) outflow_ = {};
 }

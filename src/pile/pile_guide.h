@@ -4,27 +4,36 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "pile/height_field.h"
 #include "pile/pile_shape.h"
 
 namespace pilesim {
 
+// Bulk on its way outwards.
+struct MovingBulk {
+  double distance_m = 0;  // from the core
+  double volume_m3 = 0;
+  double ahead_m = 0;  // how far outwards it still goes before it can be stopped; < 0: inwards
+};
+
 // All zero until the first update. Distances are from the core of the pile's shape, m.
 class PileGuide {
  public:
-  // From the surface of what has landed. `size_m` is L, the size of a body.
+  // From the surface of what has landed and what moves of it. `size_m` is L, the size of a body.
   void update(const PileShape& shape, const HeightField& field, const Territory& territory,
-              double size_m);
+              double size_m, std::span<const MovingBulk> moving = {});
 
   double reach_m() const { return reach_m_; }
   // Of the ideal surface over the base; negative beyond its foot.
   double height_m(double distance_m) const { return (reach_m_ - distance_m) * slope_; }
   // Mean height of the surface that is there over the ideal one; 0 beyond the foot.
   double surplus_m(double distance_m) const;
-  // How much must still pass outwards at that distance for both surfaces to hold as much inside of
-  // it: in L^3 for each L of the line around the core. Below 0 the inside wants filling. 0 beyond
-  // the foot, and while the pile is too small to have slopes.
+  // How much must still pass outwards at that distance, besides what passes it anyway before it
+  // can be stopped, for both surfaces to hold as much inside of it: in L^3 for each L of the line
+  // around the core. Below 0 the inside wants filling. 0 beyond the foot, and while the pile is too
+  // small to have slopes.
   double outflow(double distance_m) const;
 
  private:

@@ -18,6 +18,7 @@ constexpr double kFirstBodies = 16;  // that the first structure has room for
 constexpr double kEnoughBoxes = 30;  // of L^3, for a body's space in a pile to be learned
 constexpr double kDrift = 0.05;      // share of the way to the mean of the bodies, each time
 constexpr double kFastest = 2;       // sqrt(g L), of what belongs to a surface
+constexpr double kStopTime = 1.25;   // sqrt(L / g), in which what moves can be stopped
 
 // The narrowest distance between two parallels that enclose a convex polygon.
 double width(const std::vector<GroundPoint>& corners) {
@@ -84,6 +85,7 @@ double PileState::sleep_score(const Vec3& position, double speed) const {
 PileSet::PileSet(const Scene& scene, const Model& model, const PileBodies& bodies)
     : model_(model),
       bodies_(bodies),
+      time_unit_s_(std::sqrt(bodies.size_m / scene.gravity.norm())),
       fastest_m_s_(kFastest * std::sqrt(scene.gravity.norm() * bodies.size_m)) {
   check(scene, bodies);
   for (const Pile& pile : scene.piles) {
@@ -140,6 +142,22 @@ HeightField PileSet::surface_of(const PileState& pile, const PileMotion& motion)
   return field;
 }
 
+std::vector<MovingBulk> PileSet::moving_in(const PileShape& shape, const PileMotion& motion,
+                                           const Territory& own) const {
+  std::vector<MovingBulk> moving;
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion.landed[body] || motion.asleep[body]) continue;
+    if (motion.motion[body].linear_velocity.norm() > fastest_m_s_) continue;  // not yet of the pile
+    const GroundPoint point = on_ground(motion.motion[body].position);
+    if (!own(point)) continue;
+    const double speed = shape.outward(point).dot(on_ground(motion.motion[body].linear_velocity));
+    moving.push_back({.distance_m = shape.distance(point),
+                      .volume_m3 = bulk_share_ * bodies_.shape_of(model_, body).box_m3,
+                      .ahead_m = kStopTime * time_unit_s_ * speed});
+  }
+  return moving;
+}
+
 double PileSet::boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
                          const Territory& own) const {
   double boxes_m3 = 0;
@@ -162,8 +180,7 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
     if (!pile.shape) continue;
     const HeightField field = surface_of(pile, motion);
     const Territory own = territory(pile);
-    guides[i].update(*pile.shape, field, own, bodies_.size_m);
-    pile.slope = fit_slope(*pile.shape, field, own);
+    guides[i].update(*pile.shape, field, own, bodies_.size_m, moving_in(*pile.shape, motion, own));
     bulk_m3 += pile.shape->volume(guides[i].reach_m());
     boxes_m3 += boxes_in(*pile.shape, guides[i].reach_m(), motion, own);
   }
@@ -172,6 +189,35 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
     bulk_share_ = kFilled * bulk_m3 / boxes_m3;
   }
   merge();
+}
+
+// Cones of one kind that stand under each other's slopes have no slopes apart.
+bool PileSet::run_together(const PileState& a, const PileState& b) {
+  if (!a.shape || !b.shape || a.settings.angle != b.settings.angle) return false;
+  if (a.shape->has_walls() || b.shape->has_walls()) return false;
+  return a.shape->core().size() == 1 && b.shape->core().size() == 1 &&
+         (a.shape->middle() - b.shape->middle()).norm() <
+             std::min(a.guide.reach_m(), b.guide.reach_m());
+}
+
+void PileSet::measure_slopes(const PileMotion& motion) {
+  std::vector<std::vector<double>> angles(piles_.size());  // of all cones of a group, at its first
+  std::vector<size_t> group(piles_.size());
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    group[i] = i;
+    for (size_t j = 0; j < i; ++j) {
+      if (group[i] == group[j] || !run_together(piles_[i], piles_[j])) continue;
+      const auto [first, other] = std::minmax({group[i], group[j]});
+      std::replace(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(i + 1), other, first);
+    }
+  }
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    const PileState& pile = piles_[i];
+    if (!pile.shape) continue;
+    std::ranges::copy(slope_angles(*pile.shape, surface_of(pile, motion), territory(pile)),
+                      std::back_inserter(angles[group[i]]));
+  }
+  for (size_t i = 0; i < piles_.size(); ++i) piles_[i].slope = fit_slope(angles[group[i]]);
 }
 
 void PileSet::count(const PileMotion& motion) {

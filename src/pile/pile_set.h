@@ -19,7 +19,7 @@ struct PileState {
   std::optional<PileShape> shape;  // none: nothing has landed yet
   std::optional<StackingStructure> structure;
   PileGuide guide;
-  SlopeFit slope;  // of the surface as it was last measured
+  SlopeFit slope;  // as it was last measured; one for all cones that have run together
 
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
   // four times its volume. 0 for no layer.
@@ -45,8 +45,9 @@ class PileSet {
 
   // Piles without a place stand where the first of `on_fixed` (B) lies apart from others.
   void place_new(const PileMotion& motion, const std::vector<uint8_t>& on_fixed);
-  // Measures the surfaces, and merges piles that have come together.
+  // Brings the guides up to date, and merges piles that have come together.
   void look_at_surfaces(const PileMotion& motion);
+  void measure_slopes(const PileMotion& motion);
   // Counts what is in the layers; structures grow, centres drift.
   void count(const PileMotion& motion);
 
@@ -55,6 +56,9 @@ class PileSet {
  private:
   Territory territory(const PileState& pile) const;
   HeightField surface_of(const PileState& pile, const PileMotion& motion) const;
+  static bool run_together(const PileState& a, const PileState& b);
+  std::vector<MovingBulk> moving_in(const PileShape& shape, const PileMotion& motion,
+                                    const Territory& own) const;
   double boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
                   const Territory& own) const;  // m^3
   void drift(PileState& pile, const PileMotion& motion) const;
@@ -62,6 +66,7 @@ class PileSet {
 
   const Model& model_;
   const PileBodies& bodies_;
+  double time_unit_s_;     // sqrt(L / g)
   double fastest_m_s_;     // of what belongs to a surface
   double bulk_share_ = 1;  // bulk volume of a body over its box's
   std::vector<PileState> piles_;

@@ -10,12 +10,12 @@ namespace {
 // Lengths in L, the size of a body; times in sqrt(L / g), in which it falls through itself; speeds
 // in sqrt(g L).
 constexpr double kDecisionPeriod = 0.15;
-constexpr uint64_t kSurfacePeriod = 6;  // decisions between two looks at the surface
+constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the surface
 
 constexpr double kAvalancheDensity = 0.8;
 constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
-constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
-constexpr double kOutflow = 0.15;          // at which what is awake on the surface moves on
+constexpr double kAvalancheOutflow = 0.2;  // at which sleepers on the surface wake
+constexpr double kOutflow = 0.1;           // at which what is awake on the surface moves on
 
 constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
 constexpr double kMostSlack = 1;  // where the inside wants filling
@@ -77,6 +77,7 @@ void ReposeDirector::decide(ImpulseControl& control) {
 void ReposeDirector::measure(ImpulseControl& control) {
   read_bodies(control);
   piles_.look_at_surfaces(motion_);
+  piles_.measure_slopes(motion_);
   plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
 }
 
@@ -220,8 +221,13 @@ bool ReposeDirector::is_sunk(uint32_t body) const {
   return support_.depth_m[body] > kSunkShare * bodies_.shape_of(model_, body).smallest_m;
 }
 
+bool ReposeDirector::may_sleep(uint32_t body) const {
+  return now_s_ >= grace_until_s_[body] && support_.is_supported[body] && !is_sunk(body);
+}
+
+// `place` is in a pile.
 bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const {
-  if (now_s_ < grace_until_s_[body] || !support_.is_supported[body] || is_sunk(body)) return false;
+  if (!may_sleep(body)) return false;
   if (calm_[body] >= kStillDecisions) return true;
   if (!support_.is_balanced[body]) return false;
   if (calm_[body] >= kCalmDecisions) return true;
@@ -245,12 +251,20 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
     const double friction = model_.materials[model_.bodies[body].material].friction;
     const bool left = now_s_ - touched_s_[body] > kLeftTime * time_unit_s_;
     const bool is_free = left || now_s_ < shaken_until_s_[body] || momentum_of(body) >= kHeavy;
+    if (!is_free) {
+      calm_[body] = fastest(body) < kRestSpeed
+                        ? static_cast<uint8_t>(std::min(200, calm_[body] + 1))
+                        : uint8_t{0};
+    }
     if (place.pile == nullptr || is_free) {
       control.set_friction(body, friction);
+      // What has spilled over a wall is steered by nothing, but need not be simulated for ever.
+      if (!is_free && calm_[body] >= kStillDecisions && may_sleep(body)) {
+        control.put_to_sleep(body);
+        motion_.asleep[body] = 1;
+      }
       continue;
     }
-    calm_[body] = fastest(body) < kRestSpeed ? static_cast<uint8_t>(std::min(200, calm_[body] + 1))
-                                             : uint8_t{0};
     free_from_overlap(control, body);
     const double outflow = place.pile->guide.outflow(place.distance_m);
     const double excess = excess_m(place);

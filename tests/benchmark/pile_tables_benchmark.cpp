@@ -2,10 +2,14 @@
 //   pile_tables_benchmark times [FRAMES [CHARTS_DIRECTORY [PRESET,...]]]
 //   pile_tables_benchmark tau [FRAMES]
 //   pile_tables_benchmark waking [FRAMES [PRESET,...]]
+//   pile_tables_benchmark errors [FRAMES [PRESET,...]]
 // FRAMES: so many of each preset at most (0: all). `times` steps three simulations of a preset
 // frame by frame in turn: without any sleeping, with Bullet's own, with piles; times are user CPU
 // times of the process. `tau` repeats example 2 with other thresholds; `waking` compares avalanches
-// that wake what exceeds the surface with those that wake the whole pile.
+// that wake what exceeds the surface with those that wake the whole pile; `errors`, of presets with
+// one pile, says what part of the error is the difference of slope: against the simulation without
+// sleeping it compares piles of the angle asked, piles of the angle that simulation takes by
+// itself, and that simulation again under 9.8101 m/s^2, which is no error at all.
 //
 // Errors are those of section 5.3.2.4: m is the motion of a body's centre in a frame of the
 // simulation without sleeping, m' that with piles; |m - m'| / |m| averaged over bodies and frames.
@@ -278,6 +282,63 @@ void run_waking(int64_t most_frames, const std::string& presets) {
   }
 }
 
+// Of the pile that a simulation without piles has made at the place of the first one.
+double natural_angle_deg(const Run& full) {
+  const Pile& pile = full.scene.piles.at(0);
+  const PileBodies bodies(full.model);
+  const BodyStates& states = full.simulator->states();
+  GroundPoint sum = GroundPoint::Zero();
+  for (const uint32_t body : bodies.dynamic) {
+    sum += GroundPoint(states.position[body].x(), states.position[body].z());
+  }
+  const PileShape shape(pile, sum / static_cast<double>(bodies.dynamic.size()));
+  HeightField field(shape.middle(), 25 * bodies.size_m, 0.35 * bodies.size_m, pile.base_m);
+  for (const uint32_t body : bodies.dynamic) {
+    field.add(bodies.shape_of(full.model, body).surface,
+              {states.position[body], states.orientation[body]});
+  }
+  const auto inside = [&](const GroundPoint& point) { return shape.inside_walls(point); };
+  return degrees(fit_slope(slope_angles(shape, field, inside)).angle);
+}
+
+Errors error_of(const std::string& preset, int64_t most_frames, Kind kind,
+                const std::vector<std::string>& overrides) {
+  const auto full = start(preset, Kind::full, most_frames);
+  const auto other = start(preset, kind, most_frames, overrides);
+  const double least_m = 0.01 * PileBodies(full->model).longest_m;
+  const int64_t frames = frames_of(full->scene, most_frames);
+  Errors all;
+  for (int64_t frame = 0; frame < frames; ++frame) {
+    full->step_frame();
+    other->step_frame();
+    all.add(compare(*full, *other, least_m));
+  }
+  return all;
+}
+
+void run_errors(int64_t most_frames, const std::string& presets) {
+  std::printf("%-17s %-28s %8s %8s %8s\n", "", "", "error %", "sums %", "mm");
+  for (const Published& published : kTable51) {
+    if (!is_listed(published.preset, presets)) continue;
+    const auto print = [&](const std::string& what, const Errors& errors) {
+      std::printf("%-17s %-28s %8.1f %8.1f %8.3g\n", published.preset, what.c_str(),
+                  errors.percent(), errors.percent_of_sums(), 1e3 * errors.absolute_m());
+      std::fflush(stdout);
+    };
+    const auto full = start(published.preset, Kind::full, most_frames);
+    if (full->scene.piles.size() != 1) continue;
+    const int64_t frames = frames_of(full->scene, most_frames);
+    for (int64_t frame = 0; frame < frames; ++frame) full->step_frame();
+    const double natural_deg = natural_angle_deg(*full);
+    print("angle asked", error_of(published.preset, most_frames, Kind::piles, {}));
+    print("natural angle, " + std::to_string(natural_deg).substr(0, 4),
+          error_of(published.preset, most_frames, Kind::piles,
+                   {"/piles/0/angle_deg=" + std::to_string(natural_deg)}));
+    print("full again, gravity +0.001 %",
+          error_of(published.preset, most_frames, Kind::full, {"/gravity=[0,-9.8101,0]"}));
+  }
+}
+
 void run(const std::vector<std::string>& arguments) {
   const auto argument = [&](size_t i) { return i < arguments.size() ? arguments[i] : ""; };
   const int64_t frames = std::atoll(argument(1).c_str());
@@ -289,9 +350,11 @@ void run(const std::vector<std::string>& arguments) {
     run_tau(frames);
   } else if (argument(0) == "waking") {
     run_waking(frames, argument(2));
+  } else if (argument(0) == "errors") {
+    run_errors(frames, argument(2));
   } else {
-    throw Error(ErrorKind::usage,
-                Problem{.found = "'" + argument(0) + "'", .expected = "times, tau or waking"});
+    throw Error(ErrorKind::usage, Problem{.found = "'" + argument(0) + "'",
+                                          .expected = "times, tau, waking or errors"});
   }
 }
 

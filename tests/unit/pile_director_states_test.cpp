@@ -80,6 +80,21 @@ TEST(PileSleep, WhatIsSunkOrHasNoSupportDoesNotSleep) {
   EXPECT_FALSE(world.asleep[3]) << "hangs in the air";
 }
 
+TEST(PileSleep, WhatLiesStillOutsideTheWallsSleepsUnsteered) {
+  Boxes boxes({{0, 0.1, 0}, {2, 0.1, 0}, {3, 0.1, 0}});
+  boxes.scene.piles[0].boundary =
+      PileBoundary{{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}}, 0.4};
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  world.motions[3].linear_velocity = Vec3(1, 0, 0);
+  world.velocity_asked.assign(4, Vec3::Constant(7));
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 240);
+  EXPECT_EQ(world.asleep, (std::vector<uint8_t>{0, 1, 1, 0})) << "the last one rolls away";
+  EXPECT_EQ(world.velocity_asked[2], Vec3::Constant(7));
+  EXPECT_EQ(world.friction[3], 0.5);
+}
+
 TEST(PileSleep, WhatIsPressedIntoASleeperWakesIt) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
   ConstructedWorld world(boxes);
@@ -146,6 +161,29 @@ TEST(PileWaking, AWokenBodyIsLeftItsGrace) {
     world.step(director, 1);
     EXPECT_FALSE(world.asleep[tower + 5]) << world.time;
   }
+}
+
+// Three pyramids, of which two stand under each other's slopes.
+TEST(PileSlopes, ConesThatHaveRunTogetherShareOne) {
+  std::vector<Vec3> centres;
+  for (const double x : {0.0, 0.6, 6.0}) {
+    for (const Vec3& centre : pyramid(x < 1 ? 5 : 4)) centres.push_back(centre + Vec3(x, 0, 0));
+  }
+  Boxes boxes(centres, 45);
+  boxes.scene.piles.clear();
+  for (const double x : {0.0, 0.6, 6.0}) {
+    boxes.scene.piles.push_back({.angle = radians(45), .centre = GroundPoint(x, 0)});
+  }
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  director.measure(world);
+  const std::vector<PileState>& piles = director.piles();
+  EXPECT_GT(piles[0].slope.azimuths, 8);
+  EXPECT_EQ(piles[0].slope.azimuths, piles[1].slope.azimuths);
+  EXPECT_EQ(piles[0].slope.angle, piles[1].slope.angle);
+  EXPECT_EQ(piles[2].slope.azimuths, 16) << "it stands alone";
 }
 
 TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {

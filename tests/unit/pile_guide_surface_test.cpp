@@ -70,6 +70,46 @@ TEST(PileGuide, FewBodiesHaveNoSlopes) {
   EXPECT_EQ(guide.outflow(0.1), 0);
 }
 
+// What moves counts for the line that it comes near, by its volume and its way.
+TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
+  const double slope = std::tan(radians(25)), size_m = 0.1;
+  const HeightField field =
+      field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
+  PileGuide still, moving;
+  still.update(cone(25), field, kEverywhere, size_m);
+  const double ring_m = still.reach_m() / 10;
+  const double edge_m = 5 * ring_m;
+  const double volume_m3 = 0.01, ahead_m = 0.05;
+  // Half a ring before the edge: half of it counts.
+  moving.update(cone(25), field, kEverywhere, size_m,
+                std::vector<MovingBulk>{{edge_m - ring_m / 2, volume_m3, ahead_m}});
+  const double line_m = 2 * kPi * (edge_m - ring_m / 2);
+  const double passing = 0.5 * volume_m3 * ahead_m / ring_m / (line_m * size_m * size_m);
+  ASSERT_GT(passing, 0.05);
+  EXPECT_NEAR(still.outflow(edge_m) - moving.outflow(edge_m), passing, 0.02 * passing);
+  EXPECT_EQ(moving.outflow(7 * ring_m), still.outflow(7 * ring_m)) << "too far away";
+  moving.update(
+      cone(25), field, kEverywhere, size_m,
+      std::vector<MovingBulk>{{edge_m, volume_m3, ahead_m}, {edge_m, volume_m3, -ahead_m}});
+  EXPECT_NEAR(moving.outflow(edge_m), still.outflow(edge_m), 1e-12) << "inwards against outwards";
+}
+
+// A neighbour over half of the ground leaves the other half to be measured.
+TEST(SlopeFit, LeavesOutTheAzimuthsOfANeighbour) {
+  const double slope = std::tan(radians(30));
+  const HeightField field = field_of([&](const GroundPoint& at) {
+    const double to_second = (at - GroundPoint(1, 0)).norm();
+    return std::max({0.0, (1 - at.norm()) * slope, (1 - to_second) * slope});
+  });
+  const Territory own = [](const GroundPoint& at) { return at.x() < 0.5; };
+  const std::vector<double> angles = slope_angles(cone(30), field, own);
+  EXPECT_LT(angles.size(), 13u);
+  EXPECT_GT(angles.size(), 7u);
+  const SlopeFit fit = fit_slope(angles);
+  EXPECT_NEAR(degrees(fit.angle), 30, 0.5);
+  EXPECT_LT(degrees(fit.spread), 1);
+}
+
 // Bodies make a pile rough: cells of the size of a body, up to half of it too high or too low. The
 // slope must not depend on it, in particular not become flatter as it would if the ends of the line
 // were chosen by the heights of each azimuth alone.
@@ -89,7 +129,7 @@ TEST(SlopeFit, RoughConesKeepTheirAngle) {
             return at.norm() < 1 ? std::max(0.0, (1 - at.norm()) * slope + rough_m) : 0.0;
           },
           1.5, 0.35 * size_m);
-      sum += degrees(fit_slope(cone(angle_deg), field, kEverywhere).angle);
+      sum += degrees(fit_slope(slope_angles(cone(angle_deg), field, kEverywhere)).angle);
     }
     EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
   }

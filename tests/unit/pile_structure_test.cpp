@@ -131,7 +131,7 @@ TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
     const PileShape asked(cone(30), GroundPoint::Zero());  // not the angle that is there
     const HeightField field = sampled_cone(radians(angle_deg), 1);
     const Territory everywhere = [](const GroundPoint&) { return true; };
-    const SlopeFit fit = fit_slope(asked, field, everywhere);
+    const SlopeFit fit = fit_slope(slope_angles(asked, field, everywhere));
     EXPECT_EQ(fit.azimuths, kAzimuths);
     EXPECT_NEAR(degrees(fit.angle), angle_deg, 0.3);
     EXPECT_LT(degrees(fit.spread), 0.5);
