@@ -139,8 +139,7 @@ std::vector<std::string> PileJob::lines() const {
                          ? "no slope that can be measured"
                          : with_digits(degrees(pile.slope.angle), 3) + " +- " +
                                with_digits(degrees(pile.slope.spread), 2) + " over " +
-                               std::to_string(pile.slope.azimuths) + " of " +
-                               std::to_string(kAzimuths) + " azimuths"));
+                               std::to_string(pile.slope.azimuths) + " azimuths"));
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   lines.push_back("piles: " + std::to_string(counts.asleep) + " asleep, of them " +
