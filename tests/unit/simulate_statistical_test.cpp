@@ -115,27 +115,28 @@ TEST_F(Statistical, APileStandsAndSleeps) {
   EXPECT_GT(mean, 0.14);
 }
 
-// The lowest layer of a heap: faces within how many degrees of the ground, in the mean.
-TEST_F(Statistical, WhatLiesUnderOthersRocksTowardsAPose) {
+// Of the boxes on the ground that others keep from their pose: how far from it, in the mean.
+TEST_F(Statistical, WhatOthersLeanOnRocksTowardsAPose) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
-  add_grid("box", {6, 6, 6}, {0.3, 0.3, 0.3}, {0, 1.1, 0});
+  add_grid("box", {8, 6, 8}, {0.3, 0.3, 0.3}, {0, 1.1, 0});
   scene_.emitters[0].angular_velocity_jitter = 5;
   const auto mean_tilt = [&] {
     start();
     run(360);
     double sum = 0, count = 0;
     for (size_t i = 1; i < states().size(); ++i) {
-      if (states().position[i].y() > 0.15) continue;
       const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
-      sum += degrees(std::acos(std::min(1.0, up.cwiseAbs().maxCoeff())));
+      const double tilt = degrees(std::acos(std::min(1.0, up.cwiseAbs().maxCoeff())));
+      if (states().position[i].y() > 0.16 || tilt < 1) continue;
+      sum += tilt;
       ++count;
     }
     return sum / count;
   };
-  const double controlled = mean_tilt();
+  const double rocking = mean_tilt();
   scene_.simulator.rest_control = false;
-  EXPECT_LT(controlled, 0.5 * mean_tilt());
+  EXPECT_LT(rocking, 0.65 * mean_tilt());
 }
 
 TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
