@@ -166,6 +166,28 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
 }
 
+// Down a slope too steep to roll on: g (sin - mu cos), and what is no ball catches.
+TEST_F(Statistical, WhatSlidesRubsMoreIfItIsNoBall) {
+  const double slope = radians(80), gravity = 9.81, seconds = 0.5;
+  scene_.step_s = 1.0 / 60;
+  add_ground();
+  scene_.bodies[0].pose.orientation = Quat(Eigen::AngleAxisd(slope, Vec3::UnitZ()));
+  const Vec3 up = scene_.bodies[0].pose.orientation * Vec3::UnitY();
+  add_shape("ball", sphere_mesh(0.1, 4));
+  add_shape("cube", box_mesh(Vec3::Constant(0.2)));
+  add_body("ball", 0.11 * up);
+  add_body("cube", 0.13 * up + Vec3(0, 0, 2));
+  start();
+  run(static_cast<int>(std::lround(seconds * scene_.frame_rate)));
+  const double lowest = 0.1, outer = 0.1 * std::sqrt(3.0);
+  const double catching = 1 + 0.2 * (1 - lowest / outer);
+  const auto speed = [&](double friction) {
+    return gravity * seconds * (std::sin(slope) - friction * std::cos(slope));
+  };
+  EXPECT_NEAR(states().linear_velocity[1].norm(), speed(kFriction), 0.01);
+  EXPECT_NEAR(states().linear_velocity[2].norm(), speed(kFriction * catching), 0.01);
+}
+
 TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
   scene_.shapes["slab"] = BoxShape{{2, 0.2, 2}};
   Body slab{.name = "slab", .shape = "slab", .material = "stuff", .role = Role::fixed};
