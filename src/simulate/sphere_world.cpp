@@ -22,7 +22,7 @@ constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as on
 constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
 // nothing.
-constexpr float kImpactSpeed = 0.15F;
+constexpr float kImpactSpeed = 0.3F;
 constexpr float kRestTime = 3;  // in sqrt(r / g)
 // Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
 // sweeps.
