@@ -26,7 +26,7 @@ constexpr float kImpactSpeed = 0.3F;
 constexpr float kRestTime = 3;  // in sqrt(r / g)
 // Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
 // sweeps.
-constexpr float kPositionTime = 0.15F;
+constexpr float kPositionTime = 0.3F;
 constexpr float kPositionTimeInFlight = 0.03F;
 constexpr int kPositionSweeps = 2;
 
