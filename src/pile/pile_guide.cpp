@@ -10,24 +10,23 @@ constexpr double kFewestReach = 3.5;  // L, of a pile with slopes
 
 }  // namespace
 
-void PileGuide::update(const PileShape& shape, const HeightField& field, const Territory& territory,
-                       double size_m, std::span<const MovingBulk> moving) {
+void PileGuide::update(const PileShape& shape, const std::vector<SurfaceCell>& surface,
+                       double cell_m, double size_m, std::span<const MovingBulk> moving) {
   slope_ = shape.slope();
-  reach_m_ = reach_of_bulk(shape, field, territory);
+  reach_m_ = reach_of_bulk(shape, surface, cell_m);
   surplus_m_ = {};
   outflow_ = {};
   if (reach_m_ <= 0) return;
   Profile cells{}, sum_m{};
-  field.for_each([&](const GroundPoint& point, double height) {
-    const double distance = shape.distance(point);
-    if (distance >= reach_m_ || !territory(point)) return;
+  for (const SurfaceCell& cell : surface) {
+    if (cell.distance_m >= reach_m_) continue;
     const auto ring = std::min(
-        kRings - 1, static_cast<size_t>(distance / reach_m_ * static_cast<double>(kRings)));
+        kRings - 1, static_cast<size_t>(cell.distance_m / reach_m_ * static_cast<double>(kRings)));
     cells[ring] += 1;
-    sum_m[ring] += height - height_m(distance);
-  });
+    sum_m[ring] += cell.height_m - height_m(cell.distance_m);
+  }
   const double ring_m = reach_m_ / static_cast<double>(kRings);
-  const double cell_m2 = field.cell_m() * field.cell_m();
+  const double cell_m2 = cell_m * cell_m;
   Profile passing_m3{};  // at the rings' outer edges
   for (const MovingBulk& bulk : moving) {
     // What is within its way of an edge passes it; on the mean over a ring's width.

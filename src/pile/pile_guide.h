@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <span>
+#include <vector>
 
 #include "pile/height_field.h"
 #include "pile/pile_shape.h"
@@ -21,8 +22,9 @@ struct MovingBulk {
 // All zero until the first update. Distances are from the core of the pile's shape, m.
 class PileGuide {
  public:
-  // From the surface of what has landed and what moves of it. `size_m` is L, the size of a body.
-  void update(const PileShape& shape, const HeightField& field, const Territory& territory,
+  // From the surface of what has landed, as cells of the pile's territory `cell_m` wide, and what
+  // moves of it. `size_m` is L, the size of a body.
+  void update(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m,
               double size_m, std::span<const MovingBulk> moving = {});
 
   double reach_m() const { return reach_m_; }

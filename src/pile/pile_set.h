@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "pile/body_columns.h"
 #include "pile/height_field.h"
 #include "pile/pile_bodies.h"
 #include "pile/pile_guide.h"
@@ -54,13 +55,17 @@ class PileSet {
   PilePlace place_of(const Vec3& position) const;
 
  private:
-  Territory territory(const PileState& pile) const;
-  HeightField surface_of(const PileState& pile, const PileMotion& motion) const;
+  // Piles over one part of the ground.
+  struct Window {
+    GroundBox area;
+    std::vector<size_t> piles;
+  };
+  std::vector<Window> windows(const PileMotion& motion) const;
+  size_t owner_of(const GroundPoint& point) const;
+  bool is_of_surface(uint32_t body, const PileMotion& motion) const;
+  HeightField surface_of(const GroundBox& area, double base_m, const PileMotion& motion);
   static bool run_together(const PileState& a, const PileState& b);
-  std::vector<MovingBulk> moving_in(const PileShape& shape, const PileMotion& motion,
-                                    const Territory& own) const;
-  double boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
-                  const Territory& own) const;  // m^3
+
   void drift(PileState& pile, const PileMotion& motion) const;
   void merge();
 
@@ -70,6 +75,7 @@ class PileSet {
   double fastest_m_s_;     // of what belongs to a surface
   double bulk_share_ = 1;  // bulk volume of a body over its box's
   std::vector<PileState> piles_;
+  BodyColumns columns_;
 };
 
 }  // namespace pilesim

@@ -21,6 +21,9 @@ class PileShape {
   GroundPoint outward(const GroundPoint& point) const;  // unit, away from the core; zero inside
   bool inside_walls(const GroundPoint& point) const;    // true where there are none
   GroundPoint middle() const;
+  // Where a point outside the core lies on the way round it, along the line at `distance_m` from
+  // the core: a share in [0, 1).
+  double way_round(const GroundPoint& point, double distance_m) const;
   const std::vector<GroundPoint>& core() const { return core_; }    // a polygon turns left
   const std::vector<GroundPoint>& walls() const { return walls_; }  // turning left; empty: none
 

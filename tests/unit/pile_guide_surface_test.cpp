@@ -16,12 +16,21 @@ PileShape cone(double angle_deg) {
 // Heights over the ground at every cell.
 template <class Height>
 HeightField field_of(const Height& height, double half_width_m = 2, double cell_m = 0.02) {
-  HeightField field(GroundPoint::Zero(), half_width_m, cell_m, 0);
+  const GroundPoint corner = GroundPoint::Constant(half_width_m);
+  HeightField field({-corner, corner}, cell_m, 0);
   const std::vector<Vec3> point = {Vec3::Zero()};
   field.for_each([&](const GroundPoint& at, double) {
-    field.add(point, {Vec3(at.x(), height(at), at.y()), Quat::Identity()});
+    field.add(columns_of(point, {Vec3(at.x(), height(at), at.y()), Quat::Identity()}, cell_m));
   });
   return field;
+}
+
+std::vector<SurfaceCell> cells_of(const PileShape& shape, const HeightField& field) {
+  std::vector<SurfaceCell> cells;
+  field.for_each([&](const GroundPoint& at, double height_m) {
+    cells.push_back({shape.distance(at), height_m});
+  });
+  return cells;
 }
 
 TEST(PileGuide, OfAnIdealConeNothingMustMove) {
@@ -29,7 +38,7 @@ TEST(PileGuide, OfAnIdealConeNothingMustMove) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
   PileGuide guide;
-  guide.update(cone(25), field, kEverywhere, 0.1);
+  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), 0.1);
   EXPECT_NEAR(guide.reach_m(), 1, 0.01);
   EXPECT_NEAR(guide.height_m(0.25), 0.75 * slope, 0.01);
   for (const double distance : {0.1, 0.3, 0.6, 0.9}) {
@@ -47,7 +56,7 @@ TEST(PileGuide, OutflowIsWhatTheConeHasLessOfInside) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return at.norm() < radius ? height : 0.0; });
   PileGuide guide;
-  guide.update(cone(25), field, kEverywhere, size_m);
+  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
   ASSERT_NEAR(guide.reach_m(), 1, 0.02);
   for (const double d : {0.3, 0.5, 0.7}) {
     const double inside_m3 = kPi * d * d * height - kPi * slope * (d * d - 2 * d * d * d / 3);
@@ -65,7 +74,7 @@ TEST(PileGuide, FewBodiesHaveNoSlopes) {
   const HeightField field =
       field_of([](const GroundPoint& at) { return at.norm() < 0.2 ? 0.3 : 0.0; });
   PileGuide guide;
-  guide.update(cone(40), field, kEverywhere, 0.2);
+  guide.update(cone(40), cells_of(cone(40), field), field.cell_m(), 0.2);
   EXPECT_GT(guide.reach_m(), 0);
   EXPECT_EQ(guide.outflow(0.1), 0);
 }
@@ -76,12 +85,12 @@ TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
   PileGuide still, moving;
-  still.update(cone(25), field, kEverywhere, size_m);
+  still.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
   const double ring_m = still.reach_m() / 10;
   const double edge_m = 5 * ring_m;
   const double volume_m3 = 0.01, ahead_m = 0.05;
   // Half a ring before the edge: half of it counts.
-  moving.update(cone(25), field, kEverywhere, size_m,
+  moving.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
                 std::vector<MovingBulk>{{edge_m - ring_m / 2, volume_m3, ahead_m}});
   const double line_m = 2 * kPi * (edge_m - ring_m / 2);
   const double passing = 0.5 * volume_m3 * ahead_m / ring_m / (line_m * size_m * size_m);
@@ -89,7 +98,7 @@ TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   EXPECT_NEAR(still.outflow(edge_m) - moving.outflow(edge_m), passing, 0.02 * passing);
   EXPECT_EQ(moving.outflow(7 * ring_m), still.outflow(7 * ring_m)) << "too far away";
   moving.update(
-      cone(25), field, kEverywhere, size_m,
+      cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
       std::vector<MovingBulk>{{edge_m, volume_m3, ahead_m}, {edge_m, volume_m3, -ahead_m}});
   EXPECT_NEAR(moving.outflow(edge_m), still.outflow(edge_m), 1e-12) << "inwards against outwards";
 }

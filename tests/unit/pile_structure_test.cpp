@@ -117,11 +117,12 @@ TEST(StackingStructure, LayersSleepFromTheBottomUp) {
 
 // A cone of small spheres on its surface, as bodies would cover it.
 HeightField sampled_cone(double angle, double radius) {
-  HeightField field(GroundPoint::Zero(), 2 * radius, radius / 40, 0);
+  const GroundPoint corner = GroundPoint::Constant(2 * radius);
+  HeightField field({-corner, corner}, radius / 40, 0);
   const std::vector<Vec3> point = {Vec3::Zero()};
   field.for_each([&](const GroundPoint& at, double) {
     const double height = std::max(0.0, (radius - at.norm()) * std::tan(angle));
-    field.add(point, {Vec3(at.x(), height, at.y()), Quat::Identity()});
+    field.add(columns_of(point, {Vec3(at.x(), height, at.y()), Quat::Identity()}, radius / 40));
   });
   return field;
 }
@@ -136,7 +137,11 @@ TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
     EXPECT_NEAR(degrees(fit.angle), angle_deg, 0.3);
     EXPECT_LT(degrees(fit.spread), 0.5);
     const PileShape same(cone(angle_deg), GroundPoint::Zero());
-    EXPECT_NEAR(reach_of_bulk(same, field, everywhere), 1, 0.02);
+    std::vector<SurfaceCell> cells;
+    field.for_each([&](const GroundPoint& at, double height_m) {
+      cells.push_back({same.distance(at), height_m});
+    });
+    EXPECT_NEAR(reach_of_bulk(same, cells, field.cell_m()), 1, 0.02);
   }
 }
 
