@@ -30,30 +30,35 @@ struct Bin {
   double mean() const { return cells > 0 ? sum / cells : 0; }
 };
 
-// Bins [first, last) of the mean profile between the two shares of its height, on the way out from
-// its top.
+// Bins [first, last) of the flank of a profile from the core outwards: where a straight slope with
+// the same bulk would be between the two shares of its height. By bulk, as a choice by the heights
+// themselves would take the low parts of a rough surface near the top, and the high ones at the
+// foot.
 std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
-  double top_m = 0;
-  size_t first = 0;
-  for (size_t i = 0; i < profile.size(); ++i) {
-    if (profile[i].mean() <= top_m) continue;
-    top_m = profile[i].mean();
-    first = i;
-  }
-  while (first < profile.size() && profile[first].mean() > kFlankTop * top_m) ++first;
-  size_t last = first;
-  while (last < profile.size() && profile[last].mean() >= kFlankFoot * top_m) ++last;
-  return {first, last};
+  double bulk = 0;
+  for (const Bin& bin : profile) bulk += bin.mean();
+  const auto bin_at = [&](double height_share) {
+    double inside = (1 - height_share * height_share) * bulk;
+    size_t i = 0;
+    while (i < profile.size() && inside > profile[i].mean()) inside -= profile[i++].mean();
+    return i;
+  };
+  return {bin_at(kFlankTop), std::min(profile.size(), bin_at(kFlankFoot) + 1)};
 }
 
-// Slope of height over the bins' index; NaN where there are too few of them, or too little is free.
-double flank_slope(const std::vector<Bin>& profile, size_t first, size_t last) {
+// Of the bins [first, last).
+bool is_free(const std::vector<Bin>& profile, size_t first, size_t last) {
   double own = 0, taken = 0;
-  for (size_t i = first; i < last; ++i) {
+  for (size_t i = first; i < std::min(last, profile.size()); ++i) {
     own += profile[i].cells;
     taken += profile[i].taken;
   }
-  if (taken > kMostTaken * (own + taken)) return std::nan("");
+  return taken <= kMostTaken * (own + taken);
+}
+
+// Slope of height over the bins' index; NaN where there are too few of them.
+double flank_slope(const std::vector<Bin>& profile) {
+  const auto [first, last] = flank_of(profile);
   std::vector<std::pair<double, double>> flank;
   for (size_t i = first; i < last; ++i) {
     if (profile[i].cells > 0) flank.emplace_back(static_cast<double>(i), profile[i].mean());
@@ -176,16 +181,17 @@ std::vector<double> slope_angles(const PileShape& shape, const HeightField& fiel
   const auto [first, last] = flank_of(all);
   const double middle_m = (static_cast<double>(first + last) / 2) * field.cell_m();
   std::array<std::vector<Bin>, kAzimuths> profile;
-  for (std::vector<Bin>& bins : profile) bins.resize(last);
   for_each([&](size_t bin, const GroundPoint& point, double height, bool own) {
-    if (bin < first || bin >= last) return;
     const double round = shape.way_round(point, middle_m);
-    profile[std::min<size_t>(kAzimuths - 1, static_cast<size_t>(round * kAzimuths))][bin].add(
-        height, own);
+    std::vector<Bin>& bins =
+        profile[std::min<size_t>(kAzimuths - 1, static_cast<size_t>(round * kAzimuths))];
+    if (bins.size() <= bin) bins.resize(bin + 1);
+    bins[bin].add(height, own);
   });
   std::vector<double> angles;
   for (const std::vector<Bin>& bins : profile) {
-    const double slope = flank_slope(bins, first, last) / field.cell_m();
+    if (!is_free(bins, first, last)) continue;
+    const double slope = flank_slope(bins) / field.cell_m();
     if (!std::isnan(slope)) angles.push_back(std::atan(-slope));
   }
   return angles;

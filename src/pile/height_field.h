@@ -66,7 +66,7 @@ inline constexpr int kAzimuths = 16;
 
 // Slopes of a pile: one line of height over distance for each of so many equal parts of the way
 // round it (of a cone: azimuths), fitted by the median of pairwise slopes (Theil and Sen) to where
-// the pile is between a fifth and nine tenths of its height. Where cones have run together, over
+// a straight slope of that part's bulk is between a fifth and nine tenths of its height. Where cones have run together, over
 // the parts of all. Parts of which a neighbouring pile takes more than a twentieth of the flank are
 // left out: there the slope falls across the way from the cone's middle.
 struct SlopeFit {

@@ -144,5 +144,33 @@ TEST(SlopeFit, RoughConesKeepTheirAngle) {
   }
 }
 
+// One side of a ridge may have more than another; each has the slope.
+TEST(SlopeFit, UnevenRidgesKeepTheirAngle) {
+  for (const double angle_deg : {20.0, 40.0}) {
+    const double slope = std::tan(radians(angle_deg));
+    const double size_m = 0.25 * slope;
+    const PileShape ridge(
+        Pile{.angle = radians(angle_deg), .footprint = {GroundPoint(-2, 0), GroundPoint(2, 0)}},
+        GroundPoint::Zero());
+    double sum = 0;
+    constexpr int kPiles = 12;
+    for (uint32_t pile = 0; pile < kPiles; ++pile) {
+      const HeightField field = field_of(
+          [&](const GroundPoint& at) {
+            const double reach = 1 + 0.25 * std::sin(3 * at.x() + (at.y() > 0 ? 0 : 2));
+            const auto column = static_cast<uint32_t>(std::floor(at.x() / size_m) + 1000);
+            const auto row = static_cast<uint32_t>(std::floor(at.y() / size_m) + 1000);
+            Philox random(pile, Stream::test, column, row);
+            const double rough_m = size_m * (random.uniform() - 0.5);
+            const double under_m = reach - ridge.distance(at);
+            return under_m > 0 ? std::max(0.0, under_m * slope + rough_m) : 0.0;
+          },
+          3.5, 0.35 * size_m);
+      sum += degrees(fit_slope(slope_angles(ridge, field, kEverywhere)).angle);
+    }
+    EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
+  }
+}
+
 }  // namespace
 }  // namespace pilesim
