@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFlankFoot = 0.2, kFlankTop = 0.9;  // shares of the pile's height
 constexpr size_t kFewestBins = 4;                    // of a line worth fitting
+constexpr double kCellsOffWalls = 3;                 // a body or so, which walls may hold
 constexpr double kMostTaken = 0.05;                  // of a flank, by neighbours
 
 double median(std::vector<double>& values) {
@@ -143,9 +144,9 @@ double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cel
   for (const SurfaceCell& cell : cells) {
     const auto i = static_cast<size_t>(cell.distance_m / width_m);
     if (i >= rings.size()) rings.resize(i + 1);
-    ++rings[i].cells;
-    rings[i].distances += cell.distance_m;
-    rings[i].heights += cell.height_m;
+    rings[i].cells += cell.weight;
+    rings[i].distances += cell.weight * cell.distance_m;
+    rings[i].heights += cell.weight * cell.height_m;
   }
   // Heights equal those of the ideal surface on the mean over the first rings where
   // sum(height) = slope * sum(reach - distance); the reach must end at those rings.
@@ -165,19 +166,30 @@ double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cel
 
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
                                  const Territory& territory) {
+  const double end_m = shape.to_wall() - kCellsOffWalls * field.cell_m();
+  double held_m = 0;  // by walls
   // Calls use(bin of the distance, cell's centre, height, whether it is the pile's own).
   const auto for_each = [&](const auto& use) {
     field.for_each([&](const GroundPoint& point, double height) {
-      if (!shape.inside_walls(point)) return;
-      use(static_cast<size_t>(shape.distance(point) / field.cell_m()), point, height,
+      const double distance = shape.distance(point);
+      if (distance >= end_m || !shape.inside_walls(point)) return;
+      use(static_cast<size_t>(distance / field.cell_m()), point, std::max(0.0, height - held_m),
           territory(point));
     });
   };
-  std::vector<Bin> all;
-  for_each([&](size_t bin, const GroundPoint&, double height, bool own) {
-    if (all.size() <= bin) all.resize(bin + 1);
-    all[bin].add(height, own);
-  });
+  const auto mean_profile = [&] {
+    std::vector<Bin> bins;
+    for_each([&](size_t bin, const GroundPoint&, double height, bool own) {
+      if (bins.size() <= bin) bins.resize(bin + 1);
+      bins[bin].add(height, own);
+    });
+    return bins;
+  };
+  std::vector<Bin> all = mean_profile();
+  if (shape.has_walls() && !all.empty()) {
+    held_m = all.back().mean();
+    all = mean_profile();
+  }
   const auto [first, last] = flank_of(all);
   const double middle_m = (static_cast<double>(first + last) / 2) * field.cell_m();
   std::array<std::vector<Bin>, kAzimuths> profile;

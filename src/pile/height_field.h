@@ -56,6 +56,8 @@ using Territory = std::function<bool(const GroundPoint&)>;
 struct SurfaceCell {
   double distance_m = 0;  // of its centre from the pile's core
   double height_m = 0;    // of what lies there over the base
+  double round = 0;       // where on the way round the core, as PileShape::way_round()
+  double weight = 1;      // by which it counts
 };
 
 // The reach of the ideal pile that holds as much as lies within that reach, to an eighth of a cell;
@@ -66,9 +68,10 @@ inline constexpr int kAzimuths = 16;
 
 // Slopes of a pile: one line of height over distance for each of so many equal parts of the way
 // round it (of a cone: azimuths), fitted by the median of pairwise slopes (Theil and Sen) to where
-// a straight slope of that part's bulk is between a fifth and nine tenths of its height. Where cones have run together, over
-// the parts of all. Parts of which a neighbouring pile takes more than a twentieth of the flank are
-// left out: there the slope falls across the way from the cone's middle.
+// a straight slope of that part's bulk is between a fifth and nine tenths of its height. Where
+// cones have run together, over the parts of all. Parts of which a neighbouring pile takes more
+// than a twentieth of the flank are left out: there the slope falls across the way from the cone's
+// middle.
 struct SlopeFit {
   double angle = 0;   // rad, median over azimuths
   double spread = 0;  // rad, half of the range of the middle two thirds of them

@@ -73,6 +73,10 @@ double PileState::density(size_t layer) const {
   return volume_m3 > 0 ? layers[layer].occupied_m3 / volume_m3 : 0;
 }
 
+double PileState::round(const GroundPoint& point) const {
+  return shape->core().size() > 1 ? shape->way_round(point, guide.reach_m() / 2) : 0;
+}
+
 double PileState::sleep_score(const Vec3& position, double speed) const {
   const size_t layer = structure->layer_at(position.y() - settings.base_m);
   if (layer == structure->layers().size() || !structure->layers_below_sleep(layer)) return 0;
@@ -187,7 +191,9 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
       const size_t i = owner_of(point);
       if (i == piles_.size()) return;
       const double base_m = piles_[i].settings.base_m - lowest_m;
-      cells[i].push_back({piles_[i].shape->distance(point), std::max(0.0, top_m - base_m)});
+      cells[i].push_back({.distance_m = piles_[i].shape->distance(point),
+                          .height_m = std::max(0.0, top_m - base_m),
+                          .round = piles_[i].round(point)});
     });
   }
   std::vector<std::vector<MovingBulk>> moving(piles_.size());
@@ -202,7 +208,8 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
     const double speed = shape.outward(point).dot(on_ground(now.linear_velocity));
     moving[i].push_back({.distance_m = shape.distance(point),
                          .volume_m3 = bulk_share_ * bodies_.shape_of(model_, body).box_m3,
-                         .ahead_m = kStopTime * time_unit_s_ * speed});
+                         .ahead_m = kStopTime * time_unit_s_ * speed,
+                         .round = piles_[i].round(point)});
   }
   double bulk_m3 = 0;
   double boxes_m3 = 0;
@@ -234,6 +241,25 @@ bool PileSet::run_together(const PileState& a, const PileState& b) {
              std::min(a.guide.reach_m(), b.guide.reach_m());
 }
 
+// Cones that have run together in a row are a ridge: bodies do not follow the notches between them.
+std::optional<PileShape> PileSet::row_of(const std::vector<size_t>& cones) const {
+  std::vector<GroundPoint> ends(2, piles_[cones.front()].shape->middle());
+  for (const size_t i : cones) {
+    for (const size_t j : cones) {
+      const GroundPoint a = piles_[i].shape->middle();
+      const GroundPoint b = piles_[j].shape->middle();
+      if ((a - b).norm() > (ends[0] - ends[1]).norm()) ends = {a, b};
+    }
+  }
+  if (ends[0] == ends[1]) return std::nullopt;
+  PileShape ridge({.angle = piles_[cones.front()].settings.angle, .footprint = ends}, ends[0]);
+  const bool is_row = std::ranges::all_of(cones, [&](size_t i) {
+    return ridge.distance(piles_[i].shape->middle()) < bodies_.size_m / 2;
+  });
+  if (!is_row) return std::nullopt;
+  return ridge;
+}
+
 void PileSet::measure_slopes(const PileMotion& motion) {
   std::vector<std::vector<double>> angles(piles_.size());  // of all cones of a group, at its first
   std::vector<size_t> group(piles_.size());
@@ -247,10 +273,24 @@ void PileSet::measure_slopes(const PileMotion& motion) {
   }
   for (const Window& window : windows(motion)) {
     for (const size_t i : window.piles) {
+      if (group[i] != i) continue;
+      std::vector<size_t> members;
+      for (size_t j = 0; j < piles_.size(); ++j) {
+        if (group[j] == i) members.push_back(j);
+      }
       const HeightField field = surface_of(window.area, piles_[i].settings.base_m, motion);
-      const Territory own = [&](const GroundPoint& point) { return owner_of(point) == i; };
-      std::ranges::copy(slope_angles(*piles_[i].shape, field, own),
-                        std::back_inserter(angles[group[i]]));
+      const auto measure = [&](const PileShape& shape, const Territory& own) {
+        std::ranges::copy(slope_angles(shape, field, own), std::back_inserter(angles[i]));
+      };
+      if (const std::optional<PileShape> ridge = row_of(members)) {
+        measure(*ridge, [&](const GroundPoint& point) {
+          return std::ranges::find(members, owner_of(point)) != members.end();
+        });
+        continue;
+      }
+      for (const size_t j : members) {
+        measure(*piles_[j].shape, [&](const GroundPoint& point) { return owner_of(point) == j; });
+      }
     }
   }
   for (size_t i = 0; i < piles_.size(); ++i) piles_[i].slope = fit_slope(angles[group[i]]);
@@ -319,8 +359,10 @@ PilePlace PileSet::place_of(const Vec3& position) const {
     if (!pile.shape || !pile.structure || !pile.shape->inside_walls(point)) continue;
     const double distance_m = pile.shape->distance(point);
     // Beyond the foot the slope goes on below the ground, so that the nearest pile is found.
-    const double over_m = position.y() - pile.settings.base_m - pile.guide.height_m(distance_m);
-    if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, over_m};
+    const double round = pile.round(point);
+    const double over_m =
+        position.y() - pile.settings.base_m - pile.guide.height_m(distance_m, round);
+    if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, round, over_m};
   }
   return best;
 }

@@ -25,6 +25,8 @@ struct PileState {
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
   // four times its volume. 0 for no layer.
   double density(size_t layer) const;
+  // As PileShape::way_round(), in the middle of the slopes; 0 in a cone, which has no sections.
+  double round(const GroundPoint& point) const;
   // Eq. 5.2 and the score of section 5.2.3, with the guide for the cone. `speed` in sqrt(g L).
   double sleep_score(const Vec3& position, double speed) const;
 };
@@ -33,6 +35,7 @@ struct PileState {
 struct PilePlace {
   const PileState* pile = nullptr;  // whose ideal surface is highest over it; null: in none
   double distance_m = 0;            // to the pile's core
+  double round = 0;                 // on the way round the core, as PileState::round()
   double over_m = 0;                // of its centre over the ideal surface
 };
 
@@ -65,6 +68,7 @@ class PileSet {
   bool is_of_surface(uint32_t body, const PileMotion& motion) const;
   HeightField surface_of(const GroundBox& area, double base_m, const PileMotion& motion);
   static bool run_together(const PileState& a, const PileState& b);
+  std::optional<PileShape> row_of(const std::vector<size_t>& cones) const;
 
   void drift(PileState& pile, const PileMotion& motion) const;
   void merge();

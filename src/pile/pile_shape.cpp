@@ -47,7 +47,8 @@ GroundPoint nearest_on_segment(const GroundPoint& a, const GroundPoint& b, const
 PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
     : core_(pile.footprint),
       slope_(std::tan(pile.angle)),
-      most_reach_(std::numeric_limits<double>::infinity()) {
+      most_reach_(std::numeric_limits<double>::infinity()),
+      to_wall_(std::numeric_limits<double>::infinity()) {
   if (core_.empty()) core_ = {pile.centre.value_or(centre)};
   if (core_.size() > 2) {
     core_ = turning_left(core_);
@@ -59,15 +60,14 @@ PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
   if (pile.boundary) {
     walls_ = turning_left(pile.boundary->polygon);
     sample_walls();
-    double to_wall = std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < walls_.size(); ++i) {
       for (const GroundPoint& point : core_) {
-        to_wall = std::min(
-            to_wall,
+        to_wall_ = std::min(
+            to_wall_,
             (nearest_on_segment(walls_[i], walls_[(i + 1) % walls_.size()], point) - point).norm());
       }
     }
-    most_reach_ = to_wall + (pile.boundary->rim_m - pile.base_m) / slope_;
+    most_reach_ = to_wall_ + (pile.boundary->rim_m - pile.base_m) / slope_;
   }
 }
 
@@ -150,7 +150,7 @@ double PileShape::way_round(const GroundPoint& point, double distance_m) const {
     }
     along += length + corner * distance_m;
   }
-  const double all = core_perimeter_ + 2 * kPi * distance_m;
+  const double all = way_round_m(distance_m);
   return along < all ? along / all : 0;
 }
 

@@ -28,7 +28,7 @@ HeightField field_of(const Height& height, double half_width_m = 2, double cell_
 std::vector<SurfaceCell> cells_of(const PileShape& shape, const HeightField& field) {
   std::vector<SurfaceCell> cells;
   field.for_each([&](const GroundPoint& at, double height_m) {
-    cells.push_back({shape.distance(at), height_m});
+    cells.push_back({shape.distance(at), height_m, 0, 1});
   });
   return cells;
 }

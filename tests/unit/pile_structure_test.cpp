@@ -139,7 +139,7 @@ TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
     const PileShape same(cone(angle_deg), GroundPoint::Zero());
     std::vector<SurfaceCell> cells;
     field.for_each([&](const GroundPoint& at, double height_m) {
-      cells.push_back({same.distance(at), height_m});
+      cells.push_back({same.distance(at), height_m, 0, 1});
     });
     EXPECT_NEAR(reach_of_bulk(same, cells, field.cell_m()), 1, 0.02);
   }
