@@ -77,8 +77,7 @@ void ReposeDirector::decide(ImpulseControl& control) {
 
 void ReposeDirector::measure(ImpulseControl& control) {
   read_bodies(control);
-  piles_.look_at_surfaces(motion_);
-  piles_.measure_slopes(motion_);
+  piles_.measure_slopes(motion_);  // looks at nothing that the director acts on
   plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
 }
 
