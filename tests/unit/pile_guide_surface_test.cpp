@@ -79,6 +79,46 @@ TEST(PileGuide, FewBodiesHaveNoSlopes) {
   EXPECT_EQ(guide.outflow(0.1), 0);
 }
 
+// A ridge that is a slope in one half and as much bulk in a mesa in the other: there, and only
+// there, bulk must move outwards.
+TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
+  const double slope = std::tan(radians(35)), size_m = 0.15;
+  const PileShape ridge(
+      Pile{.angle = radians(35), .footprint = {GroundPoint(-3, 0), GroundPoint(3, 0)}},
+      GroundPoint::Zero());
+  const double half_m = 0.7;  // of the mesa
+  const HeightField field = field_of(
+      [&](const GroundPoint& at) {
+        const double d = ridge.distance(at);
+        if (at.x() < 0) return std::max(0.0, (1 - d) * slope);
+        return d < half_m ? slope / 2 / half_m : 0.0;
+      },
+      4.5, 0.04);
+  PileGuide guide;
+  for (int look = 0; look < 2; ++look) {
+    std::vector<SurfaceCell> cells;
+    const double middle_m = guide.reach_m() / 2;
+    field.for_each([&](const GroundPoint& at, double height_m) {
+      cells.push_back({ridge.distance(at), height_m, ridge.way_round(at, middle_m), 1});
+    });
+    guide.update(ridge, cells, field.cell_m(), size_m);
+  }
+  const auto outflow = [&](double x, double z) {
+    return guide.outflow(std::abs(z), ridge.way_round({x, z}, guide.reach_m() / 2));
+  };
+  const auto reach_m = [&](double x, double z) {
+    return guide.reach_m(ridge.way_round({x, z}, guide.reach_m() / 2));
+  };
+  const double mesa_m2 = half_m * slope / 2 / half_m;
+  const double slope_m2 = (half_m - half_m * half_m / 2) * slope;
+  for (const double z : {-half_m, half_m}) {
+    EXPECT_NEAR(outflow(-1.8, z), 0, 0.2) << z;
+    EXPECT_NEAR(outflow(1.8, z), (mesa_m2 - slope_m2) / (size_m * size_m), 0.3) << z;
+    EXPECT_NEAR(reach_m(-1.8, z), 1, 0.03) << z;
+    EXPECT_NEAR(reach_m(1.8, z), 1, 0.03) << z;
+  }
+}
+
 // What moves counts for the line that it comes near, by its volume and its way.
 TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;
@@ -169,6 +209,21 @@ TEST(SlopeFit, UnevenRidgesKeepTheirAngle) {
       sum += degrees(fit_slope(slope_angles(ridge, field, kEverywhere)).angle);
     }
     EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
+  }
+}
+
+// Walls hold the foot of a cone and what fills their corners.
+TEST(SlopeFit, InABoxIsThatOfWhatStandsOverIt) {
+  Pile pile{.angle = radians(50), .centre = GroundPoint(0, 0)};
+  pile.boundary = PileBoundary{{{-0.8, -0.8}, {0.8, -0.8}, {0.8, 0.8}, {-0.8, 0.8}}, 0.5};
+  const PileShape shape(pile, GroundPoint::Zero());
+  for (const double angle_deg : {30.0, 50.0}) {
+    const HeightField field = field_of([&](const GroundPoint& at) {
+      return std::max(0.5, 0.5 + (0.8 - at.norm()) * std::tan(radians(angle_deg)));
+    });
+    const SlopeFit fit = fit_slope(slope_angles(shape, field, kEverywhere));
+    EXPECT_EQ(fit.azimuths, kAzimuths);
+    EXPECT_NEAR(degrees(fit.angle), angle_deg, 1);
   }
 }
 
