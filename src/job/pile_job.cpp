@@ -24,7 +24,8 @@ void check(const std::filesystem::path& scene_file, const Scene& scene) {
   } else if (scene.simulator.mode != SimulatorMode::impulse) {
     problem.pointer = "/simulator/mode";
     problem.found = "is \"" + mode_name(scene.simulator.mode) + "\"";
-    problem.expected = "\"impulse\", the mode that piles are directed in";
+    problem.expected =
+        "\"impulse\", the only mode whose bodies have contacts and friction to steer";
   } else {
     return;
   }

@@ -4,13 +4,15 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 namespace pilesim {
 namespace {
 
 constexpr double kFlankFoot = 0.2, kFlankTop = 0.9;  // shares of the pile's height
 constexpr size_t kFewestBins = 4;                    // of a line worth fitting
-constexpr double kMostTaken = 0.25;                  // of a flank, by neighbours
+constexpr double kCellsOffWalls = 3;                 // a body or so, which walls may hold
+constexpr double kMostTaken = 0.05;                  // of a flank, by neighbours
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -22,35 +24,44 @@ struct Bin {
   double sum = 0;
   int cells = 0;
   int taken = 0;  // further cells, that belong to another pile
+  void add(double height, bool own) {
+    ++(own ? cells : taken);
+    if (own) sum += height;
+  }
   double mean() const { return cells > 0 ? sum / cells : 0; }
 };
 
-// Bins [first, last) of the mean profile between the two shares of its height, on the way out from
-// its top.
+// Bins [first, last) of the flank of a profile from the core outwards: where a straight slope with
+// the same bulk would be between the two shares of its height. By bulk, as a choice by the heights
+// themselves would take the low parts of a rough surface near the top, and the high ones at the
+// foot.
 std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
-  double top_m = 0;
-  size_t first = 0;
-  for (size_t i = 0; i < profile.size(); ++i) {
-    if (profile[i].mean() <= top_m) continue;
-    top_m = profile[i].mean();
-    first = i;
-  }
-  while (first < profile.size() && profile[first].mean() > kFlankTop * top_m) ++first;
-  size_t last = first;
-  while (last < profile.size() && profile[last].mean() >= kFlankFoot * top_m) ++last;
-  return {first, last};
+  double bulk = 0;
+  for (const Bin& bin : profile) bulk += bin.mean();
+  const auto bin_at = [&](double height_share) {
+    double inside = (1 - height_share * height_share) * bulk;
+    size_t i = 0;
+    while (i < profile.size() && inside > profile[i].mean()) inside -= profile[i++].mean();
+    return i;
+  };
+  return {bin_at(kFlankTop), std::min(profile.size(), bin_at(kFlankFoot) + 1)};
 }
 
-// Slope of height over the bins' index; NaN where there are too few of them, or too little is free.
-double flank_slope(const std::vector<Bin>& profile, size_t first, size_t last) {
+// Of the bins [first, last).
+bool is_free(const std::vector<Bin>& profile, size_t first, size_t last) {
   double own = 0, taken = 0;
   for (size_t i = first; i < std::min(last, profile.size()); ++i) {
     own += profile[i].cells;
     taken += profile[i].taken;
   }
-  if (taken > kMostTaken * (own + taken)) return std::nan("");
+  return taken <= kMostTaken * (own + taken);
+}
+
+// Slope of height over the bins' index; NaN where there are too few of them.
+double flank_slope(const std::vector<Bin>& profile) {
+  const auto [first, last] = flank_of(profile);
   std::vector<std::pair<double, double>> flank;
-  for (size_t i = first; i < std::min(last, profile.size()); ++i) {
+  for (size_t i = first; i < last; ++i) {
     if (profile[i].cells > 0) flank.emplace_back(static_cast<double>(i), profile[i].mean());
   }
   if (flank.size() < kFewestBins) return std::nan("");
@@ -86,70 +97,113 @@ std::vector<Vec3> surface_points(const TriangleMesh& mesh, double spacing_m) {
   return points;
 }
 
-HeightField::HeightField(const GroundPoint& middle, double half_width_m, double cell_m,
-                         double base_m)
-    : corner_(middle - GroundPoint::Constant(half_width_m)),
-      cell_m_(cell_m),
-      base_m_(base_m),
-      width_(static_cast<size_t>(std::ceil(2 * half_width_m / cell_m))),
-      height_(width_ * width_, 0.0) {}
-
-void HeightField::add(const std::vector<Vec3>& points, const Pose& pose) {
+std::vector<Column> columns_of(const std::vector<Vec3>& points, const Pose& pose, double cell_m) {
+  const Eigen::Matrix3d turn = pose.orientation.toRotationMatrix();
+  std::vector<Column> columns;
+  columns.reserve(points.size());
   for (const Vec3& point : points) {
-    const Vec3 p = pose.apply(point);
-    const double column = (p.x() - corner_.x()) / cell_m_;
-    const double row = (p.z() - corner_.y()) / cell_m_;
-    const auto width = static_cast<double>(width_);
-    if (column < 0 || row < 0 || column >= width || row >= width) continue;
-    double& height = height_[static_cast<size_t>(row) * width_ + static_cast<size_t>(column)];
-    height = std::max(height, p.y() - base_m_);
+    const Vec3 p = turn * point + pose.position;
+    columns.push_back({static_cast<int32_t>(std::floor(p.x() / cell_m)),
+                       static_cast<int32_t>(std::floor(p.z() / cell_m)), p.y()});
+  }
+  std::ranges::sort(columns, [](const Column& a, const Column& b) {
+    return std::tuple(a.z, a.x, b.top_m) < std::tuple(b.z, b.x, a.top_m);
+  });
+  const auto rest = std::ranges::unique(
+      columns, [](const Column& a, const Column& b) { return a.x == b.x && a.z == b.z; });
+  columns.erase(rest.begin(), rest.end());
+  return columns;
+}
+
+HeightField::HeightField(const GroundBox& area, double cell_m, double base_m)
+    : cell_m_(cell_m),
+      base_m_(base_m),
+      first_x_(static_cast<int32_t>(std::floor(area.min().x() / cell_m))),
+      first_z_(static_cast<int32_t>(std::floor(area.min().y() / cell_m))),
+      width_(static_cast<size_t>(std::ceil(area.max().x() / cell_m) - first_x_)),
+      depth_(static_cast<size_t>(std::ceil(area.max().y() / cell_m) - first_z_)),
+      height_(width_ * depth_, 0.0) {}
+
+void HeightField::add(const std::vector<Column>& columns) {
+  for (const Column& column : columns) {
+    // What lies before the first becomes too large.
+    const auto x = static_cast<size_t>(static_cast<int64_t>(column.x) - first_x_);
+    const auto z = static_cast<size_t>(static_cast<int64_t>(column.z) - first_z_);
+    if (x >= width_ || z >= depth_) continue;
+    double& height = height_[z * width_ + x];
+    height = std::max(height, column.top_m - base_m_);
   }
 }
 
-double reach_of_bulk(const PileShape& shape, const HeightField& field, const Territory& territory) {
-  std::vector<std::pair<double, double>> cells;  // distance, height
-  field.for_each([&](const GroundPoint& point, double height) {
-    if (territory(point)) cells.emplace_back(shape.distance(point), height);
-  });
-  std::ranges::sort(cells);
-  // Heights equal those of the ideal surface on the mean over the first k cells where
-  // sum(height) = slope * sum(reach - distance); the reach must end at those cells.
+double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m) {
+  struct Ring {
+    double cells = 0, distances = 0, heights = 0;
+  };
+  const double width_m = cell_m / 8;
+  std::vector<Ring> rings;
+  for (const SurfaceCell& cell : cells) {
+    const auto i = static_cast<size_t>(cell.distance_m / width_m);
+    if (i >= rings.size()) rings.resize(i + 1);
+    rings[i].cells += cell.weight;
+    rings[i].distances += cell.weight * cell.distance_m;
+    rings[i].heights += cell.weight * cell.height_m;
+  }
+  // Heights equal those of the ideal surface on the mean over the first rings where
+  // sum(height) = slope * sum(reach - distance); the reach must end at those rings.
   // The last such reach: what is steep in the middle still has its foot to be filled.
-  double heights = 0;
-  double distances = 0;
+  Ring inside;
   double last_reach = 0;
-  for (size_t k = 0; k < cells.size(); ++k) {
-    distances += cells[k].first;
-    heights += cells[k].second;
-    const double reach = (heights / shape.slope() + distances) / static_cast<double>(k + 1);
-    if (heights > 0 && reach >= cells[k].first) last_reach = reach;
+  for (size_t i = 0; i < rings.size(); ++i) {
+    inside.cells += rings[i].cells;
+    inside.distances += rings[i].distances;
+    inside.heights += rings[i].heights;
+    if (inside.heights <= 0) continue;
+    const double reach = (inside.heights / shape.slope() + inside.distances) / inside.cells;
+    if (reach >= static_cast<double>(i) * width_m) last_reach = reach;
   }
   return std::min(last_reach, shape.most_reach());
 }
 
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
                                  const Territory& territory) {
-  std::array<std::vector<Bin>, kAzimuths> profile;
-  const GroundPoint middle = shape.middle();
-  std::vector<Bin> all;
-  field.for_each([&](const GroundPoint& point, double height) {
-    if (!shape.inside_walls(point)) return;
-    const bool own = territory(point);
-    const GroundPoint way = point - middle;
-    const double turn = std::atan2(way.y(), way.x()) / (2 * kPi) + 0.5;
-    const auto azimuth = std::min<size_t>(kAzimuths - 1, static_cast<size_t>(turn * kAzimuths));
-    const auto bin = static_cast<size_t>(shape.distance(point) / field.cell_m());
-    for (std::vector<Bin>* bins : {&profile[azimuth], &all}) {
-      if (bins->size() <= bin) bins->resize(bin + 1);
-      Bin& here = (*bins)[bin];
-      ++(own ? here.cells : here.taken);
-      if (own) here.sum += height;
-    }
-  });
+  const double end_m = shape.to_wall() - kCellsOffWalls * field.cell_m();
+  double held_m = 0;  // by walls
+  // Calls use(bin of the distance, cell's centre, height, whether it is the pile's own).
+  const auto for_each = [&](const auto& use) {
+    field.for_each([&](const GroundPoint& point, double height) {
+      const double distance = shape.distance(point);
+      if (distance >= end_m || !shape.inside_walls(point)) return;
+      use(static_cast<size_t>(distance / field.cell_m()), point, std::max(0.0, height - held_m),
+          territory(point));
+    });
+  };
+  const auto mean_profile = [&] {
+    std::vector<Bin> bins;
+    for_each([&](size_t bin, const GroundPoint&, double height, bool own) {
+      if (bins.size() <= bin) bins.resize(bin + 1);
+      bins[bin].add(height, own);
+    });
+    return bins;
+  };
+  std::vector<Bin> all = mean_profile();
+  if (shape.has_walls() && !all.empty()) {
+    held_m = all.back().mean();
+    all = mean_profile();
+  }
   const auto [first, last] = flank_of(all);
+  const double middle_m = (static_cast<double>(first + last) / 2) * field.cell_m();
+  std::array<std::vector<Bin>, kAzimuths> profile;
+  for_each([&](size_t bin, const GroundPoint& point, double height, bool own) {
+    const double round = shape.way_round(point, middle_m);
+    std::vector<Bin>& bins =
+        profile[std::min<size_t>(kAzimuths - 1, static_cast<size_t>(round * kAzimuths))];
+    if (bins.size() <= bin) bins.resize(bin + 1);
+    bins[bin].add(height, own);
+  });
   std::vector<double> angles;
   for (const std::vector<Bin>& bins : profile) {
-    const double slope = flank_slope(bins, first, last) / field.cell_m();
+    if (!is_free(bins, first, last)) continue;
+    const double slope = flank_slope(bins) / field.cell_m();
     if (!std::isnan(slope)) angles.push_back(std::atan(-slope));
   }
   return angles;

@@ -73,6 +73,10 @@ double PileState::density(size_t layer) const {
   return volume_m3 > 0 ? layers[layer].occupied_m3 / volume_m3 : 0;
 }
 
+double PileState::round(const GroundPoint& point) const {
+  return shape->core().size() > 1 ? shape->way_round(point, guide.reach_m() / 2) : 0;
+}
+
 double PileState::sleep_score(const Vec3& position, double speed) const {
   const size_t layer = structure->layer_at(position.y() - settings.base_m);
   if (layer == structure->layers().size() || !structure->layers_below_sleep(layer)) return 0;
@@ -86,7 +90,8 @@ PileSet::PileSet(const Scene& scene, const Model& model, const PileBodies& bodie
     : model_(model),
       bodies_(bodies),
       time_unit_s_(std::sqrt(bodies.size_m / scene.gravity.norm())),
-      fastest_m_s_(kFastest * std::sqrt(scene.gravity.norm() * bodies.size_m)) {
+      fastest_m_s_(kFastest * std::sqrt(scene.gravity.norm() * bodies.size_m)),
+      columns_(model, bodies, kCell * bodies.size_m) {
   check(scene, bodies);
   for (const Pile& pile : scene.piles) {
     PileState& state = piles_.emplace_back();
@@ -112,79 +117,115 @@ void PileSet::place_new(const PileMotion& motion, const std::vector<uint8_t>& on
   }
 }
 
-Territory PileSet::territory(const PileState& pile) const {
-  return [this, &pile](const GroundPoint& point) {
-    if (!pile.shape->inside_walls(point)) return false;
-    const double mine = pile.shape->distance(point) - pile.guide.reach_m();
-    return std::ranges::none_of(piles_, [&](const PileState& other) {
-      return &other != &pile && other.shape && other.shape->inside_walls(point) &&
-             other.shape->distance(point) - other.guide.reach_m() < mine;
-    });
-  };
+// Of the piles whose walls hold the point, the one with the nearest foot, or farthest inside;
+// piles_.size() for none.
+size_t PileSet::owner_of(const GroundPoint& point) const {
+  size_t owner = piles_.size();
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    const PileState& pile = piles_[i];
+    if (!pile.shape || !pile.shape->inside_walls(point)) continue;
+    const double beyond_m = pile.shape->distance(point) - pile.guide.reach_m();
+    if (beyond_m >= nearest_m) continue;
+    nearest_m = beyond_m;
+    owner = i;
+  }
+  return owner;
 }
 
-HeightField PileSet::surface_of(const PileState& pile, const PileMotion& motion) const {
-  // Room for what has spread beyond the foot.
-  const double most_m = 2 * pile.guide.reach_m() + 8 * bodies_.longest_m;
-  double half_m = 12 * bodies_.size_m;
-  for (const uint32_t body : bodies_.dynamic) {
-    if (!motion.landed[body]) continue;
-    const GroundPoint way = on_ground(motion.motion[body].position) - pile.shape->middle();
-    half_m = std::max(half_m, std::min(way.cwiseAbs().maxCoeff(), most_m));
+bool PileSet::is_of_surface(uint32_t body, const PileMotion& motion) const {
+  return motion.landed[body] && motion.motion[body].linear_velocity.norm() <= fastest_m_s_;
+}
+
+// Around all that belongs to a pile, those that meet as one.
+std::vector<PileSet::Window> PileSet::windows(const PileMotion& motion) const {
+  std::vector<Window> windows;
+  for (size_t i = 0; i < piles_.size(); ++i) {
+    const PileState& pile = piles_[i];
+    if (!pile.shape) continue;
+    Window window{.piles = {i}};
+    const double foot_m = pile.guide.reach_m() + bodies_.longest_m;
+    for (const GroundPoint& corner : pile.shape->core()) {
+      window.area.extend(GroundPoint(corner - GroundPoint::Constant(foot_m)));
+      window.area.extend(GroundPoint(corner + GroundPoint::Constant(foot_m)));
+    }
+    // Room for what has spread beyond the foot.
+    const double most_m = 2 * pile.guide.reach_m() + 8 * bodies_.longest_m;
+    for (const uint32_t body : bodies_.dynamic) {
+      if (!is_of_surface(body, motion)) continue;
+      const GroundPoint point = on_ground(motion.motion[body].position);
+      if (pile.shape->distance(point) > most_m) continue;
+      window.area.extend(GroundPoint(point - GroundPoint::Constant(bodies_.longest_m)));
+      window.area.extend(GroundPoint(point + GroundPoint::Constant(bodies_.longest_m)));
+    }
+    for (size_t j = 0; j < windows.size();) {
+      if (!windows[j].area.intersects(window.area)) {
+        ++j;
+        continue;
+      }
+      window.area.extend(windows[j].area);
+      std::ranges::copy(windows[j].piles, std::back_inserter(window.piles));
+      windows.erase(windows.begin() + static_cast<std::ptrdiff_t>(j));
+      j = 0;
+    }
+    windows.push_back(std::move(window));
   }
-  HeightField field(pile.shape->middle(), half_m + bodies_.longest_m, kCell * bodies_.size_m,
-                    pile.settings.base_m);
+  return windows;
+}
+
+HeightField PileSet::surface_of(const GroundBox& area, double base_m, const PileMotion& motion) {
+  HeightField field(area, columns_.cell_m(), base_m);
   for (const uint32_t body : bodies_.dynamic) {
-    const BodyMotion& now = motion.motion[body];
-    if (!motion.landed[body] || now.linear_velocity.norm() > fastest_m_s_) continue;
-    field.add(bodies_.shape_of(model_, body).surface, {now.position, now.orientation});
+    if (is_of_surface(body, motion)) field.add(columns_.of(body, motion.motion[body]));
   }
   return field;
 }
 
-std::vector<MovingBulk> PileSet::moving_in(const PileShape& shape, const PileMotion& motion,
-                                           const Territory& own) const {
-  std::vector<MovingBulk> moving;
-  for (const uint32_t body : bodies_.dynamic) {
-    if (!motion.landed[body] || motion.asleep[body]) continue;
-    if (motion.motion[body].linear_velocity.norm() > fastest_m_s_) continue;  // not yet of the pile
-    const GroundPoint point = on_ground(motion.motion[body].position);
-    if (!own(point)) continue;
-    const double speed = shape.outward(point).dot(on_ground(motion.motion[body].linear_velocity));
-    moving.push_back({.distance_m = shape.distance(point),
-                      .volume_m3 = bulk_share_ * bodies_.shape_of(model_, body).box_m3,
-                      .ahead_m = kStopTime * time_unit_s_ * speed});
+void PileSet::look_at_surfaces(const PileMotion& motion) {
+  // All territories are those of the guides before.
+  std::vector<std::vector<SurfaceCell>> cells(piles_.size());
+  for (const Window& window : windows(motion)) {
+    double lowest_m = std::numeric_limits<double>::infinity();
+    for (const size_t i : window.piles) lowest_m = std::min(lowest_m, piles_[i].settings.base_m);
+    surface_of(window.area, lowest_m, motion).for_each([&](const GroundPoint& point, double top_m) {
+      const size_t i = owner_of(point);
+      if (i == piles_.size()) return;
+      const double base_m = piles_[i].settings.base_m - lowest_m;
+      cells[i].push_back({.distance_m = piles_[i].shape->distance(point),
+                          .height_m = std::max(0.0, top_m - base_m),
+                          .round = piles_[i].round(point)});
+    });
   }
-  return moving;
-}
-
-double PileSet::boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
-                         const Territory& own) const {
-  double boxes_m3 = 0;
+  std::vector<std::vector<MovingBulk>> moving(piles_.size());
+  std::vector<size_t> owner(model_.bodies.size(), piles_.size());
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion.landed[body]) continue;
-    const GroundPoint point = on_ground(motion.motion[body].position);
-    if (shape.distance(point) < reach_m && own(point)) {
-      boxes_m3 += bodies_.shape_of(model_, body).box_m3;
-    }
+    const BodyMotion& now = motion.motion[body];
+    const GroundPoint point = on_ground(now.position);
+    const size_t i = owner[body] = owner_of(point);
+    if (i == piles_.size() || motion.asleep[body] || !is_of_surface(body, motion)) continue;
+    const PileShape& shape = *piles_[i].shape;
+    const double speed = shape.outward(point).dot(on_ground(now.linear_velocity));
+    moving[i].push_back({.distance_m = shape.distance(point),
+                         .volume_m3 = bulk_share_ * bodies_.shape_of(model_, body).box_m3,
+                         .ahead_m = kStopTime * time_unit_s_ * speed,
+                         .round = piles_[i].round(point)});
   }
-  return boxes_m3;
-}
-
-void PileSet::look_at_surfaces(const PileMotion& motion) {
-  std::vector<PileGuide> guides(piles_.size());  // all territories are those of the guides before
   double bulk_m3 = 0;
   double boxes_m3 = 0;
   for (size_t i = 0; i < piles_.size(); ++i) {
     PileState& pile = piles_[i];
     if (!pile.shape) continue;
-    const HeightField field = surface_of(pile, motion);
-    const Territory own = territory(pile);
-    guides[i].update(*pile.shape, field, own, bodies_.size_m, moving_in(*pile.shape, motion, own));
-    bulk_m3 += pile.shape->volume(guides[i].reach_m());
-    boxes_m3 += boxes_in(*pile.shape, guides[i].reach_m(), motion, own);
+    pile.guide.update(*pile.shape, cells[i], columns_.cell_m(), bodies_.size_m, moving[i]);
+    bulk_m3 += pile.shape->volume(pile.guide.reach_m());
   }
-  for (size_t i = 0; i < piles_.size(); ++i) piles_[i].guide = guides[i];
+  for (const uint32_t body : bodies_.dynamic) {
+    if (owner[body] == piles_.size()) continue;
+    const PileState& pile = piles_[owner[body]];
+    if (pile.shape->distance(on_ground(motion.motion[body].position)) < pile.guide.reach_m()) {
+      boxes_m3 += bodies_.shape_of(model_, body).box_m3;
+    }
+  }
   if (boxes_m3 > kEnoughBoxes * std::pow(bodies_.size_m, 3)) {
     bulk_share_ = kFilled * bulk_m3 / boxes_m3;
   }
@@ -200,6 +241,25 @@ bool PileSet::run_together(const PileState& a, const PileState& b) {
              std::min(a.guide.reach_m(), b.guide.reach_m());
 }
 
+// Cones that have run together in a row are a ridge: bodies do not follow the notches between them.
+std::optional<PileShape> PileSet::row_of(const std::vector<size_t>& cones) const {
+  std::vector<GroundPoint> ends(2, piles_[cones.front()].shape->middle());
+  for (const size_t i : cones) {
+    for (const size_t j : cones) {
+      const GroundPoint a = piles_[i].shape->middle();
+      const GroundPoint b = piles_[j].shape->middle();
+      if ((a - b).norm() > (ends[0] - ends[1]).norm()) ends = {a, b};
+    }
+  }
+  if (ends[0] == ends[1]) return std::nullopt;
+  PileShape ridge({.angle = piles_[cones.front()].settings.angle, .footprint = ends}, ends[0]);
+  const bool is_row = std::ranges::all_of(cones, [&](size_t i) {
+    return ridge.distance(piles_[i].shape->middle()) < bodies_.size_m / 2;
+  });
+  if (!is_row) return std::nullopt;
+  return ridge;
+}
+
 void PileSet::measure_slopes(const PileMotion& motion) {
   std::vector<std::vector<double>> angles(piles_.size());  // of all cones of a group, at its first
   std::vector<size_t> group(piles_.size());
@@ -211,11 +271,27 @@ void PileSet::measure_slopes(const PileMotion& motion) {
       std::replace(group.begin(), group.begin() + static_cast<std::ptrdiff_t>(i + 1), other, first);
     }
   }
-  for (size_t i = 0; i < piles_.size(); ++i) {
-    const PileState& pile = piles_[i];
-    if (!pile.shape) continue;
-    std::ranges::copy(slope_angles(*pile.shape, surface_of(pile, motion), territory(pile)),
-                      std::back_inserter(angles[group[i]]));
+  for (const Window& window : windows(motion)) {
+    for (const size_t i : window.piles) {
+      if (group[i] != i) continue;
+      std::vector<size_t> members;
+      for (size_t j = 0; j < piles_.size(); ++j) {
+        if (group[j] == i) members.push_back(j);
+      }
+      const HeightField field = surface_of(window.area, piles_[i].settings.base_m, motion);
+      const auto measure = [&](const PileShape& shape, const Territory& own) {
+        std::ranges::copy(slope_angles(shape, field, own), std::back_inserter(angles[i]));
+      };
+      if (const std::optional<PileShape> ridge = row_of(members)) {
+        measure(*ridge, [&](const GroundPoint& point) {
+          return std::ranges::find(members, owner_of(point)) != members.end();
+        });
+        continue;
+      }
+      for (const size_t j : members) {
+        measure(*piles_[j].shape, [&](const GroundPoint& point) { return owner_of(point) == j; });
+      }
+    }
   }
   for (size_t i = 0; i < piles_.size(); ++i) piles_[i].slope = fit_slope(angles[group[i]]);
 }
@@ -283,8 +359,10 @@ PilePlace PileSet::place_of(const Vec3& position) const {
     if (!pile.shape || !pile.structure || !pile.shape->inside_walls(point)) continue;
     const double distance_m = pile.shape->distance(point);
     // Beyond the foot the slope goes on below the ground, so that the nearest pile is found.
-    const double over_m = position.y() - pile.settings.base_m - pile.guide.height_m(distance_m);
-    if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, over_m};
+    const double round = pile.round(point);
+    const double over_m =
+        position.y() - pile.settings.base_m - pile.guide.height_m(distance_m, round);
+    if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, round, over_m};
   }
   return best;
 }

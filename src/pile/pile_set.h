@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "pile/body_columns.h"
 #include "pile/height_field.h"
 #include "pile/pile_bodies.h"
 #include "pile/pile_guide.h"
@@ -24,6 +25,8 @@ struct PileState {
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
   // four times its volume. 0 for no layer.
   double density(size_t layer) const;
+  // As PileShape::way_round(), in the middle of the slopes; 0 in a cone, which has no sections.
+  double round(const GroundPoint& point) const;
   // Eq. 5.2 and the score of section 5.2.3, with the guide for the cone. `speed` in sqrt(g L).
   double sleep_score(const Vec3& position, double speed) const;
 };
@@ -32,6 +35,7 @@ struct PileState {
 struct PilePlace {
   const PileState* pile = nullptr;  // whose ideal surface is highest over it; null: in none
   double distance_m = 0;            // to the pile's core
+  double round = 0;                 // on the way round the core, as PileState::round()
   double over_m = 0;                // of its centre over the ideal surface
 };
 
@@ -54,13 +58,18 @@ class PileSet {
   PilePlace place_of(const Vec3& position) const;
 
  private:
-  Territory territory(const PileState& pile) const;
-  HeightField surface_of(const PileState& pile, const PileMotion& motion) const;
+  // Piles over one part of the ground.
+  struct Window {
+    GroundBox area;
+    std::vector<size_t> piles;
+  };
+  std::vector<Window> windows(const PileMotion& motion) const;
+  size_t owner_of(const GroundPoint& point) const;
+  bool is_of_surface(uint32_t body, const PileMotion& motion) const;
+  HeightField surface_of(const GroundBox& area, double base_m, const PileMotion& motion);
   static bool run_together(const PileState& a, const PileState& b);
-  std::vector<MovingBulk> moving_in(const PileShape& shape, const PileMotion& motion,
-                                    const Territory& own) const;
-  double boxes_in(const PileShape& shape, double reach_m, const PileMotion& motion,
-                  const Territory& own) const;  // m^3
+  std::optional<PileShape> row_of(const std::vector<size_t>& cones) const;
+
   void drift(PileState& pile, const PileMotion& motion) const;
   void merge();
 
@@ -70,6 +79,7 @@ class PileSet {
   double fastest_m_s_;     // of what belongs to a surface
   double bulk_share_ = 1;  // bulk volume of a body over its box's
   std::vector<PileState> piles_;
+  BodyColumns columns_;
 };
 
 }  // namespace pilesim

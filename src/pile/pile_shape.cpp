@@ -11,6 +11,8 @@ namespace {
 // Samples of the walls' inside along its longer side: areas are then good to a permille or so.
 constexpr int kWallSamples = 256;
 
+constexpr double kParallel = 1e-9;  // rad, and share of an edge
+
 double cross(const GroundPoint& a, const GroundPoint& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 double signed_area(const std::vector<GroundPoint>& corners) {
@@ -45,7 +47,8 @@ GroundPoint nearest_on_segment(const GroundPoint& a, const GroundPoint& b, const
 PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
     : core_(pile.footprint),
       slope_(std::tan(pile.angle)),
-      most_reach_(std::numeric_limits<double>::infinity()) {
+      most_reach_(std::numeric_limits<double>::infinity()),
+      to_wall_(std::numeric_limits<double>::infinity()) {
   if (core_.empty()) core_ = {pile.centre.value_or(centre)};
   if (core_.size() > 2) {
     core_ = turning_left(core_);
@@ -57,15 +60,14 @@ PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
   if (pile.boundary) {
     walls_ = turning_left(pile.boundary->polygon);
     sample_walls();
-    double to_wall = std::numeric_limits<double>::infinity();
     for (size_t i = 0; i < walls_.size(); ++i) {
       for (const GroundPoint& point : core_) {
-        to_wall = std::min(
-            to_wall,
+        to_wall_ = std::min(
+            to_wall_,
             (nearest_on_segment(walls_[i], walls_[(i + 1) % walls_.size()], point) - point).norm());
       }
     }
-    most_reach_ = to_wall + (pile.boundary->rim_m - pile.base_m) / slope_;
+    most_reach_ = to_wall_ + (pile.boundary->rim_m - pile.base_m) / slope_;
   }
 }
 
@@ -114,6 +116,42 @@ GroundPoint PileShape::middle() const {
   GroundPoint sum = GroundPoint::Zero();
   for (const GroundPoint& point : core_) sum += point;
   return sum / static_cast<double>(core_.size());
+}
+
+// The line at a distance runs along the edges and turns about the corners, by 2 pi in all.
+double PileShape::way_round(const GroundPoint& point, double distance_m) const {
+  const GroundPoint out = outward(point);
+  const size_t corners = core_.size();
+  if (corners == 1) {
+    const double turn = std::atan2(out.y(), out.x()) / (2 * kPi);
+    return turn < 0 ? turn + 1 : turn;
+  }
+  const GroundPoint on = nearest(point);
+  double along = 0;
+  for (size_t i = 0; i < corners; ++i) {
+    const GroundPoint& from = core_[i];
+    const GroundPoint& to = core_[(i + 1) % corners];
+    const GroundPoint edge = (to - from).normalized();
+    const GroundPoint next = (core_[(i + 2) % corners] - to).normalized();
+    const GroundPoint normal(edge.y(), -edge.x());
+    const double length = (to - from).norm();
+    const double corner = std::abs(std::atan2(cross(edge, next), edge.dot(next)));
+    const double turn = std::atan2(cross(normal, out), normal.dot(out));
+    // Beside the edge, or around the corner at its end. Edges that the point is behind of, or
+    // beyond the ends of, turn by more or the other way.
+    const bool is_beside = std::abs(turn) < kParallel && (on - from).dot(edge) <= length;
+    if (is_beside && std::abs(cross(edge, on - from)) < kParallel * length) {
+      along += (on - from).dot(edge);
+      break;
+    }
+    if (on == to && turn >= 0 && turn <= corner) {
+      along += length + turn * distance_m;
+      break;
+    }
+    along += length + corner * distance_m;
+  }
+  const double all = way_round_m(distance_m);
+  return along < all ? along / all : 0;
 }
 
 // Steiner's formula: a convex core grown by the reach.

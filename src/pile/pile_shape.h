@@ -21,6 +21,10 @@ class PileShape {
   GroundPoint outward(const GroundPoint& point) const;  // unit, away from the core; zero inside
   bool inside_walls(const GroundPoint& point) const;    // true where there are none
   GroundPoint middle() const;
+  // Where a point outside the core lies on the way round it, along the line at `distance_m` from
+  // the core: a share in [0, 1).
+  double way_round(const GroundPoint& point, double distance_m) const;
+  double way_round_m(double distance_m) const { return core_perimeter_ + 2 * kPi * distance_m; }
   const std::vector<GroundPoint>& core() const { return core_; }    // a polygon turns left
   const std::vector<GroundPoint>& walls() const { return walls_; }  // turning left; empty: none
 
@@ -37,6 +41,7 @@ class PileShape {
   double surface_height(double reach, const GroundPoint& point) const;
   // Beyond it the surface would rise over the walls' top; infinite without walls.
   double most_reach() const { return most_reach_; }
+  double to_wall() const { return to_wall_; }  // from the core; infinite without walls
   bool has_walls() const { return !walls_.empty(); }
   // Of a cone without walls.
   bool can_drift() const { return core_.size() == 1 && walls_.empty(); }
@@ -50,7 +55,7 @@ class PileShape {
   std::vector<GroundPoint> core_;   // 1: point, 2: line, else polygon, turning left
   std::vector<GroundPoint> walls_;  // turning left; empty: none
   double slope_;
-  double most_reach_;
+  double most_reach_, to_wall_;
   double core_area_ = 0, core_perimeter_ = 0;
   // With walls: distances of sample points inside them, ascending, and their running sum.
   std::vector<double> distances_, distance_sums_;

@@ -14,7 +14,8 @@ constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the su
 
 constexpr double kAvalancheDensity = 0.8;
 constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
-constexpr double kAvalancheOutflow = 0.2;  // at which sleepers on the surface wake
+constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
+constexpr double kAvalancheSkin = 0;       // as kSkin: half of them, the rest holds the slope
 constexpr double kOutflow = 0.1;           // at which what is awake on the surface moves on
 
 constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
@@ -76,8 +77,7 @@ void ReposeDirector::decide(ImpulseControl& control) {
 
 void ReposeDirector::measure(ImpulseControl& control) {
   read_bodies(control);
-  piles_.look_at_surfaces(motion_);
-  piles_.measure_slopes(motion_);
+  piles_.measure_slopes(motion_);  // looks at nothing that the director acts on
   plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
 }
 
@@ -141,28 +141,31 @@ void ReposeDirector::wake_by_momentum(ImpulseControl& control) {
   }
 }
 
+double ReposeDirector::outflow_at(const PilePlace& place) {
+  return place.pile->guide.outflow(place.distance_m, place.round);
+}
+
 // More where the inside wants filling, less where it has too much.
 double ReposeDirector::slack_m(const PilePlace& place) const {
-  const double outflow = place.pile->guide.outflow(place.distance_m);
-  return std::clamp(kSlack - outflow, 0.0, kMostSlack) * bodies_.size_m;
+  return std::clamp(kSlack - outflow_at(place), 0.0, kMostSlack) * bodies_.size_m;
 }
 
 // The more must flow, the deeper and the faster it does.
 double ReposeDirector::haste(const PilePlace& place) {
-  return std::clamp(place.pile->guide.outflow(place.distance_m), 0.0, kMostHaste);
+  return std::clamp(outflow_at(place), 0.0, kMostHaste);
 }
 
-bool ReposeDirector::is_on_top(const PilePlace& place) const {
+bool ReposeDirector::is_on_top(const PilePlace& place, double skin) const {
   const PileGuide& guide = place.pile->guide;
-  const double skin_m = (kSkin + kSkinByHaste * haste(place)) * bodies_.size_m;
-  return place.distance_m < guide.reach_m() &&
-         place.over_m > guide.surplus_m(place.distance_m) - skin_m;
+  const double skin_m = (skin + kSkinByHaste * haste(place)) * bodies_.size_m;
+  return place.distance_m < guide.reach_m(place.round) &&
+         place.over_m > guide.surplus_m(place.distance_m, place.round) - skin_m;
 }
 
 // By more than `slack_m`, over what may lie there in any case.
 double ReposeDirector::excess_m(const PilePlace& place) const {
-  const double floor_m =
-      std::max(0.0, kFloor * bodies_.size_m - place.pile->guide.height_m(place.distance_m));
+  const double floor_m = std::max(
+      0.0, kFloor * bodies_.size_m - place.pile->guide.height_m(place.distance_m, place.round));
   return place.over_m - floor_m - slack_m(place);
 }
 
@@ -177,8 +180,7 @@ void ReposeDirector::wake_sleepers(ImpulseControl& control) {
     const Vec3& position = motion_.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     if (place.pile == nullptr) continue;
-    bool avalanches =
-        is_on_top(place) && place.pile->guide.outflow(place.distance_m) > kAvalancheOutflow;
+    bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {
       const PileState& pile = *place.pile;
       const size_t layer = pile.structure->layer_at(position.y() - pile.settings.base_m);
@@ -266,12 +268,12 @@ void ReposeDirector::judge_awake(ImpulseControl& control) {
       continue;
     }
     free_from_overlap(control, body);
-    const double outflow = place.pile->guide.outflow(place.distance_m);
+    const double outflow = outflow_at(place);
     const double excess = excess_m(place);
     Drive drive = Drive::settle;
     if (support_.grounded[body]) {
       const bool rises_over = excess > 0 && !support_.on_fixed[body];
-      const bool moves_on = outflow > kOutflow && is_on_top(place);
+      const bool moves_on = outflow > kOutflow && is_on_top(place, kSkin);
       drive = rises_over || moves_on ? Drive::spill : Drive::hold;
     }
     const bool stuck = drive == Drive::spill && calm_[body] >= kStillDecisions;

@@ -46,7 +46,8 @@ class ReposeDirector final : public StepDirector {
   double excess_m(const PilePlace& place) const;
   double slack_m(const PilePlace& place) const;
   static double haste(const PilePlace& place);
-  bool is_on_top(const PilePlace& place) const;
+  static double outflow_at(const PilePlace& place);
+  bool is_on_top(const PilePlace& place, double skin) const;
   bool may_sleep(uint32_t body) const;
   bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
   double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)

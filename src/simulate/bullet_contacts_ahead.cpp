@@ -169,6 +169,7 @@ void ContactsAhead::add(const btBroadphasePairArray& pairs, double step_s) {
   for (int i = 0; i < pairs.size(); ++i) {
     const auto* a = static_cast<const btRigidBody*>(pairs[i].m_pProxy0->m_clientObject);
     const auto* b = static_cast<const btRigidBody*>(pairs[i].m_pProxy1->m_clientObject);
+    if (!a->isActive() && !b->isActive()) continue;
     const double way_m = (a->getLinearVelocity() - b->getLinearVelocity()).length() * step_s +
                          turning_way(*a, step_s) + turning_way(*b, step_s);
     if (way_m <= std::min(slow_way(*a), slow_way(*b))) continue;

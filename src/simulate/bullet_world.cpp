@@ -12,7 +12,7 @@ DynamicBody* dynamic_of(const btCollisionObject& object) {
 }
 
 // Runs the algorithm of a pair only where the tight boxes overlap; contacts of a parted pair go,
-// and those of one that may not touch any more.
+// and those of one that may not touch any more. Of a pair that rests, nothing has changed.
 void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                    const btDispatcherInfo& info) {
   const btBroadphaseProxy& a = *pair.m_pProxy0;
@@ -20,6 +20,7 @@ void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
   const auto object = [](const btBroadphaseProxy& proxy) -> const btCollisionObject& {
     return *static_cast<const btCollisionObject*>(proxy.m_clientObject);
   };
+  if (!object(a).isActive() && !object(b).isActive()) return;
   if (TestAabbAgainstAabb2(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax) &&
       static_cast<const FilteringDispatcher&>(dispatcher).may_touch(object(a), object(b))) {
     btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);

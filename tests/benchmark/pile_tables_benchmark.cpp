@@ -292,10 +292,12 @@ double natural_angle_deg(const Run& full) {
     sum += GroundPoint(states.position[body].x(), states.position[body].z());
   }
   const PileShape shape(pile, sum / static_cast<double>(bodies.dynamic.size()));
-  HeightField field(shape.middle(), 25 * bodies.size_m, 0.35 * bodies.size_m, pile.base_m);
+  const double cell_m = 0.35 * bodies.size_m;
+  const GroundPoint around = GroundPoint::Constant(25 * bodies.size_m);
+  HeightField field({shape.middle() - around, shape.middle() + around}, cell_m, pile.base_m);
   for (const uint32_t body : bodies.dynamic) {
-    field.add(bodies.shape_of(full.model, body).surface,
-              {states.position[body], states.orientation[body]});
+    field.add(columns_of(bodies.shape_of(full.model, body).surface,
+                         {states.position[body], states.orientation[body]}, cell_m));
   }
   const auto inside = [&](const GroundPoint& point) { return shape.inside_walls(point); };
   return degrees(fit_slope(slope_angles(shape, field, inside)).angle);

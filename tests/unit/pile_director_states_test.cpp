@@ -186,6 +186,55 @@ TEST(PileSlopes, ConesThatHaveRunTogetherShareOne) {
   EXPECT_EQ(piles[2].slope.azimuths, 16) << "it stands alone";
 }
 
+// Around the line through their middles, where all 16 parts are free.
+TEST(PileSlopes, ConesInARowAreMeasuredAsARidge) {
+  for (const double off : {0.0, 0.5}) {
+    std::vector<Vec3> centres;
+    for (const double x : {-0.8, 0.0, 0.8}) {
+      for (const Vec3& centre : pyramid(6))
+        centres.push_back(centre + Vec3(x, 0, x == 0 ? off : 0));
+    }
+    Boxes boxes(centres, 45);
+    boxes.scene.piles.clear();
+    for (const double x : {-0.8, 0.0, 0.8}) {
+      boxes.scene.piles.push_back(
+          {.angle = radians(45), .centre = GroundPoint(x, x == 0 ? off : 0)});
+    }
+    ConstructedWorld world(boxes);
+    rest_on_what_is_below(world);
+    ReposeDirector director(boxes.scene, boxes.model);
+    world.step(director, 1);
+    director.measure(world);
+    const SlopeFit& slope = director.piles()[0].slope;
+    EXPECT_EQ(slope.angle, director.piles()[2].slope.angle);
+    if (off == 0) {
+      EXPECT_EQ(slope.azimuths, 16);
+    } else {
+      EXPECT_NE(slope.azimuths, 16) << "of three cones";
+    }
+  }
+}
+
+// Where much must pass outwards, what stands out of the surface goes; the rest is needed.
+TEST(PileWaking, OfAMesaWakesWhatStandsOutOfIt) {
+  std::vector<Vec3> centres;
+  for (int layer = 0; layer < 4; ++layer) {
+    for (int x = -5; x <= 5; ++x) {
+      for (int z = -5; z <= 5; ++z) centres.push_back(kEdge * Vec3(x, 0.5 + layer, z));
+    }
+  }
+  const auto flat = static_cast<uint32_t>(centres.size());
+  centres.emplace_back(-0.8, kEdge * 4.5, 0);
+  const Boxes boxes(centres, 20);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  for (uint32_t body = 1; body < world.asleep.size(); ++body) world.asleep[body] = 1;
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  EXPECT_FALSE(world.asleep[flat + 1]);
+  EXPECT_TRUE(world.asleep[flat - 60]) << "in the middle of the top";
+}
+
 TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
   std::vector<Vec3> centres = pyramid(5);
   const auto top = static_cast<uint32_t>(centres.size() + 1);
@@ -215,6 +264,43 @@ TEST(PileSteering, NothingIsSteeredThatOnlyTouchesWhatFlies) {
   EXPECT_EQ(world.velocity_asked[2], Vec3::Constant(7));
   EXPECT_EQ(world.velocity_asked[3], Vec3::Constant(7));
   EXPECT_EQ(world.friction[2], 0.5);
+}
+
+// It lies still where it may stay, and would sleep at once.
+TEST(PileWaking, AStillBodyIsLeftItsGraceAndThenSleepsAgain) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
+  ConstructedWorld world(boxes);
+  world.rest(1, 0, kEdge / 2);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 60);
+  ASSERT_TRUE(world.asleep[1]);
+  world.rest(2, 1, kEdge / 2, -0.06 * kEdge);  // wakes it in the end
+  for (int step = 0; step < 240 && world.asleep[1]; ++step) world.step(director, 1);
+  ASSERT_FALSE(world.asleep[1]);
+  std::erase_if(world.contacts, [](const BodyContact& contact) { return contact.a == 2; });
+  const double end_s = world.time + 0.95 * 3 * std::sqrt(kEdge / 9.81);
+  while (world.time < end_s) {
+    world.step(director, 1);
+    EXPECT_FALSE(world.asleep[1]) << world.time;
+  }
+  world.step(director, 60);
+  EXPECT_TRUE(world.asleep[1]);
+}
+
+TEST(PileSteering, BetweenTwoBouncesABodyFallsFreely) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto bouncing = static_cast<uint32_t>(centres.size() + 1);
+  centres.emplace_back(0.2, kEdge * 4.5, 0);
+  const Boxes boxes(centres);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  world.motions[bouncing].linear_velocity = Vec3(0.2, -1, 0);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  EXPECT_GT(world.velocity_asked[bouncing].y(), -1) << "braked on the pile";
+  std::erase_if(world.contacts, [&](const BodyContact& contact) { return contact.a == bouncing; });
+  world.step(director, 6);
+  EXPECT_DOUBLE_EQ(world.velocity_asked[bouncing].y(), -1);
 }
 
 }  // namespace

@@ -16,12 +16,21 @@ PileShape cone(double angle_deg) {
 // Heights over the ground at every cell.
 template <class Height>
 HeightField field_of(const Height& height, double half_width_m = 2, double cell_m = 0.02) {
-  HeightField field(GroundPoint::Zero(), half_width_m, cell_m, 0);
+  const GroundPoint corner = GroundPoint::Constant(half_width_m);
+  HeightField field({-corner, corner}, cell_m, 0);
   const std::vector<Vec3> point = {Vec3::Zero()};
   field.for_each([&](const GroundPoint& at, double) {
-    field.add(point, {Vec3(at.x(), height(at), at.y()), Quat::Identity()});
+    field.add(columns_of(point, {Vec3(at.x(), height(at), at.y()), Quat::Identity()}, cell_m));
   });
   return field;
+}
+
+std::vector<SurfaceCell> cells_of(const PileShape& shape, const HeightField& field) {
+  std::vector<SurfaceCell> cells;
+  field.for_each([&](const GroundPoint& at, double height_m) {
+    cells.push_back({shape.distance(at), height_m, 0, 1});
+  });
+  return cells;
 }
 
 TEST(PileGuide, OfAnIdealConeNothingMustMove) {
@@ -29,7 +38,7 @@ TEST(PileGuide, OfAnIdealConeNothingMustMove) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
   PileGuide guide;
-  guide.update(cone(25), field, kEverywhere, 0.1);
+  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), 0.1);
   EXPECT_NEAR(guide.reach_m(), 1, 0.01);
   EXPECT_NEAR(guide.height_m(0.25), 0.75 * slope, 0.01);
   for (const double distance : {0.1, 0.3, 0.6, 0.9}) {
@@ -47,7 +56,7 @@ TEST(PileGuide, OutflowIsWhatTheConeHasLessOfInside) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return at.norm() < radius ? height : 0.0; });
   PileGuide guide;
-  guide.update(cone(25), field, kEverywhere, size_m);
+  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
   ASSERT_NEAR(guide.reach_m(), 1, 0.02);
   for (const double d : {0.3, 0.5, 0.7}) {
     const double inside_m3 = kPi * d * d * height - kPi * slope * (d * d - 2 * d * d * d / 3);
@@ -65,9 +74,49 @@ TEST(PileGuide, FewBodiesHaveNoSlopes) {
   const HeightField field =
       field_of([](const GroundPoint& at) { return at.norm() < 0.2 ? 0.3 : 0.0; });
   PileGuide guide;
-  guide.update(cone(40), field, kEverywhere, 0.2);
+  guide.update(cone(40), cells_of(cone(40), field), field.cell_m(), 0.2);
   EXPECT_GT(guide.reach_m(), 0);
   EXPECT_EQ(guide.outflow(0.1), 0);
+}
+
+// A ridge that is a slope in one half and as much bulk in a mesa in the other: there, and only
+// there, bulk must move outwards.
+TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
+  const double slope = std::tan(radians(35)), size_m = 0.15;
+  const PileShape ridge(
+      Pile{.angle = radians(35), .footprint = {GroundPoint(-3, 0), GroundPoint(3, 0)}},
+      GroundPoint::Zero());
+  const double half_m = 0.7;  // of the mesa
+  const HeightField field = field_of(
+      [&](const GroundPoint& at) {
+        const double d = ridge.distance(at);
+        if (at.x() < 0) return std::max(0.0, (1 - d) * slope);
+        return d < half_m ? slope / 2 / half_m : 0.0;
+      },
+      4.5, 0.04);
+  PileGuide guide;
+  for (int look = 0; look < 2; ++look) {
+    std::vector<SurfaceCell> cells;
+    const double middle_m = guide.reach_m() / 2;
+    field.for_each([&](const GroundPoint& at, double height_m) {
+      cells.push_back({ridge.distance(at), height_m, ridge.way_round(at, middle_m), 1});
+    });
+    guide.update(ridge, cells, field.cell_m(), size_m);
+  }
+  const auto outflow = [&](double x, double z) {
+    return guide.outflow(std::abs(z), ridge.way_round({x, z}, guide.reach_m() / 2));
+  };
+  const auto reach_m = [&](double x, double z) {
+    return guide.reach_m(ridge.way_round({x, z}, guide.reach_m() / 2));
+  };
+  const double mesa_m2 = half_m * slope / 2 / half_m;
+  const double slope_m2 = (half_m - half_m * half_m / 2) * slope;
+  for (const double z : {-half_m, half_m}) {
+    EXPECT_NEAR(outflow(-1.8, z), 0, 0.2) << z;
+    EXPECT_NEAR(outflow(1.8, z), (mesa_m2 - slope_m2) / (size_m * size_m), 0.3) << z;
+    EXPECT_NEAR(reach_m(-1.8, z), 1, 0.03) << z;
+    EXPECT_NEAR(reach_m(1.8, z), 1, 0.03) << z;
+  }
 }
 
 // What moves counts for the line that it comes near, by its volume and its way.
@@ -76,12 +125,12 @@ TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
   PileGuide still, moving;
-  still.update(cone(25), field, kEverywhere, size_m);
+  still.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
   const double ring_m = still.reach_m() / 10;
   const double edge_m = 5 * ring_m;
   const double volume_m3 = 0.01, ahead_m = 0.05;
   // Half a ring before the edge: half of it counts.
-  moving.update(cone(25), field, kEverywhere, size_m,
+  moving.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
                 std::vector<MovingBulk>{{edge_m - ring_m / 2, volume_m3, ahead_m}});
   const double line_m = 2 * kPi * (edge_m - ring_m / 2);
   const double passing = 0.5 * volume_m3 * ahead_m / ring_m / (line_m * size_m * size_m);
@@ -89,7 +138,7 @@ TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   EXPECT_NEAR(still.outflow(edge_m) - moving.outflow(edge_m), passing, 0.02 * passing);
   EXPECT_EQ(moving.outflow(7 * ring_m), still.outflow(7 * ring_m)) << "too far away";
   moving.update(
-      cone(25), field, kEverywhere, size_m,
+      cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
       std::vector<MovingBulk>{{edge_m, volume_m3, ahead_m}, {edge_m, volume_m3, -ahead_m}});
   EXPECT_NEAR(moving.outflow(edge_m), still.outflow(edge_m), 1e-12) << "inwards against outwards";
 }
@@ -132,6 +181,49 @@ TEST(SlopeFit, RoughConesKeepTheirAngle) {
       sum += degrees(fit_slope(slope_angles(cone(angle_deg), field, kEverywhere)).angle);
     }
     EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
+  }
+}
+
+// One side of a ridge may have more than another; each has the slope.
+TEST(SlopeFit, UnevenRidgesKeepTheirAngle) {
+  for (const double angle_deg : {20.0, 40.0}) {
+    const double slope = std::tan(radians(angle_deg));
+    const double size_m = 0.25 * slope;
+    const PileShape ridge(
+        Pile{.angle = radians(angle_deg), .footprint = {GroundPoint(-2, 0), GroundPoint(2, 0)}},
+        GroundPoint::Zero());
+    double sum = 0;
+    constexpr int kPiles = 12;
+    for (uint32_t pile = 0; pile < kPiles; ++pile) {
+      const HeightField field = field_of(
+          [&](const GroundPoint& at) {
+            const double reach = 1 + 0.25 * std::sin(3 * at.x() + (at.y() > 0 ? 0 : 2));
+            const auto column = static_cast<uint32_t>(std::floor(at.x() / size_m) + 1000);
+            const auto row = static_cast<uint32_t>(std::floor(at.y() / size_m) + 1000);
+            Philox random(pile, Stream::test, column, row);
+            const double rough_m = size_m * (random.uniform() - 0.5);
+            const double under_m = reach - ridge.distance(at);
+            return under_m > 0 ? std::max(0.0, under_m * slope + rough_m) : 0.0;
+          },
+          3.5, 0.35 * size_m);
+      sum += degrees(fit_slope(slope_angles(ridge, field, kEverywhere)).angle);
+    }
+    EXPECT_NEAR(sum / kPiles, angle_deg, 1.2) << angle_deg;
+  }
+}
+
+// Walls hold the foot of a cone and what fills their corners.
+TEST(SlopeFit, InABoxIsThatOfWhatStandsOverIt) {
+  Pile pile{.angle = radians(50), .centre = GroundPoint(0, 0)};
+  pile.boundary = PileBoundary{{{-0.8, -0.8}, {0.8, -0.8}, {0.8, 0.8}, {-0.8, 0.8}}, 0.5};
+  const PileShape shape(pile, GroundPoint::Zero());
+  for (const double angle_deg : {30.0, 50.0}) {
+    const HeightField field = field_of([&](const GroundPoint& at) {
+      return std::max(0.5, 0.5 + (0.8 - at.norm()) * std::tan(radians(angle_deg)));
+    });
+    const SlopeFit fit = fit_slope(slope_angles(shape, field, kEverywhere));
+    EXPECT_EQ(fit.azimuths, kAzimuths);
+    EXPECT_NEAR(degrees(fit.angle), angle_deg, 1);
   }
 }
 

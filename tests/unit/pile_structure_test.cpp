@@ -51,6 +51,35 @@ TEST(PileShape, PolygonGrowsBySteinersFormulaInEitherSense) {
   }
 }
 
+// Equal lengths of the line round the core are equal shares of the way.
+TEST(PileShape, TheWayRoundACoreIsByLength) {
+  const PileShape point(cone(30), GroundPoint::Zero());
+  EXPECT_NEAR(point.way_round({0, 2}, 1), 0.25, 1e-12);
+  EXPECT_NEAR(point.way_round({0, -2}, 1), 0.75, 1e-12);
+  const PileShape line(Pile{.angle = 0.5, .footprint = {{-1, 0}, {1, 0}}}, GroundPoint::Zero());
+  const double arc = kPi * 0.5;
+  const double all = 4 + 2 * arc;
+  EXPECT_NEAR(line.way_round({0.5, -0.3}, 0.5), 1.5 / all, 1e-9);
+  EXPECT_NEAR(line.way_round({1.7, 0}, 0.5), (2 + arc / 2) / all, 1e-9);
+  EXPECT_NEAR(line.way_round({0.5, 0.7}, 0.5), (2.5 + arc) / all, 1e-9);
+  EXPECT_NEAR(line.way_round({-1.2, 0}, 0.5), (4 + 1.5 * arc) / all, 1e-9);
+  const PileShape square(Pile{.angle = 0.5, .footprint = {{0, 0}, {2, 0}, {2, 2}, {0, 2}}},
+                         GroundPoint::Zero());
+  double before = 0;
+  for (int i = 0; i < 80; ++i) {  // once round, at a distance of 1
+    const double s = (i + 0.5) / 80 * (8 + 2 * kPi);
+    const double on_side = std::fmod(s, 2 + kPi / 2);
+    const double turned = kPi / 2 * std::floor(s / (2 + kPi / 2));
+    const double around = std::max(0.0, on_side - 2) - kPi / 2;
+    const GroundPoint from_middle = GroundPoint(std::min(on_side, 2.0) - 1, -1) +
+                                    GroundPoint(std::cos(around), std::sin(around));
+    const GroundPoint at = GroundPoint(1, 1) + Eigen::Rotation2Dd(turned) * from_middle;
+    EXPECT_NEAR(square.way_round(at, 1), (i + 0.5) / 80, 1e-9) << at.transpose();
+    EXPECT_GT(square.way_round(at, 1), before);
+    before = square.way_round(at, 1);
+  }
+}
+
 Pile boxed(double rim_m) {
   Pile pile = cone(30);
   pile.boundary = PileBoundary{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}, rim_m};
@@ -117,11 +146,12 @@ TEST(StackingStructure, LayersSleepFromTheBottomUp) {
 
 // A cone of small spheres on its surface, as bodies would cover it.
 HeightField sampled_cone(double angle, double radius) {
-  HeightField field(GroundPoint::Zero(), 2 * radius, radius / 40, 0);
+  const GroundPoint corner = GroundPoint::Constant(2 * radius);
+  HeightField field({-corner, corner}, radius / 40, 0);
   const std::vector<Vec3> point = {Vec3::Zero()};
   field.for_each([&](const GroundPoint& at, double) {
     const double height = std::max(0.0, (radius - at.norm()) * std::tan(angle));
-    field.add(point, {Vec3(at.x(), height, at.y()), Quat::Identity()});
+    field.add(columns_of(point, {Vec3(at.x(), height, at.y()), Quat::Identity()}, radius / 40));
   });
   return field;
 }
@@ -136,7 +166,11 @@ TEST(HeightField, GivesBackTheAngleAndTheReachOfACone) {
     EXPECT_NEAR(degrees(fit.angle), angle_deg, 0.3);
     EXPECT_LT(degrees(fit.spread), 0.5);
     const PileShape same(cone(angle_deg), GroundPoint::Zero());
-    EXPECT_NEAR(reach_of_bulk(same, field, everywhere), 1, 0.02);
+    std::vector<SurfaceCell> cells;
+    field.for_each([&](const GroundPoint& at, double height_m) {
+      cells.push_back({same.distance(at), height_m, 0, 1});
+    });
+    EXPECT_NEAR(reach_of_bulk(same, cells, field.cell_m()), 1, 0.02);
   }
 }
 
