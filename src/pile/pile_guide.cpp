@@ -35,11 +35,8 @@ void PileGuide::update(const PileShape& shape, const std::vector<SurfaceCell>& c
                        double size_m, const std::vector<MovingBulk>& moving) {
   slope_ = shape.slope();
   reach_m_ = reach_of_bulk(shape, cells, cell_m);
-  size_t count = 1;
-  if (shape.core().size() > 1) {
-    const double length_m = shape.way_round_m(reach_m_ / 2) / (kSectionLength * size_m);
-    count = static_cast<size_t>(std::max(1.0, std::floor(length_m)));
-  }
+  const double length_m = shape.way_round_m(reach_m_ / 2) / (kSectionLength * size_m);
+  const auto count = static_cast<size_t>(std::max(1.0, std::floor(length_m)));
   sections_.assign(count, {});
   if (reach_m_ <= 0) return;
   const auto parts = in_sections(cells, count, &SurfaceCell::weight);

@@ -19,10 +19,9 @@ struct MovingBulk {
   double round = 0;    // where on the way round the core, as PileShape::way_round()
 };
 
-// All zero until the first update. Distances are from the core of the pile's shape, m. Around a
-// line or a polygon each section of the way round (`round` in [0, 1), as PileShape::way_round())
-// has a surface of its own, with the bulk that lies there, as bulk does not pass from one to the
-// other; a cone has one for all.
+// All zero until the first update. Distances are from the core of the pile's shape, m. Each section
+// of the way round (`round` in [0, 1), as PileShape::way_round()) has a surface of its own, with
+// the bulk that lies there, as bulk moves away from the core and hardly around it.
 class PileGuide {
  public:
   // From the surface of what has landed, as cells of the pile's territory `cell_m` wide, and what

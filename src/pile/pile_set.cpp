@@ -74,7 +74,7 @@ double PileState::density(size_t layer) const {
 }
 
 double PileState::round(const GroundPoint& point) const {
-  return shape->core().size() > 1 ? shape->way_round(point, guide.reach_m() / 2) : 0;
+  return shape->way_round(point, guide.reach_m() / 2);
 }
 
 double PileState::sleep_score(const Vec3& position, double speed) const {

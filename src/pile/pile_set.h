@@ -25,7 +25,7 @@ struct PileState {
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
   // four times its volume. 0 for no layer.
   double density(size_t layer) const;
-  // As PileShape::way_round(), in the middle of the slopes; 0 in a cone, which has no sections.
+  // As PileShape::way_round(), in the middle of the slopes.
   double round(const GroundPoint& point) const;
   // Eq. 5.2 and the score of section 5.2.3, with the guide for the cone. `speed` in sqrt(g L).
   double sleep_score(const Vec3& position, double speed) const;

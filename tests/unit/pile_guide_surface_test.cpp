@@ -28,7 +28,7 @@ HeightField field_of(const Height& height, double half_width_m = 2, double cell_
 std::vector<SurfaceCell> cells_of(const PileShape& shape, const HeightField& field) {
   std::vector<SurfaceCell> cells;
   field.for_each([&](const GroundPoint& at, double height_m) {
-    cells.push_back({shape.distance(at), height_m, 0, 1});
+    cells.push_back({shape.distance(at), height_m, shape.way_round(at, 0), 1});
   });
   return cells;
 }
@@ -119,6 +119,43 @@ TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
   }
 }
 
+// So has each section of a cone: a heap on one side only must be let go there, and nothing beside
+// it.
+TEST(PileGuide, EachSectionOfAConeHasItsOwn) {
+  const double slope = std::tan(radians(35)), mesa_m = 0.7, size_m = 0.1;
+  const PileShape shape = cone(35);
+  const HeightField field = field_of([&](const GroundPoint& at) {
+    const double d = at.norm();
+    if (at.x() < 0) return std::max(0.0, (1 - d) * slope);
+    return d < mesa_m ? slope / 3 / (mesa_m * mesa_m) : 0.0;
+  });
+  PileGuide guide;
+  guide.update(shape, cells_of(shape, field), field.cell_m(), size_m);
+  const auto outflow = [&](double x, double z) {
+    return guide.outflow(std::hypot(x, z), shape.way_round({x, z}, 0));
+  };
+  const double inside_m3 = slope / 3 - slope * (mesa_m * mesa_m - 2 * std::pow(mesa_m, 3) / 3);
+  const double expected = kPi * inside_m3 / (2 * kPi * (mesa_m - 0.05)) / (size_m * size_m);
+  ASSERT_GT(expected, 0.4);
+  EXPECT_NEAR(outflow(mesa_m, 0), expected, 0.15);
+  EXPECT_NEAR(outflow(-mesa_m, 0), 0, 0.1);
+}
+
+// A cone twice as bulky on one side has its foot farther out there.
+TEST(PileGuide, SectionsReachAsFarAsTheirBulk) {
+  const double slope = std::tan(radians(30));
+  const PileShape shape = cone(30);
+  const HeightField field = field_of([&](const GroundPoint& at) {
+    return std::max(0.0, ((at.x() < 0 ? 1 : 1.25) - at.norm()) * slope);
+  });
+  PileGuide guide;
+  guide.update(shape, cells_of(shape, field), field.cell_m(), 0.1);
+  EXPECT_NEAR(guide.reach_m(shape.way_round({-1, 0}, 0)), 1, 0.02);
+  EXPECT_NEAR(guide.reach_m(shape.way_round({1, 0.2}, 0)), 1.25, 0.02);
+  EXPECT_GT(guide.reach_m(), 1.05);
+  EXPECT_LT(guide.reach_m(), 1.2);
+}
+
 // What moves counts for the line that it comes near, by its volume and its way.
 TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;
@@ -129,17 +166,29 @@ TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
   const double ring_m = still.reach_m() / 10;
   const double edge_m = 5 * ring_m;
   const double volume_m3 = 0.01, ahead_m = 0.05;
+  // The same all the way round.
+  const auto around = [&](const std::vector<MovingBulk>& bulks) {
+    std::vector<MovingBulk> all;
+    const int parts = 140;
+    for (MovingBulk bulk : bulks) {
+      bulk.volume_m3 /= parts;
+      for (int i = 0; i < parts; ++i) {
+        bulk.round = (i + 0.5) / parts;
+        all.push_back(bulk);
+      }
+    }
+    return all;
+  };
   // Half a ring before the edge: half of it counts.
   moving.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
-                std::vector<MovingBulk>{{edge_m - ring_m / 2, volume_m3, ahead_m}});
+                around({{edge_m - ring_m / 2, volume_m3, ahead_m}}));
   const double line_m = 2 * kPi * (edge_m - ring_m / 2);
   const double passing = 0.5 * volume_m3 * ahead_m / ring_m / (line_m * size_m * size_m);
   ASSERT_GT(passing, 0.05);
   EXPECT_NEAR(still.outflow(edge_m) - moving.outflow(edge_m), passing, 0.02 * passing);
   EXPECT_EQ(moving.outflow(7 * ring_m), still.outflow(7 * ring_m)) << "too far away";
-  moving.update(
-      cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
-      std::vector<MovingBulk>{{edge_m, volume_m3, ahead_m}, {edge_m, volume_m3, -ahead_m}});
+  moving.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m,
+                around({{edge_m, volume_m3, ahead_m}, {edge_m, volume_m3, -ahead_m}}));
   EXPECT_NEAR(moving.outflow(edge_m), still.outflow(edge_m), 1e-12) << "inwards against outwards";
 }
 
