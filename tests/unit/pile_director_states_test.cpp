@@ -111,6 +111,25 @@ TEST(PileSleep, WhatIsPressedIntoASleeperWakesIt) {
   EXPECT_TRUE(woke);
 }
 
+// On the ground, on it, in the air, and half inside the one on the ground.
+TEST(PilePlausibility, CountsSleepersThatHangAndThatAreInsideOthers) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {1, 0.7, 0}, {0.1, 0.1, 0}});
+  ConstructedWorld world(boxes);
+  world.rest(1, 0, kEdge / 2);
+  world.rest(2, 1, kEdge / 2);
+  world.rest(4, 0, kEdge / 2);
+  world.contacts.push_back(
+      {.a = 1, .b = 4, .point = Vec3(0.05, 0.1, 0), .normal = -Vec3::UnitX(), .distance_m = -0.1});
+  world.asleep = {0, 1, 1, 1, 0};
+  const PileBodies bodies(boxes.model);
+  PileSupport support(boxes.model, bodies);
+  support.read(world.contacts, world.asleep, world.motions);
+  const PlausibilityCounts counts = count_implausible(bodies, boxes.model, support, world.asleep);
+  EXPECT_EQ(counts.asleep, 3);
+  EXPECT_EQ(counts.hanging, 1);
+  EXPECT_EQ(counts.inside, 1) << "the other one is awake";
+}
+
 TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}, {1, 0.1, 0}});
   ConstructedWorld world(boxes);
@@ -233,6 +252,29 @@ TEST(PileWaking, OfAMesaWakesWhatStandsOutOfIt) {
   world.step(director, 1);
   EXPECT_FALSE(world.asleep[flat + 1]);
   EXPECT_TRUE(world.asleep[flat - 60]) << "in the middle of the top";
+}
+
+// A sleeper right under the mean surface holds the slope, where bulk must pass over it.
+TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
+  std::vector<Vec3> centres;
+  for (int layer = 0; layer < 3; ++layer) {
+    for (int x = -5; x <= 5; ++x) {
+      for (int z = -5; z <= 5; ++z) centres.push_back(kEdge * Vec3(x, 0.5 + layer, z));
+    }
+  }
+  const Boxes boxes(centres, 15);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  for (uint32_t body = 1; body < world.asleep.size(); ++body) world.asleep[body] = 1;
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  const PileGuide& guide = director.piles()[0].guide;
+  const uint32_t body = 1 + 2 * 121 + 9 * 11 + 5;
+  ASSERT_EQ(world.motions[body].position, Vec3(4, 2.5, 0) * kEdge);
+  ASSERT_GT(guide.outflow(0.8), 0.5);
+  const double over_m = 0.5 - guide.height_m(0.8);
+  ASSERT_GT(over_m, guide.surplus_m(0.8) - kEdge * 0.6) << "within a body of the surface";
+  EXPECT_TRUE(world.asleep[body]);
 }
 
 TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {

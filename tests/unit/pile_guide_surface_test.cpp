@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/philox.h"
-#include "pile/pile_guide.h"
+#include "pile/pile_set.h"
 
 namespace pilesim {
 namespace {
@@ -139,6 +139,13 @@ TEST(PileGuide, EachSectionOfAConeHasItsOwn) {
   ASSERT_GT(expected, 0.4);
   EXPECT_NEAR(outflow(mesa_m, 0), expected, 0.15);
   EXPECT_NEAR(outflow(-mesa_m, 0), 0, 0.1);
+}
+
+TEST(PileState, KnowsTheWayRoundACone) {
+  PileState pile;
+  pile.shape = cone(35);
+  EXPECT_NEAR(pile.round({0, 1}), 0.25, 1e-12);
+  EXPECT_NEAR(pile.round({0, -1}), 0.75, 1e-12);
 }
 
 // A cone twice as bulky on one side has its foot farther out there.

@@ -103,6 +103,23 @@ TEST(ReposeDirector, APileWithoutAPlaceStandsWhereTheFirstBodyLands) {
   EXPECT_NEAR(director.piles()[0].shape->middle().x(), 3, 0.5);
 }
 
+// The first lands 0.6 m beside all others.
+TEST(ReposeDirector, AConeWithoutAPlaceDriftsToTheMeanOfItsBodies) {
+  BoxesOntoAPile boxes(30);
+  boxes.scene.piles[0].centre.reset();
+  boxes.model.bodies[1].pose.position.x() = 0.6;
+  ReposeDirector director(boxes.scene, boxes.model);
+  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, director);
+  run(*simulator, 300);
+  ASSERT_TRUE(director.piles()[0].shape);
+  GroundPoint mean = GroundPoint::Zero();
+  for (uint32_t body = 1; body <= 30; ++body) {
+    const Vec3& position = simulator->states().position[body];
+    mean += GroundPoint(position.x(), position.z()) / 30;
+  }
+  EXPECT_LT((director.piles()[0].shape->middle() - mean).norm(), 0.05);
+}
+
 TEST(ReposeDirector, PilesOfOneKindAtOnePlaceBecomeOne) {
   BoxesOntoAPile boxes(20);
   boxes.scene.piles = {{.angle = radians(35), .centre = GroundPoint(-0.05, 0)},
