@@ -68,6 +68,22 @@ TEST(PileSleep, StillBodiesSleepFromTheGroundUp) {
   EXPECT_GT(steps_until_sleep[3], steps_until_sleep[2]);
 }
 
+// What creeps faster than rest sleeps by its score: deep in the pile, and by the threshold.
+TEST(PileSleep, TheScoreAgainstTauPutsWhatCreepsToSleep) {
+  for (const double tau : {0.5, 0.95}) {
+    Boxes boxes(pyramid(5));
+    boxes.scene.piles[0].tau = tau;
+    const uint32_t middle = 1 + 81 / 2;  // of the lowest layer
+    ConstructedWorld world(boxes);
+    ASSERT_EQ(world.motions[middle].position, Vec3(0, kEdge / 2, 0));
+    world.motions[middle].linear_velocity = {0.2 * std::sqrt(9.81 * kEdge), 0, 0};
+    rest_on_what_is_below(world);
+    ReposeDirector director(boxes.scene, boxes.model);
+    world.step(director, 40);
+    EXPECT_EQ(world.asleep[middle] != 0, tau == 0.5) << tau;
+  }
+}
+
 TEST(PileSleep, WhatIsSunkOrHasNoSupportDoesNotSleep) {
   const Boxes boxes({{0, 0.1, 0}, {1, 0.1, 0}, {0, 0.6, 1}});
   ConstructedWorld world(boxes);
