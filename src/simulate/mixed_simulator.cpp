@@ -29,10 +29,15 @@ bool prefers_spheres(const ModelBody& body) {
   return body.role == Role::dynamic && body.preference == Preference::prefer_statistical;
 }
 
-std::vector<uint32_t> all_that_prefer_spheres(const Model& model) {
+// Bodies no pair of which is ever solved.
+std::vector<uint32_t> never_solved(const Model& model, const DispatchTable& dispatch) {
   std::vector<uint32_t> bodies;
+  if (dispatch.may_solve_spheres()) return bodies;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
-    if (model.bodies[i].preference == Preference::prefer_statistical) bodies.push_back(i);
+    const ModelBody& body = model.bodies[i];
+    const bool stands = body.role != Role::dynamic || body.held;
+    if (body.preference != Preference::prefer_statistical) continue;
+    if (!stands || !dispatch.may_solve_standing()) bodies.push_back(i);
   }
   return bodies;
 }
@@ -141,7 +146,7 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
       figures_(scene, model) {
   exact_.set_pair_filter(
       [this](uint32_t a, uint32_t b) { return dispatch_.method(a, b) == PairMethod::impulse; });
-  if (!dispatch_.may_solve_spheres()) exact_.keep_apart(all_that_prefer_spheres(model));
+  exact_.keep_apart(never_solved(model, dispatch_));
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
