@@ -43,7 +43,7 @@ void SphereWorld::sort() {
         const Vec3f& velocity = bodies_[body].velocity;
         sorted_middle_[i] = bodies_[body].position + half_step * velocity;
         sorted_reach_[i] =
-            kind(body).radius_m * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
+            radius_m_[body] * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
       }
     });
     here.grid.sort(sorted_middle_, sorted_reach_);
@@ -73,6 +73,7 @@ void SphereWorld::gather() {
   centre_.resize(count);
   motion_.resize(count);
   shift_.resize(count);
+  radius_at_m_.resize(count);
   share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       SphereBody& body = bodies_[body_[p]];
@@ -80,6 +81,7 @@ void SphereWorld::gather() {
       place_of_[body_[p]] = static_cast<uint32_t>(p);
       const SphereKind& kind = kinds_[kind_[p]];
       centre_[p] = body.position;
+      radius_at_m_[p] = radius_m_[body_[p]];
       motion_[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
                     body.asleep ? 0 : kind.inverse_inertia};
       shift_[p] = {Vec3f::Zero(), motion_[p].inverse_mass};
@@ -148,11 +150,11 @@ void SphereWorld::wake_with_load(uint32_t body) {
     wake(lower);
     if (!has_structures_) continue;
     const Vec3f centre = bodies_[lower].position;
-    const float reach = kind(lower).radius_m * (1 + kNearby);
+    const float reach = radius_m_[lower] * (1 + kNearby);
     const auto wake_above = [&](uint32_t other) {
       const Vec3f apart = bodies_[other].position - centre;
       const float distance = apart.norm();
-      if (bodies_[other].asleep && distance < reach + kind(other).radius_m * (1 + kNearby) &&
+      if (bodies_[other].asleep && distance < reach + radius_m_[other] * (1 + kNearby) &&
           apart.y() > kSteepSupport * distance) {
         waking.push_back(other);
       }
@@ -212,7 +214,7 @@ void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch&
           if (!bodies_[body].still) return;
           touch(p,
                 {body, ContactGroups::kFixed, bodies_[body].position, Vec3f::Zero(), kind(body),
-                 kNone},
+                 radius_m_[body], kNone},
                 used, batch);
         });
       });
@@ -261,20 +263,23 @@ void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& u
 
 inline void SphereWorld::touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
   if (motion_[p].inverse_mass == 0 && motion_[q].inverse_mass == 0) return;
-  touch(p, {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], kept_of_[q]}, used,
-        batch);
+  touch(p,
+        {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], radius_at_m_[q],
+         kept_of_[q]},
+        used, batch);
 }
 
 void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used,
                         Batch& batch) {
   const SphereKind& kind = kinds_[kind_[p]];
+  const float radius = radius_at_m_[p];
   const Vec3f apart = centre_[p] - partner.centre;
   const float distance = apart.norm();
   // Of two in one place the order decides.
   const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
-  const float gap = distance - kind.radius_m - partner.kind.radius_m;
+  const float gap = distance - radius - partner.radius_m;
   const float closing = (partner.velocity - motion_[p].velocity).dot(normal);
-  const float small = std::min(kind.radius_m, partner.kind.radius_m);
+  const float small = std::min(radius, partner.radius_m);
   const uint32_t body = body_[p], other = partner.body;
   if (has_structures_) {
     if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.woken.push_back(other);
@@ -283,7 +288,7 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const PairMethod method = this->method(body, other);
   if (!by_spheres(method)) return;
-  if (collides(closing, gap, kind.radius_m)) {
+  if (collides(closing, gap, radius)) {
     batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
     for (const uint32_t b : {body, other}) {
       if (bodies_[b].asleep) batch.woken.push_back(b);
@@ -299,8 +304,8 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
                .b = partner.row,
                .normal = normal,
                .gap = gap,
-               .arm_a = kind.radius_m,
-               .arm_b = partner.kind.radius_m,
+               .arm_a = radius,
+               .arm_b = partner.radius_m,
                .friction = kind.root_friction * partner.kind.root_friction,
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,

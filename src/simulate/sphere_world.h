@@ -68,7 +68,7 @@ static_assert(sizeof(SphereBody) == 64);
 struct SphereKind {
   const BodySignature* object = nullptr;  // null for what is not dynamic
   float mass_kg = 0, friction = 0;
-  float radius_m = 0;   // among bodies
+  float radius_m = 0;   // among bodies, unless it stands in a structure
   float outer_m = 0;    // of the body
   float rolling_m = 0;  // see SphereContact
   float root_friction = 0, root_restitution = 0;
@@ -181,6 +181,7 @@ class SphereWorld {
     uint32_t body, row;  // row: of motions, or fixed; see SphereContact
     Vec3f centre, velocity;
     const SphereKind& kind;
+    float radius_m;
     uint32_t kept;  // see SphereBody
   };
   static constexpr uint32_t kNone = ~0u;
@@ -239,6 +240,7 @@ class SphereWorld {
   void separate();
   void move();
   void move_body(uint32_t place);
+  void widen(uint32_t body);
   bool control_rest(uint32_t place);
   void settle_body(uint32_t place);
   // m/s; what is slower may sleep
@@ -258,6 +260,7 @@ class SphereWorld {
   std::vector<SphereBody> bodies_;
   std::vector<SphereKind> kinds_;
   std::vector<uint32_t> kind_of_;  // by body
+  std::vector<float> radius_m_;    // by body: among bodies
   std::vector<uint32_t> members_;  // bodies in the world, ascending
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active
@@ -273,6 +276,7 @@ class SphereWorld {
   std::vector<Vec3f> centre_;
   Reaches middle_;                              // where it is in the middle of the step
   std::vector<uint32_t> kind_;                  // of bodies
+  std::vector<float> radius_at_m_;              // of bodies
   std::vector<uint32_t> last_touch_, kept_of_;  // of the batch; of the step before
   std::vector<SphereMotion> motion_;
   std::vector<SphereShift> shift_;
