@@ -14,8 +14,6 @@ namespace {
 
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
-// A body stands on another one if the way up to it is steeper than this (the cosine).
-constexpr float kSteepSupport = 0.3F;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
@@ -115,7 +113,8 @@ void SphereWorld::find_contacts() {
       batch.fixed.assign(1, {});
       batch.touches.clear();
       batch.impacts.clear();
-      batch.woken.clear();
+      batch.hit.clear();
+      batch.left.clear();
       batch.pressed = 0;
       batch.deepest_m = 0;
       if (i < count) {
@@ -129,9 +128,6 @@ void SphereWorld::find_contacts() {
   auto rows = static_cast<uint32_t>(body_.size());
   uint32_t touches = 0;
   for (Batch& batch : batches_) {
-    for (const uint32_t body : batch.woken) {
-      if (bodies_[body].asleep) wake_with_load(body);
-    }
     batch.kept_begin = touches;
     touches += static_cast<uint32_t>(batch.touches.size());
     batch.fixed_begin = rows;
@@ -140,32 +136,6 @@ void SphereWorld::find_contacts() {
   motion_.resize(rows);
   shift_.resize(rows);
   kept_.resize(touches);
-}
-
-void SphereWorld::wake_with_load(uint32_t body) {
-  std::vector<uint32_t> waking = {body};
-  while (!waking.empty()) {
-    const uint32_t lower = waking.back();
-    waking.pop_back();
-    wake(lower);
-    if (!has_structures_) continue;
-    const Vec3f centre = bodies_[lower].position;
-    const float reach = radius_m_[lower] * (1 + kNearby);
-    const auto wake_above = [&](uint32_t other) {
-      const Vec3f apart = bodies_[other].position - centre;
-      const float distance = apart.norm();
-      if (bodies_[other].asleep && distance < reach + radius_m_[other] * (1 + kNearby) &&
-          apart.y() > kSteepSupport * distance) {
-        waking.push_back(other);
-      }
-    };
-    if (!sleepers_.bodies.empty()) {
-      const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
-      sleepers_.grid.for_each_in(centre - around, centre + around,
-                                 [&](uint32_t q) { wake_above(sleepers_.bodies[q]); });
-    }
-    for (const uint32_t other : active_) wake_above(other);
-  }
 }
 
 template <class Visit>
@@ -246,14 +216,6 @@ void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batc
   }
 }
 
-// Of structures: whether `upper` sleeps on a body that moves away from under it. `up`: the way from
-// one to the other; velocities have the step's gravity in them.
-bool SphereWorld::leaves_behind(uint32_t lower, const Vec3f& velocity, uint32_t upper,
-                                const Vec3f& up) const {
-  return bodies_[upper].asleep && !bodies_[lower].asleep && up.y() > kSteepSupport &&
-         (velocity - settings_.step_s * settings_.gravity).norm() > rest_speed(kind(lower));
-}
-
 void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
   const float reach = middle_.reach[p] + middle_.reach[q];
   if ((middle_.centre(p) - middle_.centre(q)).squaredNorm() <= reach * reach) {
@@ -282,8 +244,8 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   const float small = std::min(radius, partner.radius_m);
   const uint32_t body = body_[p], other = partner.body;
   if (has_structures_) {
-    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.woken.push_back(other);
-    if (leaves_behind(other, partner.velocity, body, normal)) batch.woken.push_back(body);
+    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.left.push_back(other);
+    if (leaves_behind(other, partner.velocity, body, normal)) batch.left.push_back(body);
   }
   if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const PairMethod method = this->method(body, other);
@@ -291,7 +253,7 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   if (collides(closing, gap, radius)) {
     batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
     for (const uint32_t b : {body, other}) {
-      if (bodies_[b].asleep) batch.woken.push_back(b);
+      if (bodies_[b].asleep) batch.hit.push_back({b, closing * this->kind(b).mass_kg});
     }
   }
   ContactImpulse impulse = former_impulse(kept_of_[p], other, normal);

@@ -105,14 +105,6 @@ void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, con
   active_.insert(std::ranges::lower_bound(active_, body), body);
 }
 
-void SphereWorld::wake(uint32_t body) {
-  SphereBody& woken = bodies_[body];
-  if (woken.still) woken_.push_back(body);
-  woken.still = woken.asleep = false;
-  woken.changed = true;
-  woken.slow_steps = 0;
-}
-
 void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point) {
   SphereBody& pushed = bodies_[body];
   const SphereKind& kind = this->kind(body);
@@ -130,21 +122,6 @@ void SphereWorld::remove(uint32_t body) {
   std::erase(active_, body);
   std::erase(woken_, body);
   bodies_[body].still = false;
-}
-
-void SphereWorld::wake_near(uint32_t body) {
-  // Some room for what moves within the step.
-  constexpr float kRoom = 1.5F;
-  const BodySignature* object = kind(body).object;
-  const bool is_member = std::ranges::binary_search(members_, body);
-  for (const uint32_t other : members_) {
-    const float reach = kRoom * kind(other).object->outer_radius_m;
-    const Vec3f& centre = bodies_[other].position;
-    const bool near = is_member ? (centre - bodies_[body].position).norm() <
-                                      reach + kRoom * object->outer_radius_m
-                                : surfaces_.may_touch(body, centre, reach);
-    if (near) wake(other);
-  }
 }
 
 uint32_t SphereWorld::contact_count() const {
@@ -185,20 +162,27 @@ void SphereWorld::begin_step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::integration);
     speed_up();
   }
-  {
-    StageTimer::Scope scope(timer, Stage::broad_phase);
-    sort();
-    gather();
-  }
-  {
-    StageTimer::Scope scope(timer, Stage::narrow_phase);
-    find_contacts();
+  search(timer);
+  if (wake_by_contacts()) {
+    join_woken();
+    search(timer);
   }
   StageTimer::Scope scope(timer, Stage::solver);
   collide_bodies();
 }
 
+void SphereWorld::search(StageTimer& timer) {
+  {
+    StageTimer::Scope scope(timer, Stage::broad_phase);
+    sort();
+    gather();
+  }
+  StageTimer::Scope scope(timer, Stage::narrow_phase);
+  find_contacts();
+}
+
 void SphereWorld::end_step(StageTimer& timer) {
+  is_dozing_sorted_ = false;
   if (is_idle_) return;
   {
     StageTimer::Scope scope(timer, Stage::solver);
