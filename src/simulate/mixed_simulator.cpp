@@ -261,12 +261,14 @@ bool MixedSimulator::is_attracted(uint32_t body) const {
   const double way =
       step_s_ * (static_cast<double>(sphere.velocity.norm()) +
                  outer * static_cast<double>(sphere.spin.norm()) + step_s_ * scene_.gravity.norm());
-  return boxes_.touches(
-      {.body = body,
-       .pose = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()},
-       .radius_m = outer,
-       .margin_m = way + (is_near(body) ? kLeaveMargin * outer : 0),
-       .only_moving = sphere.asleep});
+  const double margin = way + (is_near(body) ? kLeaveMargin * outer : 0);
+  const Vec3 centre = sphere.position.cast<double>();
+  if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
+  return boxes_.touches({.body = body,
+                         .pose = {centre, sphere.orientation.cast<double>().normalized()},
+                         .radius_m = outer,
+                         .margin_m = margin,
+                         .only_moving = sphere.asleep});
 }
 
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
@@ -391,10 +393,12 @@ FrameStatistics MixedSimulator::statistics() const {
     if (!has(i, kPresent)) continue;
     ++statistics.bodies_present;
     if (!is_free(i)) continue;
-    if (!has(i, kAsleep)) ++statistics.bodies_awake;
-    statistics.kinetic_energy_j +=
-        figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
-                                      states_.linear_velocity[i], states_.angular_velocity[i]});
+    if (!has(i, kAsleep)) {
+      ++statistics.bodies_awake;
+      statistics.kinetic_energy_j +=
+          figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
+                                        states_.linear_velocity[i], states_.angular_velocity[i]});
+    }
     statistics.potential_energy_j -=
         model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
   }
