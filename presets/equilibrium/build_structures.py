@@ -101,7 +101,7 @@ def card_tower():
 
 
 def books():
-    thickness, around, layers, radius, sway = 0.03, 6, 60, 0.33, 0.3
+    thickness, around, layers, radius, sway = 0.03, 9, 98, 0.5, 0.45
     stack = []
     colours = ["#7d3b34", "#34506b", "#8a7a4d", "#3f5f4a", "#6b4a6e", "#a3623a", "#4a4e57"]
     for layer in range(layers):
@@ -122,11 +122,11 @@ def books():
                             "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 400}},
               "shapes": {"ground": {"type": "plane"},
                          "book": {"type": "mesh", "file": "../../assets/book.obj"},
-                         "ball": {"type": "sphere", "radius": 0.45}},
+                         "ball": {"type": "sphere", "radius": 0.6}},
               "bodies": [GROUND] + stack,
-              "emitters": thrown("ball", "iron", [-4.6, 3.2, 0.4], [4.5, 0, -0.4], "#4a4e57"),
+              "emitters": thrown("ball", "iron", [-6.0, 4.6, 0.4], [6, 0, -0.4], "#4a4e57"),
               "guide": {},
-              "camera": {"position": [1.6, 2.0, 5.0], "target": [0.1, 0.85, 0]}})
+              "camera": {"position": [2.2, 2.7, 6.6], "target": [0.2, 1.3, 0]}})
 
 
 def sticks():
@@ -211,8 +211,33 @@ def crates():
               "camera": {"position": [1.6, 2.0, 5.6], "target": [0, 1.1, 0]}})
 
 
+def wedged():
+    side, storeys, into = 0.2, 9, 1e-4
+    stack = []
+    for storey in range(storeys):
+        height = side / 2 + storey * side
+        for i, across in enumerate((-side + into, side - into)):
+            stack.append(body("crate %d.%d" % (storey, i), "crate", "wood", [across, height, 0],
+                              [1, 0, 0, 0], ["#b58550", "#c9a06a"][(storey + i) % 2]))
+        if storey in (2, 4, 6, 8):
+            stack.append(body("wedged %d" % storey, "crate", "wood", [0, height - side / 2, 0], [1, 0, 0, 0],
+                              "#b0402f"))
+    write("wedged_crates", "Crates between two columns, with nothing below them: with contacts alone that point up "
+          "(as here) they\n// fall, with all contacts they hang there (Figure 6.12): --set /guide/least_normal_up=-1",
+          {
+              "name": "Wedged crates", "duration_s": 4, "frame_rate": 30,
+              "materials": {"ground": {"restitution": 0, "friction": 0.7},
+                            "wood": {"restitution": 0.1, "friction": 0.7, "density_kg_m3": 400}},
+              "shapes": {"ground": {"type": "plane"},
+                         "crate": {"type": "box", "size": [side, side, side]}},
+              "bodies": [GROUND] + stack,
+              "guide": {"least_normal_up": 0.1},
+              "camera": {"position": [1.2, 1.5, 3.6], "target": [0, 0.85, 0]}})
+
+
 card_tower()
 crates()
 books()
 sticks()
 tyres()
+wedged()

@@ -15,8 +15,9 @@ namespace pilesim {
 namespace {
 
 // Against runs of the impulse mode; see docs/statistical.md.
-constexpr double kHullShare = 0.25;
-constexpr double kRolling = 0.5;
+constexpr double kHullShare = 0.35;
+constexpr double kRolling = 0.35;
+constexpr double kInterlocking = 0.2;
 
 // Restitution and friction that differ by less are the same.
 constexpr double kSameMaterial = 1e-3;
@@ -56,7 +57,9 @@ BodySignature make(const ModelShape& shape, double volume_m3, double outer_radiu
   // A concave body takes more room than its volume, but others reach into its hull.
   const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
   body.packing_radius_m = static_cast<float>(std::cbrt(3 * packed_m3 / (4 * kPi)));
-  body.rolling = static_cast<float>(kRolling * (1 - lowest_m / outer_radius_m));
+  const double unlike_ball = 1 - lowest_m / outer_radius_m;
+  body.rolling = static_cast<float>(kRolling * unlike_ball);
+  body.interlocking = static_cast<float>(1 + kInterlocking * unlike_ball);
   return body;
 }
 

@@ -24,6 +24,8 @@ struct BodySignature {
   float packing_radius_m = 0;
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
+  // Bodies that are no balls catch on each other: how much more their spheres rub.
+  float interlocking = 1;
   std::vector<RestTarget> rest_targets;
 };
 

@@ -57,4 +57,11 @@ void BulletBroadPhase::calculateOverlappingPairs(btDispatcher* dispatcher) {
   }
 }
 
+void BulletBroadPhase::remove_all_pairs(btDispatcher& dispatcher) {
+  struct EveryPair : btOverlapCallback {
+    bool processOverlap(btBroadphasePair& /*pair*/) override { return true; }
+  } every_pair;
+  m_paircache->processAllOverlappingPairs(&every_pair, &dispatcher);
+}
+
 }  // namespace pilesim

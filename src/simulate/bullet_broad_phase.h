@@ -15,6 +15,8 @@ class BulletBroadPhase : public btDbvtBroadphase {
                btDispatcher* dispatcher) override;
   // New pairs appear in setAabb; this drops those whose fat boxes have parted.
   void calculateOverlappingPairs(btDispatcher* dispatcher) override;
+  // Before many bodies are removed: for each of them Bullet looks through all pairs.
+  void remove_all_pairs(btDispatcher& dispatcher);
 
  private:
   bool parted_ = false;  // a box moved since the last look for parted pairs

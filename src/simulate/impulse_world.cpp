@@ -71,6 +71,7 @@ ImpulseWorld::ImpulseWorld(const Scene& scene, const Model& model)
 }
 
 ImpulseWorld::~ImpulseWorld() {
+  broad_phase_.remove_all_pairs(dispatcher_);
   for (auto& [id, tie] : constraints_) world_.removeConstraint(tie.constraint.get());
   for (uint32_t i = 0; i < records_.size(); ++i) {
     if (records_[i].hinge) world_.removeConstraint(records_[i].hinge.get());

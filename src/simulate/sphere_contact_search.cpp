@@ -331,18 +331,17 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
     // Row 0 does not move.
     const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());
     if (row > 0) batch.fixed.push_back({.velocity = contact.velocity});
-    add_contact(
-        {.a = p,
-         .b = row | ContactGroups::kFixed,
-         .normal = contact.normal,
-         .gap = gap,
-         .arm_a = radius,
-         .arm_b = 0,
-         .friction = kinds_[kind_[p]].root_friction * std::sqrt(kind(contact.body).friction),
-         .rolling_m = object.rolling * radius,
-         .lift = kinds_[kind_[p]].lift,
-         .impulse = former_impulse(kept_of_[p], other, contact.normal)},
-        other, contact.level, used, batch);
+    add_contact({.a = p,
+                 .b = row | ContactGroups::kFixed,
+                 .normal = contact.normal,
+                 .gap = gap,
+                 .arm_a = radius,
+                 .arm_b = 0,
+                 .friction = kinds_[kind_[p]].root_friction * kind(contact.body).root_friction,
+                 .rolling_m = object.rolling * radius,
+                 .lift = kinds_[kind_[p]].lift,
+                 .impulse = former_impulse(kept_of_[p], other, contact.normal)},
+                other, contact.level, used, batch);
   }
   bodies_[body].touched = touches ? 1 : 0;
 }

@@ -24,7 +24,7 @@ constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do 
 constexpr float kImpactSpeed = 0.15F;
 // Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
 // sweeps.
-constexpr float kPositionTime = 0.3F;
+constexpr float kPositionTime = 0.15F;
 constexpr float kPositionTimeInFlight = 0.03F;
 constexpr int kPositionSweeps = 2;
 
@@ -70,13 +70,12 @@ SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& o
 }
 
 SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* object) const {
-  SphereKind kind{.object = object,
-                  .mass_kg = static_cast<float>(body.mass_kg),
-                  .friction = static_cast<float>(model_.materials[body.material].friction)};
-  kind.root_friction = std::sqrt(kind.friction);
+  SphereKind kind{.object = object, .mass_kg = static_cast<float>(body.mass_kg)};
+  kind.root_friction = static_cast<float>(std::sqrt(model_.materials[body.material].friction));
   kind.root_restitution =
       static_cast<float>(std::sqrt(model_.materials[body.material].restitution));
   if (object == nullptr) return kind;
+  kind.root_friction *= object->interlocking;
   const float gravity = settings_.gravity.norm();
   const float radius = object->packing_radius_m, k = object->gyration_m;
   const float time_s =
@@ -322,6 +321,9 @@ void SphereWorld::separate() {
         shift_[p] = {dt * motion_[p].velocity, 0};
       } else if (motion_[p].inverse_mass > 0) {
         shift_[p].way += dt * motion_[p].velocity;
+        // What flies goes by its mean velocity: along the parabola, whatever the step.
+        const bool flies = surface_push_[p] + body_push_[p] == 0 && !bodies_[body_[p]].shared;
+        if (flies) shift_[p].way -= 0.5F * dt * dt * settings_.gravity;
       }
     }
   });

@@ -68,11 +68,12 @@ static_assert(sizeof(SphereBody) == 64);
 // Bodies of one shape, material and mass.
 struct SphereKind {
   const BodySignature* object = nullptr;  // null for what is not dynamic
-  float mass_kg = 0, friction = 0;
-  float radius_m = 0;   // among bodies, unless it stands in a structure
-  float outer_m = 0;    // of the body
-  float rolling_m = 0;  // see SphereContact
-  float root_friction = 0, root_restitution = 0;
+  float mass_kg = 0;
+  float radius_m = 0;       // among bodies, unless it stands in a structure
+  float outer_m = 0;        // of the body
+  float rolling_m = 0;      // see SphereContact
+  float root_friction = 0;  // with what catches
+  float root_restitution = 0;
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
 };

@@ -1,6 +1,7 @@
 #include "simulate/surface_geometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace pilesim {
@@ -10,6 +11,8 @@ namespace {
 constexpr double kSameDirection = 0.95;
 // Cosine of the slope up to which ground is level.
 constexpr double kLevel = 0.9995;
+// A point this far behind a triangle, as a share of its distance, is in front of its edge still.
+constexpr double kEdgeOn = 1e-3;
 
 Bounds box_around(const Bounds& box, const Pose& pose) {
   Bounds result;
@@ -110,29 +113,31 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
     double distance;
     bool face;
   };
-  std::vector<Near> near;
+  thread_local std::vector<Near> near;
+  near.clear();
   placed.tree->for_each_near(Bounds(local - around, local + around), 0, [&](uint32_t i) {
     const Corners& corners = placed.tree->corners()[i];
-    const Vec3 closest = closest_point(corners, local);
-    const Vec3 apart = local - closest;
-    const double distance = apart.norm();
-    if (distance > farthest) return;
     const Vec3 outward =
         (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
     // From behind a triangle keeps nothing out: the front of the solid does.
-    if (apart.dot(outward) < -1e-3 * distance) return;
+    const double above = outward.dot(local - corners[0]);
+    if (above > farthest || above < -kEdgeOn * farthest) return;
+    const Vec3 apart = local - closest_point(corners, local);
+    const double distance = apart.norm();
+    if (distance > farthest || above < -kEdgeOn * distance) return;
     const Vec3 normal = distance > 0 ? Vec3(apart / distance) : outward;
     near.push_back({normal, distance, normal.dot(outward) > 0.999});
   });
   std::ranges::stable_sort(near, {}, &Near::distance);
-  std::vector<Vec3> taken;
+  std::array<Vec3, kMostContacts> taken;
+  size_t count = 0;
   for (const Near& n : near) {
-    if (taken.size() == kMostContacts) break;
-    if (std::ranges::any_of(taken,
-                            [&](const Vec3& t) { return t.dot(n.normal) > kSameDirection; })) {
+    if (count == kMostContacts) break;
+    if (std::any_of(taken.begin(), taken.begin() + count,
+                    [&](const Vec3& t) { return t.dot(n.normal) > kSameDirection; })) {
       continue;
     }
-    taken.push_back(n.normal);
+    taken[count++] = n.normal;
     const Vec3 normal = placed.pose.orientation * n.normal;
     const Vec3 arm = centre - n.distance * normal - placed.pose.position;
     const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
