@@ -19,7 +19,7 @@ bool stands(const ModelBody& body) { return body.role != Role::dynamic || body.h
 DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model)
     : levels_(detail.levels), class_(model.bodies.size()) {
   make_groups(model);
-  find_whether_spheres_are_solved(model, static_cast<uint32_t>(detail.level - 1));
+  find_what_is_solved(model, static_cast<uint32_t>(detail.level - 1));
   classes_ = groups_ * level_count() * kBehaviours;
   methods_.resize(size_t{classes_} * classes_);
   for (uint32_t a = 0; a < classes_; ++a) {
@@ -75,21 +75,31 @@ void DispatchTable::make_groups(const Model& model) {
   }
 }
 
-void DispatchTable::find_whether_spheres_are_solved(const Model& model, uint32_t finest_level) {
-  std::set<uint8_t> groups;
+void DispatchTable::find_what_is_solved(const Model& model, uint32_t finest_level) {
+  std::set<uint8_t> free, standing;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
-    if (model.bodies[i].preference == Preference::prefer_statistical) groups.insert(group_[i]);
+    const ModelBody& body = model.bodies[i];
+    if (body.preference != Preference::prefer_statistical) continue;
+    if (body.role == Role::dynamic) free.insert(group_[i]);
+    if (stands(body)) standing.insert(group_[i]);
   }
-  const bool at_some_level =
-      std::any_of(levels_.begin() + finest_level, levels_.end(),
-                  [](const DetailLevel& level) { return level.near_near == PairMethod::impulse; });
-  for (const uint8_t a : groups) {
-    for (const uint8_t b : groups) {
-      const PairMethod by_rule = rule(a, b);
-      may_solve_spheres_ |=
-          by_rule == PairMethod::impulse || (by_rule == PairMethod::none && at_some_level);
+  const auto may_solve = [&](const std::set<uint8_t>& others, Behaviour behaviour) {
+    bool at_some_level = false;
+    for (uint32_t level = finest_level; level < level_count(); ++level) {
+      at_some_level |=
+          by_level(Behaviour::near_exact, level, behaviour, level) == PairMethod::impulse;
     }
-  }
+    bool found = false;
+    for (const uint8_t a : free) {
+      for (const uint8_t b : others) {
+        const PairMethod by_rule = rule(a, b);
+        found |= by_rule == PairMethod::impulse || (by_rule == PairMethod::none && at_some_level);
+      }
+    }
+    return found;
+  };
+  may_solve_spheres_ = may_solve(free, Behaviour::near_exact);
+  may_solve_standing_ = may_solve(standing, Behaviour::standing);
 }
 
 void DispatchTable::set(uint32_t body, Behaviour behaviour, uint32_t level) {
@@ -114,6 +124,10 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   if (a > b) return by_level(b, level_b, a, level_a);
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
+  // What an exact contact carries at one end would rock for ever on a sphere at the other.
+  if (a == near_exact && b == standing && finer.near_near == PairMethod::statistical) {
+    return PairMethod::impulse;
+  }
   if (a == near_exact) return b == statistical ? finer.near_far : finer.near_near;
   return finer.far_far;
 }

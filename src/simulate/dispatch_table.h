@@ -10,8 +10,8 @@
 namespace pilesim {
 
 // What a body does in a step. A prefer-statistical body that stands is `standing`: it is I' to I
-// and I' bodies and S to others, so that a ground that a must-impulse body lies on does not become
-// exact for all.
+// bodies and S to S bodies, so that a ground that a must-impulse body lies on does not become exact
+// for all. I' bodies are solved on it, unless they are particles.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
   near_exact,   // I': prefer-statistical, its box touches that of an I body
@@ -44,16 +44,17 @@ class DispatchTable {
   // Whether what the body lies on turns it to a rest pose: particles are left as they are.
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
   bool uses(PairMethod method) const;  // anywhere in levels and rules
-  // Whether some pair of bodies that prefer to be spheres may be solved: by a rule, or at a level
-  // that is used.
+  // Whether some pair of dynamic bodies that prefer to be spheres may be solved, or one of such a
+  // body and a prefer-statistical one that stands: by a rule, or at a level that is used.
   bool may_solve_spheres() const { return may_solve_spheres_; }
+  bool may_solve_standing() const { return may_solve_standing_; }
   const DetailLevel& level(uint32_t index) const { return levels_[index]; }
   uint32_t level_count() const { return static_cast<uint32_t>(levels_.size()); }
 
  private:
   static constexpr uint32_t kBehaviours = 4;
   void make_groups(const Model& model);
-  void find_whether_spheres_are_solved(const Model& model, uint32_t finest_level);
+  void find_what_is_solved(const Model& model, uint32_t finest_level);
   PairMethod method_of(uint32_t class_a, uint32_t class_b) const;
   PairMethod by_level(Behaviour a, uint32_t level_a, Behaviour b, uint32_t level_b) const;
   const PairMethod& rule(uint32_t group_a, uint32_t group_b) const {
@@ -61,7 +62,7 @@ class DispatchTable {
   }
 
   std::vector<DetailLevel> levels_;
-  bool may_solve_spheres_ = false;
+  bool may_solve_spheres_ = false, may_solve_standing_ = false;
   uint32_t groups_ = 1;              // of bodies that the same rules name
   std::vector<uint8_t> group_;       // by body
   std::vector<PairMethod> rules_;    // (groups, groups); none: no rule

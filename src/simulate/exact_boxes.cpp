@@ -5,6 +5,11 @@
 #include <limits>
 
 namespace pilesim {
+namespace {
+
+constexpr double kLeastMap = 1e-3;  // m
+
+}  // namespace
 
 void ExactBoxes::add(uint32_t body) {
   const ModelBody& source = model_.bodies[body];
@@ -28,6 +33,52 @@ void ExactBoxes::update() {
         !box.is_plane && world_.is_active(box.body) && model_.bodies[box.body].role != Role::fixed;
     if (box.moves) measure(box);
   }
+  map_boxes();
+}
+
+void ExactBoxes::map_boxes() {
+  Bounds all;
+  has_plane_ = false;
+  for (const Box& box : boxes_) {
+    has_plane_ |= box.is_plane;
+    if (!box.is_plane) all.extend(box.bounds);
+  }
+  map_.fill(0);
+  if (all.isEmpty()) return;
+  map_origin_ = all.min();
+  cells_per_m_ = kCells * all.sizes().cwiseMax(kLeastMap).cwiseInverse();
+  for (const Box& box : boxes_) {
+    for (const Bounds& piece : box.pieces) {
+      const std::array<int, 2> low = cell_of(piece.min()), high = cell_of(piece.max());
+      for (int z = low[1]; z <= high[1]; ++z) {
+        for (int x = low[0]; x <= high[0]; ++x) {
+          map_[z * kCells + x] |= kBoxThere | (box.moves ? kMovingThere : 0);
+        }
+      }
+    }
+  }
+}
+
+// Beyond the map: the outermost.
+std::array<int, 2> ExactBoxes::cell_of(const Vec3& point) const {
+  const auto along = [&](int axis) {
+    const double cell = (point[axis] - map_origin_[axis]) * cells_per_m_[axis];
+    return static_cast<int>(std::clamp(cell, 0.0, kCells - 1.0));
+  };
+  return {along(0), along(2)};
+}
+
+bool ExactBoxes::may_touch(const Vec3& centre, double reach_m, bool only_moving) const {
+  if (has_plane_) return true;
+  const Vec3 around = Vec3::Constant(reach_m);
+  const std::array<int, 2> low = cell_of(centre - around), high = cell_of(centre + around);
+  const uint8_t wanted = only_moving ? kMovingThere : kBoxThere;
+  for (int z = low[1]; z <= high[1]; ++z) {
+    for (int x = low[0]; x <= high[0]; ++x) {
+      if ((map_[z * kCells + x] & wanted) != 0) return true;
+    }
+  }
+  return false;
 }
 
 void ExactBoxes::measure(Box& box) const {

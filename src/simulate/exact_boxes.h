@@ -3,6 +3,7 @@
 // pole's foot.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,6 +34,8 @@ class ExactBoxes {
     double margin_m;   // by which its own box is wider
     bool only_moving;  // asks for boxes that may have come nearer to a body that does not move
   };
+  // False where touches() is for all that lies within `reach_m`; fast. Any thread.
+  bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
   // Whether its box touches one of a body whose pairs with it are solved. Any thread.
   bool touches(const Candidate& candidate) const;
   // The least distance from a point to a box or a plane, m; infinite without any. Any thread.
@@ -48,12 +51,22 @@ class ExactBoxes {
     Vec3 normal, point;          // of a plane
   };
   void measure(Box& box) const;
+  void map_boxes();
+  std::array<int, 2> cell_of(const Vec3& point) const;
   bool near(const Box& box, const Candidate& candidate) const;
 
   const Model& model_;
   const DispatchTable& dispatch_;
   const ImpulseWorld& world_;
   std::vector<Box> boxes_;  // in the order of bodies
+  // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.
+  // Most bodies are far from all boxes.
+  static constexpr int kCells = 64;
+  static constexpr uint8_t kBoxThere = 1, kMovingThere = 2;
+  std::array<uint8_t, size_t{kCells} * kCells> map_{};
+  bool has_plane_ = false;
+  Vec3 map_origin_ = Vec3::Zero();
+  Vec3 cells_per_m_ = Vec3::Zero();
 };
 
 }  // namespace pilesim

@@ -41,8 +41,11 @@ void MixedCoupling::pull() {
     SphereBody& sphere = spheres_.body(bodies_[i]);
     const bool active = exact_.is_active(bodies_[i]);
     if (!active && sphere.asleep) continue;
-    if (active && sphere.asleep) spheres_.wake_with_load(bodies_[i]);
     const BodyMotion motion = exact_.motion(bodies_[i]);
+    if (active && sphere.asleep) {
+      const double impulse_ns = spheres_.kind(bodies_[i]).mass_kg * motion.linear_velocity.norm();
+      spheres_.wake_hit(bodies_[i], static_cast<float>(impulse_ns));
+    }
     sphere.position = motion.position.cast<float>();
     sphere.orientation = motion.orientation.cast<float>();
     sphere.velocity = motion.linear_velocity.cast<float>();
@@ -80,8 +83,14 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
   if (shared.asleep && sphere.asleep) return;
   if (shared.asleep) {  // something hit it
     exact_.wake(body);
+    // In a structure it moves in this step, else from the next one on.
+    shared.asleep = !spheres_.is_moving(body);
     shared.pushed = sphere.velocity.cast<double>();
     shared.turned = sphere.spin.cast<double>();
+    if (!shared.asleep) {
+      shared.pushed = spheres_.motion(body).velocity.cast<double>() - change_;
+      shared.turned = spheres_.motion(body).spin.cast<double>();
+    }
   } else {
     const SphereMotion& drawn = spheres_.motion(body);
     shared.pushed = (drawn.velocity - sphere.velocity).cast<double>();

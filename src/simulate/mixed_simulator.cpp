@@ -29,10 +29,15 @@ bool prefers_spheres(const ModelBody& body) {
   return body.role == Role::dynamic && body.preference == Preference::prefer_statistical;
 }
 
-std::vector<uint32_t> all_that_prefer_spheres(const Model& model) {
+// Bodies no pair of which is ever solved.
+std::vector<uint32_t> never_solved(const Model& model, const DispatchTable& dispatch) {
   std::vector<uint32_t> bodies;
+  if (dispatch.may_solve_spheres()) return bodies;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
-    if (model.bodies[i].preference == Preference::prefer_statistical) bodies.push_back(i);
+    const ModelBody& body = model.bodies[i];
+    const bool stands = body.role != Role::dynamic || body.held;
+    if (body.preference != Preference::prefer_statistical) continue;
+    if (!stands || !dispatch.may_solve_standing()) bodies.push_back(i);
   }
   return bodies;
 }
@@ -141,7 +146,7 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
       figures_(scene, model) {
   exact_.set_pair_filter(
       [this](uint32_t a, uint32_t b) { return dispatch_.method(a, b) == PairMethod::impulse; });
-  if (!dispatch_.may_solve_spheres()) exact_.keep_apart(all_that_prefer_spheres(model));
+  exact_.keep_apart(never_solved(model, dispatch_));
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
@@ -256,12 +261,14 @@ bool MixedSimulator::is_attracted(uint32_t body) const {
   const double way =
       step_s_ * (static_cast<double>(sphere.velocity.norm()) +
                  outer * static_cast<double>(sphere.spin.norm()) + step_s_ * scene_.gravity.norm());
-  return boxes_.touches(
-      {.body = body,
-       .pose = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()},
-       .radius_m = outer,
-       .margin_m = way + (is_near(body) ? kLeaveMargin * outer : 0),
-       .only_moving = sphere.asleep});
+  const double margin = way + (is_near(body) ? kLeaveMargin * outer : 0);
+  const Vec3 centre = sphere.position.cast<double>();
+  if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
+  return boxes_.touches({.body = body,
+                         .pose = {centre, sphere.orientation.cast<double>().normalized()},
+                         .radius_m = outer,
+                         .margin_m = margin,
+                         .only_moving = sphere.asleep});
 }
 
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
@@ -386,10 +393,12 @@ FrameStatistics MixedSimulator::statistics() const {
     if (!has(i, kPresent)) continue;
     ++statistics.bodies_present;
     if (!is_free(i)) continue;
-    if (!has(i, kAsleep)) ++statistics.bodies_awake;
-    statistics.kinetic_energy_j +=
-        figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
-                                      states_.linear_velocity[i], states_.angular_velocity[i]});
+    if (!has(i, kAsleep)) {
+      ++statistics.bodies_awake;
+      statistics.kinetic_energy_j +=
+          figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
+                                        states_.linear_velocity[i], states_.angular_velocity[i]});
+    }
     statistics.potential_energy_j -=
         model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
   }

@@ -77,8 +77,8 @@ Collision SphereWorld::collision(const Impact& impact) const {
           .method = impact.method,
           .restitution = a.root_restitution * b.root_restitution,
           .friction = a.root_friction * b.root_friction,
-          .arm_a = a.radius_m,
-          .arm_b = b.radius_m};
+          .arm_a = radius_m_[impact.body_a],
+          .arm_b = radius_m_[other]};
 }
 
 }  // namespace pilesim

@@ -14,8 +14,6 @@ namespace {
 
 // The cosine up to which a contact with a surface is the one of the step before.
 constexpr float kSameContact = 0.8F;
-// A body stands on another one if the way up to it is steeper than this (the cosine).
-constexpr float kSteepSupport = 0.3F;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
@@ -43,7 +41,7 @@ void SphereWorld::sort() {
         const Vec3f& velocity = bodies_[body].velocity;
         sorted_middle_[i] = bodies_[body].position + half_step * velocity;
         sorted_reach_[i] =
-            kind(body).radius_m * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
+            radius_m_[body] * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
       }
     });
     here.grid.sort(sorted_middle_, sorted_reach_);
@@ -73,6 +71,7 @@ void SphereWorld::gather() {
   centre_.resize(count);
   motion_.resize(count);
   shift_.resize(count);
+  radius_at_m_.resize(count);
   share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       SphereBody& body = bodies_[body_[p]];
@@ -80,6 +79,7 @@ void SphereWorld::gather() {
       place_of_[body_[p]] = static_cast<uint32_t>(p);
       const SphereKind& kind = kinds_[kind_[p]];
       centre_[p] = body.position;
+      radius_at_m_[p] = radius_m_[body_[p]];
       motion_[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
                     body.asleep ? 0 : kind.inverse_inertia};
       shift_[p] = {Vec3f::Zero(), motion_[p].inverse_mass};
@@ -113,7 +113,8 @@ void SphereWorld::find_contacts() {
       batch.fixed.assign(1, {});
       batch.touches.clear();
       batch.impacts.clear();
-      batch.woken.clear();
+      batch.hit.clear();
+      batch.left.clear();
       batch.pressed = 0;
       batch.deepest_m = 0;
       if (i < count) {
@@ -127,9 +128,6 @@ void SphereWorld::find_contacts() {
   auto rows = static_cast<uint32_t>(body_.size());
   uint32_t touches = 0;
   for (Batch& batch : batches_) {
-    for (const uint32_t body : batch.woken) {
-      if (bodies_[body].asleep) wake_with_load(body);
-    }
     batch.kept_begin = touches;
     touches += static_cast<uint32_t>(batch.touches.size());
     batch.fixed_begin = rows;
@@ -138,32 +136,6 @@ void SphereWorld::find_contacts() {
   motion_.resize(rows);
   shift_.resize(rows);
   kept_.resize(touches);
-}
-
-void SphereWorld::wake_with_load(uint32_t body) {
-  std::vector<uint32_t> waking = {body};
-  while (!waking.empty()) {
-    const uint32_t lower = waking.back();
-    waking.pop_back();
-    wake(lower);
-    if (!has_structures_) continue;
-    const Vec3f centre = bodies_[lower].position;
-    const float reach = kind(lower).radius_m * (1 + kNearby);
-    const auto wake_above = [&](uint32_t other) {
-      const Vec3f apart = bodies_[other].position - centre;
-      const float distance = apart.norm();
-      if (bodies_[other].asleep && distance < reach + kind(other).radius_m * (1 + kNearby) &&
-          apart.y() > kSteepSupport * distance) {
-        waking.push_back(other);
-      }
-    };
-    if (!sleepers_.bodies.empty()) {
-      const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
-      sleepers_.grid.for_each_in(centre - around, centre + around,
-                                 [&](uint32_t q) { wake_above(sleepers_.bodies[q]); });
-    }
-    for (const uint32_t other : active_) wake_above(other);
-  }
 }
 
 template <class Visit>
@@ -212,7 +184,7 @@ void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch&
           if (!bodies_[body].still) return;
           touch(p,
                 {body, ContactGroups::kFixed, bodies_[body].position, Vec3f::Zero(), kind(body),
-                 kNone},
+                 radius_m_[body], kNone},
                 used, batch);
         });
       });
@@ -244,14 +216,6 @@ void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batc
   }
 }
 
-// Of structures: whether `upper` sleeps on a body that moves away from under it. `up`: the way from
-// one to the other; velocities have the step's gravity in them.
-bool SphereWorld::leaves_behind(uint32_t lower, const Vec3f& velocity, uint32_t upper,
-                                const Vec3f& up) const {
-  return bodies_[upper].asleep && !bodies_[lower].asleep && up.y() > kSteepSupport &&
-         (velocity - settings_.step_s * settings_.gravity).norm() > rest_speed(kind(lower));
-}
-
 void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
   const float reach = middle_.reach[p] + middle_.reach[q];
   if ((middle_.centre(p) - middle_.centre(q)).squaredNorm() <= reach * reach) {
@@ -261,32 +225,35 @@ void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& u
 
 inline void SphereWorld::touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
   if (motion_[p].inverse_mass == 0 && motion_[q].inverse_mass == 0) return;
-  touch(p, {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], kept_of_[q]}, used,
-        batch);
+  touch(p,
+        {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], radius_at_m_[q],
+         kept_of_[q]},
+        used, batch);
 }
 
 void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used,
                         Batch& batch) {
   const SphereKind& kind = kinds_[kind_[p]];
+  const float radius = radius_at_m_[p];
   const Vec3f apart = centre_[p] - partner.centre;
   const float distance = apart.norm();
   // Of two in one place the order decides.
   const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
-  const float gap = distance - kind.radius_m - partner.kind.radius_m;
+  const float gap = distance - radius - partner.radius_m;
   const float closing = (partner.velocity - motion_[p].velocity).dot(normal);
-  const float small = std::min(kind.radius_m, partner.kind.radius_m);
+  const float small = std::min(radius, partner.radius_m);
   const uint32_t body = body_[p], other = partner.body;
   if (has_structures_) {
-    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.woken.push_back(other);
-    if (leaves_behind(other, partner.velocity, body, normal)) batch.woken.push_back(body);
+    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.left.push_back(other);
+    if (leaves_behind(other, partner.velocity, body, normal)) batch.left.push_back(body);
   }
   if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
   const PairMethod method = this->method(body, other);
   if (!by_spheres(method)) return;
-  if (collides(closing, gap, kind.radius_m)) {
+  if (collides(closing, gap, radius)) {
     batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
     for (const uint32_t b : {body, other}) {
-      if (bodies_[b].asleep) batch.woken.push_back(b);
+      if (bodies_[b].asleep) batch.hit.push_back({b, closing * this->kind(b).mass_kg});
     }
   }
   ContactImpulse impulse = former_impulse(kept_of_[p], other, normal);
@@ -299,8 +266,8 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
                .b = partner.row,
                .normal = normal,
                .gap = gap,
-               .arm_a = kind.radius_m,
-               .arm_b = partner.kind.radius_m,
+               .arm_a = radius,
+               .arm_b = partner.radius_m,
                .friction = kind.root_friction * partner.kind.root_friction,
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,

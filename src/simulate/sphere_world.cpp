@@ -5,11 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <tuple>
 
-#include "simulate/rest_control.h"
+#include "simulate/structure_radii.h"
 
 namespace pilesim {
 namespace {
@@ -23,7 +22,6 @@ constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do 
 // Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
 // nothing.
 constexpr float kImpactSpeed = 0.3F;
-constexpr float kRestTime = 3;  // in sqrt(r / g)
 // Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
 // sweeps.
 constexpr float kPositionTime = 0.3F;
@@ -66,7 +64,9 @@ SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& o
         kinds.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds_.size());
     if (is_new) kinds_.push_back(kind_of(body, dynamic ? &objects[body.shape] : nullptr));
     kind_of_.push_back(kind->second);
+    radius_m_.push_back(kinds_[kind->second].radius_m);
   }
+  if (has_structures_) radius_m_ = radii_in_structures(model, radius_m_);
 }
 
 SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* object) const {
@@ -97,19 +97,11 @@ void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, con
   added.orientation = pose.orientation.cast<float>();
   added.velocity = velocity.cast<float>();
   added.spin = spin.cast<float>();
-  added.surface_radius_m = kind(body).radius_m;
+  added.surface_radius_m = asleep ? reach_below_at_start_m(model_, body) : kind(body).radius_m;
   added.changed = true;
   added.asleep = asleep;
   members_.insert(std::ranges::lower_bound(members_, body), body);
   active_.insert(std::ranges::lower_bound(active_, body), body);
-}
-
-void SphereWorld::wake(uint32_t body) {
-  SphereBody& woken = bodies_[body];
-  if (woken.still) woken_.push_back(body);
-  woken.still = woken.asleep = false;
-  woken.changed = true;
-  woken.slow_steps = 0;
 }
 
 void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point) {
@@ -129,21 +121,6 @@ void SphereWorld::remove(uint32_t body) {
   std::erase(active_, body);
   std::erase(woken_, body);
   bodies_[body].still = false;
-}
-
-void SphereWorld::wake_near(uint32_t body) {
-  // Some room for what moves within the step.
-  constexpr float kRoom = 1.5F;
-  const BodySignature* object = kind(body).object;
-  const bool is_member = std::ranges::binary_search(members_, body);
-  for (const uint32_t other : members_) {
-    const float reach = kRoom * kind(other).object->outer_radius_m;
-    const Vec3f& centre = bodies_[other].position;
-    const bool near = is_member ? (centre - bodies_[body].position).norm() <
-                                      reach + kRoom * object->outer_radius_m
-                                : surfaces_.may_touch(body, centre, reach);
-    if (near) wake(other);
-  }
 }
 
 uint32_t SphereWorld::contact_count() const {
@@ -184,20 +161,27 @@ void SphereWorld::begin_step(StageTimer& timer) {
     StageTimer::Scope scope(timer, Stage::integration);
     speed_up();
   }
-  {
-    StageTimer::Scope scope(timer, Stage::broad_phase);
-    sort();
-    gather();
-  }
-  {
-    StageTimer::Scope scope(timer, Stage::narrow_phase);
-    find_contacts();
+  search(timer);
+  if (wake_by_contacts()) {
+    join_woken();
+    search(timer);
   }
   StageTimer::Scope scope(timer, Stage::solver);
   collide_bodies();
 }
 
+void SphereWorld::search(StageTimer& timer) {
+  {
+    StageTimer::Scope scope(timer, Stage::broad_phase);
+    sort();
+    gather();
+  }
+  StageTimer::Scope scope(timer, Stage::narrow_phase);
+  find_contacts();
+}
+
 void SphereWorld::end_step(StageTimer& timer) {
+  is_dozing_sorted_ = false;
   if (is_idle_) return;
   {
     StageTimer::Scope scope(timer, Stage::solver);
@@ -231,7 +215,7 @@ void SphereWorld::lay_down() {
   std::vector<float> reaches;
   for (const uint32_t body : asleep) {
     centres.push_back(bodies_[body].position);
-    reaches.push_back(kind(body).radius_m * (1 + kNearby));
+    reaches.push_back(radius_m_[body] * (1 + kNearby));
   }
   SphereGrid& grid = sleepers_.grid;
   grid.sort(centres, reaches);
@@ -373,63 +357,7 @@ void SphereWorld::move_body(uint32_t p) {
   bodies_[body].velocity = motion_[p].velocity;
   bodies_[body].spin = motion_[p].spin;
   bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
-}
-
-// False while the body turns to its pose.
-bool SphereWorld::control_rest(uint32_t p) {
-  SphereBody& body = bodies_[body_[p]];
-  const SphereKind& kind = kinds_[kind_[p]];
-  const std::vector<RestTarget>& targets = kind.object->rest_targets;
-  const float gravity = settings_.gravity.norm(), dt = settings_.step_s;
-  const float scale = std::sqrt(gravity * kind.outer_m);
-  const float weight = kind.mass_kg * gravity * dt;
-  const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
-  // Others may lean on it a little.
-  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
-  const bool controlled = (settings_.dispatch == nullptr ||
-                           (settings_.dispatch->is_posed(body_[p]) && !body.propped)) &&
-                          speed < kControlSpeed * scale && !targets.empty();
-  if (!stands || !controlled) {
-    body.rest_target = SphereBody::kNoTarget;
-    // Under others, or against them, it rocks a little, as far as it gets before it sleeps.
-    if (controlled && surface_push_[p] + body_push_[p] > 0.5F * weight) {
-      turn_up(targets[choose_rest_target(targets, body.orientation)].up,
-              kRockRate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
-    }
-    // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
-    const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
-    body.surface_radius_m = std::min(body.surface_radius_m, narrower);
-    return true;
-  }
-  if (body.rest_target == SphereBody::kNoTarget) {
-    body.rest_target = static_cast<uint8_t>(choose_rest_target(targets, body.orientation) & 0x7F);
-  }
-  return turn_to_rest(targets[body.rest_target], kind.outer_m, gravity, dt, body.orientation,
-                      body.spin, body.surface_radius_m);
-}
-
-void SphereWorld::settle_body(uint32_t p) {
-  SphereBody& body = bodies_[body_[p]];
-  const SphereKind& kind = kinds_[kind_[p]];
-  const float gravity = settings_.gravity.norm();
-  if (gravity == 0) return;
-  const float dt = settings_.step_s;
-  const float weight = kind.mass_kg * gravity * dt;
-  const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
-  const bool slow =
-      body.velocity.norm() < rest_speed(kind) && kind.outer_m * body.spin.norm() < rest_speed(kind);
-  const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;
-  constexpr uint16_t kMost = std::numeric_limits<uint16_t>::max();
-  body.slow_steps = !(slow && posed && carried) ? uint16_t{0}
-                    : body.slow_steps < kMost   ? static_cast<uint16_t>(body.slow_steps + 1)
-                                                : kMost;
-  const float rest_steps = kRestTime * std::sqrt(kind.outer_m / gravity) / dt;
-  if (settings_.sleeping &&
-      static_cast<float>(body.slow_steps) > std::min(rest_steps, kMost - 1.0F)) {
-    body.asleep = true;
-    body.velocity.setZero();
-    body.spin.setZero();
-  }
+  if (radius_m_[body] < kinds_[kind_[p]].radius_m) widen(body);
 }
 
 }  // namespace pilesim

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/parallel_for.h"
@@ -68,7 +69,7 @@ static_assert(sizeof(SphereBody) == 64);
 struct SphereKind {
   const BodySignature* object = nullptr;  // null for what is not dynamic
   float mass_kg = 0;
-  float radius_m = 0;       // among bodies
+  float radius_m = 0;       // among bodies, unless it stands in a structure
   float outer_m = 0;        // of the body
   float rolling_m = 0;      // see SphereContact
   float root_friction = 0;  // with what catches
@@ -90,6 +91,8 @@ class SphereWorld {
   void wake(uint32_t body);
   // And of structures also what stands on it: it would hang in the air.
   void wake_with_load(uint32_t body);
+  // And of structures as much around it as the impulse can move: faster than what rests.
+  void wake_hit(uint32_t body, float impulse_ns);
   // An impulse in N s at a point, or at the centre; it wakes the body.
   void push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point);
   SurfaceGeometry& surfaces() { return surfaces_; }
@@ -104,6 +107,11 @@ class SphereWorld {
   bool is_swept() const { return sweeps_left_ == 0; }
   // Between begin_step() and end_step(), of an active body; zero inverses: it rests in this step.
   SphereMotion& motion(uint32_t body) { return motion_[place_of_[body]]; }
+  // Between them, of any body: whether motion() has it and contacts change it.
+  bool is_moving(uint32_t body) const {
+    const uint32_t place = place_of_[body];
+    return place < body_.size() && body_[place] == body && motion_[place].inverse_mass > 0;
+  }
   // After the sweeps: what its contacts have pushed, N s.
   float pressed(uint32_t body) const {
     return surface_push_[place_of_[body]] + body_push_[place_of_[body]];
@@ -140,6 +148,10 @@ class SphereWorld {
     float gap;
     PairMethod method;
   };
+  struct Hit {
+    uint32_t body;  // sleeps
+    float impulse_ns;
+  };
   // The contacts that one thread finds and solves.
   struct Batch {
     ContactGroups contacts;
@@ -147,9 +159,10 @@ class SphereWorld {
     uint32_t fixed_begin = 0;
     std::vector<Touch> touches;
     std::vector<Impact> impacts;  // contacts that collide in this step
-    std::vector<uint32_t> woken;  // bodies
-    uint32_t kept_begin = 0;      // of its touches among what is kept
-    uint32_t pressed = 0;         // contacts that carry something
+    std::vector<Hit> hit;
+    std::vector<uint32_t> left;  // bodies that sleep, by what they stand on
+    uint32_t kept_begin = 0;     // of its touches among what is kept
+    uint32_t pressed = 0;        // contacts that carry something
     float deepest_m = 0;
   };
   struct Level {
@@ -182,6 +195,7 @@ class SphereWorld {
     uint32_t body, row;  // row: of motions, or fixed; see SphereContact
     Vec3f centre, velocity;
     const SphereKind& kind;
+    float radius_m;
     uint32_t kept;  // see SphereBody
   };
   static constexpr uint32_t kNone = ~0u;
@@ -190,6 +204,10 @@ class SphereWorld {
   static constexpr size_t kBodiesPerTask = 1024;
 
   SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
+  void search(StageTimer& timer);
+  void wake_structure(uint32_t first, float steepness, float most_kg);
+  void sort_dozing();
+  bool wake_by_contacts();
   void join_woken();
   void lay_down();
   void speed_up();
@@ -240,6 +258,7 @@ class SphereWorld {
   void separate();
   void move();
   void move_body(uint32_t place);
+  void widen(uint32_t body);
   bool control_rest(uint32_t place);
   void settle_body(uint32_t place);
   // m/s; what is slower may sleep
@@ -259,10 +278,13 @@ class SphereWorld {
   std::vector<SphereBody> bodies_;
   std::vector<SphereKind> kinds_;
   std::vector<uint32_t> kind_of_;  // by body
+  std::vector<float> radius_m_;    // by body: among bodies
   std::vector<uint32_t> members_;  // bodies in the world, ascending
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active
   Sleepers sleepers_;
+  Sleepers dozing_;  // of wake_structure() only, without reaches
+  bool is_dozing_sorted_ = false;
   size_t waiting_for_sleep_ = 0;  // sleepers among the active, summed over steps
   Vec3f mean_velocity_ = Vec3f::Zero();
   uint64_t steps_ = 0;
@@ -274,6 +296,7 @@ class SphereWorld {
   std::vector<Vec3f> centre_;
   Reaches middle_;                              // where it is in the middle of the step
   std::vector<uint32_t> kind_;                  // of bodies
+  std::vector<float> radius_at_m_;              // of bodies
   std::vector<uint32_t> last_touch_, kept_of_;  // of the batch; of the step before
   std::vector<SphereMotion> motion_;
   std::vector<SphereShift> shift_;

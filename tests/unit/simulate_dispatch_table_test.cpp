@@ -41,7 +41,7 @@ TEST(DispatchTable, IsTableFourOne) {
       {exact, standing, {impulse, impulse, impulse}},
       {exact, statistical, {none, none, none}},  // the update rule keeps it from happening
       {near_exact, near_exact, {impulse, PairMethod::statistical, particle}},
-      {near_exact, standing, {impulse, PairMethod::statistical, particle}},
+      {near_exact, standing, {impulse, impulse, particle}},
       {near_exact, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {statistical, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {statistical, standing, {PairMethod::statistical, PairMethod::statistical, particle}},
@@ -65,8 +65,19 @@ TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   detail.level = 1;
   model.pair_rules = {{{2, 3, 4, 5}, {2, 3, 4, 5}, particle}};
   EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
+  EXPECT_FALSE(DispatchTable(detail, model).may_solve_standing());
   model.pair_rules = {{{2, 3}, {2, 3}, particle}};  // the ground is left
-  EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
+  EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
+  EXPECT_TRUE(DispatchTable(detail, model).may_solve_standing());
+}
+
+TEST(DispatchTable, KnowsWhetherWhatStandsMayBeSolved) {
+  LevelOfDetail detail;
+  for (detail.level = 1; detail.level <= 2; ++detail.level) {
+    EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_standing()) << detail.level;
+  }
+  detail.level = 3;
+  EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_standing());
 }
 
 TEST(DispatchTable, PairsHaveTheFinerLevelOfTheTwo) {
