@@ -15,7 +15,11 @@ void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
     if (argument.starts_with('/') && argument.find('=') != argument.npos) return {};
     return "'" + argument + "' is not /POINTER=VALUE; write for example /simulator/sleeping=false";
   };
-  command.add_option("--set", overrides, description)
+  // Added to what other options put there, whatever their order.
+  const auto add = [&overrides](const std::vector<std::string>& more) {
+    overrides.insert(overrides.end(), more.begin(), more.end());
+  };
+  command.add_option_function<std::vector<std::string>>("--set", add, description)
       ->check(check, "")
       ->type_name("/POINTER=VALUE")
       ->allow_extra_args(false);

@@ -73,6 +73,11 @@ class Render(CommandTest):
         video = probe(self.dir / "out/video.mp4")
         self.assertEqual((video["width"] % 2, video["height"] % 2), (0, 0))
 
+    def test_size_beside_overrides(self):
+        self.succeed("render", "out", "--size", "63x47", "--frames", "0-1", "--no-video",
+                     "--set", "/render/samples=1", "-o", "sized")
+        self.assertEqual(png_size(self.dir / "sized/frames/frame.0001.png"), (63, 47))
+
     def test_frames_up_to_the_end(self):
         self.succeed("render", "out", "--frames", "13-")
         frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
