@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "pile/repose_director.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 namespace {
@@ -21,11 +21,12 @@ void check(const std::filesystem::path& scene_file, const Scene& scene) {
     problem.pointer = "/piles";
     problem.found = "is empty or missing";
     problem.expected = "at least one pile, such as {\"angle_deg\": 30}";
-  } else if (scene.simulator.mode != SimulatorMode::impulse) {
+  } else if (scene.simulator.mode != SimulatorMode::impulse &&
+             scene.simulator.mode != SimulatorMode::mixed) {
     problem.pointer = "/simulator/mode";
     problem.found = "is \"" + mode_name(scene.simulator.mode) + "\"";
-    problem.expected =
-        "\"impulse\", the only mode whose bodies have contacts and friction to steer";
+    problem.expected = "\"impulse\" or \"mixed\", which take a director";
+    problem.remedy = "In the mixed mode bodies that are not must_impulse are spheres, too";
   } else {
     return;
   }
@@ -62,13 +63,13 @@ Json layers_of(const PileState& pile) {
 struct PileJob::State final : StepDirector {
   State(const Scene& s, const Model& m) : scene(s), model(m), director(s, m) {}
 
-  void direct(ImpulseControl& control) override {
+  void direct(BodyControl& control) override {
     const auto start = std::chrono::steady_clock::now();
     director.direct(control);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  void end_frame(ImpulseControl& control) override {
+  void end_frame(BodyControl& control) override {
     ++frames;
     Json now = Json::array();
     for (const PileState& pile : director.piles()) {

@@ -16,7 +16,7 @@ namespace pilesim {
 class PileJob {
  public:
   // All three must outlive it. Throws Error(input), naming `scene_file`, for a scene without piles,
-  // in another mode than impulse, or with a boundary smaller than a body.
+  // in another mode than impulse or mixed, or with a boundary smaller than a body.
   PileJob(const std::filesystem::path& scene_file, const Scene& scene, const Model& model);
   ~PileJob();
   PileJob(const PileJob&) = delete;

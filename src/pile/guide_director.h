@@ -28,7 +28,7 @@ struct GuideCounts {
   double control_s = 0;        // wall time of all control steps
 };
 
-class GuideDirector final : public StepDirector {
+class GuideDirector final : public ImpulseDirector {
  public:
   // `scene` has a guide; both outlive the director.
   GuideDirector(const Scene& scene, const Model& model);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "scene/model.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 

@@ -22,7 +22,7 @@ PileSteering::PileSteering(double size_m, double gravity)
       speed_unit_(std::sqrt(gravity * size_m)),
       time_unit_s_(std::sqrt(size_m / gravity)) {}
 
-void PileSteering::set_friction(ImpulseControl& control, const std::vector<SteeredBody>& steered) {
+void PileSteering::set_friction(BodyControl& control, const std::vector<SteeredBody>& steered) {
   for (const SteeredBody& body : steered) {
     control.set_friction(body.body, body.drive == Drive::spill
                                         ? kSpillFriction * body.grip * body.material_friction
@@ -30,7 +30,7 @@ void PileSteering::set_friction(ImpulseControl& control, const std::vector<Steer
   }
 }
 
-void PileSteering::steer(ImpulseControl& control, const std::vector<SteeredBody>& steered) const {
+void PileSteering::steer(BodyControl& control, const std::vector<SteeredBody>& steered) const {
   const double step_s = control.step_s();
   const auto keep = [&](double rate) { return std::exp(-rate / time_unit_s_ * step_s); };
   for (const SteeredBody& body : steered) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pile/pile_shape.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 
@@ -32,9 +32,9 @@ class PileSteering {
   PileSteering(double size_m, double gravity);
 
   // Friction of all, until it is set again.
-  static void set_friction(ImpulseControl& control, const std::vector<SteeredBody>& steered);
+  static void set_friction(BodyControl& control, const std::vector<SteeredBody>& steered);
   // Velocities, for the coming step.
-  void steer(ImpulseControl& control, const std::vector<SteeredBody>& steered) const;
+  void steer(BodyControl& control, const std::vector<SteeredBody>& steered) const;
 
  private:
   double gravity_, speed_unit_, time_unit_s_;

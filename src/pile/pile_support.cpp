@@ -24,6 +24,8 @@ PileSupport::PileSupport(const Model& model, const PileBodies& bodies)
       model_(model),
       bodies_(bodies),
       above_(model.bodies.size()),
+      beside_(model.bodies.size()),
+      wedging_(model.bodies.size()),
       joined_to_(model.bodies.size() + 1),
       fixed_(static_cast<uint32_t>(model.bodies.size())),
       bearings_(model.bodies.size()) {}
@@ -37,6 +39,13 @@ void PileSupport::note_bearing(uint32_t body, const Vec3& point, const Vec3& cen
   } else {
     bearings_[body].push_back(std::atan2(arm.z(), arm.x()));
   }
+}
+
+void PileSupport::note_beside(uint32_t body, uint32_t other, const Vec3& point,
+                              const std::vector<BodyMotion>& motion) {
+  if (model_.bodies[body].role != Role::dynamic) return;
+  const Vec3 arm = point - motion[body].position;
+  beside_[other].push_back({body, std::atan2(arm.z(), arm.x())});
 }
 
 uint32_t PileSupport::root(uint32_t body) {
@@ -62,7 +71,10 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
   std::ranges::fill(is_supported, 0);
   std::ranges::fill(depth_m, 0.0);
   for (std::vector<uint32_t>& list : above_) list.clear();
-  for (std::vector<double>& list : bearings_) list.clear();
+  for (std::vector<Beside>& list : beside_) list.clear();
+  for (auto* lists : {&bearings_, &wedging_}) {
+    for (std::vector<double>& list : *lists) list.clear();
+  }
   const auto is_fixed = [&](uint32_t body) { return model_.bodies[body].role != Role::dynamic; };
   for (const BodyContact& contact : contacts) {
     double touch_m = 0;
@@ -87,7 +99,11 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
         note_bearing(body, contact.point, motion[body].position);
       }
     }
-    if (std::abs(contact.normal.y()) < kUpward) continue;
+    if (std::abs(contact.normal.y()) < kUpward) {
+      note_beside(contact.a, contact.b, contact.point, motion);
+      note_beside(contact.b, contact.a, contact.point, motion);
+      continue;
+    }
     const bool a_is_above = contact.normal.y() > 0;
     const uint32_t lower = a_is_above ? contact.b : contact.a;
     const uint32_t upper = a_is_above ? contact.a : contact.b;
@@ -97,13 +113,20 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
   }
   queue_.clear();
   for (uint32_t body = 0; body < above_.size(); ++body) {
-    if (is_fixed(body) && !above_[body].empty()) queue_.push_back(body);
+    if (is_fixed(body) && !(above_[body].empty() && beside_[body].empty())) queue_.push_back(body);
   }
+  const auto support = [&](uint32_t body) {
+    if (is_supported[body]) return;
+    is_supported[body] = 1;
+    if (asleep[body]) queue_.push_back(body);
+  };
   for (size_t i = 0; i < queue_.size(); ++i) {
-    for (const uint32_t upper : above_[queue_[i]]) {
-      if (is_supported[upper]) continue;
-      is_supported[upper] = 1;
-      if (asleep[upper]) queue_.push_back(upper);
+    const uint32_t lower = queue_[i];
+    for (const uint32_t upper : above_[lower]) support(upper);
+    for (const Beside& wedged : beside_[lower]) {
+      if (!asleep[wedged.body] || is_supported[wedged.body]) continue;
+      wedging_[wedged.body].push_back(wedged.bearing);
+      if (surrounded(wedging_[wedged.body])) support(wedged.body);
     }
   }
   for (const uint32_t body : bodies_.dynamic)

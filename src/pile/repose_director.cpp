@@ -56,14 +56,14 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking wa
       touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
       shaken_until_s_(model.bodies.size()) {}
 
-void ReposeDirector::direct(ImpulseControl& control) {
+void ReposeDirector::direct(BodyControl& control) {
   const auto period = static_cast<uint64_t>(
       std::max(1.0, std::round(kDecisionPeriod * time_unit_s_ / control.step_s())));
   if (steps_++ % period == 0) decide(control);
   steering_.steer(control, steered_);
 }
 
-void ReposeDirector::decide(ImpulseControl& control) {
+void ReposeDirector::decide(BodyControl& control) {
   now_s_ = control.time_s();
   read_bodies(control);
   piles_.place_new(motion_, support_.on_fixed);
@@ -75,13 +75,13 @@ void ReposeDirector::decide(ImpulseControl& control) {
   PileSteering::set_friction(control, steered_);
 }
 
-void ReposeDirector::measure(ImpulseControl& control) {
+void ReposeDirector::measure(BodyControl& control) {
   read_bodies(control);
   piles_.measure_slopes(motion_);  // looks at nothing that the director acts on
   plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
 }
 
-void ReposeDirector::read_bodies(ImpulseControl& control) {
+void ReposeDirector::read_bodies(BodyControl& control) {
   for (const uint32_t body : bodies_.dynamic) {
     const bool was_asleep = motion_.asleep[body] != 0;
     motion_.present[body] = control.is_in_world(body) ? 1 : 0;
@@ -99,7 +99,7 @@ void ReposeDirector::read_bodies(ImpulseControl& control) {
   }
 }
 
-void ReposeDirector::wake(ImpulseControl& control, uint32_t body, double grace_s) {
+void ReposeDirector::wake(BodyControl& control, uint32_t body, double grace_s) {
   grace_until_s_[body] = std::max(grace_until_s_[body], now_s_ + grace_s);
   calm_[body] = 0;
   motion_.asleep[body] = 0;
@@ -118,7 +118,7 @@ bool ReposeDirector::flies_at_a_sleeper(uint32_t body, double near_m) const {
   });
 }
 
-void ReposeDirector::wake_by_momentum(ImpulseControl& control) {
+void ReposeDirector::wake_by_momentum(BodyControl& control) {
   const double ahead_s = 2 * kDecisionPeriod * time_unit_s_;
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion_.present[body] || motion_.asleep[body]) continue;
@@ -169,7 +169,7 @@ double ReposeDirector::excess_m(const PilePlace& place) const {
   return place.over_m - floor_m - slack_m(place);
 }
 
-void ReposeDirector::wake_sleepers(ImpulseControl& control) {
+void ReposeDirector::wake_sleepers(BodyControl& control) {
   if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion_.asleep[body]) continue;
@@ -194,7 +194,7 @@ void ReposeDirector::wake_sleepers(ImpulseControl& control) {
   }
 }
 
-void ReposeDirector::wake_piles_of_avalanches(ImpulseControl& control) {
+void ReposeDirector::wake_piles_of_avalanches(BodyControl& control) {
   std::vector<const PileState*> too_dense;
   for (const PileState& pile : piles_.piles()) {
     if (!pile.structure) continue;
@@ -238,13 +238,13 @@ bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const
 }
 
 // What is pressed into a sleeper cannot leave it alone.
-void ReposeDirector::free_from_overlap(ImpulseControl& control, uint32_t body) {
+void ReposeDirector::free_from_overlap(BodyControl& control, uint32_t body) {
   if (calm_[body] < kStillDecisions || !is_sunk(body)) return;
   const uint32_t other = support_.deepest_in[body];
   if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
 }
 
-void ReposeDirector::judge_awake(ImpulseControl& control) {
+void ReposeDirector::judge_awake(BodyControl& control) {
   steered_.clear();
   for (const uint32_t body : bodies_.dynamic) {
     if (!motion_.present[body] || motion_.asleep[body]) continue;

@@ -10,7 +10,7 @@
 #include "pile/pile_steering.h"
 #include "pile/pile_support.h"
 #include "scene/model.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 
@@ -24,25 +24,25 @@ class ReposeDirector final : public StepDirector {
   // nothing moves. Scene and model must outlive it.
   ReposeDirector(const Scene& scene, const Model& model, Waking waking = Waking::local);
 
-  void direct(ImpulseControl& control) override;
+  void direct(BodyControl& control) override;
 
   const std::vector<PileState>& piles() const { return piles_.piles(); }
   // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
-  void measure(ImpulseControl& control);
+  void measure(BodyControl& control);
   const PlausibilityCounts& plausibility() const { return plausibility_; }
   // Since the start: hits that woke bodies, and bodies that avalanches woke.
   uint32_t wakes_by_momentum() const { return wakes_by_momentum_; }
   uint32_t woken_by_avalanches() const { return woken_by_avalanches_; }
 
  private:
-  void decide(ImpulseControl& control);
-  void read_bodies(ImpulseControl& control);
-  void wake_by_momentum(ImpulseControl& control);
+  void decide(BodyControl& control);
+  void read_bodies(BodyControl& control);
+  void wake_by_momentum(BodyControl& control);
   double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
   bool flies_at_a_sleeper(uint32_t body, double near_m) const;
-  void wake_sleepers(ImpulseControl& control);
-  void wake_piles_of_avalanches(ImpulseControl& control);
-  void judge_awake(ImpulseControl& control);
+  void wake_sleepers(BodyControl& control);
+  void wake_piles_of_avalanches(BodyControl& control);
+  void judge_awake(BodyControl& control);
   double excess_m(const PilePlace& place) const;
   double slack_m(const PilePlace& place) const;
   static double haste(const PilePlace& place);
@@ -52,8 +52,8 @@ class ReposeDirector final : public StepDirector {
   bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
   double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)
   bool is_sunk(uint32_t body) const;
-  void free_from_overlap(ImpulseControl& control, uint32_t body);
-  void wake(ImpulseControl& control, uint32_t body, double grace_s);
+  void free_from_overlap(BodyControl& control, uint32_t body);
+  void wake(BodyControl& control, uint32_t body, double grace_s);
 
   const Model& model_;
   PileBodies bodies_;

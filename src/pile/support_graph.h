@@ -7,7 +7,7 @@
 
 #include "pile/equilibrium.h"
 #include "scene/model.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 

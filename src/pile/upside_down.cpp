@@ -14,7 +14,7 @@
 #include "core/philox.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 namespace {
@@ -117,7 +117,7 @@ class Settling final : public StepDirector {
   Settling(size_t bodies, double slow, double radius_m)
       : looks_(bodies), slow_(slow), radius_m_(radius_m) {}
 
-  void direct(ImpulseControl& control) override {
+  void direct(BodyControl& control) override {
     if (step_++ % kLookSteps != 0) return;
     for (uint32_t body = 0; body < looks_.size(); ++body) {
       if (!control.is_in_world(body) || looks_[body] == kLooks) continue;

@@ -1,6 +1,7 @@
 #include "simulate/impulse_simulator.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,25 @@
 namespace pilesim {
 namespace {
 
+// Directs with what every mode offers.
+class PlainDirector final : public ImpulseDirector {
+ public:
+  explicit PlainDirector(StepDirector& director) : director_(director) {}
+  void direct(ImpulseControl& control) override { director_.direct(control); }
+  void end_frame(ImpulseControl& control) override { director_.end_frame(control); }
+
+ private:
+  StepDirector& director_;
+};
+
 class ImpulseSimulator final : public Simulator, public ImpulseControl {
  public:
   // `director` may be null.
-  ImpulseSimulator(const Scene& scene, const Model& model, StepDirector* director);
+  ImpulseSimulator(const Scene& scene, const Model& model, ImpulseDirector* director);
+  ImpulseSimulator(const Scene& scene, const Model& model, StepDirector& director)
+      : ImpulseSimulator(scene, model, nullptr) {
+    director_ = &plain_.emplace(director);
+  }
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
@@ -40,9 +56,6 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   }
   void read_contacts(std::vector<BodyContact>& contacts) const override {
     world_.read_contacts(contacts);
-  }
-  ConstraintId add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) override {
-    return world_.add_point_constraint(a, b, point);
   }
   ConstraintId add_nail(const Nail& nail) override { return world_.add_nail(nail); }
   void remove_constraint(ConstraintId constraint) override { world_.remove_constraint(constraint); }
@@ -71,11 +84,13 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   BodyStates states_;
   StageTimer timer_;
   ImpulseWorld world_;
-  StepDirector* director_;
+  std::optional<PlainDirector> plain_;
+  ImpulseDirector* director_;
   std::vector<Hit> hits_;
 };
 
-ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model, StepDirector* director)
+ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model,
+                                   ImpulseDirector* director)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
@@ -229,8 +244,13 @@ std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Mode
   return std::make_unique<ImpulseSimulator>(scene, model, nullptr);
 }
 
+std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model,
+                                                  StepDirector& director) {
+  return std::make_unique<ImpulseSimulator>(scene, model, director);
+}
+
 std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
-                                                   StepDirector& director) {
+                                                   ImpulseDirector& director) {
   return std::make_unique<ImpulseSimulator>(scene, model, &director);
 }
 

@@ -335,8 +335,7 @@ void ImpulseWorld::read_contacts(std::vector<BodyContact>& contacts) const {
                           .b = static_cast<uint32_t>(manifold.getBody1()->getUserIndex()),
                           .point = from_bullet(point.getPositionWorldOnB()),
                           .normal = from_bullet(point.m_normalWorldOnB),
-                          .distance_m = point.getDistance(),
-                          .impulse_ns = point.getAppliedImpulse()});
+                          .distance_m = point.getDistance()});
     }
   }
 }
@@ -345,25 +344,10 @@ void ImpulseWorld::find_hits(std::vector<Hit>& hits) {
   pilesim::find_hits(dispatcher_, step_s_, hits);
 }
 
-ConstraintId ImpulseWorld::add_point_constraint(uint32_t a, uint32_t b, const Vec3& point) {
-  btRigidBody& first = *records_[a].body;
-  btRigidBody& second = *records_[b].body;
-  const btVector3 place = to_bullet(point);
-  return add_constraint(std::make_unique<btPoint2PointConstraint>(
-                            first, second, first.getWorldTransform().inverse() * place,
-                            second.getWorldTransform().inverse() * place),
-                        a, b);
-}
-
 ConstraintId ImpulseWorld::add_nail(const Nail& nail) {
-  return add_constraint(make_nail(nail, *records_[nail.a].body, *records_[nail.b].body), nail.a,
-                        nail.b);
-}
-
-ConstraintId ImpulseWorld::add_constraint(std::unique_ptr<btTypedConstraint> constraint, uint32_t a,
-                                          uint32_t b) {
+  auto constraint = make_nail(nail, *records_[nail.a].body, *records_[nail.b].body);
   world_.addConstraint(constraint.get());
-  constraints_[next_constraint_] = {std::move(constraint), a, b};
+  constraints_[next_constraint_] = {std::move(constraint), nail.a, nail.b};
   return next_constraint_++;
 }
 

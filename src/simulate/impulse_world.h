@@ -61,7 +61,7 @@ class ImpulseWorld {
   void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   // Moves a body by something else than its velocity.
   void nudge(uint32_t body, const Vec3& way, const Quat& turn);
-  void put_to_sleep(uint32_t body);  // see ImpulseControl
+  void put_to_sleep(uint32_t body);  // see BodyControl
   void fall_asleep(uint32_t body);   // by the world's own rule, at once
   void wake(uint32_t body);
   void set_friction(uint32_t body, double friction);
@@ -70,7 +70,6 @@ class ImpulseWorld {
   void read_contacts(std::vector<BodyContact>& contacts) const;
   void find_hits(std::vector<Hit>& hits);
 
-  ConstraintId add_point_constraint(uint32_t a, uint32_t b, const Vec3& point);
   ConstraintId add_nail(const Nail& nail);
   void remove_constraint(ConstraintId constraint);
   bool holds(ConstraintId constraint) const;
@@ -95,14 +94,12 @@ class ImpulseWorld {
     bool put_to_sleep = false;  // by put_to_sleep()
     bool kept_apart = false;    // from its like
   };
-  struct PointConstraint {
+  struct TiedPair {
     std::unique_ptr<btTypedConstraint> constraint;
     uint32_t a, b;
   };
 
   void set_up_dynamic(uint32_t index, const BodyMotion& start, btRigidBody& body);
-  ConstraintId add_constraint(std::unique_ptr<btTypedConstraint> constraint, uint32_t a,
-                              uint32_t b);
   void remove_constraints_of(uint32_t index);
 
   const Scene& scene_;
@@ -117,7 +114,7 @@ class ImpulseWorld {
   std::vector<DynamicBody> dynamic_;
   std::vector<Record> records_;
   bool friction_changed_ = false;  // since the last step
-  std::map<ConstraintId, PointConstraint> constraints_;
+  std::map<ConstraintId, TiedPair> constraints_;
   ConstraintId next_constraint_ = 0;
 };
 

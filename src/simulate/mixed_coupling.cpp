@@ -23,6 +23,7 @@ void MixedCoupling::enter(uint32_t body) {
   shared.motion = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized(),
                    sphere.velocity.cast<double>(), sphere.spin.cast<double>()};
   exact_.add(body, shared.motion, false, sphere.asleep);
+  if (sphere.put_to_sleep) exact_.put_to_sleep(body);
   const auto at = std::ranges::lower_bound(bodies_, body);
   shared_.insert(shared_.begin() + (at - bodies_.begin()), shared);
   bodies_.insert(at, body);

@@ -12,6 +12,7 @@
 #include "simulate/dispatch_table.h"
 #include "simulate/exact_boxes.h"
 #include "simulate/impulse_world.h"
+#include "simulate/kept_contacts.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/level_of_detail.h"
 #include "simulate/mixed_coupling.h"
@@ -64,9 +65,9 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
           .dispatch = &dispatch};
 }
 
-class MixedSimulator final : public Simulator {
+class MixedSimulator final : public Simulator, public BodyControl {
  public:
-  MixedSimulator(const Scene& scene, const Model& model);
+  MixedSimulator(const Scene& scene, const Model& model, StepDirector* director);
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return states_; }
@@ -75,6 +76,17 @@ class MixedSimulator final : public Simulator {
     return describe_signatures(model_, objects_);
   }
   std::string figures() const override { return figures_.json(); }
+
+  double time_s() const override { return time_s_; }
+  double step_s() const override { return step_s_; }
+  bool is_in_world(uint32_t body) const override { return is_free(body) && has(body, kPresent); }
+  BodyMotion motion(uint32_t body) const override;
+  void put_to_sleep(uint32_t body) override;
+  void wake(uint32_t body) override;
+  bool is_asleep(uint32_t body) const override;
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override;
+  void set_friction(uint32_t body, double friction) override;
+  void read_contacts(std::vector<BodyContact>& contacts) const override;
 
  private:
   bool has(uint32_t body, uint8_t flags) const { return (states_.flags[body] & flags) != 0; }
@@ -101,6 +113,8 @@ class MixedSimulator final : public Simulator {
   }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
+  void keep_contacts_of_sleepers();
+  bool stands(uint32_t body) const { return !is_free(body) || is_asleep(body); }
   bool is_attracted(uint32_t body) const;
   void read_states();
   void check_finite(uint32_t body) const;
@@ -128,9 +142,12 @@ class MixedSimulator final : public Simulator {
   BodyStates states_;
   MixedFigures figures_;
   StageTimer timer_;
+  StepDirector* director_;
+  KeptContacts kept_contacts_;
+  std::vector<double> friction_;  // by body: by the director, or less than 0; empty: by no one
 };
 
-MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
+MixedSimulator::MixedSimulator(const Scene& scene, const Model& model, StepDirector* director)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
@@ -143,7 +160,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model)
       boxes_(model, dispatch_, exact_),
       levels_(scene, model),
       behaviours_(model.bodies.size(), Behaviour::exact),
-      figures_(scene, model) {
+      figures_(scene, model),
+      director_(director) {
   exact_.set_pair_filter(
       [this](uint32_t a, uint32_t b) { return dispatch_.method(a, b) == PairMethod::impulse; });
   exact_.keep_apart(never_solved(model, dispatch_));
@@ -282,18 +300,42 @@ void MixedSimulator::update_behaviours() {
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) attracted_[i] = is_attracted(members[i]) ? 1 : 0;
   });
+  if (director_ != nullptr) keep_contacts_of_sleepers();
   for (size_t i = 0; i < members.size(); ++i) {
     const uint32_t body = members[i];
     const bool attracted = attracted_[i] != 0;
     if (attracted == is_near(body)) continue;
     if (attracted) {
       coupling_.enter(body);
+      if (!friction_.empty() && friction_[body] >= 0) exact_.set_friction(body, friction_[body]);
       entered_.push_back(body);
     } else {
       coupling_.leave(body);
     }
     set_behaviour(body, attracted ? Behaviour::near_exact : Behaviour::statistical);
   }
+}
+
+// Of those that are about to change engines.
+void MixedSimulator::keep_contacts_of_sleepers() {
+  const auto is_known = [&](const BodyContact& contact) {
+    return has(contact.a, kPresent) && has(contact.b, kPresent) && stands(contact.a) &&
+           stands(contact.b);
+  };
+  kept_contacts_.forget(is_known);
+  const std::vector<uint32_t>& members = spheres_.members();
+  std::vector<uint32_t> changing;
+  for (size_t i = 0; i < members.size(); ++i) {
+    const bool changes = (attracted_[i] != 0) != is_near(members[i]);
+    if (changes && is_asleep(members[i])) changing.push_back(members[i]);
+  }
+  if (changing.empty()) return;
+  std::vector<BodyContact> contacts;
+  read_contacts(contacts);
+  kept_contacts_.keep(contacts, [&](const BodyContact& contact) {
+    return is_known(contact) && (std::ranges::binary_search(changing, contact.a) ||
+                                 std::ranges::binary_search(changing, contact.b));
+  });
 }
 
 void MixedSimulator::step() {
@@ -321,11 +363,16 @@ FrameStatistics MixedSimulator::step_frame() {
     bring_bodies();
     bring_events();
     move_kinematic_bodies();
+    if (director_ != nullptr) {
+      director_->direct(*this);
+      exact_.refresh_friction();
+    }
     step();
     ++steps_;
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
   bring_bodies();
+  if (director_ != nullptr) director_->end_frame(*this);
   ++frames_;
   read_states();
   figures_.count_frame(states_, [&](uint32_t body) { return level(body); });
@@ -409,10 +456,53 @@ FrameStatistics MixedSimulator::statistics() const {
   return statistics;
 }
 
+BodyMotion MixedSimulator::motion(uint32_t body) const {
+  if (exact_.contains(body)) return exact_.motion(body);
+  const SphereBody& sphere = spheres_.body(body);
+  return {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized(),
+          sphere.velocity.cast<double>(), sphere.spin.cast<double>()};
+}
+
+// I' bodies are in both engines.
+void MixedSimulator::put_to_sleep(uint32_t body) {
+  if (exact_.contains(body)) exact_.put_to_sleep(body);
+  if (is_sphere(body)) spheres_.put_to_sleep(body);
+}
+
+void MixedSimulator::wake(uint32_t body) {
+  if (!is_asleep(body)) return;
+  if (exact_.contains(body)) exact_.wake(body);
+  if (is_sphere(body)) spheres_.wake(body);
+}
+
+bool MixedSimulator::is_asleep(uint32_t body) const {
+  return exact_.contains(body) ? !exact_.is_active(body) : spheres_.body(body).asleep;
+}
+
+void MixedSimulator::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  if (exact_.contains(body)) return exact_.set_velocity(body, linear, angular);
+  spheres_.set_velocity(body, linear, angular);
+}
+
+void MixedSimulator::set_friction(uint32_t body, double friction) {
+  if (exact_.contains(body)) exact_.set_friction(body, friction);
+  if (!is_sphere(body)) return;
+  spheres_.set_friction(body, friction);
+  if (friction_.empty()) friction_.assign(states_.size(), -1);
+  friction_[body] = friction;
+}
+
+void MixedSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
+  exact_.read_contacts(contacts);
+  spheres_.read_contacts(contacts);
+  kept_contacts_.put_into(contacts);
+}
+
 }  // namespace
 
-std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model) {
-  return std::make_unique<MixedSimulator>(scene, model);
+std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
+                                                StepDirector* director) {
+  return std::make_unique<MixedSimulator>(scene, model, director);
 }
 
 }  // namespace pilesim

@@ -4,12 +4,13 @@
 
 #include <memory>
 
-#include "simulate/simulator.h"
+#include "simulate/body_control.h"
 
 namespace pilesim {
 
-// Both arguments must outlive it. Throws Error(input) if a prefer-statistical dynamic body has a
-// hinge, or needs a signature that it does not have.
-std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model);
+// All arguments must outlive it. `director` may be null. Throws Error(input) if a
+// prefer-statistical dynamic body has a hinge, or needs a signature that it does not have.
+std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
+                                                StepDirector* director = nullptr);
 
 }  // namespace pilesim

@@ -19,4 +19,12 @@ std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model
   return nullptr;
 }
 
+std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
+                                                   StepDirector& director) {
+  if (scene.simulator.mode == SimulatorMode::mixed) {
+    return make_mixed_simulator(scene, model, &director);
+  }
+  return make_impulse_simulator(scene, model, director);
+}
+
 }  // namespace pilesim

@@ -251,9 +251,17 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
   const PairMethod method = this->method(body, other);
   if (!by_spheres(method)) return;
   if (collides(closing, gap, radius)) {
-    batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
-    for (const uint32_t b : {body, other}) {
-      if (bodies_[b].asleep) batch.hit.push_back({b, closing * this->kind(b).mass_kg});
+    // What was put to sleep stands like a surface.
+    if (bodies_[other].put_to_sleep) {
+      batch.impacts.push_back({p, 0, body, other | kSurface, normal, Vec3f::Zero(), gap, method});
+    } else if (bodies_[body].put_to_sleep) {
+      batch.impacts.push_back(
+          {partner.row, 0, other, body | kSurface, -normal, Vec3f::Zero(), gap, method});
+    } else {
+      batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
+      for (const uint32_t b : {body, other}) {
+        if (bodies_[b].asleep) batch.hit.push_back({b, closing * this->kind(b).mass_kg});
+      }
     }
   }
   ContactImpulse impulse = former_impulse(kept_of_[p], other, normal);
@@ -268,7 +276,7 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
                .gap = gap,
                .arm_a = radius,
                .arm_b = partner.radius_m,
-               .friction = kind.root_friction * partner.kind.root_friction,
+               .friction = root_friction(body) * root_friction(other),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
                .impulse = impulse},
@@ -337,7 +345,7 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
                  .gap = gap,
                  .arm_a = radius,
                  .arm_b = 0,
-                 .friction = kinds_[kind_[p]].root_friction * kind(contact.body).root_friction,
+                 .friction = root_friction(body) * kind(contact.body).root_friction,
                  .rolling_m = object.rolling * radius,
                  .lift = kinds_[kind_[p]].lift,
                  .impulse = former_impulse(kept_of_[p], other, contact.normal)},

@@ -20,9 +20,13 @@ constexpr float kFelt = 0.25F;
 void SphereWorld::wake(uint32_t body) {
   SphereBody& woken = bodies_[body];
   if (woken.still) woken_.push_back(body);
-  woken.still = woken.asleep = false;
+  woken.still = woken.asleep = woken.put_to_sleep = false;
   woken.changed = true;
   woken.slow_steps = 0;
+}
+
+void SphereWorld::wake_by_touch(uint32_t body) {
+  if (!bodies_[body].put_to_sleep) wake(body);
 }
 
 void SphereWorld::wake_near(uint32_t body) {
@@ -36,14 +40,14 @@ void SphereWorld::wake_near(uint32_t body) {
     const bool near = is_member ? (centre - bodies_[body].position).norm() <
                                       reach + kRoom * object->outer_radius_m
                                 : surfaces_.may_touch(body, centre, reach);
-    if (near) wake(other);
+    if (near) wake_by_touch(other);
   }
 }
 
 // Of structures, nearest first: what stands on the body, or all that it touches, and so on until
 // `most_kg` are awake.
 void SphereWorld::wake_structure(uint32_t first, float steepness, float most_kg) {
-  if (!bodies_[first].asleep) return;
+  if (!bodies_[first].asleep || bodies_[first].put_to_sleep) return;
   wake(first);
   if (!has_structures_) return;
   if (!is_dozing_sorted_) sort_dozing();
@@ -57,8 +61,8 @@ void SphereWorld::wake_structure(uint32_t first, float steepness, float most_kg)
     const auto pass_on = [&](uint32_t other) {
       const Vec3f apart = bodies_[other].position - centre;
       const float distance = apart.norm();
-      if (!bodies_[other].asleep || distance > reach + radius_m_[other] * (1 + kNearby) ||
-          apart.y() < steepness * distance) {
+      if (!bodies_[other].asleep || bodies_[other].put_to_sleep ||
+          distance > reach + radius_m_[other] * (1 + kNearby) || apart.y() < steepness * distance) {
         return;
       }
       wake(other);

@@ -21,6 +21,7 @@
 #include "core/parallel_for.h"
 #include "core/stage_timer.h"
 #include "scene/model.h"
+#include "simulate/body_control.h"
 #include "simulate/body_signature.h"
 #include "simulate/collision_response.h"
 #include "simulate/contact_groups.h"
@@ -62,6 +63,7 @@ struct alignas(64) SphereBody {
   // By another engine that moves it too: surface_radius_m is given in each step.
   bool shared : 1 = false;
   bool propped : 1 = false;  // by what is no sphere and no surface: it keeps the pose that it has
+  bool put_to_sleep : 1 = false;  // from outside: no touch wakes it
 };
 static_assert(sizeof(SphereBody) == 64);
 
@@ -88,7 +90,13 @@ class SphereWorld {
 
   void add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin, bool asleep);
   void remove(uint32_t body);  // wakes what lay on it
+  // See BodyControl.
+  void put_to_sleep(uint32_t body);
   void wake(uint32_t body);
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+  void set_friction(uint32_t body, double friction);
+  // Appends the contacts of spheres as they lie now, of pairs that spheres are to solve.
+  void read_contacts(std::vector<BodyContact>& contacts) const;
   // And of structures also what stands on it: it would hang in the air.
   void wake_with_load(uint32_t body);
   // And of structures as much around it as the impulse can move: faster than what rests.
@@ -205,6 +213,7 @@ class SphereWorld {
 
   SphereKind kind_of(const ModelBody& body, const BodySignature* object) const;
   void search(StageTimer& timer);
+  void wake_by_touch(uint32_t body);
   void wake_structure(uint32_t first, float steepness, float most_kg);
   void sort_dozing();
   bool wake_by_contacts();
@@ -229,6 +238,9 @@ class SphereWorld {
   void meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used, Batch& batch);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
                      std::vector<uint64_t>& used, Batch& batch);
+  float root_friction(uint32_t body) const {
+    return root_friction_.empty() ? kind(body).root_friction : root_friction_[body];
+  }
   PairMethod method(uint32_t body, uint32_t other) const {
     return settings_.dispatch == nullptr ? settings_.method
                                          : settings_.dispatch->method(body, other);
@@ -244,6 +256,8 @@ class SphereWorld {
   Collision collision(const Impact& impact) const;
   void prepare_contacts();
   void keep_impulses(Batch& batch);
+  void read_contact(uint32_t a, uint32_t b, std::vector<BodyContact>& contacts) const;
+  void read_surface_contacts(uint32_t body, std::vector<BodyContact>& contacts) const;
   template <class Do>
   void for_each_batch(const Do& work);
   // parallel_for, or a plain loop over [0, count) where there is little to do.
@@ -279,6 +293,8 @@ class SphereWorld {
   std::vector<SphereKind> kinds_;
   std::vector<uint32_t> kind_of_;  // by body
   std::vector<float> radius_m_;    // by body: among bodies
+  // By body, in place of its kind's; empty until set_friction().
+  std::vector<float> root_friction_;
   std::vector<uint32_t> members_;  // bodies in the world, ascending
   std::vector<uint32_t> active_;   // of them, those in the grid of the awake, ascending
   std::vector<uint32_t> woken_;    // to become active

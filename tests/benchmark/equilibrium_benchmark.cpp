@@ -14,7 +14,7 @@
 #include "pile/support_graph.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 #include "support/equilibrium_instances.h"
 #include "support/small_model.h"
 
@@ -73,7 +73,7 @@ class Harvest final : public StepDirector {
  public:
   explicit Harvest(const Model& model) : model_(model), graph_(model) {}
 
-  void direct(ImpulseControl& control) override {
+  void direct(BodyControl& control) override {
     if (step_++ % 20 != 1) return;
     double start = now_s();
     control.read_contacts(contacts_);

@@ -86,8 +86,8 @@ struct Run {
 
 struct MeasureAtTheEnd final : StepDirector {
   MeasureAtTheEnd(ReposeDirector& piles, int64_t frames) : director(piles), left(frames) {}
-  void direct(ImpulseControl& control) override { director.direct(control); }
-  void end_frame(ImpulseControl& control) override {
+  void direct(BodyControl& control) override { director.direct(control); }
+  void end_frame(BodyControl& control) override {
     if (--left == 0) director.measure(control);
   }
   ReposeDirector& director;

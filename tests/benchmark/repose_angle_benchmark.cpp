@@ -41,8 +41,8 @@ class MeasuredAtTheEnd final : public StepDirector {
  public:
   MeasuredAtTheEnd(const Scene& scene, const Model& model)
       : director(scene, model), frames_(scene.frame_count()) {}
-  void direct(ImpulseControl& control) override { director.direct(control); }
-  void end_frame(ImpulseControl& control) override {
+  void direct(BodyControl& control) override { director.direct(control); }
+  void end_frame(BodyControl& control) override {
     if (++frame_ + 1 == frames_) director.measure(control);
   }
   ReposeDirector director;

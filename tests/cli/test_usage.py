@@ -1,6 +1,8 @@
 """Help, misuse and the commands that print."""
 
 import json
+import pathlib
+import re
 import unittest
 
 from support import CommandTest
@@ -16,6 +18,17 @@ class Usage(CommandTest):
         for command in ("simulate", "render", "validate", "schema"):
             text = self.succeed(command, "--help").stdout
             self.assertRegex(text, r"Examples?[,:]", command)
+
+    def test_examples_name_files_that_are_there(self):
+        root = pathlib.Path(__file__).parents[2]
+        commands = ["simulate", "direct-pile", "sample-signature", "fit-bspline", "render"]
+        commands += ["inspect", "compare", "validate", "schema"]
+        texts = [self.succeed(command, "--help").stdout for command in commands]
+        texts += [file.read_text() for file in [root / "README.md", *root.glob("docs/*.md")]]
+        named = re.findall(r"(?:presets|assets)/[a-z0-9_/]+\.(?!sig)\w+", "\n".join(texts))
+        self.assertGreater(len(named), 20)
+        for name in sorted(set(named)):
+            self.assertTrue((root / name).exists(), name)
 
     def test_version(self):
         self.assertRegex(self.succeed("--version").stdout, r"^pilesim \d+\.\d+\.\d+\n$")

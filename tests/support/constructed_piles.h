@@ -3,12 +3,12 @@
 
 #include <vector>
 
-#include "simulate/impulse_control.h"
+#include "simulate/body_control.h"
 #include "support/small_model.h"
 
 namespace pilesim {
 
-class ConstructedWorld final : public ImpulseControl {
+class ConstructedWorld final : public BodyControl {
  public:
   // Bodies lie still where the model has them.
   explicit ConstructedWorld(const SmallModel& small) : small_(small) {
@@ -58,11 +58,6 @@ class ConstructedWorld final : public ImpulseControl {
   }
   void set_friction(uint32_t body, double value) override { friction[body] = value; }
   void read_contacts(std::vector<BodyContact>& read) const override { read = contacts; }
-  ConstraintId add_point_constraint(uint32_t, uint32_t, const Vec3&) override { return 0; }
-  ConstraintId add_nail(const Nail&) override { return 0; }
-  void remove_constraint(ConstraintId) override {}
-  bool holds(ConstraintId) const override { return false; }
-  void mark(uint32_t, uint8_t, uint8_t) override {}
 
   double time = 0;
   std::vector<BodyMotion> motions;

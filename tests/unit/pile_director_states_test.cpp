@@ -146,6 +146,27 @@ TEST(PilePlausibility, CountsSleepersThatHangAndThatAreInsideOthers) {
   EXPECT_EQ(counts.inside, 1) << "the other one is awake";
 }
 
+// Between two that stand on the ground, off the ground itself.
+TEST(PileSupport, ASleeperMayBeWedgedInFromBothSides) {
+  const Boxes boxes({{-0.2, 0.1, 0}, {0, 0.15, 0}, {0.2, 0.1, 0}});
+  for (const bool both : {true, false}) {
+    for (const bool asleep : {true, false}) {
+      ConstructedWorld world(boxes);
+      world.rest(1, 0, kEdge / 2);
+      world.rest(3, 0, kEdge / 2);
+      world.contacts.push_back({.a = 2, .b = 1, .point = {-0.1, 0.12, 0}, .normal = {1, 0, 0}});
+      if (both) {
+        world.contacts.push_back({.a = 3, .b = 2, .point = {0.1, 0.12, 0}, .normal = {1, 0, 0}});
+      }
+      world.asleep = {0, 1, static_cast<uint8_t>(asleep), 1};
+      const PileBodies bodies(boxes.model);
+      PileSupport support(boxes.model, bodies);
+      support.read(world.contacts, world.asleep, world.motions);
+      EXPECT_EQ(support.is_supported[2] != 0, both && asleep) << both << asleep;
+    }
+  }
+}
+
 TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}, {1, 0.1, 0}});
   ConstructedWorld world(boxes);
