@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-struct Options {
+struct CompareArguments {
   SceneOptions scene;
   RunOptions run;
   ComparisonJob job;
@@ -25,7 +25,7 @@ void print_line(const ComparisonSummary::Line& line) {
   std::printf("\n");
 }
 
-void compare(Options& options) {
+void compare(CompareArguments& options) {
   ComparisonJob& job = options.job;
   job.scene_file = options.scene.file;
   job.overrides = options.scene.overrides;
@@ -46,7 +46,7 @@ void compare(Options& options) {
 }  // namespace
 
 void add_compare_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareArguments>();
   ComparisonJob& job = options->job;
   CLI::App* command =
       app.add_subcommand("compare", "Simulate a scene in several modes: speed against error");

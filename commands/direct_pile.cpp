@@ -10,8 +10,8 @@ void add_direct_pile_command(CLI::App& app) {
                       "for",
        .footer = R"(
 Examples:
-  pilesim direct-pile presets/repose/rabbit_matrix.json -o out/pile
-  pilesim direct-pile presets/repose/rabbit_matrix.json -o out/steep --set /piles/0/angle_deg=45
+  pilesim direct-pile presets/repose/rabbit_matrix_35.json -o out/pile
+  pilesim direct-pile presets/repose/rabbit_matrix_35.json -o out/steep --set /piles/0/angle_deg=45
   pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards
 
 The scene has "piles", each with an "angle_deg" (docs/direct_pile.md), or a "guide", whose shape its

@@ -15,7 +15,7 @@
 namespace pilesim {
 namespace {
 
-struct Options {
+struct FitBsplineArguments {
   FitOptions fit;
   RunOptions run;
   std::string output;
@@ -25,7 +25,7 @@ struct Options {
   double precision = 1e-3;
 };
 
-SplineSize size_of(const Options& options) {
+SplineSize size_of(const FitBsplineArguments& options) {
   SplineSize size;
   size.degree.fill(options.degree.value_or(3));
   const std::vector<int>& points = options.control_points;
@@ -33,7 +33,7 @@ SplineSize size_of(const Options& options) {
   return size;
 }
 
-void fit(Options& options) {
+void fit(FitBsplineArguments& options) {
   if (std::filesystem::exists(options.output) && !options.run.force) {
     throw Error(ErrorKind::usage, {.file = options.output,
                                    .found = "the file exists already",
@@ -75,7 +75,7 @@ void add_fit_bspline_command(CLI::App& app) {
       {"cartesian", ResponseCoordinates::cartesian}, {"spherical", ResponseCoordinates::spherical}};
   static const std::map<std::string, Parametrisation> kParametrisations = {
       {"uniform", Parametrisation::uniform}, {"centripetal", Parametrisation::centripetal}};
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FitBsplineArguments>();
   FitOptions& f = options->fit;
   CLI::App* command = app.add_subcommand(
       "fit-bspline", "Make a signature a thousand times smaller: B-splines in place of its tables");

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct InspectArguments {
   std::string file;
   std::string plots;
   std::string mesh;
@@ -50,7 +50,7 @@ fs::path draw_rest_poses(const Signature& signature, const TriangleMesh& mesh,
   return file;
 }
 
-void inspect(const Options& options) {
+void inspect(const InspectArguments& options) {
   const Signature signature = read_signature(options.file);
   std::optional<TriangleMesh> mesh;
   if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
@@ -70,7 +70,7 @@ void inspect(const Options& options) {
 }  // namespace
 
 void add_inspect_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InspectArguments>();
   CLI::App* command = app.add_subcommand("inspect", "Print what a signature holds");
   command->add_option("signature", options->file, "A file of pilesim sample-signature")->required();
   CLI::Option* plot =

@@ -16,7 +16,7 @@
 namespace pilesim {
 namespace {
 
-struct Options {
+struct RenderArguments {
   std::string input;
   std::optional<std::string> output, compare_with, overlay;
   std::vector<std::string> overrides;
@@ -32,7 +32,7 @@ std::string directory_name(const std::string& path) {
   return (full.has_filename() ? full : full.parent_path()).filename().string();
 }
 
-std::unique_ptr<TrajectoryReader> open_beside(const Options& options,
+std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
                                               const TrajectoryReader& trajectory) {
   if (!options.compare_with) return nullptr;
   auto beside = std::make_unique<TrajectoryReader>(*options.compare_with);
@@ -47,7 +47,7 @@ std::unique_ptr<TrajectoryReader> open_beside(const Options& options,
   return beside;
 }
 
-void render(const Options& options) {
+void render(const RenderArguments& options) {
   check_picture_overrides(options.overrides);
   TrajectoryReader trajectory(options.input);
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
@@ -81,7 +81,7 @@ void render(const Options& options) {
 }  // namespace
 
 void add_render_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderArguments>();
   CLI::App* command =
       app.add_subcommand("render", "Draw a trajectory to PNG frames and an MP4, off screen");
   command->add_option("input", options->input, "What simulate wrote: a directory")->required();

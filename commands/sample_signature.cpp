@@ -13,7 +13,7 @@
 namespace pilesim {
 namespace {
 
-struct Options {
+struct SampleSignatureArguments {
   SignatureOptions sampling;
   RunOptions run;
   std::string mesh;
@@ -25,7 +25,7 @@ struct Options {
   uint32_t rest_drops = 0;
 };
 
-std::vector<ObservedRest> drop(const Options& options, const TriangleMesh& mesh) {
+std::vector<ObservedRest> drop(const SampleSignatureArguments& options, const TriangleMesh& mesh) {
   const SignatureOptions& s = options.sampling;
   RestDrops drops = drop_to_rest(mesh, {.drops = options.rest_drops,
                                         .material = s.material,
@@ -50,7 +50,7 @@ void warn_of_disagreement(const Signature& signature) {
   }
 }
 
-void sample(Options& options) {
+void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
   if (std::filesystem::exists(output) && !options.run.force) {
     throw Error(ErrorKind::usage, {.file = options.output,
@@ -88,7 +88,7 @@ void sample(Options& options) {
 void add_sample_signature_command(CLI::App& app) {
   static const std::map<std::string, TableLayout> kLayouts = {
       {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
   CLI::App* command = app.add_subcommand(
       "sample-signature",
