@@ -26,14 +26,18 @@ constexpr double kSkinByHaste = 0.5;
 constexpr double kMostHaste = 2;    // of outflow
 constexpr double kGripRange = 0.3;  // of outflow, from all grip to none
 
-constexpr double kGrace = 3;        // before a woken body may sleep again
-constexpr double kShakenTime = 12;  // that what was hit moves freely
-constexpr double kLeftTime = 3;     // without a touch, after which a body is on its own
+constexpr double kGrace = 3;         // before a woken body may sleep again
+constexpr double kShakenTime = 12;   // that what was hit moves freely
+constexpr double kLeftTime = 3;      // without a touch, after which a body is on its own
+constexpr double kBlow = 0.3;        // change of a velocity that gravity does not explain
+constexpr double kBlowHeight = 1.5;  // over the surface, up to which it is the pile that struck it
 
 constexpr double kRestSpeed = 0.12;
 constexpr uint8_t kCalmDecisions = 3;
 constexpr uint8_t kStillDecisions = 20;  // after which nothing is left that moves a body
 constexpr double kSunkShare = 0.04;      // of the smallest extent: too deep to sleep
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double kHeavy = 15;        // momentum in mean masses times sqrt(g L) that wakes
 constexpr double kMovedSpeed = 0.1;  // of what a hit wakes
@@ -51,10 +55,13 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking wa
       steering_(bodies_.size_m, scene.gravity.norm()),
       motion_(model.bodies.size()),
       calm_(model.bodies.size()),
+      slept_(model.bodies.size()),
       excess_asleep_m_(model.bodies.size()),
       grace_until_s_(model.bodies.size()),
       touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
-      shaken_until_s_(model.bodies.size()) {}
+      shaken_until_s_(model.bodies.size()),
+      gravity_(scene.gravity),
+      velocity_before_(model.bodies.size(), Vec3::Constant(kUnknown)) {}
 
 void ReposeDirector::direct(BodyControl& control) {
   const auto period = static_cast<uint64_t>(
@@ -64,8 +71,10 @@ void ReposeDirector::direct(BodyControl& control) {
 }
 
 void ReposeDirector::decide(BodyControl& control) {
+  const double since_s = control.time_s() - now_s_;
   now_s_ = control.time_s();
   read_bodies(control);
+  note_blows(since_s);
   piles_.place_new(motion_, support_.on_fixed);
   if (decisions_++ % kSurfacePeriod == 0) piles_.look_at_surfaces(motion_);
   piles_.count(motion_);
@@ -99,11 +108,33 @@ void ReposeDirector::read_bodies(BodyControl& control) {
   }
 }
 
+// What bounces may touch the pile for a step between two decisions.
+void ReposeDirector::note_blows(double since_s) {
+  for (const uint32_t body : bodies_.dynamic) {
+    const BodyMotion& motion = motion_.motion[body];
+    const bool flies = motion_.present[body] && !motion_.asleep[body];
+    const Vec3 before = velocity_before_[body];
+    velocity_before_[body] = flies ? motion.linear_velocity : Vec3::Constant(kUnknown);
+    if (!flies || support_.grounded[body]) continue;
+    const Vec3 blow = motion.linear_velocity - before - since_s * gravity_;
+    if (!(blow.norm() > kBlow * speed_unit_)) continue;
+    const PilePlace place = piles_.place_of(motion.position);
+    if (place.pile == nullptr) continue;
+    const double surface_m = place.pile->guide.surplus_m(place.distance_m, place.round);
+    if (place.over_m - surface_m < kBlowHeight * bodies_.size_m) touched_s_[body] = now_s_;
+  }
+}
+
 void ReposeDirector::wake(BodyControl& control, uint32_t body, double grace_s) {
   grace_until_s_[body] = std::max(grace_until_s_[body], now_s_ + grace_s);
   calm_[body] = 0;
-  motion_.asleep[body] = 0;
+  motion_.asleep[body] = slept_[body] = 0;
   control.wake(body);
+}
+
+void ReposeDirector::put_to_sleep(BodyControl& control, uint32_t body) {
+  control.put_to_sleep(body);
+  motion_.asleep[body] = slept_[body] = 1;
 }
 
 double ReposeDirector::momentum_of(uint32_t body) const {
@@ -172,6 +203,8 @@ double ReposeDirector::excess_m(const PilePlace& place) const {
 void ReposeDirector::wake_sleepers(BodyControl& control) {
   if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
   for (const uint32_t body : bodies_.dynamic) {
+    const bool fell_asleep = motion_.asleep[body] && !slept_[body];
+    slept_[body] = motion_.asleep[body];
     if (!motion_.asleep[body]) continue;
     if (!support_.is_supported[body]) {
       wake(control, body, 0);
@@ -180,6 +213,8 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
     const Vec3& position = motion_.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     if (place.pile == nullptr) continue;
+    // By the simulator's own rule: it lay still for long, so that nothing is left that moves it.
+    if (fell_asleep) excess_asleep_m_[body] = std::max(0.0, excess_m(place));
     bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {
       const PileState& pile = *place.pile;
@@ -262,8 +297,7 @@ void ReposeDirector::judge_awake(BodyControl& control) {
       control.set_friction(body, friction);
       // What has spilled over a wall is steered by nothing, but need not be simulated for ever.
       if (!is_free && calm_[body] >= kStillDecisions && may_sleep(body)) {
-        control.put_to_sleep(body);
-        motion_.asleep[body] = 1;
+        put_to_sleep(control, body);
       }
       continue;
     }
@@ -278,8 +312,7 @@ void ReposeDirector::judge_awake(BodyControl& control) {
     }
     const bool stuck = drive == Drive::spill && calm_[body] >= kStillDecisions;
     if ((drive == Drive::hold || stuck) && ripe_for_sleep(body, place)) {
-      control.put_to_sleep(body);
-      motion_.asleep[body] = 1;
+      put_to_sleep(control, body);
       excess_asleep_m_[body] = std::max(0.0, excess);
       continue;
     }

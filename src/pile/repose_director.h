@@ -37,6 +37,7 @@ class ReposeDirector final : public StepDirector {
  private:
   void decide(BodyControl& control);
   void read_bodies(BodyControl& control);
+  void note_blows(double since_s);
   void wake_by_momentum(BodyControl& control);
   double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
   bool flies_at_a_sleeper(uint32_t body, double near_m) const;
@@ -54,6 +55,7 @@ class ReposeDirector final : public StepDirector {
   bool is_sunk(uint32_t body) const;
   void free_from_overlap(BodyControl& control, uint32_t body);
   void wake(BodyControl& control, uint32_t body, double grace_s);
+  void put_to_sleep(BodyControl& control, uint32_t body);
 
   const Model& model_;
   PileBodies bodies_;
@@ -70,10 +72,13 @@ class ReposeDirector final : public StepDirector {
   std::vector<BodyContact> contacts_;
   PileMotion motion_;
   std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
+  std::vector<uint8_t> slept_;           // (B) as the last decision left it
   std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
   std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
   std::vector<double> touched_s_;        // (B) when it was last grounded
   std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
+  Vec3 gravity_;                         // m/s^2
+  std::vector<Vec3> velocity_before_;    // (B) at the decision before; NaN: not in flight
   std::vector<SteeredBody> steered_;
   PlausibilityCounts plausibility_;
   uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;

@@ -1,5 +1,7 @@
 // Angles of repose asked and got, of bodies poured onto one place (presets/repose/pour.json):
-//   repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,...]]]]
+//   repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,... [MODE]]]]]
+// With MODE, impulse or mixed, bodies have the materials of their signatures (ninja signatures); in
+// the mixed mode all of them are spheres.
 // One line a run, then the mean over the seeds with the standard deviation of a run. Measured at
 // the end, as `pilesim direct-pile` does (docs/direct_pile.md). Times are user CPU times of the
 // whole run.
@@ -7,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -51,11 +54,31 @@ class MeasuredAtTheEnd final : public StepDirector {
   int64_t frames_, frame_ = 0;
 };
 
-Run pour(const std::string& shape, double angle_deg, int bodies, int seed) {
+// Of the signatures that presets/CMakeLists.txt measures.
+void use_signature(const std::string& shape, std::vector<std::string>& overrides) {
+  struct Measured {
+    double restitution, friction;
+  };
+  static const std::map<std::string, Measured> signatures = {{"box", {0.2, 0.5}},
+                                                             {"l_shape", {0.25, 0.45}},
+                                                             {"rabbit", {0.25, 0.5}},
+                                                             {"ring", {0.3, 0.3}}};
+  const Measured& material = signatures.at(shape);
+  overrides.push_back("/materials/plastic/restitution=" + std::to_string(material.restitution));
+  overrides.push_back("/materials/plastic/friction=" + std::to_string(material.friction));
+  // Boxes without mesh have no signature.
+  overrides.push_back(
+      "/shapes/box=" +
+      std::string(R"({"type":"mesh","file":"../../assets/box.obj","collision":"hull"})"));
+  overrides.push_back("/shapes/" + shape + "/signature=../statistical/" + shape + ".sig");
+}
+
+Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
+         const std::string& mode) {
   // More bodies fall faster, over a wider place, from higher up.
   const bool many = bodies > 500;
   const double rate_hz = many ? 60 : 30;
-  const std::vector<std::string> overrides = {
+  std::vector<std::string> overrides = {
       "/seed=" + std::to_string(seed),
       "/piles/0/angle_deg=" + std::to_string(angle_deg),
       "/emitters/0/shape=" + shape,
@@ -65,6 +88,11 @@ Run pour(const std::string& shape, double angle_deg, int bodies, int seed) {
       "/emitters/0/centre=[0," + std::string(many ? "3.8" : "3.2") + ",0]",
       "/emitters/0/linear_velocity=[0," + std::string(many ? "-8" : "-6") + ",0]",
       "/duration_s=" + std::to_string(bodies / rate_hz + 2.5)};
+  if (!mode.empty()) {
+    use_signature(shape, overrides);
+    overrides.push_back("/simulator/mode=" + mode);
+    overrides.push_back("/simulator/level_of_detail/level=2");
+  }
   const Scene scene = load_scene(kPour, overrides).scene;
   const Model model = build_model(scene);
   MeasuredAtTheEnd measured(scene, model);
@@ -92,11 +120,13 @@ void run(int argc, char** argv) {
   const int seeds = argc > 2 ? std::atoi(argv[2]) : 3;
   const auto shapes = list_of(argc > 3 ? argv[3] : "box,l_shape,rabbit,ring");
   const auto angles = list_of(argc > 4 ? argv[4] : "15,30,50");
+  const std::string mode = argc > 5 ? argv[5] : "";
   if (bodies < 1 || seeds < 1) {
     throw Error(
         ErrorKind::usage,
-        Problem{.found = "an argument out of range",
-                .remedy = "repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,...]]]]"});
+        Problem{
+            .found = "an argument out of range",
+            .remedy = "repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,... [MODE]]]]]"});
   }
   std::printf("%-8s %5s %5s %6s %6s %6s %5s %4s %6s %6s\n", "shape", "asked", "seed", "got",
               "spread", "asleep", "awake", "air", "inside", "cpu s");
@@ -104,7 +134,7 @@ void run(int argc, char** argv) {
     for (const std::string& angle : angles) {
       double sum = 0, squares = 0;
       for (int seed = 1; seed <= seeds; ++seed) {
-        const Run got = pour(shape, std::atof(angle.c_str()), bodies, seed);
+        const Run got = pour(shape, std::atof(angle.c_str()), bodies, seed, mode);
         sum += got.angle_deg;
         squares += got.angle_deg * got.angle_deg;
         std::printf("%-8s %5s %5d %6.1f %6.1f %6u %5u %4u %6u %6.1f\n", shape.c_str(),

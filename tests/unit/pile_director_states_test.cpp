@@ -390,5 +390,32 @@ TEST(PileSteering, BetweenTwoBouncesABodyFallsFreely) {
   EXPECT_DOUBLE_EQ(world.velocity_asked[bouncing].y(), -1);
 }
 
+// What struck it shows only by its velocity; high over the pile it was another falling body.
+TEST(PileSteering, ABounceBetweenTwoDecisionsIsATouch) {
+  for (const double height_m : {kEdge * 5.2, kEdge * 9}) {
+    std::vector<Vec3> centres = pyramid(5);
+    const auto bouncing = static_cast<uint32_t>(centres.size() + 1);
+    centres.emplace_back(0.3, height_m, 0);
+    const Boxes boxes(centres, 55);  // steeper than it is: what lies on it is to stay
+    ConstructedWorld world(boxes);
+    rest_on_what_is_below(world);
+    for (uint32_t body = 1; body < bouncing; ++body) world.asleep[body] = 1;
+    world.motions[bouncing].linear_velocity = Vec3(1, -3, 0);
+    ReposeDirector director(boxes.scene, boxes.model);
+    world.step(director, 12);
+    world.velocity_asked.assign(world.motions.size(), Vec3::Constant(9));
+    world.step(director, 12);
+    EXPECT_EQ(world.velocity_asked[bouncing].x(), 9) << "it falls freely";
+    world.motions[bouncing].linear_velocity = Vec3(1, 0.8, 0);
+    world.step(director, 6);
+    if (height_m < kEdge * 6) {
+      EXPECT_LT(world.velocity_asked[bouncing].x(), 0.99);
+      EXPECT_EQ(world.velocity_asked[bouncing].y(), 0.8);
+    } else {
+      EXPECT_EQ(world.velocity_asked[bouncing].x(), 9);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

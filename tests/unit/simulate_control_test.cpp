@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "core/philox.h"
 #include "simulate/impulse_control.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
@@ -89,6 +90,19 @@ TEST_P(ControlOf, ASleeperInTheAirStays) {
   EXPECT_LT((simulator->states().position[1] - Vec3(0, 1, 0)).norm(), 1e-7);
 }
 
+TEST_P(ControlOf, NothingElseThatHappensBesideASleeperWakesIt) {
+  balls_.model.bodies[1].pose.position.y() = 1;
+  balls_.model.bodies[2].pose.position = {0, 1.2, 0};
+  balls_.model.bodies[2].linear_velocity = {0, -3, 0};
+  balls_.model.events = {{.time_s = 0.2, .kind = ModelEvent::Kind::remove, .bodies = {2}}};
+  const auto simulator = directed([](BodyControl& control) {
+    if (control.time_s() == 0) control.put_to_sleep(1);
+    EXPECT_EQ(control.is_in_world(2), control.time_s() < 0.199);
+  });
+  run(*simulator, 30);
+  EXPECT_LT((simulator->states().position[1] - Vec3(0, 1, 0)).norm(), 1e-7);
+}
+
 TEST_P(ControlOf, WokenInTheAirItFalls) {
   balls_.model.bodies[1].pose.position.y() = 2;
   const auto simulator = directed([](BodyControl& control) {
@@ -126,12 +140,36 @@ TEST_P(ControlOf, VelocityIsThatOfTheDirector) {
 TEST_P(ControlOf, FrictionIsThatOfTheDirector) {
   balls_.model.materials[0].friction = 0.5;
   balls_.model.bodies[1].pose.position.x() = 9;
-  const auto slides = directed([](BodyControl& control) { control.set_friction(2, 0); });
+  const auto slides = directed([](BodyControl& control) {
+    if (control.time_s() == 0) control.set_friction(2, 0);
+  });
   run(*slides, 30);
   EXPECT_NEAR(slides->states().linear_velocity[2].x(), 2, 1e-5);
   const auto rolls = directed([](BodyControl&) {});
   run(*rolls, 30);
   EXPECT_LT(rolls->states().linear_velocity[2].x(), 1.5);
+}
+
+// A spinning ball falls onto one that stands.
+TEST_P(ControlOf, FrictionIsThatOfTheDirectorBetweenBodiesToo) {
+  balls_.model.materials[0].friction = 0.5;
+  balls_.model.bodies[2].pose.position = {0, 0.35, 0};
+  balls_.model.bodies[2].linear_velocity.setZero();
+  balls_.model.bodies[2].angular_velocity = {0, 0, 5};
+  for (const double friction : {0.0, 0.5}) {
+    const auto simulator = directed([&](BodyControl& control) {
+      if (control.time_s() > 0) return;
+      control.put_to_sleep(1);
+      control.set_friction(1, friction);
+    });
+    run(*simulator, 10);
+    const double sideways = std::abs(simulator->states().linear_velocity[2].x());
+    if (friction == 0) {
+      EXPECT_LT(sideways, 0.01);
+    } else {
+      EXPECT_GT(sideways, 0.04);
+    }
+  }
 }
 
 TEST_P(ControlOf, ContactsPointFromTheSecondBodyToTheFirst) {
@@ -171,6 +209,51 @@ INSTANTIATE_TEST_SUITE_P(AllEngines, ControlOf,
                          testing::Values(Engine::impulse, Engine::exact, Engine::near_exact,
                                          Engine::sphere),
                          testing::PrintToStringParamName());
+
+// All pairs, one by one. A large ball is among the small ones, some sleep.
+TEST(SphereContacts, AreThoseOfAllPairs) {
+  constexpr uint32_t kBalls = 300;
+  Balls balls(Engine::sphere);
+  balls.scene.gravity.setZero();
+  balls.model.bodies.clear();
+  const uint32_t large = balls.sphere(0.7);
+  balls.model.shapes[large].mesh = sphere_mesh(0.7);
+  Philox random(7, Stream::test, 0);
+  for (uint32_t i = 0; i < kBalls; ++i) {
+    const auto place = [&] { return 4 * random.uniform() - 2; };
+    balls.body(i % 100 == 50 ? large : 1, 0, {place(), place(), place()});
+  }
+  std::vector<std::pair<uint32_t, uint32_t>> found, expected;
+  BodyScript script([&](BodyControl& control) {
+    if (control.time_s() > 0) return;
+    for (uint32_t i = 0; i < kBalls; i += 3) control.put_to_sleep(i);
+    std::vector<BodyContact> contacts;
+    control.read_contacts(contacts);
+    for (const BodyContact& contact : contacts) {
+      found.emplace_back(contact.a, contact.b);
+      const Vec3 way = control.motion(contact.a).position - control.motion(contact.b).position;
+      EXPECT_NEAR(contact.normal.dot(way.normalized()), 1, 1e-6);
+      EXPECT_NEAR((contact.point - control.motion(contact.b).position).norm(),
+                  contact.b % 100 == 50 ? 0.7 : 0.1, 0.01);
+    }
+  });
+  const auto simulator = make_directed_simulator(balls.scene, balls.model, script);
+  for (uint32_t i = 0; i < kBalls; ++i) {
+    for (uint32_t j = i + 1; j < kBalls; ++j) {
+      const double radii = (i % 100 == 50 ? 0.7 : 0.1) + (j % 100 == 50 ? 0.7 : 0.1);
+      const double way =
+          (balls.model.bodies[i].pose.position - balls.model.bodies[j].pose.position).norm();
+      if (way < radii) expected.emplace_back(i, j);
+    }
+  }
+  run(*simulator, 1);
+  std::ranges::sort(found);
+  for (const auto& pair : expected) {
+    EXPECT_TRUE(std::ranges::binary_search(found, pair)) << pair.first << ' ' << pair.second;
+  }
+  EXPECT_LE(found.size(), expected.size() + expected.size() / 10) << "within the margin";
+  EXPECT_EQ(std::ranges::adjacent_find(found), found.end());
+}
 
 TEST(ImpulseControl, NailsHoldUntilTheyAreRemoved) {
   Balls balls;
