@@ -16,7 +16,7 @@ constexpr double kAvalancheDensity = 0.8;
 constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
 constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
 constexpr double kAvalancheSkin = 0;       // as kSkin: half of them, the rest holds the slope
-constexpr double kOutflow = 0.1;           // at which what is awake on the surface moves on
+constexpr double kOutflow = 0.2;           // at which what is awake on the surface moves on
 
 constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
 constexpr double kMostSlack = 1;  // where the inside wants filling
