@@ -14,7 +14,7 @@ constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the su
 
 constexpr double kAvalancheDensity = 0.8;
 constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
-constexpr double kAvalancheOutflow = 0.4;  // at which sleepers on the surface wake
+constexpr double kAvalancheOutflow = 0.5;  // at which sleepers on the surface wake
 constexpr double kAvalancheSkin = 0;       // as kSkin: half of them, the rest holds the slope
 constexpr double kOutflow = 0.2;           // at which what is awake on the surface moves on
 

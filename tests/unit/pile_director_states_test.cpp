@@ -417,5 +417,25 @@ TEST(PileSteering, ABounceBetweenTwoDecisionsIsATouch) {
   }
 }
 
+// In long steps gravity alone changes a velocity by more than a bounce does.
+TEST(PileSteering, WhatFallsIsNotStruckByGravity) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto falling = static_cast<uint32_t>(centres.size() + 1);
+  centres.emplace_back(0.3, kEdge * 5.2, 0);
+  Boxes boxes(centres, 55);
+  boxes.scene.step_s = 0.06;
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  for (uint32_t body = 1; body < falling; ++body) world.asleep[body] = 1;
+  world.motions[falling].linear_velocity = Vec3(1, 0, 0);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.velocity_asked.assign(world.motions.size(), Vec3::Constant(9));
+  for (int step = 0; step < 5; ++step) {
+    world.step(director, 1);
+    world.motions[falling].linear_velocity.y() -= 9.81 * 0.06;
+  }
+  EXPECT_EQ(world.velocity_asked[falling].x(), 9);
+}
+
 }  // namespace
 }  // namespace pilesim
