@@ -26,7 +26,7 @@ void check(const std::filesystem::path& scene_file, const Scene& scene) {
     problem.pointer = "/simulator/mode";
     problem.found = "is \"" + mode_name(scene.simulator.mode) + "\"";
     problem.expected = "\"impulse\" or \"mixed\", which take a director";
-    problem.remedy = "In the mixed mode bodies that are not must_impulse are spheres, too";
+    problem.remedy = "Set \"mixed\": there bodies are spheres, too, unless they are must_impulse";
   } else {
     return;
   }

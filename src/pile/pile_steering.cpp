@@ -34,7 +34,7 @@ void PileSteering::steer(BodyControl& control, const std::vector<SteeredBody>& s
   const double step_s = control.step_s();
   const auto keep = [&](double rate) { return std::exp(-rate / time_unit_s_ * step_s); };
   for (const SteeredBody& body : steered) {
-    if (!control.is_in_world(body.body)) continue;
+    if (!control.is_in_world(body.body) || control.is_asleep(body.body)) continue;
     const BodyMotion motion = control.motion(body.body);
     Vec3 velocity = motion.linear_velocity;
     Vec3 turn_rate = motion.angular_velocity;

@@ -12,8 +12,8 @@ namespace pilesim {
 struct PileSupport {
   std::vector<uint8_t> grounded;  // (B) touches what is fixed, or a body that is grounded
   std::vector<uint8_t> on_fixed;  // (B) rests on a fixed or kinematic body
-  // (B) rests on something fixed or on a sleeper that does. What sleeps may also be wedged in
-  // between such: that it holds is seen. (What is awake is not put to sleep for that.)
+  // (B) rests on something fixed or on a sleeper that does; of the asleep also what such hold
+  // between them.
   std::vector<uint8_t> is_supported;
   std::vector<uint8_t> is_balanced;  // (B) of the awake: its supports stand around its centre
   std::vector<double> depth_m;       // (B) deepest overlap with anything

@@ -55,7 +55,7 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking wa
       steering_(bodies_.size_m, scene.gravity.norm()),
       motion_(model.bodies.size()),
       calm_(model.bodies.size()),
-      slept_(model.bodies.size()),
+      slept_(model.bodies.size(), 1),
       excess_asleep_m_(model.bodies.size()),
       grace_until_s_(model.bodies.size()),
       touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
@@ -108,14 +108,15 @@ void ReposeDirector::read_bodies(BodyControl& control) {
   }
 }
 
-// What bounces may touch the pile for a step between two decisions.
+// What bounces may touch the pile for a step between two decisions. What steering takes from a
+// velocity counts, too: what was struck is braked until it is slow, or away from the surface.
 void ReposeDirector::note_blows(double since_s) {
   for (const uint32_t body : bodies_.dynamic) {
     const BodyMotion& motion = motion_.motion[body];
-    const bool flies = motion_.present[body] && !motion_.asleep[body];
+    const bool is_awake = motion_.present[body] && !motion_.asleep[body];
     const Vec3 before = velocity_before_[body];
-    velocity_before_[body] = flies ? motion.linear_velocity : Vec3::Constant(kUnknown);
-    if (!flies || support_.grounded[body]) continue;
+    velocity_before_[body] = is_awake ? motion.linear_velocity : Vec3::Constant(kUnknown);
+    if (!is_awake || support_.grounded[body]) continue;
     const Vec3 blow = motion.linear_velocity - before - since_s * gravity_;
     if (!(blow.norm() > kBlow * speed_unit_)) continue;
     const PilePlace place = piles_.place_of(motion.position);
@@ -204,7 +205,7 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
   if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
   for (const uint32_t body : bodies_.dynamic) {
     const bool fell_asleep = motion_.asleep[body] && !slept_[body];
-    slept_[body] = motion_.asleep[body];
+    slept_[body] = motion_.present[body] ? motion_.asleep[body] : 1;
     if (!motion_.asleep[body]) continue;
     if (!support_.is_supported[body]) {
       wake(control, body, 0);
@@ -213,7 +214,7 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
     const Vec3& position = motion_.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     if (place.pile == nullptr) continue;
-    // By the simulator's own rule: it lay still for long, so that nothing is left that moves it.
+    // By the simulator's own rule: it lay still for as long as what is stuck (kStillDecisions).
     if (fell_asleep) excess_asleep_m_[body] = std::max(0.0, excess_m(place));
     bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {

@@ -72,13 +72,14 @@ class ReposeDirector final : public StepDirector {
   std::vector<BodyContact> contacts_;
   PileMotion motion_;
   std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
-  std::vector<uint8_t> slept_;           // (B) as the last decision left it
+  std::vector<uint8_t> slept_;           // (B) asleep as the last decision left it, or not there
   std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
   std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
   std::vector<double> touched_s_;        // (B) when it was last grounded
   std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
   Vec3 gravity_;                         // m/s^2
-  std::vector<Vec3> velocity_before_;    // (B) at the decision before; NaN: not in flight
+  std::vector<Vec3>
+      velocity_before_;  // (B) at the decision before; NaN: asleep or not in the world
   std::vector<SteeredBody> steered_;
   PlausibilityCounts plausibility_;
   uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;

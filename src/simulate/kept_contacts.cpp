@@ -2,35 +2,39 @@
 
 #include <algorithm>
 #include <iterator>
-#include <utility>
 
 namespace pilesim {
-namespace {
 
-std::pair<uint32_t, uint32_t> pair_of(const BodyContact& contact) {
-  return std::minmax(contact.a, contact.b);
+bool KeptContacts::has(const Pair& pair) const {
+  return std::ranges::binary_search(contacts_, pair, {}, pair_of) ||
+         std::ranges::binary_search(apart_, pair);
 }
 
-}  // namespace
-
-void KeptContacts::keep(const std::vector<BodyContact>& contacts,
-                        const std::function<bool(const BodyContact&)>& is_wanted) {
-  KeptContacts added;
-  std::ranges::copy_if(contacts, std::back_inserter(added.contacts_), is_wanted);
-  std::ranges::stable_sort(added.contacts_, {}, pair_of);
-  added.put_into(contacts_);
+void KeptContacts::keep(const std::vector<BodyContact>& before,
+                        const std::vector<BodyContact>& after, const PairTest& is_wanted) {
+  const auto wanted = [&](const BodyContact& contact) { return is_wanted(contact.a, contact.b); };
+  const KeptContacts old = *this;
+  std::ranges::copy_if(before, std::back_inserter(contacts_), [&](const BodyContact& contact) {
+    return wanted(contact) && !old.has(pair_of(contact));
+  });
   std::ranges::stable_sort(contacts_, {}, pair_of);
+  std::vector<Pair> seeming;
+  for (const BodyContact& contact : after) {
+    if (wanted(contact) && !has(pair_of(contact))) seeming.push_back(pair_of(contact));
+  }
+  apart_.insert(apart_.end(), seeming.begin(), seeming.end());
+  std::ranges::sort(apart_);
 }
 
-void KeptContacts::forget(const std::function<bool(const BodyContact&)>& holds) {
-  std::erase_if(contacts_, [&](const BodyContact& contact) { return !holds(contact); });
+void KeptContacts::forget(const PairTest& holds) {
+  std::erase_if(contacts_,
+                [&](const BodyContact& contact) { return !holds(contact.a, contact.b); });
+  std::erase_if(apart_, [&](const Pair& pair) { return !holds(pair.first, pair.second); });
 }
 
 void KeptContacts::put_into(std::vector<BodyContact>& contacts) const {
-  if (empty()) return;
-  std::erase_if(contacts, [&](const BodyContact& contact) {
-    return std::ranges::binary_search(contacts_, pair_of(contact), {}, pair_of);
-  });
+  if (contacts_.empty() && apart_.empty()) return;
+  std::erase_if(contacts, [&](const BodyContact& contact) { return has(pair_of(contact)); });
   contacts.insert(contacts.end(), contacts_.begin(), contacts_.end());
 }
 

@@ -1,8 +1,10 @@
-// Contacts of sleepers that go from one engine of the mixed mode to the other: the new one finds
-// other contacts or, between two that sleep, none.
+// Contacts of sleepers that go from one engine of the mixed mode to the other, or to another level:
+// from then on other contacts would be found or, between two that sleep, none.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "simulate/body_control.h"
@@ -11,17 +13,24 @@ namespace pilesim {
 
 class KeptContacts {
  public:
-  bool empty() const { return contacts_.empty(); }
-  // Of those of `contacts` that `is_wanted` tells, in place of what is kept of the same pairs.
-  void keep(const std::vector<BodyContact>& contacts,
-            const std::function<bool(const BodyContact&)>& is_wanted);
-  // All but those that `holds` tells.
-  void forget(const std::function<bool(const BodyContact&)>& holds);
+  // Either way round.
+  using PairTest = std::function<bool(uint32_t a, uint32_t b)>;
+
+  // `before` and `after` the change: of the pairs that `is_wanted` tells, those before it count.
+  void keep(const std::vector<BodyContact>& before, const std::vector<BodyContact>& after,
+            const PairTest& is_wanted);
+  // All pairs but those that `holds` tells.
+  void forget(const PairTest& holds);
   // Puts what is kept in place of what the engines have of the same pairs.
   void put_into(std::vector<BodyContact>& contacts) const;
 
  private:
+  using Pair = std::pair<uint32_t, uint32_t>;
+  static Pair pair_of(const BodyContact& contact) { return std::minmax(contact.a, contact.b); }
+  bool has(const Pair& pair) const;
+
   std::vector<BodyContact> contacts_;  // in the order of pairs
+  std::vector<Pair> apart_;            // that only seem to touch since the change; ascending
 };
 
 }  // namespace pilesim

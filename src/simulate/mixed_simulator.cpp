@@ -1,6 +1,7 @@
 #include "simulate/mixed_simulator.h"
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -113,8 +114,10 @@ class MixedSimulator final : public Simulator, public BodyControl {
   }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
-  void keep_contacts_of_sleepers();
-  bool stands(uint32_t body) const { return !is_free(body) || is_asleep(body); }
+  void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
+                            const std::function<void()>& change);
+  void switch_engines();
+  bool stands(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
   void read_states();
   void check_finite(uint32_t body) const;
@@ -136,8 +139,9 @@ class MixedSimulator final : public Simulator, public BodyControl {
   std::optional<DetailBudget> budget_;
   std::vector<uint8_t> afforded_;  // by body: levels within the budget
   std::vector<Behaviour> behaviours_;
+  std::vector<uint8_t> level_set_;  // by body: as the dispatch table has it
   std::vector<uint32_t> kinematic_;
-  std::vector<uint8_t> attracted_;  // by member of the spheres, of update_behaviours() only
+  std::vector<uint8_t> attracted_;  // by body: of the spheres, in the last update_behaviours()
   std::vector<uint32_t> entered_;   // in the step at hand
   BodyStates states_;
   MixedFigures figures_;
@@ -160,6 +164,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model, StepDirec
       boxes_(model, dispatch_, exact_),
       levels_(scene, model),
       behaviours_(model.bodies.size(), Behaviour::exact),
+      level_set_(model.bodies.size()),
+      attracted_(model.bodies.size()),
       figures_(scene, model),
       director_(director) {
   exact_.set_pair_filter(
@@ -208,6 +214,7 @@ void MixedSimulator::add(uint32_t body) {
 }
 
 void MixedSimulator::remove(uint32_t body) {
+  kept_contacts_.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
   const bool present = has(body, kPresent);
   states_.flags[body] &= static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical | kImpulse));
   if (!present) return timeline_.cancel(body);
@@ -227,6 +234,7 @@ void MixedSimulator::remove(uint32_t body) {
 
 void MixedSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
   if (!has(body, kPresent) || !is_free(body)) return;
+  if (is_near(body) && spheres_.body(body).put_to_sleep) wake(body);
   if (exact_.contains(body)) return exact_.apply_impulse(body, event);
   spheres_.push(body, event.impulse, event.point);
 }
@@ -263,12 +271,18 @@ void MixedSimulator::choose_levels() {
         [&](uint32_t body) { return is_near(body); }, afforded_);
     figures_.count_budget(*budget_);
   }
-  for (const uint32_t body : spheres_.members()) set_behaviour(body, behaviours_[body]);
+  change_with_contacts([&](uint32_t body) { return level(body) != level_set_[body]; },
+                       [&] {
+                         for (const uint32_t body : spheres_.members()) {
+                           set_behaviour(body, behaviours_[body]);
+                         }
+                       });
 }
 
 void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
   behaviours_[body] = behaviour;
-  dispatch_.set(body, behaviour, level(body));
+  level_set_[body] = static_cast<uint8_t>(level(body));
+  dispatch_.set(body, behaviour, level_set_[body]);
 }
 
 bool MixedSimulator::is_attracted(uint32_t body) const {
@@ -296,14 +310,16 @@ void MixedSimulator::update_behaviours() {
   const std::vector<uint32_t>& members = spheres_.members();
   if (members.empty()) return;
   boxes_.update();
-  attracted_.resize(members.size());
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) attracted_[i] = is_attracted(members[i]) ? 1 : 0;
+    for (size_t i = begin; i < end; ++i) attracted_[members[i]] = is_attracted(members[i]) ? 1 : 0;
   });
-  if (director_ != nullptr) keep_contacts_of_sleepers();
-  for (size_t i = 0; i < members.size(); ++i) {
-    const uint32_t body = members[i];
-    const bool attracted = attracted_[i] != 0;
+  change_with_contacts([&](uint32_t body) { return (attracted_[body] != 0) != is_near(body); },
+                       [&] { switch_engines(); });
+}
+
+void MixedSimulator::switch_engines() {
+  for (const uint32_t body : spheres_.members()) {
+    const bool attracted = attracted_[body] != 0;
     if (attracted == is_near(body)) continue;
     if (attracted) {
       coupling_.enter(body);
@@ -316,25 +332,31 @@ void MixedSimulator::update_behaviours() {
   }
 }
 
-// Of those that are about to change engines.
-void MixedSimulator::keep_contacts_of_sleepers() {
-  const auto is_known = [&](const BodyContact& contact) {
-    return has(contact.a, kPresent) && has(contact.b, kPresent) && stands(contact.a) &&
-           stands(contact.b);
-  };
-  kept_contacts_.forget(is_known);
-  const std::vector<uint32_t>& members = spheres_.members();
-  std::vector<uint32_t> changing;
-  for (size_t i = 0; i < members.size(); ++i) {
-    const bool changes = (attracted_[i] != 0) != is_near(members[i]);
-    if (changes && is_asleep(members[i])) changing.push_back(members[i]);
+// That other bodies may lie on.
+bool MixedSimulator::stands(uint32_t body) const {
+  if (is_free(body)) return is_asleep(body);
+  if (model_.bodies[body].role != Role::kinematic) return true;
+  const BodyMotion motion = exact_.motion(body);
+  return motion.linear_velocity.isZero() && motion.angular_velocity.isZero();
+}
+
+// Sleepers that change engines or levels keep their contacts, for a director.
+void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body)>& changes,
+                                          const std::function<void()>& change) {
+  if (director_ == nullptr) return change();
+  const auto stand = [&](uint32_t a, uint32_t b) { return stands(a) && stands(b); };
+  kept_contacts_.forget(stand);
+  std::vector<uint8_t> changing(states_.size());
+  for (const uint32_t body : spheres_.members()) {
+    changing[body] = is_asleep(body) && changes(body) ? 1 : 0;
   }
-  if (changing.empty()) return;
-  std::vector<BodyContact> contacts;
-  read_contacts(contacts);
-  kept_contacts_.keep(contacts, [&](const BodyContact& contact) {
-    return is_known(contact) && (std::ranges::binary_search(changing, contact.a) ||
-                                 std::ranges::binary_search(changing, contact.b));
+  if (std::ranges::count(changing, 1) == 0) return change();
+  std::vector<BodyContact> before, after;
+  read_contacts(before);
+  change();
+  read_contacts(after);
+  kept_contacts_.keep(before, after, [&](uint32_t a, uint32_t b) {
+    return stand(a, b) && (changing[a] != 0 || changing[b] != 0);
   });
 }
 
@@ -364,6 +386,7 @@ FrameStatistics MixedSimulator::step_frame() {
     bring_events();
     move_kinematic_bodies();
     if (director_ != nullptr) {
+      coupling_.pull();
       director_->direct(*this);
       exact_.refresh_friction();
     }
@@ -372,7 +395,10 @@ FrameStatistics MixedSimulator::step_frame() {
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
   bring_bodies();
-  if (director_ != nullptr) director_->end_frame(*this);
+  if (director_ != nullptr) {
+    coupling_.pull();
+    director_->end_frame(*this);
+  }
   ++frames_;
   read_states();
   figures_.count_frame(states_, [&](uint32_t body) { return level(body); });

@@ -76,7 +76,7 @@ Collision SphereWorld::collision(const Impact& impact) const {
   return {.normal = impact.normal,
           .method = impact.method,
           .restitution = a.root_restitution * b.root_restitution,
-          .friction = root_friction(impact.body_a) * root_friction(other),
+          .friction = root_friction(impact.body_a, a) * root_friction(other, b),
           .arm_a = radius_m_[impact.body_a],
           .arm_b = radius_m_[other]};
 }

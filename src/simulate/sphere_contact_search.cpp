@@ -276,7 +276,7 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
                .gap = gap,
                .arm_a = radius,
                .arm_b = partner.radius_m,
-               .friction = root_friction(body) * root_friction(other),
+               .friction = root_friction(body, kind) * root_friction(other, partner.kind),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
                .impulse = impulse},
@@ -339,17 +339,18 @@ void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_
     // Row 0 does not move.
     const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());
     if (row > 0) batch.fixed.push_back({.velocity = contact.velocity});
-    add_contact({.a = p,
-                 .b = row | ContactGroups::kFixed,
-                 .normal = contact.normal,
-                 .gap = gap,
-                 .arm_a = radius,
-                 .arm_b = 0,
-                 .friction = root_friction(body) * kind(contact.body).root_friction,
-                 .rolling_m = object.rolling * radius,
-                 .lift = kinds_[kind_[p]].lift,
-                 .impulse = former_impulse(kept_of_[p], other, contact.normal)},
-                other, contact.level, used, batch);
+    add_contact(
+        {.a = p,
+         .b = row | ContactGroups::kFixed,
+         .normal = contact.normal,
+         .gap = gap,
+         .arm_a = radius,
+         .arm_b = 0,
+         .friction = root_friction(body, kinds_[kind_[p]]) * kind(contact.body).root_friction,
+         .rolling_m = object.rolling * radius,
+         .lift = kinds_[kind_[p]].lift,
+         .impulse = former_impulse(kept_of_[p], other, contact.normal)},
+        other, contact.level, used, batch);
   }
   bodies_[body].touched = touches ? 1 : 0;
 }

@@ -238,8 +238,8 @@ class SphereWorld {
   void meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used, Batch& batch);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
                      std::vector<uint64_t>& used, Batch& batch);
-  float root_friction(uint32_t body) const {
-    return root_friction_.empty() ? kind(body).root_friction : root_friction_[body];
+  float root_friction(uint32_t body, const SphereKind& kind) const {
+    return root_friction_.empty() ? kind.root_friction : root_friction_[body];
   }
   PairMethod method(uint32_t body, uint32_t other) const {
     return settings_.dispatch == nullptr ? settings_.method

@@ -52,27 +52,32 @@ TEST(MixedPiles, OfMustImpulseBodiesAreThoseOfTheImpulseMode) {
   }
 }
 
-// What slept as a sphere and comes near the camera is solved from then on.
+// What slept as a sphere and comes near the camera is solved from then on; what was solved stays so
+// while it sleeps.
 TEST(MixedPiles, SleepersStayWhereTheyAreWhenTheirLevelChanges) {
-  MixedBoxes boxes(60);
-  boxes.scene.simulator.detail.levels.push_back(boxes.scene.simulator.detail.levels[0]);
-  boxes.scene.simulator.detail.levels[0].exact = true;
-  boxes.scene.simulator.detail.distances_m = {6};
-  boxes.scene.camera.keys = {{.time_s = 13, .position = {0, 0, 9}, .target = {0, 0, 0}},
-                             {.time_s = 13.5, .position = {0, 0, 3}, .target = {0, 0, 0}}};
-  MeasuringDirector measuring(boxes);
-  const auto simulator = make_directed_simulator(boxes.scene, boxes.model, measuring);
-  EXPECT_EQ(run(*simulator, 775).bodies_awake, 0);
-  const BodyStates before = simulator->states();
-  EXPECT_FALSE(before.flags[1] & kImpulse);
-  for (int frame = 0; frame < 90; ++frame) {
-    EXPECT_EQ(simulator->step_frame().bodies_awake, 0);
-    EXPECT_EQ(measuring.director.plausibility().hanging, 0);
-    EXPECT_EQ(measuring.director.plausibility().inside, 0);
-  }
-  EXPECT_TRUE(simulator->states().flags[1] & kImpulse);
-  for (uint32_t i = 1; i < before.size(); ++i) {
-    EXPECT_LT((simulator->states().position[i] - before.position[i]).norm(), 1e-6) << i;
+  for (const bool approaches : {true, false}) {
+    MixedBoxes boxes(60);
+    boxes.scene.simulator.detail.levels.push_back(boxes.scene.simulator.detail.levels[0]);
+    boxes.scene.simulator.detail.levels[0].exact = true;
+    boxes.scene.simulator.detail.levels[1].near_near = PairMethod::particle;
+    boxes.scene.simulator.detail.distances_m = {6};
+    const Vec3 from(0, 0, approaches ? 9 : 3), to(0, 0, approaches ? 3 : 9);
+    boxes.scene.camera.keys = {{.time_s = 13, .position = from, .target = {0, 0, 0}},
+                               {.time_s = 13.5, .position = to, .target = {0, 0, 0}}};
+    MeasuringDirector measuring(boxes);
+    const auto simulator = make_directed_simulator(boxes.scene, boxes.model, measuring);
+    EXPECT_EQ(run(*simulator, 775).bodies_awake, 0);
+    const BodyStates before = simulator->states();
+    EXPECT_EQ((before.flags[1] & kImpulse) == 0, approaches);
+    for (int frame = 0; frame < 90; ++frame) {
+      EXPECT_EQ(simulator->step_frame().bodies_awake, 0);
+      EXPECT_EQ(measuring.director.plausibility().hanging, 0);
+      EXPECT_EQ(measuring.director.plausibility().inside, 0);
+    }
+    EXPECT_TRUE(simulator->states().flags[1] & kImpulse);
+    for (uint32_t i = 1; i < before.size(); ++i) {
+      EXPECT_LT((simulator->states().position[i] - before.position[i]).norm(), 1e-6) << i;
+    }
   }
 }
 

@@ -130,6 +130,22 @@ TEST_P(ControlOf, ASleeperStaysWhenWhatIsBelowItFalls) {
   EXPECT_LT(simulator->states().position[2].y(), 0.2);
 }
 
+TEST_P(ControlOf, AnImpulseMovesASleeper) {
+  balls_.model.bodies[2].pose.position.x() = -9;
+  const double mass_kg = balls_.model.bodies[1].mass_kg;
+  balls_.model.events = {{.time_s = 0.2,
+                          .kind = ModelEvent::Kind::impulse,
+                          .bodies = {1},
+                          .impulse = {3 * mass_kg, 0, 0}}};
+  const auto simulator = directed([](BodyControl& control) {
+    EXPECT_EQ(control.is_asleep(1), control.time_s() > 0 && control.time_s() < 0.199);
+    if (control.time_s() == 0) control.put_to_sleep(1);
+  });
+  run(*simulator, 30);
+  EXPECT_NEAR(simulator->states().position[1].x(), 0.9, 0.03);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), 3, 1e-4);
+}
+
 TEST_P(ControlOf, WokenInTheAirItFalls) {
   balls_.model.bodies[1].pose.position.y() = 2;
   const auto simulator = directed([](BodyControl& control) {

@@ -17,31 +17,36 @@ std::vector<double> distances(const KeptContacts& kept, std::vector<BodyContact>
   return result;
 }
 
-constexpr auto kAll = [](const BodyContact&) { return true; };
+constexpr auto kAll = [](uint32_t, uint32_t) { return true; };
 
 TEST(KeptContacts, StandInPlaceOfThoseOfTheSamePairOnly) {
   KeptContacts kept;
-  kept.keep({contact(1, 0, 1), contact(1, 0, 2), contact(2, 1, 3)},
-            [](const BodyContact& each) { return each.b == 0; });
+  kept.keep({contact(1, 0, 1), contact(1, 0, 2), contact(2, 1, 3)}, {},
+            [](uint32_t, uint32_t b) { return b == 0; });
   // A pair is the same either way round.
   EXPECT_EQ(distances(kept, {contact(0, 1, 9), contact(2, 1, 8), contact(1, 0, 7)}),
             (std::vector<double>{8, 1, 2}));
 }
 
-TEST(KeptContacts, NewOnesReplaceThoseOfTheirPairAndOthersStay) {
+TEST(KeptContacts, WhatWasApartBeforeStaysApart) {
   KeptContacts kept;
-  kept.keep({contact(1, 0, 1), contact(2, 1, 3)}, kAll);
-  kept.keep({contact(2, 1, 4)}, kAll);
-  EXPECT_EQ(distances(kept, {}), (std::vector<double>{1, 4}));
+  kept.keep({contact(1, 0, 1)}, {contact(2, 1, 3), contact(1, 0, 5), contact(3, 1, 4)},
+            [](uint32_t a, uint32_t) { return a != 3; });
+  EXPECT_EQ(distances(kept, {contact(1, 2, 9), contact(3, 1, 7)}), (std::vector<double>{7, 1}));
+}
+
+TEST(KeptContacts, AnotherChangeAddsPairsAndKeepsTheFirst) {
+  KeptContacts kept;
+  kept.keep({contact(1, 0, 1)}, {contact(2, 0, 2)}, kAll);
+  kept.keep({contact(1, 0, 3), contact(2, 0, 4), contact(2, 1, 5)}, {contact(1, 0, 6)}, kAll);
+  EXPECT_EQ(distances(kept, {contact(2, 0, 9)}), (std::vector<double>{1, 5}));
 }
 
 TEST(KeptContacts, WhatNoLongerHoldsIsForgotten) {
   KeptContacts kept;
-  kept.keep({contact(1, 0, 1), contact(2, 1, 3)}, kAll);
-  kept.forget([](const BodyContact& each) { return each.a != 2; });
-  EXPECT_EQ(distances(kept, {contact(2, 1, 9)}), (std::vector<double>{9, 1}));
-  kept.forget([](const BodyContact&) { return false; });
-  EXPECT_TRUE(kept.empty());
+  kept.keep({contact(1, 0, 1), contact(2, 1, 3)}, {contact(2, 0, 4)}, kAll);
+  kept.forget([](uint32_t a, uint32_t b) { return a != 2 && b != 2; });
+  EXPECT_EQ(distances(kept, {contact(2, 1, 9), contact(2, 0, 8)}), (std::vector<double>{9, 8, 1}));
 }
 
 }  // namespace
