@@ -339,6 +339,23 @@ TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
   EXPECT_GT(world.velocity_asked[1].x(), 0);
 }
 
+// By the simulator's own rule. Decisions are three steps apart.
+TEST(PileSteering, WhatFallsAsleepBetweenTwoDecisionsIsLeftAlone) {
+  const Boxes boxes(pyramid(3));
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  for (BodyMotion& motion : world.motions) motion.linear_velocity = Vec3(0.2, 0, 0);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  ASSERT_LT(world.velocity_asked[1].x(), 0.2) << "braked";
+  for (const bool asleep : {false, true}) {
+    world.asleep[1] = asleep ? 1 : 0;
+    world.velocity_asked[1].setConstant(7);
+    director.direct(world);
+    EXPECT_EQ(world.velocity_asked[1].x() == 7, asleep);
+  }
+}
+
 TEST(PileSteering, NothingIsSteeredThatOnlyTouchesWhatFlies) {
   const Boxes boxes({{0, 0.1, 0}, {0, 3, 0}, {0, 3.2, 0}});
   ConstructedWorld world(boxes);

@@ -253,6 +253,38 @@ INSTANTIATE_TEST_SUITE_P(AllEngines, ControlOf,
                                          Engine::sphere),
                          testing::PrintToStringParamName());
 
+// The camera comes, goes and comes again while the ball slides.
+TEST(MixedControl, AnImpulseMovesASleeperThatHasChangedEngines) {
+  Balls balls(Engine::near_exact);
+  balls.scene.simulator.detail.levels.push_back(balls.scene.simulator.detail.levels[0]);
+  balls.scene.simulator.detail.levels[1].exact = false;
+  balls.scene.simulator.detail.distances_m = {20};
+  const auto camera = [](double time_s, double distance_m) {
+    return CameraKey{.time_s = time_s, .position = {0, 0, distance_m}, .target = {0, 0, 0}};
+  };
+  balls.scene.camera.keys = {camera(0.3, 40),  camera(0.31, 9), camera(0.7, 9),
+                             camera(0.71, 40), camera(1, 40),   camera(1.01, 9)};
+  balls.model.bodies[2].pose.position.x() = -9;
+  balls.model.bodies[2].linear_velocity.setZero();
+  balls.model.events = {{.time_s = 0.5,
+                         .kind = ModelEvent::Kind::impulse,
+                         .bodies = {1},
+                         .impulse = {3 * balls.model.bodies[1].mass_kg, 0, 0}}};
+  BodyScript script([](BodyControl& control) {
+    if (control.time_s() == 0) control.put_to_sleep(1);
+  });
+  const auto simulator = make_directed_simulator(balls.scene, balls.model, script);
+  const auto is_solved = [&] { return (simulator->states().flags[1] & kImpulse) != 0; };
+  std::vector<bool> solved;
+  for (const int frames : {15, 24, 18, 18}) {
+    run(*simulator, frames);
+    solved.push_back(is_solved());
+  }
+  EXPECT_EQ(solved, (std::vector<bool>{false, true, false, true}));
+  EXPECT_NEAR(simulator->states().position[1].x(), 3 * 0.75, 0.03);
+  EXPECT_NEAR(simulator->states().linear_velocity[1].x(), 3, 1e-3);
+}
+
 // All pairs, one by one. A large ball is among the small ones, some sleep.
 TEST(SphereContacts, AreThoseOfAllPairs) {
   constexpr uint32_t kBalls = 300;
