@@ -322,6 +322,26 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
   EXPECT_GE(under, 4);
 }
 
+// Far over the surface of a pile that wants filling. What the director wakes falls asleep again.
+TEST(PileWaking, WhatFallsAsleepByTheSimulatorsOwnRuleIsNotWokenForEver) {
+  std::vector<Vec3> centres = pyramid(5);
+  const auto top = static_cast<uint32_t>(centres.size() + 1);
+  centres.emplace_back(0.4, kEdge * 9.5, 0);
+  const Boxes boxes(centres, 55);
+  ConstructedWorld world(boxes);
+  rest_on_what_is_below(world);
+  world.rest(top, 1, kEdge / 2);
+  for (uint32_t body = 1; body < top; ++body) world.asleep[body] = 1;
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 1);
+  ASSERT_FALSE(world.asleep[top]);
+  world.asleep[top] = 1;
+  for (int step = 0; step < 30; ++step) {
+    world.step(director, 1);
+    EXPECT_TRUE(world.asleep[top]) << step;
+  }
+}
+
 TEST(PileSteering, WhatRisesOverSlipsDownAndWhatLiesInsideIsBraked) {
   std::vector<Vec3> centres = pyramid(5);
   const auto top = static_cast<uint32_t>(centres.size() + 1);
