@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace pilesim {
 
@@ -34,59 +33,36 @@ Vec3 closest_point(const Corners& corners, const Vec3& point) {
   return closest;
 }
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh, uint32_t leaf_size)
-    : triangles_(mesh.triangles.size()) {
-  assert(!mesh.triangles.empty() && leaf_size > 0);
-  std::iota(triangles_.begin(), triangles_.end(), 0u);
+namespace {
+
+BoxTree tree_of(const TriangleMesh& mesh, uint32_t leaf_size) {
+  assert(!mesh.triangles.empty());
+  std::vector<Bounds> boxes;
   std::vector<Vec3> centroids;
-  centroids.reserve(triangles_.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
+  boxes.reserve(mesh.triangles.size());
+  centroids.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    Bounds& box = boxes.emplace_back();
+    for (const uint32_t vertex : triangle) box.extend(mesh.vertices[vertex]);
+    const auto& [a, b, c] = triangle;
     centroids.push_back((mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0);
   }
-  build(centroids, 0, static_cast<uint32_t>(triangles_.size()), leaf_size);
+  return BoxTree(boxes, centroids, leaf_size);
+}
 
-  corners_.reserve(triangles_.size());
-  for (const uint32_t index : triangles_) {
+}  // namespace
+
+TriangleTree::TriangleTree(const TriangleMesh& mesh, uint32_t leaf_size)
+    : boxes_(tree_of(mesh, leaf_size)) {
+  corners_.reserve(mesh.triangles.size());
+  for (const uint32_t index : boxes_.items()) {
     const auto& [a, b, c] = mesh.triangles[index];
     corners_.push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
   }
-  after_.resize(nodes_.size());
-  for (size_t i = nodes_.size(); i-- > 0;) {  // children lie behind their parents
-    Node& node = nodes_[i];
-    if (node.is_leaf()) {
-      for (uint32_t k = node.first; k < node.first + node.count; ++k) {
-        for (const Vec3& corner : corners_[k]) node.box.extend(corner);
-      }
-      after_[i] = static_cast<uint32_t>(i) + 1;
-    } else {
-      node.box = nodes_[i + 1].box.merged(nodes_[node.right].box);
-      after_[i] = after_[node.right];
-    }
-  }
-}
-
-void TriangleTree::build(const std::vector<Vec3>& centroids, uint32_t first, uint32_t count,
-                         uint32_t leaf_size) {
-  const auto index = static_cast<uint32_t>(nodes_.size());
-  nodes_.push_back({.box = {}, .first = first, .count = count, .right = 0});
-  if (count <= leaf_size) return;
-
-  Bounds spread;
-  const auto begin = triangles_.begin() + first;
-  std::for_each(begin, begin + count, [&](uint32_t i) { spread.extend(centroids[i]); });
-  Eigen::Index axis;
-  spread.sizes().maxCoeff(&axis);
-  const uint32_t half = count / 2;
-  std::nth_element(begin, begin + half, begin + count, [&](uint32_t i, uint32_t j) {
-    const double a = centroids[i](axis), b = centroids[j](axis);
-    return a != b ? a < b : i < j;
-  });
-  build(centroids, first, half, leaf_size);
-  nodes_[index].right = static_cast<uint32_t>(nodes_.size());
-  build(centroids, first + half, count - half, leaf_size);
 }
 
 double TriangleTree::distance(const Vec3& point) const {
+  const std::vector<Node>& nodes = this->nodes();
   double best = std::numeric_limits<double>::infinity();  // squared, m^2
   struct Pending {
     uint32_t index;
@@ -94,19 +70,19 @@ double TriangleTree::distance(const Vec3& point) const {
   };
   std::array<Pending, 128> stack;  // deeper than any tree of 2^32 triangles needs
   size_t size = 0;
-  stack[size++] = {0, nodes_[0].box.squaredExteriorDistance(point)};
+  stack[size++] = {0, nodes[0].box.squaredExteriorDistance(point)};
   while (size > 0) {
     const auto [index, box_distance] = stack[--size];
     if (box_distance >= best) continue;
-    const Node& node = nodes_[index];
+    const Node& node = nodes[index];
     if (node.is_leaf()) {
       for (uint32_t i = node.first; i < node.first + node.count; ++i) {
         best = std::min(best, (closest_point(corners_[i], point) - point).squaredNorm());
       }
       continue;
     }
-    Pending near{index + 1, nodes_[index + 1].box.squaredExteriorDistance(point)};
-    Pending far{node.right, nodes_[node.right].box.squaredExteriorDistance(point)};
+    Pending near{index + 1, nodes[index + 1].box.squaredExteriorDistance(point)};
+    Pending far{node.right, nodes[node.right].box.squaredExteriorDistance(point)};
     if (far.distance < near.distance) std::swap(near, far);
     stack[size++] = far;
     stack[size++] = near;

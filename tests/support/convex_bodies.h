@@ -1,0 +1,46 @@
+// Convex bodies for tests of distances.
+#pragma once
+
+#include <vector>
+
+#include "geometry/convex_distance.h"
+
+namespace pilesim::test {
+
+// The hull of some points, and all within a radius of it.
+class PointHull final : public ConvexBody {
+ public:
+  explicit PointHull(std::vector<Vec3> points, double radius_m = 0)
+      : ConvexBody(radius_m), points_(std::move(points)) {}
+  Vec3 farthest(const Vec3& direction) const override {
+    const Vec3* best = &points_.front();
+    for (const Vec3& point : points_) {
+      if (point.dot(direction) > best->dot(direction)) best = &point;
+    }
+    return *best;
+  }
+
+ private:
+  std::vector<Vec3> points_;
+};
+
+// A disc of the plane through `centre` across `axis` (unit), moved along it by +-half_height: a
+// cylinder.
+class Drum final : public ConvexBody {
+ public:
+  Drum(const Vec3& centre, const Vec3& axis, double radius, double half_height)
+      : centre_(centre), axis_(axis), disc_(radius), half_height_(half_height) {}
+  Vec3 farthest(const Vec3& direction) const override {
+    const double along = axis_.dot(direction);
+    const Vec3 across = direction - along * axis_;
+    Vec3 point = centre_ + (along < 0 ? -half_height_ : half_height_) * axis_;
+    if (across.norm() > 0) point += disc_ * across.normalized();
+    return point;
+  }
+
+ private:
+  Vec3 centre_, axis_;
+  double disc_, half_height_;
+};
+
+}  // namespace pilesim::test
