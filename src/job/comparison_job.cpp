@@ -17,7 +17,7 @@
 #include "report/comparison_writer.h"
 #include "scene/model.h"
 #include "scene/scene_loader.h"
-#include "simulate/pile_inspection.h"
+#include "inspect/pile_inspection.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 

@@ -24,7 +24,7 @@
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
-#include "simulate/pile_inspection.h"
+#include "inspect/pile_inspection.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

@@ -22,11 +22,14 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"scene", {"core", "geometry"}},
     {"signature", {"core", "geometry"}},
     {"simulate", {"core", "geometry", "scene", "signature"}},
+    {"inspect", {"core", "geometry", "scene", "simulate"}},
     {"pile", {"core", "geometry", "scene", "signature", "simulate"}},
     {"trajectory", {"core"}},
     {"report", {"core", "geometry", "signature", "trajectory"}},
     {"render", {"core", "geometry", "scene", "trajectory"}},
-    {"job", {"core", "geometry", "scene", "signature", "simulate", "pile", "trajectory", "report"}},
+    {"job",
+     {"core", "geometry", "scene", "signature", "simulate", "inspect", "pile", "trajectory",
+      "report"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {

@@ -1,5 +1,5 @@
 // Piles whose faults are known.
-#include "simulate/pile_inspection.h"
+#include "inspect/pile_inspection.h"
 
 #include <gtest/gtest.h>
 
@@ -53,8 +53,8 @@ TEST_F(PileInspection, ASoundStack) {
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.bodies, 5);
   EXPECT_EQ(quality.unsettled + quality.escaped + quality.floating, 0);
-  EXPECT_NEAR(quality.deepest_penetration_m, 0, 1e-9);
-  EXPECT_NEAR(quality.largest_gap_m, 0, 1e-6);
+  EXPECT_NEAR(quality.deepest_penetration_m, 0, 1e-12);
+  EXPECT_NEAR(quality.largest_gap_m, 0, 1e-12);
   EXPECT_NEAR(quality.body_diameter_m, kDiameter, 1e-12);
 }
 
@@ -63,8 +63,8 @@ TEST_F(PileInspection, MeasuresPenetrationOfBoxesAndPlane) {
   add_box(Vec3(0, 1.5 * kEdge - 0.008, 0));  // 5 mm in the lower one
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.overlapping_pairs, 2);
-  EXPECT_NEAR(quality.deepest_penetration_m, 0.005, 1e-5);
-  EXPECT_NEAR(quality.mean_penetration_m, 0.004, 1e-5);
+  EXPECT_NEAR(quality.deepest_penetration_m, 0.005, 1e-12);
+  EXPECT_NEAR(quality.mean_penetration_m, 0.004, 1e-12);
 }
 
 TEST_F(PileInspection, FindsWhatFloats) {
@@ -74,7 +74,7 @@ TEST_F(PileInspection, FindsWhatFloats) {
   add_box(Vec3(3, 1 + kEdge, 0));
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.floating, 3);
-  EXPECT_NEAR(quality.largest_gap_m, 0.02, 1e-4);
+  EXPECT_NEAR(quality.largest_gap_m, 0.02, 1e-12);
   EXPECT_EQ(inspect(Vec3::Zero()).floating, 0);
 }
 
@@ -136,8 +136,40 @@ TEST_F(PileInspection, MeasuresAgainstAMesh) {
   add(2, Role::fixed, Vec3::Zero());
   add_box(Vec3(0.3, 0.5 + kEdge / 2 - 0.004, 0.1));
   const PileQuality quality = inspect();
-  EXPECT_NEAR(quality.deepest_penetration_m, 0.004, 1e-4);
+  EXPECT_NEAR(quality.deepest_penetration_m, 0.004, 1e-12);
   EXPECT_EQ(quality.floating, 0);
+}
+
+// A box, a ball, an upright drum and a hull lie side by side on one long box, each sunk by its own
+// depth.
+TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
+  using Kind = CollisionPiece::Kind;
+  const double r = kEdge / 2;
+  CollisionPiece hull{.kind = Kind::hull};
+  hull.hull.vertices = {{-r, -r, -r}, {r, -r, -r}, {0, -r, r}, {0, r, 0}};
+  const std::vector<CollisionPiece> pieces = {
+      {.kind = Kind::box, .size = Vec3::Constant(kEdge)},
+      {.kind = Kind::sphere, .size = Vec3::Constant(r)},
+      {.kind = Kind::cylinder, .size = Vec3(r, kEdge, r)},
+      hull,
+      {.kind = Kind::box, .size = Vec3(10, kEdge, 10)}};
+  for (const CollisionPiece& piece : pieces) {
+    ModelShape shape = model.shapes[1];
+    shape.pieces = {piece};
+    model.shapes.push_back(shape);
+  }
+  const Vec3 origin(1e5, 2e5, -3e5);
+  states.position[0] = origin - Vec3(0, 100, 0);
+  add(6, Role::fixed, origin - Vec3(0, r, 0));
+  for (uint32_t shape = 2; shape < 6; ++shape) {
+    for (size_t i = states.size(); i-- > 2;) states.flags[i] = 0;
+    const double depth = 0.001 * shape;
+    add(shape, Role::dynamic, origin + Vec3(shape, r - depth, 0));
+    const PileQuality quality = inspect();
+    EXPECT_EQ(quality.overlapping_pairs, 1) << shape;
+    EXPECT_NEAR(quality.deepest_penetration_m, depth, 1e-9) << shape;
+    EXPECT_EQ(quality.floating, 0) << shape;
+  }
 }
 
 TEST_F(PileInspection, AgreesWithEveryPairTakenAlone) {
@@ -158,7 +190,7 @@ TEST_F(PileInspection, AgreesWithEveryPairTakenAlone) {
   }
   const PileQuality quality = inspect();
   EXPECT_EQ(quality.overlapping_pairs, pairs);
-  EXPECT_NEAR(quality.deepest_penetration_m, deepest, 0.02 * deepest);
+  EXPECT_NEAR(quality.deepest_penetration_m, deepest, 1e-12);
 }
 
 }  // namespace

@@ -1,7 +1,4 @@
-#include "simulate/pile_inspection.h"
-
-#include <BulletCollision/BroadphaseCollision/btDbvt.h>
-#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include "inspect/pile_inspection.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,21 +7,23 @@
 #include <memory>
 
 #include "core/parallel_for.h"
+#include "geometry/box_tree.h"
+#include "geometry/convex_distance.h"
 #include "geometry/triangle_tree.h"
-#include "simulate/bullet_closest_points.h"
-#include "simulate/bullet_shapes.h"
+#include "inspect/placed_piece.h"
 
 namespace pilesim {
 namespace {
 
 constexpr double kReach = 0.1;  // gaps are looked for so far, in mean diameters
+constexpr uint32_t kLeafSize = 4;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
 struct Placed {
   uint32_t body;
-  btTransform pose;  // of the shape's Bullet frame
-  btVector3 low, high;
-  bool free;  // dynamic and let go
+  Pose pose;
+  Bounds box;  // of what it collides with; world
+  bool free;   // dynamic and let go
   bool resting;
 };
 
@@ -32,23 +31,28 @@ struct BodyPair {
   uint32_t a, b;  // of Inspection::placed_; a is free
 };
 
-bool boxes_meet(const btVector3& low_a, const btVector3& high_a, const btVector3& low_b,
-                const btVector3& high_b, double reach) {
-  for (int i = 0; i < 3; ++i) {
-    if (low_a[i] > high_b[i] + reach || low_b[i] > high_a[i] + reach) return false;
+Bounds widened(Bounds box, double by) {
+  box.min().array() -= by;
+  box.max().array() += by;
+  return box;
+}
+
+Bounds box_at(const Bounds& box, const Pose& pose) {
+  const Vec3 half = pose.orientation.toRotationMatrix().cwiseAbs() * (box.sizes() / 2);
+  const Vec3 centre = pose.apply(box.center());
+  return {centre - half, centre + half};
+}
+
+class PlacedTriangle final : public ConvexBody {
+ public:
+  explicit PlacedTriangle(const Corners& corners) : corners_(corners) {}
+  Vec3 farthest(const Vec3& direction) const override {
+    return *std::ranges::max_element(corners_, {},
+                                     [&](const Vec3& corner) { return corner.dot(direction); });
   }
-  return true;
-}
 
-// Leaves of the tree hold places of Inspection::placed_.
-void* to_data(uint32_t place) { return reinterpret_cast<void*>(static_cast<uintptr_t>(place)); }
-uint32_t to_place(const void* data) {
-  return static_cast<uint32_t>(reinterpret_cast<uintptr_t>(data));
-}
-
-struct BoxCollector : btDbvt::ICollide {
-  std::vector<uint32_t> bodies;
-  void Process(const btDbvtNode* leaf) override { bodies.push_back(to_place(leaf->data)); }
+ private:
+  const Corners& corners_;
 };
 
 class Inspection {
@@ -70,16 +74,16 @@ class Inspection {
                                  const std::vector<BodyPair>& pairs,
                                  const std::vector<double>& distances) const;
 
-  const ConvexPieces& pieces(const Placed& placed) const {
-    return *static_cast<const ConvexPieces*>(
-        shapes_[shape_index(placed)].collision()->getUserPointer());
-  }
+  // In a frame that has the world's axes and its origin at `origin`: distances keep their digits
+  // far from the world's. `nearby`: only those whose boxes come within reach of that one.
+  std::vector<PlacedPiece> pieces(const Placed& placed, const Vec3& origin,
+                                  const Bounds& nearby) const;
   uint32_t shape_index(const Placed& placed) const { return model_.bodies[placed.body].shape; }
   const ModelShape& shape(const Placed& placed) const { return model_.shapes[shape_index(placed)]; }
 
   const Model& model_;
   Vec3 gravity_;
-  std::vector<BulletShape> shapes_;
+  std::vector<std::vector<PieceCore>> cores_;         // by shape
   std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, where it collides as a mesh
   std::vector<Placed> placed_;                        // all present bodies, in their order
   double reach_m_ = 0;
@@ -89,8 +93,9 @@ class Inspection {
 Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
     : model_(model), gravity_(gravity) {
   trees_.resize(model.shapes.size());
+  cores_.resize(model.shapes.size());
   for (size_t i = 0; i < model.shapes.size(); ++i) {
-    shapes_.emplace_back(model.shapes[i]);
+    for (const CollisionPiece& piece : model.shapes[i].pieces) cores_[i].emplace_back(piece);
     if (model.shapes[i].collides_as_mesh) {
       trees_[i] = std::make_unique<TriangleTree>(model.shapes[i].mesh);
     }
@@ -124,9 +129,13 @@ void Inspection::place(const BodyStates& states) {
     Placed placed{.body = i};
     placed.free = body.role == Role::dynamic && (states.flags[i] & kHeld) == 0;
     placed.resting = placed.free && !body.hinge && is_resting(states, i);
-    placed.pose = to_bullet(
-        Pose{states.position[i], states.orientation[i] * shapes_[body.shape].body_from_bullet()});
-    shapes_[body.shape].collision()->getAabb(placed.pose, placed.low, placed.high);
+    placed.pose = {states.position[i], states.orientation[i]};
+    if (trees_[body.shape]) {
+      placed.box = box_at(trees_[body.shape]->nodes()[0].box, placed.pose);
+    }
+    for (const PieceCore& core : cores_[body.shape]) {
+      placed.box.extend(PlacedPiece(core, placed.pose).bounds());
+    }
     if (placed.free) {
       ++quality_.bodies;
       if (!is_resting(states, i) && gravity_.norm() > 0) ++quality_.unsettled;
@@ -143,96 +152,83 @@ std::vector<BodyPair> Inspection::near_pairs() const {
       pairs.push_back(placed_[i].free ? BodyPair{i, j} : BodyPair{j, i});
     }
   };
-  btDbvt tree;
-  std::vector<const btDbvtNode*> leaves;
+  std::vector<uint32_t> boxed;  // of placed_
+  std::vector<Bounds> boxes;
+  std::vector<Vec3> centres;
   for (uint32_t i = 0; i < placed_.size(); ++i) {
     const Placed& one = placed_[i];
     if (shape(one).is_plane) {
       for (uint32_t j = 0; j < placed_.size(); ++j) {
         if (!shape(placed_[j]).is_plane) meet(i, j);
       }
-    } else if (from_bullet(one.low).allFinite() && from_bullet(one.high).allFinite()) {
-      btDbvtVolume box = btDbvtVolume::FromMM(one.low, one.high);
-      const double half = reach_m_ / 2;
-      box.Expand(btVector3(half, half, half));
-      leaves.push_back(tree.insert(box, to_data(i)));
+    } else if (one.box.min().allFinite() && one.box.max().allFinite()) {
+      boxed.push_back(i);
+      boxes.push_back(widened(one.box, reach_m_ / 2));
+      centres.push_back(one.box.center());
     }
   }
-  tree.optimizeTopDown();
-  BoxCollector met;
-  for (const btDbvtNode* leaf : leaves) {
-    met.bodies.clear();
-    tree.collideTV(tree.m_root, leaf->volume, met);
-    const uint32_t i = to_place(leaf->data);
-    for (const uint32_t j : met.bodies) {
-      if (j < i) meet(i, j);
-    }
+  const BoxTree tree(boxes, centres, kLeafSize);
+  for (uint32_t place = 0; place < tree.items().size(); ++place) {
+    const uint32_t i = tree.items()[place];
+    tree.for_each_near(boxes[i], place + 1, [&](uint32_t other) {
+      const uint32_t j = tree.items()[other];
+      if (boxes[i].intersects(boxes[j]))
+        meet(std::max(boxed[i], boxed[j]), std::min(boxed[i], boxed[j]));
+    });
   }
   std::ranges::sort(pairs, {}, [](const BodyPair& pair) { return std::pair(pair.a, pair.b); });
   return pairs;
 }
 
+std::vector<PlacedPiece> Inspection::pieces(const Placed& placed, const Vec3& origin,
+                                            const Bounds& nearby) const {
+  const Pose pose{placed.pose.position - origin, placed.pose.orientation};
+  const Bounds within = widened(nearby, reach_m_).translated(-origin);
+  std::vector<PlacedPiece> pieces;
+  for (const PieceCore& core : cores_[shape_index(placed)]) {
+    const PlacedPiece& piece = pieces.emplace_back(core, pose);
+    if (!piece.bounds().intersects(within)) pieces.pop_back();
+  }
+  return pieces;
+}
+
 double Inspection::distance_to_plane(const Placed& body, const Placed& plane) const {
-  const btVector3 normal = plane.pose.getBasis().getColumn(1);
+  const Vec3 normal = plane.pose.orientation * Vec3::UnitY();
+  const Pose pose{body.pose.position - plane.pose.position, body.pose.orientation};
   double nearest = kNone;
-  for (const ConvexPiece& piece : pieces(body).pieces) {
-    const btTransform pose = body.pose * piece.pose;
-    const btVector3 lowest =
-        pose * piece.shape->localGetSupportingVertex(-normal * pose.getBasis());
-    nearest = std::min<double>(nearest, normal.dot(lowest - plane.pose.getOrigin()));
+  for (const PieceCore& core : cores_[shape_index(body)]) {
+    const PlacedPiece piece(core, pose);
+    nearest = std::min(nearest, normal.dot(piece.farthest(-normal)) - piece.radius_m());
   }
   return nearest;
 }
 
 double Inspection::distance_to_mesh(const Placed& body, const Placed& mesh) const {
   const TriangleTree& tree = *trees_[shape_index(mesh)];
-  const Quat& body_from_bullet = shapes_[shape_index(mesh)].body_from_bullet();
-  const btTransform mesh_pose = mesh.pose * btTransform(to_bullet(body_from_bullet.conjugate()));
-  btGjkEpaPenetrationDepthSolver depth_solver;
+  const Quat back = mesh.pose.orientation.conjugate();
+  const Pose in_mesh{back * (body.pose.position - mesh.pose.position),
+                     back * body.pose.orientation};
   double nearest = kNone;
-  for (const ConvexPiece& piece : pieces(body).pieces) {
-    const btTransform pose = mesh_pose.inverse() * body.pose * piece.pose;
-    btVector3 low, high;
-    piece.shape->getAabb(pose, low, high);
-    Bounds box(from_bullet(low), from_bullet(high));
-    box.min().array() -= reach_m_;
-    box.max().array() += reach_m_;
-    tree.for_each_near(box, 0, [&](uint32_t i) {
-      const Corners& corners = tree.corners()[i];
-      btTriangleShape triangle(to_bullet(corners[0]), to_bullet(corners[1]), to_bullet(corners[2]));
-      triangle.setMargin(0);
-      const auto found = closest_points(*piece.shape, pose, triangle, btTransform::getIdentity(),
-                                        reach_m_, &depth_solver);
-      if (found) nearest = std::min(nearest, found->distance);
+  for (const PieceCore& core : cores_[shape_index(body)]) {
+    const PlacedPiece piece(core, in_mesh);
+    tree.for_each_near(widened(piece.bounds(), reach_m_), 0, [&](uint32_t i) {
+      nearest =
+          std::min(nearest, convex_distance(piece, PlacedTriangle(tree.corners()[i]), reach_m_));
     });
   }
   return nearest;
 }
 
 double Inspection::distance_of_pieces(const Placed& a, const Placed& b) const {
-  struct Boxed {
-    const btConvexShape* shape;
-    btTransform pose;
-    btVector3 low, high;
-  };
-  const auto near = [&](const Placed& of, const Placed& to) {
-    std::vector<Boxed> boxed;
-    for (const ConvexPiece& piece : pieces(of).pieces) {
-      Boxed one{piece.shape, of.pose * piece.pose, {}, {}};
-      one.shape->getAabb(one.pose, one.low, one.high);
-      if (boxes_meet(one.low, one.high, to.low, to.high, reach_m_)) boxed.push_back(one);
-    }
-    return boxed;
-  };
-  const std::vector<Boxed> near_a = near(a, b), near_b = near(b, a);
-  btGjkEpaPenetrationDepthSolver depth_solver;
+  const Vec3& origin = a.pose.position;
+  const std::vector<PlacedPiece> near_a = pieces(a, origin, b.box);
+  const std::vector<PlacedPiece> near_b = pieces(b, origin, a.box);
   double nearest = kNone;
-  for (const Boxed& one : near_a) {
-    for (const Boxed& other : near_b) {
-      if (!boxes_meet(one.low, one.high, other.low, other.high, reach_m_)) continue;
-      const auto found =
-          closest_points(*one.shape, one.pose, *other.shape, other.pose, reach_m_, &depth_solver);
-      if (found) nearest = std::min(nearest, found->distance);
+  for (const PlacedPiece& one : near_a) {
+    const Bounds box = widened(one.bounds(), reach_m_);
+    for (const PlacedPiece& other : near_b) {
+      if (!box.intersects(other.bounds())) continue;
+      nearest = std::min(nearest, convex_distance(one, other, reach_m_));
     }
   }
   return nearest;
@@ -257,20 +253,19 @@ uint64_t Inspection::count_escaped(const std::vector<uint8_t>& held_up) const {
       planes.push_back(&placed);
       continue;
     }
-    const btVector3 middle = (placed.low + placed.high) / 2;
-    const btVector3 half = (placed.high - placed.low) / 2;
-    floor_m = std::min(floor_m, up.dot(from_bullet(middle)) - up.cwiseAbs().dot(from_bullet(half)));
+    floor_m =
+        std::min(floor_m, up.dot(placed.box.center()) - up.cwiseAbs().dot(placed.box.sizes() / 2));
   }
   const auto escaped = [&](const Placed& body) {
-    const btVector3& centre = body.pose.getOrigin();
-    if (!from_bullet(centre).allFinite()) return true;
+    const Vec3& centre = body.pose.position;
+    if (!centre.allFinite()) return true;
     if (planes.empty()) {
       return std::isfinite(floor_m) && held_up[static_cast<size_t>(&body - placed_.data())] == 0 &&
-             up.dot(from_bullet(centre)) < floor_m - quality_.body_diameter_m;
+             up.dot(centre) < floor_m - quality_.body_diameter_m;
     }
     return std::ranges::any_of(planes, [&](const Placed* plane) {
-      const btVector3 normal = plane->pose.getBasis().getColumn(1);
-      return normal.dot(centre - plane->pose.getOrigin()) < -shape(body).smallest_extent;
+      const Vec3 normal = plane->pose.orientation * Vec3::UnitY();
+      return normal.dot(centre - plane->pose.position) < -shape(body).smallest_extent;
     });
   };
   return static_cast<uint64_t>(std::ranges::count_if(

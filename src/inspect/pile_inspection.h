@@ -13,12 +13,12 @@ inline constexpr double kRestingSpeed = 0.05;
 // Bodies closer than this share of the mean diameter hold each other up.
 inline constexpr double kTouchingGap = 0.02;
 
-// Distances are of the model's collision pieces (GJK, and EPA where they overlap), for pairs whose
-// boxes nearly meet: the same states may be judged by another model whose shapes follow the meshes
-// more closely. Bodies escape through a plane when their centre is deeper behind it than their
-// smallest extent. Floating are bodies at rest that no chain of touching bodies joins to one that
-// is fixed, kinematic, held, hinged or moving. `gravity` in m/s^2. Runs in parallel; the result
-// does not depend on the number of threads.
+// Distances are those of the model's collision pieces, exact, for pairs whose boxes nearly meet; no
+// engine and no skin of one has a part in them. The same states may be judged by another model
+// whose shapes follow the meshes more closely. Bodies escape through a plane when their centre is
+// deeper behind it than their smallest extent. Floating are bodies at rest that no chain of
+// touching bodies joins to one that is fixed, kinematic, held, hinged or moving. `gravity` in
+// m/s^2. Runs in parallel; the result does not depend on the number of threads.
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states);
 
 }  // namespace pilesim
