@@ -1,8 +1,7 @@
 #include "report/charts.h"
 
-#include <cstdio>
-
-#include "core/subprocess.h"
+#include "core/gnuplot.h"
+#include "core/text.h"
 
 namespace pilesim {
 namespace {
@@ -21,34 +20,21 @@ std::string area_style(const char* colour) {
   return std::string("with filledcurves x1 lc rgb '") + colour + "'";
 }
 
-std::string quoted(const std::string& text) { return "'" + text + "'"; }
-
-// gnuplot reads commands and, after them, one inline block of data for each series.
 std::string draw(const std::string& y_label, const std::vector<double>& time_s,
                  const std::vector<Series>& series, bool logarithmic = false) {
-  std::string script =
-      "set terminal svg size 760,300 dynamic font 'sans-serif,12' background '#ffffff'\n"
-      "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
+  Plot plot(
       "set grid ytics lc rgb '#e4e4e4' lw 1\nset style fill solid 0.85 noborder\n"
-      "set key outside right top textcolor rgb '#444444' reverse Left samplen 1.5\n"
-      "set xlabel 'simulated time (s)'\n";
-  script += logarithmic ? "set logscale y\n" : "set yrange [0:*]\n";
-  script += "set ylabel " + quoted(y_label) + "\nplot ";
-  for (size_t i = 0; i < series.size(); ++i) {
-    script += (i > 0 ? ", " : "") + std::string("'-' ") + series[i].style + " title " +
-              quoted(series[i].title);
-  }
-  script += "\n";
-  char line[64];
+      "set key outside right top reverse Left\nset xlabel 'simulated time (s)'\n" +
+      std::string(logarithmic ? "set logscale y\n" : "set yrange [0:*]\n") + "set ylabel " +
+      quoted(y_label) + "\n");
   for (const Series& one : series) {
+    std::string rows;
     for (size_t i = 0; i < time_s.size(); ++i) {
-      std::snprintf(line, sizeof line, "%.6g %.6g\n", time_s[i], one.values[i]);
-      script += line;
+      rows += with_digits(time_s[i], 6) + " " + with_digits(one.values[i], 6) + "\n";
     }
-    script += "e\n";
+    plot.add(one.style + " title " + quoted(one.title), rows);
   }
-  const std::string document = run_program({"gnuplot"}, "gnuplot-nox", script);
-  return document.substr(document.find("<svg"));
+  return draw_svg(plot.script(), 760, 300);
 }
 
 template <typename Value>

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
-#include "core/subprocess.h"
+#include "core/gnuplot.h"
 #include "core/text.h"
 
 namespace pilesim {
@@ -16,16 +16,9 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kColours[] = {"#333333", "#4c78a8", "#e45756", "#54a24b",
                                     "#f2b155", "#9467bd", "#72b7b2", "#9d755d"};
 
-constexpr const char* kStyle =
-    "set border 3 lc rgb '#888888'\nset tics nomirror textcolor rgb '#444444'\n"
-    "set key outside right top textcolor rgb '#444444' reverse Left samplen 1.5 noenhanced\n";
+constexpr const char* kKey = "set key outside right top reverse Left\n";
 
 std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }
-
-std::string quoted(std::string text) {
-  for (char& c : text) c = c == '\'' || c == '\n' ? ' ' : c;
-  return "'" + text + "'";
-}
 
 std::string text_of(const Json& number) { return with_digits(number.get<double>(), 6); }
 
@@ -33,30 +26,13 @@ bool is_known(const Json& interval) {
   return interval.is_object() && interval["value"].is_number() && interval["low"].is_number();
 }
 
-// One plot of gnuplot: its elements and, after them, an inline block of data for each.
-struct Plot {
-  std::string settings, elements, data;
-
-  void add(const std::string& element, const std::string& block) {
-    elements += (elements.empty() ? "plot '-' " : ", '-' ") + element;
-    data += block + "e\n";
-  }
-};
-
 Chart draw(const std::string& title, const std::string& name, int height, const Plot& plot,
            const std::filesystem::path& directory) {
-  const std::string size = std::to_string(height);
-  const std::string script = kStyle + plot.settings + plot.elements + "\n" + plot.data;
-  const auto run = [&](const std::string& terminal) {
-    return run_program({"gnuplot"}, "gnuplot-nox", "set terminal " + terminal + "\n" + script);
-  };
-  const std::string svg =
-      run("svg size 760," + size + " dynamic font 'sans-serif,12' background '#ffffff'");
+  const std::string script = kKey + plot.script();
+  const std::string svg = draw_svg(script, 760, height);
   write_file_atomically(directory / ("compare." + name + ".svg"), svg);
-  write_file_atomically(directory / ("compare." + name + ".png"),
-                        run("pngcairo size 1140," + std::to_string(height * 3 / 2) +
-                            " font 'sans,11' fontscale 1.4 background '#ffffff'"));
-  return {title, svg.substr(svg.find("<svg"))};
+  write_png_chart(directory / ("compare." + name + ".png"), script, 1140, height * 3 / 2, 1.4);
+  return {title, svg};
 }
 
 // The modes that no other one beats in both, from the least error on: a line of gnuplot each.
@@ -79,12 +55,11 @@ std::string pareto_front(const Json& modes) {
 }
 
 Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
-  Plot plot;
-  plot.settings =
+  Plot plot(
       "set logscale xy\nset grid lc rgb '#e4e4e4' lw 1\nset offsets graph 0.1, graph 0.1, graph "
       "0.1, graph 0.1\n"
       "set xlabel 'largest error (1: as far as the reference is from itself)'\n"
-      "set ylabel 'speed-up'\n";
+      "set ylabel 'speed-up'\n");
   plot.add("with steps lw 1.2 lc rgb '#bbbbbb' title 'nothing better'", pareto_front(modes));
   for (size_t i = 0; i < modes.size(); ++i) {
     const Json& mode = modes[i];
@@ -100,7 +75,6 @@ Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
 }
 
 Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
-  Plot plot;
   std::string names;
   size_t row = 0;
   for (const auto& [name, error] : modes[0]["errors"].items()) {
@@ -109,10 +83,10 @@ Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
     names += (row > 0 ? ", " : "") + quoted(shown) + " " + std::to_string(row);
     ++row;
   }
-  plot.settings = "set logscale x\nset grid xtics lc rgb '#e4e4e4' lw 1\nset ytics (" + names +
-                  ")\nset yrange [" + std::to_string(row) +
-                  ":-1]\nset xlabel 'error (1: as far as the reference is from itself)'\n"
-                  "set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#888888' dt 2\n";
+  Plot plot("set logscale x\nset grid xtics lc rgb '#e4e4e4' lw 1\nset ytics (" + names +
+            ")\nset yrange [" + std::to_string(row) +
+            ":-1]\nset xlabel 'error (1: as far as the reference is from itself)'\n"
+            "set arrow from 1, graph 0 to 1, graph 1 nohead lc rgb '#888888' dt 2\n");
   for (size_t i = 0; i < modes.size(); ++i) {
     std::string block;
     double y = 0.6 * (static_cast<double>(i) + 0.5) / static_cast<double>(modes.size()) - 0.3;
@@ -134,10 +108,9 @@ Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
 }
 
 Chart energy_chart(const Json& figures, const std::filesystem::path& directory) {
-  Plot plot;
-  plot.settings =
+  Plot plot(
       "set grid ytics lc rgb '#e4e4e4' lw 1\nset xlabel 'simulated time (s)'\n"
-      "set ylabel 'energy per mass ((D/T)^2)'\n";
+      "set ylabel 'energy per mass ((D/T)^2)'\n");
   const Json& modes = figures["modes"];
   for (size_t i = 0; i < modes.size(); ++i) {
     const Json& energy = modes[i]["energy"];

@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/gnuplot.h"
 #include "core/types.h"
-#include "signature/plotting.h"
+#include "signature/axis_labels.h"
 #include "signature/signature_summary.h"
 
 namespace pilesim {
@@ -76,7 +77,8 @@ fs::path plot_mean(const FitRun& run, const fs::path& file) {
               "EOD\nset title '" + names[k] +
               "'\nsplot $surface with pm3d, $nodes with points pt 7 ps 0.45 lc rgb '#222222'\n";
   }
-  return draw(file, 1500, 520, script + "unset multiplot\n");
+  write_png_chart(file, script + "unset multiplot\n", 1500, 520);
+  return file;
 }
 
 fs::path plot_curve(const FitRun& run, const fs::path& file) {
@@ -97,11 +99,13 @@ fs::path plot_curve(const FitRun& run, const fs::path& file) {
     plot += ", " + number(run.fitted.accuracy->models.front().distance) +
             " lw 1 dt 4 lc rgb '#444444' title 'table'";
   }
-  return draw(file, 760, 420,
-              "set title 'Size of the file against error'\nset logscale x\n"
-              "set grid lc rgb '#e4e4e4'\nset yrange [0:*]\nset datafile missing '?'\n"
-              "set xlabel 'bytes'\nset ylabel 'in units of sqrt(v^2 + k^2 w^2)'\n$d << EOD\n" +
-                  data + "EOD\n" + plot + "\n");
+  write_png_chart(file,
+                  "set title 'Size of the file against error'\nset logscale x\n"
+                  "set grid lc rgb '#e4e4e4'\nset yrange [0:*]\nset datafile missing '?'\n"
+                  "set xlabel 'bytes'\nset ylabel 'in units of sqrt(v^2 + k^2 w^2)'\n$d << EOD\n" +
+                      data + "EOD\n" + plot + "\n",
+                  760, 420);
+  return file;
 }
 
 }  // namespace

@@ -2,8 +2,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/gnuplot.h"
+#include "signature/axis_labels.h"
 #include "signature/known_rest_poses.h"
-#include "signature/plotting.h"
 #include "signature/signature_summary.h"
 
 namespace pilesim {
@@ -21,27 +22,29 @@ fs::path plot_heights(const CollisionHeightTable& t, const fs::path& file) {
   const auto tilt_name = [&](size_t j) {
     return tilts == 1 ? std::string("all directions") : number(shown(t.tilt, j)) + " deg";
   };
-  std::string plot = "plot '-' with filledcurves fc rgb '#d4dfeb' title 'one deviation around " +
-                     tilt_name(middle) + "'";
-  std::string data;
+  Plot plot(
+      "set title 'Height of the centre of mass at contact'\n"
+      "set key outside right top title 'spin to normal'\nset grid ytics lc rgb '#e4e4e4'\n"
+      "set xlabel '" +
+      label(t.spin) + "'\nset ylabel 'height (m)'\n");
+  std::string band;
   for (size_t i = 0; i < t.spin.size(); ++i) {
     const double mean = value(t.mean_m, i, middle), deviation = value(t.deviation_m, i, middle);
-    data += number(shown(t.spin, i)) + " " + number(mean - deviation) + " " +
+    band += number(shown(t.spin, i)) + " " + number(mean - deviation) + " " +
             number(mean + deviation) + "\n";
   }
-  data += "e\n";
+  plot.add(
+      "with filledcurves fc rgb '#d4dfeb' title 'one deviation around " + tilt_name(middle) + "'",
+      band);
   for (size_t j = 0; j < tilts; j += std::max<size_t>(1, tilts / 4)) {
-    plot += ", '-' with linespoints lw 2 pt 7 ps 0.5 title '" + tilt_name(j) + "'";
+    std::string rows;
     for (size_t i = 0; i < t.spin.size(); ++i) {
-      data += number(shown(t.spin, i)) + " " + number(value(t.mean_m, i, j)) + "\n";
+      rows += number(shown(t.spin, i)) + " " + number(value(t.mean_m, i, j)) + "\n";
     }
-    data += "e\n";
+    plot.add("with linespoints lw 2 pt 7 ps 0.5 title '" + tilt_name(j) + "'", rows);
   }
-  return draw(file, 760, 420,
-              "set title 'Height of the centre of mass at contact'\n"
-              "set key outside right top title 'spin to normal'\nset grid ytics lc rgb '#e4e4e4'\n"
-              "set xlabel '" +
-                  label(t.spin) + "'\nset ylabel 'height (m)'\n" + plot + "\n" + data);
+  write_png_chart(file, plot.script(), 760, 420);
+  return file;
 }
 
 float deviation_of(const ResponseTable& t, size_t cell, size_t component) {
@@ -88,7 +91,8 @@ fs::path plot_slices(const ResponseTable& t, const std::string& title, const Val
     }
     script += "e\n";
   }
-  return draw(file, 1100, 640, script + "unset multiplot\n");
+  write_png_chart(file, script + "unset multiplot\n", 1100, 640);
+  return file;
 }
 
 constexpr size_t kMostSlots = 14;  // a round side has dozens
@@ -139,7 +143,8 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
         ", $s using 1:2 with boxes lc rgb '#f0a35e' title 'simulation, 95%', "
         "$s using 1:2:3:4 with yerrorbars lc rgb '#444444' pt 7 ps 0.3 notitle";
   }
-  return draw(file, 320 + 110 * static_cast<int>(slots.size()), 420, script + plot + "\n");
+  write_png_chart(file, script + plot + "\n", 320 + 110 * static_cast<int>(slots.size()), 420);
+  return file;
 }
 
 }  // namespace
