@@ -9,7 +9,7 @@
 #include "options.h"
 #include "render/image_output.h"
 #include "render/pose_sheet.h"
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 #include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
 #include "signature/signature_summary.h"

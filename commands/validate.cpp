@@ -2,9 +2,10 @@
 #include <memory>
 #include <string>
 
+#include "model/model.h"
 #include "options.h"
-#include "scene/model.h"
 #include "scene/scene_loader.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

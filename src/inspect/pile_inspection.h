@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/pile_quality.h"
-#include "scene/model.h"
+#include "model/model.h"
 #include "simulate/body_state.h"
 
 namespace pilesim {

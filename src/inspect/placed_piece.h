@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "geometry/convex_distance.h"
-#include "scene/model.h"
+#include "model/model.h"
 
 namespace pilesim {
 

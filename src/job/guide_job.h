@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "pile/guide_fit.h"
-#include "pile/guided_simulator.h"
-#include "pile/upside_down.h"
+#include "pile/guide/guide_fit.h"
+#include "pile/guide/guided_simulator.h"
+#include "pile/guide/upside_down.h"
 
 namespace pilesim {
 

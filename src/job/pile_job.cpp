@@ -7,8 +7,9 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
 #include "simulate/body_control.h"
+#include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
 namespace {

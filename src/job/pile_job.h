@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/model.h"
+#include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/simulator.h"
 

@@ -12,6 +12,7 @@
 #include "core/philox.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

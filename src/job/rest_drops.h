@@ -6,8 +6,8 @@
 
 #include "core/progress.h"
 #include "geometry/mesh.h"
-#include "signature/contact_body.h"
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
+#include "signature/trial/contact_body.h"
 
 namespace pilesim {
 

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
-#include "signature/rest_poses.h"
+#include "signature/rest/rest_poses.h"
 
 namespace pilesim {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "scene/codec.h"
+#include "json/codec.h"
 
 namespace pilesim {
 namespace {

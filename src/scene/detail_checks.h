@@ -1,7 +1,7 @@
 // What the mixed mode needs of a scene beyond the ranges of single keys.
 #pragma once
 
-#include "scene/problem_log.h"
+#include "json/problem_log.h"
 #include "scene/scene.h"
 
 namespace pilesim {

@@ -2,7 +2,7 @@
 // range.
 #pragma once
 
-#include "scene/problem_log.h"
+#include "json/problem_log.h"
 #include "scene/scene.h"
 
 namespace pilesim {

@@ -3,7 +3,7 @@
 #include <string>
 #include <variant>
 
-#include "scene/codec.h"
+#include "json/codec.h"
 
 namespace pilesim {
 namespace {

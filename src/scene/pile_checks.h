@@ -1,7 +1,7 @@
 // What must hold of the piles of a scene, beyond each key's own range.
 #pragma once
 
-#include "scene/problem_log.h"
+#include "json/problem_log.h"
 #include "scene/scene.h"
 
 namespace pilesim {

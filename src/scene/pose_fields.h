@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "scene/object_codec.h"
+#include "json/object_codec.h"
 
 namespace pilesim {
 

@@ -1,5 +1,5 @@
 // A scene as its author wrote it: typed, checked, immutable. No geometry is loaded here;
-// build_model() (scene/model.h) turns it into what simulators step. Lengths in metres, times in
+// build_model() (model/model.h) turns it into what simulators step. Lengths in metres, times in
 // seconds, angles in radians (scene files say degrees where a key ends in _deg), y up.
 #pragma once
 
@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/colour.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -77,7 +78,6 @@ struct MotionKey {
 };
 
 // Linear RGB is made of it by the renderer.
-using Colour = std::array<uint8_t, 3>;  // sRGB
 
 // `pose` places the shape's own frame (the mesh file's frame, or the centre of a primitive), not
 // its centre of mass.

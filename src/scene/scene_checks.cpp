@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <set>
 
-#include "scene/codec.h"
+#include "json/codec.h"
 #include "scene/detail_checks.h"
 #include "scene/guide_checks.h"
 #include "scene/pile_checks.h"

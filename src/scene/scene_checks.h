@@ -1,8 +1,8 @@
 // What must hold between the parts of a scene, beyond each key's own range.
 #pragma once
 
-#include "scene/json_text.h"
-#include "scene/problem_log.h"
+#include "json/json_text.h"
+#include "json/problem_log.h"
 #include "scene/scene.h"
 
 namespace pilesim {

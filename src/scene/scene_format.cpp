@@ -1,6 +1,6 @@
 #include "scene/scene_format.h"
 
-#include "scene/object_codec.h"
+#include "json/object_codec.h"
 
 namespace pilesim {
 

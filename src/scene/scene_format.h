@@ -1,7 +1,7 @@
 // The scene format: every key with its range, default and description, once.
 #pragma once
 
-#include "scene/codec.h"
+#include "json/codec.h"
 #include "scene/scene.h"
 
 namespace pilesim {

@@ -1,4 +1,4 @@
-#include "scene/object_codec.h"
+#include "json/object_codec.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "scene/json_text.h"
+#include "json/json_text.h"
 #include "scene/scene_checks.h"
 #include "scene/scene_format.h"
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "signature/collision_height.h"
-#include "signature/contact_sampler.h"
 #include "signature/response_draw.h"
-#include "signature/response_table.h"
+#include "signature/table/collision_height.h"
+#include "signature/table/response_table.h"
+#include "signature/trial/contact_sampler.h"
 
 namespace pilesim {
 

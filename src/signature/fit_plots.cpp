@@ -3,8 +3,8 @@
 
 #include "core/gnuplot.h"
 #include "core/types.h"
-#include "signature/axis_labels.h"
 #include "signature/signature_summary.h"
+#include "signature/table/axis_labels.h"
 
 namespace pilesim {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <span>
 
-#include "signature/bspline_fit.h"
-#include "signature/response_table.h"
-#include "signature/spline_field.h"
+#include "signature/spline/bspline_fit.h"
+#include "signature/spline/spline_field.h"
+#include "signature/table/response_table.h"
 
 namespace pilesim {
 

@@ -6,23 +6,14 @@
 #include <vector>
 
 #include "signature/accuracy.h"
-#include "signature/bspline_fit.h"
-#include "signature/collision_height.h"
-#include "signature/contact_sampler.h"
-#include "signature/response_table.h"
-#include "signature/table_sampling.h"
+#include "signature/rest/known_rest_poses.h"
+#include "signature/spline/bspline_fit.h"
+#include "signature/table/collision_height.h"
+#include "signature/table/response_table.h"
+#include "signature/table/table_sampling.h"
+#include "signature/trial/contact_sampler.h"
 
 namespace pilesim {
-
-// A pose in which the object lies on a horizontal plane.
-struct KnownRestPose {
-  Vec3 up = Vec3::UnitY();  // unit, the mesh's axes: the plane's normal when at rest (n_rest)
-  double height_m = 0;      // of the centre of mass (h_rest)
-  double probability = 0;   // 0 .. 1
-  double probability_low = 0, probability_high = 0;  // 95% interval; equal where it is exact
-  std::string source;                                // how it was found: "geometry" or "simulation"
-  uint32_t family = 0;  // poses that a slight push joins have the same (rest_poses.h)
-};
 
 // The object that was measured. Per unit of mass.
 struct SignatureBody {

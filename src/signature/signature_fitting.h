@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "signature/fit_search.h"
 #include "signature/signature.h"
+#include "signature/spline/fit_search.h"
 
 namespace pilesim {
 

@@ -3,9 +3,9 @@
 #include <cstdio>
 
 #include "core/gnuplot.h"
-#include "signature/axis_labels.h"
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 #include "signature/signature_summary.h"
+#include "signature/table/axis_labels.h"
 
 namespace pilesim {
 namespace {

@@ -8,7 +8,7 @@
 #include "core/interrupt.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/progress.h"
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 #include "signature/signature.h"
 
 namespace pilesim {

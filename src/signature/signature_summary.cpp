@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numeric>
 
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 
 namespace pilesim {
 namespace {

@@ -64,9 +64,4 @@ class StepDirector {
   virtual void end_frame(BodyControl& /*control*/) {}
 };
 
-// The impulse or the mixed mode, as scene.simulator.mode says, under a director. All three
-// arguments must outlive it.
-std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
-                                                   StepDirector& director);
-
 }  // namespace pilesim

@@ -50,8 +50,4 @@ class ImpulseDirector {
   virtual void end_frame(ImpulseControl& /*control*/) {}
 };
 
-// The impulse mode under a director. All three must outlive it.
-std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
-                                                   ImpulseDirector& director);
-
 }  // namespace pilesim

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "simulate/impulse_control.h"
-#include "simulate/impulse_world.h"
+#include "simulate/exact_engine.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/timeline.h"
 
@@ -28,9 +27,11 @@ class PlainDirector final : public ImpulseDirector {
 class ImpulseSimulator final : public Simulator, public ImpulseControl {
  public:
   // `director` may be null.
-  ImpulseSimulator(const Scene& scene, const Model& model, ImpulseDirector* director);
-  ImpulseSimulator(const Scene& scene, const Model& model, StepDirector& director)
-      : ImpulseSimulator(scene, model, nullptr) {
+  ImpulseSimulator(const Scene& scene, const Model& model, std::unique_ptr<ExactEngine> engine,
+                   ImpulseDirector* director);
+  ImpulseSimulator(const Scene& scene, const Model& model, std::unique_ptr<ExactEngine> engine,
+                   StepDirector& director)
+      : ImpulseSimulator(scene, model, std::move(engine), nullptr) {
     director_ = &plain_.emplace(director);
   }
 
@@ -41,25 +42,25 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   double time_s() const override { return time_s_; }
   double step_s() const override { return step_s_; }
   bool is_in_world(uint32_t body) const override {
-    return world_.contains(body) && model_.bodies[body].role == Role::dynamic &&
+    return exact_.contains(body) && model_.bodies[body].role == Role::dynamic &&
            (states_.flags[body] & kHeld) == 0;
   }
-  BodyMotion motion(uint32_t body) const override { return world_.motion(body); }
-  void put_to_sleep(uint32_t body) override { world_.put_to_sleep(body); }
-  void wake(uint32_t body) override { world_.wake(body); }
-  bool is_asleep(uint32_t body) const override { return !world_.is_active(body); }
+  BodyMotion motion(uint32_t body) const override { return exact_.motion(body); }
+  void put_to_sleep(uint32_t body) override { exact_.put_to_sleep(body); }
+  void wake(uint32_t body) override { exact_.wake(body); }
+  bool is_asleep(uint32_t body) const override { return !exact_.is_active(body); }
   void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override {
-    world_.set_velocity(body, linear, angular);
+    exact_.set_velocity(body, linear, angular);
   }
   void set_friction(uint32_t body, double friction) override {
-    world_.set_friction(body, friction);
+    exact_.set_friction(body, friction);
   }
   void read_contacts(std::vector<BodyContact>& contacts) const override {
-    world_.read_contacts(contacts);
+    exact_.read_contacts(contacts);
   }
-  ConstraintId add_nail(const Nail& nail) override { return world_.add_nail(nail); }
-  void remove_constraint(ConstraintId constraint) override { world_.remove_constraint(constraint); }
-  bool holds(ConstraintId constraint) const override { return world_.holds(constraint); }
+  ConstraintId add_nail(const Nail& nail) override { return exact_.add_nail(nail); }
+  void remove_constraint(ConstraintId constraint) override { exact_.remove_constraint(constraint); }
+  bool holds(ConstraintId constraint) const override { return exact_.holds(constraint); }
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
 
  private:
@@ -83,19 +84,21 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   std::vector<uint32_t> kinematic_;  // indices
   BodyStates states_;
   StageTimer timer_;
-  ImpulseWorld world_;
+  std::unique_ptr<ExactEngine> engine_;
+  ExactEngine& exact_;
   std::optional<PlainDirector> plain_;
   ImpulseDirector* director_;
   std::vector<Hit> hits_;
 };
 
 ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model,
-                                   ImpulseDirector* director)
+                                   std::unique_ptr<ExactEngine> engine, ImpulseDirector* director)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
       timeline_(model, step_s_),
-      world_(scene, model),
+      engine_(std::move(engine)),
+      exact_(*engine_),
       director_(director) {
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
@@ -115,7 +118,7 @@ void ImpulseSimulator::add_new_bodies() {
 
 void ImpulseSimulator::add_body(uint32_t index) {
   const ModelBody& source = model_.bodies[index];
-  world_.add(index,
+  exact_.add(index,
              {source.pose.position, source.pose.orientation, states_.linear_velocity[index],
               states_.angular_velocity[index]},
              (states_.flags[index] & kHeld) != 0, source.asleep);
@@ -125,12 +128,12 @@ void ImpulseSimulator::add_body(uint32_t index) {
 
 void ImpulseSimulator::remove_body(uint32_t index) {
   states_.flags[index] &= static_cast<uint8_t>(~(kPresent | kAsleep | kImpulse));
-  if (!world_.contains(index)) return timeline_.cancel(index);
-  world_.remove(index);
+  if (!exact_.contains(index)) return timeline_.cancel(index);
+  exact_.remove(index);
 }
 
 void ImpulseSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
-  if (is_in_world(body)) world_.apply_impulse(body, event);
+  if (is_in_world(body)) exact_.apply_impulse(body, event);
 }
 
 void ImpulseSimulator::bring_events() {
@@ -143,8 +146,8 @@ void ImpulseSimulator::bring_events() {
 
 void ImpulseSimulator::move_kinematic_bodies() {
   for (const uint32_t index : kinematic_) {
-    if (!world_.contains(index) || model_.bodies[index].motion.empty()) continue;
-    world_.move_by_keys(index, time_s_);
+    if (!exact_.contains(index) || model_.bodies[index].motion.empty()) continue;
+    exact_.move_by_keys(index, time_s_);
   }
 }
 
@@ -157,9 +160,9 @@ FrameStatistics ImpulseSimulator::step_frame() {
     move_kinematic_bodies();
     if (director_ != nullptr) {
       director_->direct(*this);
-      world_.refresh_friction();
+      exact_.refresh_friction();
     }
-    world_.step(timer_, [this] { take_hits(); });
+    exact_.step(timer_, [this] { take_hits(); });
     ++steps_;
     time_s_ = static_cast<double>(steps_) * step_s_;
   }
@@ -176,15 +179,15 @@ FrameStatistics ImpulseSimulator::step_frame() {
 
 void ImpulseSimulator::take_hits() {
   if (director_ == nullptr) return;
-  world_.find_hits(hits_);
+  exact_.find_hits(hits_);
   if (!hits_.empty()) director_->take_hits(*this, hits_);
 }
 
 void ImpulseSimulator::read_states() {
   for (uint32_t i = 0; i < states_.size(); ++i) {
     const ModelBody& source = model_.bodies[i];
-    if (!world_.contains(i) || source.role == Role::fixed) continue;
-    const BodyMotion motion = world_.motion(i);
+    if (!exact_.contains(i) || source.role == Role::fixed) continue;
+    const BodyMotion motion = exact_.motion(i);
     if (source.role == Role::kinematic) {
       if (!source.motion.empty()) {
         const Pose pose = pose_at(model_.shapes[source.shape], source.motion, time_s_);
@@ -199,7 +202,7 @@ void ImpulseSimulator::read_states() {
       states_.linear_velocity[i] = motion.linear_velocity;
       states_.angular_velocity[i] = motion.angular_velocity;
     }
-    const bool asleep = is_in_world(i) && !world_.is_active(i);
+    const bool asleep = is_in_world(i) && !exact_.is_active(i);
     states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
     if (asleep) states_.flags[i] |= kAsleep;
   }
@@ -225,12 +228,12 @@ FrameStatistics ImpulseSimulator::statistics() const {
   for (uint32_t i = 0; i < states_.size(); ++i) {
     if ((states_.flags[i] & kPresent) != 0) ++statistics.bodies_present;
     if (!is_in_world(i)) continue;
-    if (world_.is_active(i)) ++statistics.bodies_awake;
-    statistics.kinetic_energy_j += world_.kinetic_energy_j(i);
+    if (exact_.is_active(i)) ++statistics.bodies_awake;
+    statistics.kinetic_energy_j += exact_.kinetic_energy_j(i);
     statistics.potential_energy_j -=
         model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
   }
-  world_.add_contacts_to(statistics);
+  exact_.add_contacts_to(statistics);
   return statistics;
 }
 
@@ -240,18 +243,21 @@ void ImpulseSimulator::mark(uint32_t body, uint8_t mask, uint8_t flags) {
 
 }  // namespace
 
-std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model) {
-  return std::make_unique<ImpulseSimulator>(scene, model, nullptr);
+std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model,
+                                                  std::unique_ptr<ExactEngine> engine) {
+  return std::make_unique<ImpulseSimulator>(scene, model, std::move(engine), nullptr);
 }
 
 std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model,
+                                                  std::unique_ptr<ExactEngine> engine,
                                                   StepDirector& director) {
-  return std::make_unique<ImpulseSimulator>(scene, model, director);
+  return std::make_unique<ImpulseSimulator>(scene, model, std::move(engine), director);
 }
 
-std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
-                                                   ImpulseDirector& director) {
-  return std::make_unique<ImpulseSimulator>(scene, model, &director);
+std::unique_ptr<Simulator> make_impulse_simulator(const Scene& scene, const Model& model,
+                                                  std::unique_ptr<ExactEngine> engine,
+                                                  ImpulseDirector& director) {
+  return std::make_unique<ImpulseSimulator>(scene, model, std::move(engine), &director);
 }
 
 }  // namespace pilesim

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "scene/model.h"
+#include "model/model.h"
 
 namespace pilesim {
 

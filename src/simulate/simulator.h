@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/stage_timer.h"
-#include "scene/model.h"
+#include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/body_state.h"
 
@@ -39,8 +39,5 @@ class Simulator {
   // For the report: a JSON object of what the mode tells of itself; empty: nothing.
   virtual std::string figures() const { return {}; }
 };
-
-// The simulator that scene.simulator.mode names. Both arguments must outlive it.
-std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model);
 
 }  // namespace pilesim

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "scene/model.h"
+#include "model/model.h"
 
 namespace pilesim {
 

@@ -21,10 +21,11 @@
 #include "geometry/mesh.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
+#include "inspect/pile_inspection.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
-#include "inspect/pile_inspection.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

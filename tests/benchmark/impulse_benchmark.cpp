@@ -19,7 +19,8 @@
 #include "geometry/mesh_import.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
-#include "simulate/bullet_types.h"
+#include "simulate/bullet/bullet_types.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
 

@@ -23,6 +23,7 @@
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

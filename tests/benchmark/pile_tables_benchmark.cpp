@@ -28,10 +28,11 @@
 
 #include "core/error.h"
 #include "core/subprocess.h"
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
+#include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
 namespace {

@@ -17,9 +17,10 @@
 #include <sys/resource.h>
 
 #include "core/error.h"
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
+#include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
 namespace {

@@ -17,6 +17,7 @@
 #include "report_errors.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {

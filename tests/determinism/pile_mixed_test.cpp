@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/parallel_for.h"
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/mixed_scene.h"
 
 namespace pilesim {

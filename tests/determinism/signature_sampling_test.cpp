@@ -8,7 +8,7 @@
 #include "core/parallel_for.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
-#include "signature/table_sampling.h"
+#include "signature/table/table_sampling.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {

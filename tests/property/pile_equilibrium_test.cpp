@@ -1,6 +1,6 @@
 // What holds of any body on any contacts.
 
-#include "pile/equilibrium.h"
+#include "pile/guide/equilibrium.h"
 
 #include <gtest/gtest.h>
 

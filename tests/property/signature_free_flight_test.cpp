@@ -1,6 +1,6 @@
 // The search for the first contact against a dense march in plain double arithmetic.
 // Tolerances are relative to the body and cover the Taylor series over tens of radians of flight.
-#include "signature/free_flight.h"
+#include "signature/trial/free_flight.h"
 
 #include <gtest/gtest.h>
 

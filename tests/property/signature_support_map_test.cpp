@@ -1,5 +1,5 @@
 // The candidates for a contact against all vertices.
-#include "signature/support_map.h"
+#include "signature/trial/support_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // Trials of random bodies under random materials.
 #include <gtest/gtest.h>
 
-#include "signature/contact_impulse.h"
-#include "signature/contact_sampler.h"
-#include "signature/flight_reach.h"
+#include "signature/trial/contact_impulse.h"
+#include "signature/trial/contact_sampler.h"
+#include "signature/trial/flight_reach.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {

@@ -1,6 +1,6 @@
 // Collisions drawn at random: what must hold of each.
 
-#include "simulate/collision_response.h"
+#include "simulate/sphere/collision_response.h"
 
 #include <gtest/gtest.h>
 

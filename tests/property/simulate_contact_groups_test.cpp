@@ -1,6 +1,6 @@
 // Groups of contacts against the same contacts one by one, in double.
 
-#include "simulate/contact_groups.h"
+#include "simulate/sphere/contact_groups.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <random>
 
-#include "simulate/bullet_collision_configuration.h"
-#include "simulate/bullet_shapes.h"
+#include "simulate/bullet/bullet_collision_configuration.h"
+#include "simulate/bullet/bullet_shapes.h"
 #include "support/small_model.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/philox.h"
-#include "simulate/rest_control.h"
+#include "simulate/sphere/rest_control.h"
 
 namespace pilesim {
 namespace {

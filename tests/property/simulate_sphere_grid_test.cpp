@@ -1,6 +1,6 @@
 // The grid against all pairs.
 
-#include "simulate/sphere_grid.h"
+#include "simulate/sphere/sphere_grid.h"
 
 #include <gtest/gtest.h>
 

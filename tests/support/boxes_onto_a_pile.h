@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
 #include "support/small_model.h"
 
 namespace pilesim {

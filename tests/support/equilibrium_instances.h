@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/philox.h"
-#include "pile/equilibrium.h"
+#include "pile/guide/equilibrium.h"
 
 namespace pilesim::test {
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 
 namespace pilesim::test {

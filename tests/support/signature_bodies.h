@@ -8,8 +8,8 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/primitives.h"
-#include "signature/contact_body.h"
-#include "signature/free_flight.h"
+#include "signature/trial/contact_body.h"
+#include "signature/trial/free_flight.h"
 
 namespace pilesim::test {
 

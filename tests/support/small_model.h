@@ -8,7 +8,7 @@
 
 #include "geometry/convex_hull.h"
 #include "geometry/primitives.h"
-#include "scene/model.h"
+#include "model/model.h"
 
 namespace pilesim {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "pile/candidates.h"
+#include "pile/guide/candidates.h"
 
 namespace pilesim {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/primitives.h"
-#include "pile/body_columns.h"
+#include "pile/repose/body_columns.h"
 #include "support/small_model.h"
 
 namespace pilesim {

@@ -1,7 +1,8 @@
 // Piles in containers and piles that are hit: small simulations.
 #include <gtest/gtest.h>
 
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 

@@ -1,7 +1,7 @@
 // The repose director on states made by hand: what sleeps, what wakes, what is steered.
 #include <gtest/gtest.h>
 
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
 #include "support/constructed_piles.h"
 
 namespace pilesim {

@@ -1,13 +1,13 @@
 // Statics with closed forms.
 
-#include "pile/equilibrium.h"
+#include "pile/guide/equilibrium.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "pile/equilibrium_margins.h"
+#include "pile/guide/equilibrium_margins.h"
 
 namespace pilesim {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/philox.h"
-#include "pile/pile_set.h"
+#include "pile/repose/pile_set.h"
 
 namespace pilesim {
 namespace {

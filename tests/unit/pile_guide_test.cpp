@@ -7,8 +7,8 @@
 
 #include "core/error.h"
 #include "geometry/primitives.h"
-#include "pile/guide_fit.h"
-#include "pile/guided_simulator.h"
+#include "pile/guide/guide_fit.h"
+#include "pile/guide/guided_simulator.h"
 #include "support/small_model.h"
 
 namespace pilesim {

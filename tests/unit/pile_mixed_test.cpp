@@ -1,6 +1,7 @@
 // Piles of the mixed mode: of bodies that are solved, of spheres, and of both.
 #include <gtest/gtest.h>
 
+#include "simulate/modes/make_simulator.h"
 #include "support/boxes_onto_a_pile.h"
 #include "support/small_simulation.h"
 

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "pile/repose_director.h"
+#include "pile/repose/repose_director.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/boxes_onto_a_pile.h"
 #include "support/small_simulation.h"
 

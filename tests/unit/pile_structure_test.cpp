@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "geometry/primitives.h"
-#include "pile/height_field.h"
-#include "pile/stacking_structure.h"
+#include "pile/repose/height_field.h"
+#include "pile/repose/stacking_structure.h"
 
 namespace pilesim {
 namespace {

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "geometry/inside_test.h"
 #include "geometry/primitives.h"
-#include "pile/upside_down.h"
+#include "pile/guide/upside_down.h"
 #include "support/small_model.h"
 
 namespace pilesim {

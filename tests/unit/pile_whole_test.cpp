@@ -1,12 +1,12 @@
 // Piles as a whole, against closed forms and the local rule.
 
-#include "pile/pile_equilibrium.h"
+#include "pile/guide/pile_equilibrium.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "pile/equilibrium.h"
+#include "pile/guide/equilibrium.h"
 
 namespace pilesim {
 namespace {

@@ -1,5 +1,5 @@
 // Splines over tables: closed forms, and against least squares without any separation.
-#include "signature/bspline.h"
+#include "signature/spline/bspline.h"
 
 #include <gmock/gmock.h>
 
@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "core/philox.h"
 #include "core/types.h"
-#include "signature/spline_field.h"
+#include "signature/spline/spline_field.h"
 
 namespace pilesim {
 namespace {

@@ -6,11 +6,11 @@
 
 #include "core/error.h"
 #include "core/philox.h"
-#include "signature/fit_search.h"
 #include "signature/response_model.h"
 #include "signature/signature_file.h"
 #include "signature/signature_fitting.h"
 #include "signature/signature_sampling.h"
+#include "signature/spline/fit_search.h"
 
 namespace pilesim {
 namespace {

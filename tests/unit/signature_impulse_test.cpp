@@ -1,5 +1,5 @@
 // One contact against closed forms.
-#include "signature/contact_impulse.h"
+#include "signature/trial/contact_impulse.h"
 
 #include <gtest/gtest.h>
 

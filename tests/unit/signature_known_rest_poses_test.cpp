@@ -1,5 +1,5 @@
 // What a signature keeps of poses found by geometry and by drops, and whether the two agree.
-#include "signature/known_rest_poses.h"
+#include "signature/rest/known_rest_poses.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "signature/rest_poses.h"
+#include "signature/rest/rest_poses.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

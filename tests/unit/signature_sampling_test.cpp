@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "signature/accuracy.h"
-#include "signature/collision_height.h"
-#include "signature/table_sampling.h"
+#include "signature/table/collision_height.h"
+#include "signature/table/table_sampling.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {

@@ -7,6 +7,7 @@
 
 #include "core/philox.h"
 #include "simulate/impulse_control.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 

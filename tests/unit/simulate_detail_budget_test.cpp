@@ -1,6 +1,6 @@
 // Levels by importance within a budget of modelled time or error.
 
-#include "simulate/detail_budget.h"
+#include "simulate/mixed/detail_budget.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Who is treated how: Table 4.1 and the rules of a scene.
 
-#include "simulate/dispatch_table.h"
+#include "simulate/sphere/dispatch_table.h"
 
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "core/philox.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 

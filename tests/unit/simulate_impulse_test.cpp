@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/philox.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"

@@ -1,7 +1,7 @@
 // Contacts that sleepers keep when they change engines.
 #include <gtest/gtest.h>
 
-#include "simulate/kept_contacts.h"
+#include "simulate/mixed/kept_contacts.h"
 
 namespace pilesim {
 namespace {

@@ -1,6 +1,6 @@
 // Levels by what the camera sees.
 
-#include "simulate/level_of_detail.h"
+#include "simulate/mixed/level_of_detail.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,323 @@
+#include "model/model.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "model/emitters.h"
+#include "model/model_shapes.h"
+#include "scene/scene_format.h"
+
+namespace pilesim {
+
+namespace {
+
+// Muted, well apart in hue and near in lightness, so that neighbours in a pile tell apart.
+constexpr std::array<Colour, 8> kPalette = {{{214, 107, 78},
+                                             {232, 176, 84},
+                                             {128, 164, 103},
+                                             {84, 151, 158},
+                                             {93, 122, 173},
+                                             {151, 114, 163},
+                                             {205, 134, 146},
+                                             {224, 206, 170}}};
+constexpr Colour kFixedColour = {176, 172, 165};
+
+// The problems of several shapes and emitters, thrown together at the end.
+class ProblemCollector {
+ public:
+  template <class Work>
+  void attempt(const Work& work) {
+    try {
+      work();
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::input && error.kind() != ErrorKind::io) throw;
+      if (problems_.empty()) kind_ = error.kind();
+      for (const Problem& problem : error.problems()) {
+        // A faulty part is met again in every compound that has it.
+        const bool is_known = std::any_of(
+            problems_.begin(), problems_.end(),
+            [&](const Problem& known) { return to_string(known) == to_string(problem); });
+        if (!is_known) problems_.push_back(problem);
+      }
+    }
+  }
+  void throw_if_any() {
+    if (!problems_.empty()) throw Error(kind_, std::move(problems_));
+  }
+
+ private:
+  ErrorKind kind_ = ErrorKind::input;
+  std::vector<Problem> problems_;
+};
+
+class ModelBuilder {
+ public:
+  explicit ModelBuilder(const Scene& scene) : scene_(scene) {}
+
+  Model build() {
+    for (const auto& [name, material] : scene_.materials) {
+      material_index_[name] = static_cast<uint32_t>(model_.materials.size());
+      model_.materials.push_back(material);
+    }
+    build_shapes();
+    for (size_t i = 0; i < scene_.emitters.size(); ++i) {
+      problems_.attempt([&] { check_volume(scene_.emitters[i], i); });
+    }
+    problems_.throw_if_any();
+    load_guide();
+    for (const Body& body : scene_.bodies) add_body(body);
+    for (size_t i = 0; i < scene_.emitters.size(); ++i) {
+      problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
+    }
+    problems_.throw_if_any();
+    check_guide_size();
+    for (size_t i = 0; i < scene_.events.size(); ++i) {
+      problems_.attempt([&] { add_event(scene_.events[i], i); });
+    }
+    const std::vector<PairRule>& rules = scene_.simulator.detail.pairs;
+    for (size_t i = 0; i < rules.size(); ++i) {
+      problems_.attempt([&] { add_pair_rule(rules[i], i); });
+    }
+    problems_.throw_if_any();
+    return std::move(model_);
+  }
+
+ private:
+  void build_shapes() {
+    for (const auto& [name, shape] : scene_.shapes) {
+      shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
+      problems_.attempt([&] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
+    }
+  }
+
+  // That the mesh of a volume has an inside. What touches itself or has slivers still has one.
+  void check_volume(const Emitter& emitter, size_t index) {
+    const auto* volume = std::get_if<VolumeSource>(&emitter.source);
+    if (volume != nullptr) check_inside(volume->file, volume->scale, emitter_pointer(index));
+  }
+
+  void check_inside(const std::filesystem::path& file, double scale, const std::string& pointer) {
+    std::vector<MeshDefect> defects;
+    try {
+      defects = find_mesh_defects(meshes_.load(file, scale));
+    } catch (const Error& error) {
+      throw at_pointer(error, pointer);
+    }
+    std::erase_if(defects, [](const MeshDefect& defect) {
+      return defect.kind == MeshDefectKind::degenerate ||
+             defect.kind == MeshDefectKind::non_manifold ||
+             defect.kind == MeshDefectKind::self_touching;
+    });
+    if (!defects.empty()) {
+      throw Error(ErrorKind::input, defect_problems(defects, file, pointer));
+    }
+  }
+
+  void load_guide() {
+    const std::optional<Guide>& guide = scene_.guide;
+    if (!guide || !guide->file) return;
+    check_inside(*guide->file, guide->scale, kGuidePointer);
+    model_.guide = meshes_.load(*guide->file, guide->scale);
+    for (Vec3& vertex : model_.guide.vertices) vertex = guide->pose.apply(vertex);
+  }
+
+  // That it can hold something.
+  void check_guide_size() {
+    if (model_.guide.triangles.empty()) return;
+    double largest = 0;
+    for (const ModelBody& body : model_.bodies) {
+      if (body.role != Role::dynamic) continue;
+      largest = std::max(largest, model_.shapes[body.shape].bounding_radius);
+    }
+    const double size = model_.guide.bounds().sizes().maxCoeff();
+    if (size >= 2 * largest) return;
+    throw Error(ErrorKind::input,
+                Problem{.file = scene_.guide->file->string(),
+                        .pointer = kGuidePointer,
+                        .found = "is smaller than a body: " + std::to_string(size) + " m against " +
+                                 std::to_string(2 * largest) + " m",
+                        .expected = "a mesh that holds bodies",
+                        .remedy = "Check its unit; \"scale\" is metres per unit"});
+  }
+
+  static constexpr const char* kGuidePointer = "/guide";
+  static std::string emitter_pointer(size_t index) { return "/emitters/" + std::to_string(index); }
+
+  static Error at_pointer(const Error& error, const std::string& pointer) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) problem.pointer = pointer;
+    return {error.kind(), std::move(problems)};
+  }
+
+  // Palette, mass and index of a body whose shape, material and role are set.
+  void append(ModelBody body, const std::optional<Colour>& colour) {
+    const ModelShape& shape = model_.shapes[body.shape];
+    const bool is_dynamic = body.role == Role::dynamic;
+    const Colour& default_colour =
+        is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()] : kFixedColour;
+    body.colour = colour.value_or(default_colour);
+    if (is_dynamic) {
+      body.mass_kg = shape.mass.volume_m3 * model_.materials[body.material].density_kg_m3;
+    }
+    model_.bodies.push_back(std::move(body));
+  }
+
+  // The pose of the body frame where the shape's own frame is at `pose`.
+  static Pose body_frame(const ModelShape& shape, const Pose& pose) {
+    return {pose.apply(shape.origin_offset), pose.orientation};
+  }
+
+  void add_body(const Body& source) {
+    ModelBody body;
+    body.name = source.name;
+    body.shape = shape_index_.at(source.shape);
+    body.material = material_index_.at(source.material);
+    const ModelShape& shape = model_.shapes[body.shape];
+    body.motion = source.motion;
+    body.pose = body_frame(shape, source.motion.empty() ? source.pose : source.motion.front().pose);
+    body.linear_velocity = source.linear_velocity;
+    body.angular_velocity = source.angular_velocity;
+    body.role = source.role;
+    body.held = source.held;
+    body.asleep = source.asleep;
+    body.preference = source.preference;
+    body.hinge = source.hinge;
+    append(std::move(body), source.colour);
+  }
+
+  // A guide's emitter may drop as many bodies as there are with the guide's volume: they cannot all
+  // fit.
+  Emitter with_count(const Emitter& emitter) const {
+    Emitter counted = emitter;
+    if (!std::holds_alternative<GuideSource>(emitter.source)) return counted;
+    double volume_m3 = 0;
+    for (const std::string& name : emitter.shapes) {
+      volume_m3 += model_.shapes[shape_index_.at(name)].mass.volume_m3;
+    }
+    const double most = std::floor(mass_properties(model_.guide).volume_m3 / volume_m3 *
+                                   static_cast<double>(emitter.shapes.size()));
+    const double limit = emitter.count > 0 ? emitter.count : kMostBodies + 1.0;
+    counted.count = static_cast<int>(std::min(most, limit));
+    return counted;
+  }
+
+  void add_emitter(const Emitter& source, size_t index) {
+    const Emitter emitter = with_count(source);
+    const std::string pointer = emitter_pointer(index);
+    double radius = 0;
+    for (const std::string& name : emitter.shapes) {
+      radius = std::max(radius, model_.shapes[shape_index_.at(name)].bounding_radius);
+    }
+    std::vector<EmittedBody> emitted;
+    try {
+      const auto* volume = std::get_if<VolumeSource>(&emitter.source);
+      const TriangleMesh* mesh =
+          volume == nullptr ? nullptr : &meshes_.load(volume->file, volume->scale);
+      emitted = unroll(emitter, index, scene_.seed, radius, mesh);
+    } catch (const Error& error) {
+      throw at_pointer(error, pointer);
+    }
+    check_emitted(emitter, pointer, emitted.size());
+    first_body_[emitter.name] = {static_cast<uint32_t>(model_.bodies.size()),
+                                 static_cast<uint32_t>(emitted.size())};
+    if (std::holds_alternative<GuideSource>(emitter.source)) {
+      model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
+                           static_cast<uint32_t>(index)};
+    }
+    const uint32_t material = material_index_.at(emitter.material);
+    for (size_t i = 0; i < emitted.size(); ++i) {
+      const EmittedBody& start = emitted[i];
+      ModelBody body;
+      body.name = emitter.name + '/' + std::to_string(i);
+      body.shape = shape_index_.at(emitter.shapes[start.shape]);
+      body.material = material;
+      body.pose = start.pose;
+      body.linear_velocity = start.linear_velocity;
+      body.angular_velocity = start.angular_velocity;
+      body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
+      body.asleep = emitter.asleep;
+      body.preference = emitter.preference;
+      append(std::move(body), emitter.colour);
+    }
+  }
+
+  // What only the mesh of a volume or a guide tells.
+  void check_emitted(const Emitter& emitter, const std::string& pointer, size_t count) const {
+    if (count == 0) {
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer,
+                          .found = "emits no body: no lattice point or no body fits into the mesh",
+                          .expected = "bodies and a spacing that suit the size of the mesh"});
+    }
+    const auto most = static_cast<size_t>(kMostBodies);
+    if (model_.bodies.size() + count > most) {
+      // unroll() stops there.
+      const std::string emitted =
+          count > most ? "more than " + std::to_string(most) : std::to_string(count);
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer,
+                          .found = "\"" + emitter.name + "\" emits " + emitted + " bodies",
+                          .expected = "at most " + std::to_string(kMostBodies) + " in the scene"});
+    }
+  }
+
+  void add_event(const Event& source, size_t index) {
+    ModelEvent event{.time_s = source.time_s, .kind = ModelEvent::Kind::release};
+    if (std::holds_alternative<RemoveEvent>(source.action)) event.kind = ModelEvent::Kind::remove;
+    if (const auto* hit = std::get_if<ImpulseEvent>(&source.action)) {
+      event.kind = ModelEvent::Kind::impulse;
+      event.impulse = hit->impulse;
+      event.point = hit->point;
+    }
+    const auto& names = std::visit(
+        [](const auto& action) -> const auto& { return action.bodies; }, source.action);
+    const std::string pointer = "/events/" + std::to_string(index) + "/bodies";
+    for (const std::string& name : names) add_targets(name, pointer, event.bodies);
+    model_.events.push_back(std::move(event));
+  }
+
+  void add_pair_rule(const PairRule& source, size_t index) {
+    const std::string pointer = "/simulator/level_of_detail/pairs/" + std::to_string(index);
+    ModelPairRule rule{.method = source.method};
+    add_targets(source.a, pointer + "/a", rule.a);
+    add_targets(source.b, pointer + "/b", rule.b);
+    model_.pair_rules.push_back(std::move(rule));
+  }
+
+  // Appends the bodies that `name` means: a body, an emitter's, or one of an emitter's.
+  void add_targets(const std::string& name, const std::string& pointer,
+                   std::vector<uint32_t>& targets) {
+    if (const auto emitter = first_body_.find(name); emitter != first_body_.end()) {
+      const auto [first, count] = emitter->second;
+      for (uint32_t i = 0; i < count; ++i) targets.push_back(first + i);
+      return;
+    }
+    if (body_index_.empty()) {
+      for (uint32_t i = 0; i < model_.bodies.size(); ++i) body_index_[model_.bodies[i].name] = i;
+    }
+    const auto body = body_index_.find(name);
+    if (body == body_index_.end()) {
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer,
+                          .found = "names \"" + name + "\", which its emitter does not reach",
+                          .expected = "a body that exists"});
+    }
+    targets.push_back(body->second);
+  }
+
+  const Scene& scene_;
+  Model model_;
+  MeshLibrary meshes_;
+  ProblemCollector problems_;
+  std::map<std::string, uint32_t> shape_index_, material_index_, body_index_;
+  std::map<std::string, std::pair<uint32_t, uint32_t>> first_body_;  // of an emitter, and how many
+};
+
+}  // namespace
+
+Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }
+
+}  // namespace pilesim

@@ -1,0 +1,99 @@
+// What simulators step: the scene with geometry loaded, mass computed and emitters unrolled into a
+// flat list of bodies. Const during a simulation.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/mass_properties.h"
+#include "geometry/mesh.h"
+#include "geometry/sphere_fit.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// One convex piece of a collision shape, in the body frame (origin at the centre of mass).
+struct CollisionPiece {
+  enum class Kind { hull, box, sphere, cylinder } kind;
+  Pose pose;          // of the primitive in the body frame; identity for a hull
+  Vec3 size;          // box: full edges; sphere: (r, r, r); cylinder: (r, height, r); m
+  TriangleMesh hull;  // for hulls only
+};
+
+// A shape ready for use. Everything is in the body frame: origin at the centre of mass, axes of the
+// mesh file. A plane has no pieces, no mass and no mesh.
+struct ModelShape {
+  std::string name;
+  bool is_plane = false;
+  TriangleMesh mesh;                     // drawn, and collided with where collides_as_mesh
+  std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
+  bool collides_as_mesh = false;         // concave, static or kinematic only
+  MassProperties mass;                   // of unit density; centre_of_mass is zero here
+  Vec3 origin_offset = Vec3::Zero();     // the centre of mass in the mesh file's frame, m
+  double bounding_radius = 0;            // about the centre of mass, m
+  double smallest_extent = 0;            // of the bounding box, m: scales margins
+  std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
+  std::filesystem::path signature_file;  // empty: none
+  std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
+};
+
+inline constexpr double kFromTheStart = -std::numeric_limits<double>::infinity();
+
+struct ModelBody {
+  std::string name;                        // "rabbits/17" for the 18th of an emitter
+  uint32_t shape = 0;                      // index into shapes
+  uint32_t material = 0;                   // index into materials
+  Pose pose;                               // of the body frame (centre of mass) at its start
+  Vec3 linear_velocity, angular_velocity;  // m/s, rad/s, world frame
+  Role role = Role::dynamic;
+  bool held = false;
+  bool asleep = false;
+  Preference preference = Preference::prefer_statistical;
+  double start_s = kFromTheStart;  // appears at the first step at or after this
+  std::optional<Hinge> hinge;
+  std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
+  Colour colour;
+  double mass_kg = 0;  // 0 for fixed and kinematic bodies
+};
+
+struct ModelEvent {
+  double time_s;
+  enum class Kind { release, remove, impulse } kind;
+  std::vector<uint32_t> bodies;
+  Vec3 impulse = Vec3::Zero();  // N s
+  std::optional<Vec3> point;
+};
+
+// A rule of the mixed mode for pairs of two sets of bodies.
+struct ModelPairRule {
+  std::vector<uint32_t> a, b;
+  PairMethod method;
+};
+
+// Bodies that are to fill the guide, in the order of their release (start_s is its time). Where
+// they lie is not known until fill_guide() (pile/guide/upside_down.h) has been called.
+struct GuideFill {
+  uint32_t first = 0, count = 0;  // in Model::bodies
+  uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers
+};
+
+struct Model {
+  std::vector<Material> materials;
+  std::vector<ModelShape> shapes;
+  std::vector<ModelBody> bodies;   // in the order of the file, then emitter by emitter
+  std::vector<ModelEvent> events;  // ordered by time
+  std::vector<ModelPairRule> pair_rules;
+  TriangleMesh guide;  // in the world; empty: none
+  std::optional<GuideFill> guide_fill;
+};
+
+// Loads meshes and builds collision shapes (decompositions are cached under the user's cache
+// directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the shape's
+// JSON pointer.
+Model build_model(const Scene& scene);
+
+}  // namespace pilesim

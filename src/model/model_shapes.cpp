@@ -1,0 +1,342 @@
+#include "model/model_shapes.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <system_error>
+
+#include "geometry/convex_decomposition.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mesh_import.h"
+#include "geometry/primitives.h"
+#include "geometry/solid_difference.h"
+#include "geometry/surface_distance.h"
+#include "json/json_text.h"
+
+namespace pilesim {
+
+namespace {
+
+constexpr int kFewestPieceVertices = 8;  // of DecompositionOptions
+
+std::string format(const char* pattern, double value) {
+  std::array<char, 64> buffer;
+  std::snprintf(buffer.data(), buffer.size(), pattern, value);
+  return buffer.data();
+}
+
+std::string percent(double share) { return format("%.1f %%", 100 * share); }
+std::string metres(double length) { return format("%.3g m", length); }
+std::string counted(size_t count, const std::string& noun) {
+  return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
+}
+
+void move(TriangleMesh& mesh, const Vec3& offset) {
+  for (Vec3& vertex : mesh.vertices) vertex += offset;
+}
+
+CollisionPiece hull_piece(TriangleMesh hull) {
+  return {.kind = CollisionPiece::Kind::hull, .size = Vec3::Zero(), .hull = std::move(hull)};
+}
+
+CollisionPiece primitive_piece(CollisionPiece::Kind kind, const Vec3& size,
+                               const Vec3& centre = Vec3::Zero()) {
+  return {.kind = kind, .pose = {.position = centre}, .size = size};
+}
+
+// Fills what follows from mesh and mass, and puts the origin at the centre of mass. Pieces are in
+// the same frame as the mesh.
+void finish(ModelShape& shape) {
+  const Vec3 centre = shape.mass.centre_of_mass;
+  shape.origin_offset = centre;
+  shape.mass.centre_of_mass = Vec3::Zero();
+  move(shape.mesh, -centre);
+  for (CollisionPiece& piece : shape.pieces) {
+    if (piece.kind == CollisionPiece::Kind::hull) {
+      move(piece.hull, -centre);
+    } else {
+      piece.pose.position -= centre;
+    }
+  }
+  for (const Vec3& vertex : shape.mesh.vertices) {
+    shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
+  }
+  // Spheres that stand for a mesh may reach out of it.
+  for (const CollisionPiece& piece : shape.pieces) {
+    if (piece.kind != CollisionPiece::Kind::sphere) continue;
+    const double reach = piece.pose.position.norm() + piece.size.x();
+    shape.bounding_radius = std::max(shape.bounding_radius, reach);
+  }
+  shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
+}
+
+class MeshShapeBuilder {
+ public:
+  MeshShapeBuilder(const MeshShape& source, const TriangleMesh& mesh, const std::string& pointer)
+      : source_(source), pointer_(pointer) {
+    shape_.mesh = mesh;
+    shape_.mesh_hash = mesh_hash(mesh);
+    shape_.signature_file = source.signature.value_or(std::filesystem::path());
+  }
+
+  ModelShape build() {
+    if (source_.collision == CollisionKind::mesh) {
+      // Never moved by forces: no mass, and it need not be a solid.
+      shape_.collides_as_mesh = true;
+      shape_.mass.centre_of_mass = shape_.mesh.bounds().center();
+      shape_.collision_report =
+          "mesh: " + counted(shape_.mesh.triangles.size(), "triangle") + ", exact";
+    } else if (is_solid()) {
+      shape_.mass = mass_properties(shape_.mesh);
+      add_pieces();
+      shape_.collision_report += warning_;
+    } else {
+      use_hull();
+    }
+    finish(shape_);
+    return std::move(shape_);
+  }
+
+ private:
+  // Throws for an improper solid unless its hull is to be used.
+  bool is_solid() {
+    const std::vector<MeshDefect> defects = find_mesh_defects(shape_.mesh);
+    if (defects.empty() || is_made_of_convex_groups()) return true;
+    const bool has_hull = defects.front().kind != MeshDefectKind::empty;
+    if (source_.use_hull_if_not_solid && has_hull) return false;
+    std::vector<Problem> problems = defect_problems(defects, source_.file, pointer_);
+    if (has_hull) {
+      problems.back().remedy =
+          R"(Mend the mesh, or set "use_hull_if_not_solid": true in the shape to simulate its hull)";
+    }
+    throw Error(ErrorKind::input, std::move(problems));
+  }
+
+  // Such a mesh touches itself, yet its mass is right unless groups overlap: that is counted twice.
+  bool is_made_of_convex_groups() {
+    constexpr double kNoticed = 1e-3;  // solid_difference errs by half of it
+    const std::vector<TriangleMesh> groups = convex_groups(shape_.mesh);
+    if (groups.empty()) return false;
+    const double sum_m3 = mass_properties(shape_.mesh).volume_m3;
+    const double overlap = 1 - solid_difference(shape_.mesh, groups).union_volume_m3 / sum_m3;
+    if (overlap > kNoticed) {
+      warning_ = "; its groups overlap: " + percent(overlap) + " of its mass is counted twice";
+    }
+    return true;
+  }
+
+  void use_hull() {
+    TriangleMesh hull = simplified_hull(shape_.mesh.vertices, source_.hull_max_vertices);
+    shape_.mass = mass_properties(hull);
+    shape_.collision_report = "hull: " + std::to_string(hull.vertices.size()) + " vertices" +
+                              ", in place of a mesh that is no solid";
+    shape_.pieces.push_back(hull_piece(std::move(hull)));
+  }
+
+  void add_pieces() {
+    switch (source_.collision) {
+      case CollisionKind::hull:
+        return add_hull();
+      case CollisionKind::decomposition:
+        return add_decomposition();
+      case CollisionKind::spheres:
+        return add_spheres();
+      case CollisionKind::sphere:
+        return add_sphere();
+      case CollisionKind::mesh:
+        break;  // has no pieces
+    }
+  }
+
+  void add_hull() {
+    TriangleMesh hull = simplified_hull(shape_.mesh.vertices, source_.hull_max_vertices);
+    shape_.collision_report =
+        "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors_of(hull);
+    shape_.pieces.push_back(hull_piece(std::move(hull)));
+  }
+
+  void add_decomposition() {
+    const DecompositionOptions options = {
+        .max_pieces = source_.decomposition_max_pieces,
+        .max_volume_error = source_.decomposition_max_volume_error,
+        .max_piece_vertices = std::max(kFewestPieceVertices, source_.hull_max_vertices)};
+    Decomposition decomposition = decompose(shape_.mesh, options, cache_directory());
+    shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
+                              (decomposition.from_groups ? " named by the mesh" : "") +
+                              errors(decomposition.volume_error(), decomposition.surface_error_m,
+                                     decomposition.mean_surface_error_m);
+    for (TriangleMesh& piece : decomposition.pieces) {
+      shape_.pieces.push_back(hull_piece(std::move(piece)));
+    }
+  }
+
+  void add_spheres() {
+    const SphereFit fit = fit_spheres(shape_.mesh, source_.sphere_count);
+    for (const FittedSphere& sphere : fit.spheres) {
+      shape_.pieces.push_back(primitive_piece(CollisionPiece::Kind::sphere,
+                                              Vec3::Constant(sphere.radius), sphere.centre));
+    }
+    shape_.collision_report = "spheres: " + counted(fit.spheres.size(), "piece") +
+                              ", volume error " + percent(fit.volume_error) +
+                              ", mean surface error " + metres(fit.mean_surface_error_m);
+  }
+
+  void add_sphere() {
+    const double radius = std::cbrt(3 * shape_.mass.volume_m3 / (4 * kPi));
+    const Vec3 centre = shape_.mass.centre_of_mass;
+    TriangleMesh ball = sphere_mesh(radius);
+    move(ball, centre);
+    shape_.pieces.push_back(
+        primitive_piece(CollisionPiece::Kind::sphere, Vec3::Constant(radius), centre));
+    shape_.collision_report = "sphere: 1 piece of equal volume" + errors_of(ball);
+  }
+
+  // Of one convex piece in place of the mesh, measured as those of a decomposition are.
+  std::string errors_of(const TriangleMesh& piece) const {
+    const SolidDifference difference = solid_difference(shape_.mesh, {&piece, 1});
+    const SurfaceDistance distance = surface_distance(piece, shape_.mesh);
+    return errors((difference.excess_m3() + difference.missing_m3()) / difference.mesh_volume_m3,
+                  distance.hausdorff_m, distance.mean_m);
+  }
+
+  static std::string errors(double volume_error, double surface_error_m, double mean_error_m) {
+    return ", volume error " + percent(volume_error) + ", surface error " +
+           metres(surface_error_m) + " (mean " + metres(mean_error_m) + ')';
+  }
+
+  const MeshShape& source_;
+  const std::string& pointer_;
+  ModelShape shape_;
+  std::string warning_;
+};
+
+ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh mesh,
+                     const MassProperties& mass) {
+  ModelShape shape;
+  shape.mesh = std::move(mesh);
+  shape.mass = mass;
+  shape.pieces.push_back(primitive_piece(kind, size));
+  finish(shape);
+  shape.collision_report = "1 piece, exact";
+  return shape;
+}
+
+// Appends `part`, whose own frame stands at `pose`, and returns its mass there.
+MassProperties append_part(ModelShape& whole, const ModelShape& part, const Pose& pose) {
+  const Pose body_frame = {pose.apply(part.origin_offset), pose.orientation};
+  const auto first_vertex = static_cast<uint32_t>(whole.mesh.vertices.size());
+  for (const Vec3& vertex : part.mesh.vertices) {
+    whole.mesh.vertices.push_back(body_frame.apply(vertex));
+  }
+  for (const Triangle& t : part.mesh.triangles) {
+    whole.mesh.triangles.push_back({t[0] + first_vertex, t[1] + first_vertex, t[2] + first_vertex});
+  }
+  for (CollisionPiece piece : part.pieces) {
+    if (piece.kind == CollisionPiece::Kind::hull) {
+      for (Vec3& vertex : piece.hull.vertices) vertex = body_frame.apply(vertex);
+    } else {
+      piece.pose = {body_frame.apply(piece.pose.position),
+                    body_frame.orientation * piece.pose.orientation};
+    }
+    whole.pieces.push_back(std::move(piece));
+  }
+  return transformed(part.mass, body_frame);
+}
+
+ModelShape build_compound(const Scene& scene, const CompoundShape& compound, MeshLibrary& meshes) {
+  ModelShape whole;
+  std::vector<MassProperties> masses;
+  for (const CompoundPart& part : compound.parts) {
+    const ModelShape built = build_shape(scene, part.shape, meshes);
+    masses.push_back(append_part(whole, built, part.pose));
+    whole.collision_report += (whole.collision_report.empty() ? "compound of " : "; ") +
+                              part.shape + " (" + built.collision_report + ')';
+  }
+  whole.mass = combine(masses);
+  finish(whole);
+  return whole;
+}
+
+ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
+                            MeshLibrary& meshes) {
+  try {
+    return MeshShapeBuilder(source, meshes.load(source.file, source.scale), pointer).build();
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      if (problem.file.empty()) problem.file = source.file.string();
+      if (problem.pointer.empty()) problem.pointer = pointer;
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
+}  // namespace
+
+const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double scale) {
+  const auto key = std::pair(file, scale);
+  const auto found = meshes_.find(key);
+  return found != meshes_.end() ? found->second
+                                : meshes_.emplace(key, import_mesh(file, scale)).first->second;
+}
+
+std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
+                                     const std::filesystem::path& file,
+                                     const std::string& pointer) {
+  std::vector<Problem> problems;
+  for (const MeshDefect& defect : defects) {
+    problems.push_back({.file = file.string(),
+                        .pointer = pointer,
+                        .found = defect.text,
+                        .expected = "a closed mesh with outward triangles"});
+  }
+  return problems;
+}
+
+std::optional<std::filesystem::path> cache_directory() {
+  const char* const cache_home = std::getenv("XDG_CACHE_HOME");
+  const char* const home = std::getenv("HOME");
+  std::filesystem::path directory;
+  if (cache_home != nullptr && *cache_home != '\0') {
+    directory = cache_home;
+  } else if (home != nullptr && *home != '\0') {
+    directory = std::filesystem::path(home) / ".cache";
+  } else {
+    return std::nullopt;
+  }
+  directory /= "pilesim";
+  std::error_code failure;
+  std::filesystem::create_directories(directory, failure);
+  if (failure || access(directory.c_str(), W_OK) != 0) return std::nullopt;
+  return directory;
+}
+
+ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes) {
+  using Kind = CollisionPiece::Kind;
+  const Shape& source = scene.shapes.at(name);
+  ModelShape shape;
+  if (const auto* mesh = std::get_if<MeshShape>(&source)) {
+    shape = build_mesh_shape(*mesh, "/shapes/" + escape_pointer_token(name), meshes);
+  } else if (const auto* box = std::get_if<BoxShape>(&source)) {
+    shape = primitive(Kind::box, box->size, box_mesh(box->size), box_mass_properties(box->size));
+  } else if (const auto* ball = std::get_if<SphereShape>(&source)) {
+    shape = primitive(Kind::sphere, Vec3::Constant(ball->radius), sphere_mesh(ball->radius),
+                      sphere_mass_properties(ball->radius));
+  } else if (const auto* cylinder = std::get_if<CylinderShape>(&source)) {
+    const auto& [radius, height] = *cylinder;
+    shape = primitive(Kind::cylinder, {radius, height, radius}, cylinder_mesh(radius, height),
+                      cylinder_mass_properties(radius, height));
+  } else if (const auto* compound = std::get_if<CompoundShape>(&source)) {
+    shape = build_compound(scene, *compound, meshes);
+  } else {
+    shape.is_plane = true;
+    shape.collision_report = "half-space, exact";
+  }
+  shape.name = name;
+  return shape;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,273 @@
+#include "pile/guide/guide_director.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace pilesim {
+namespace {
+
+// A body is looked for in the guide again once it has moved by this share of its radius.
+constexpr double kMoved = 0.02;
+
+// A body is not held while it is sunk into another by more than this share of either's radius: what
+// was given with overlaps comes apart first. Not of the thickness: edges of cards sink into cards.
+constexpr double kMostOverlap = 0.03;
+
+// The start is over after so many control periods, whatever overlaps.
+constexpr uint64_t kMostStart = 5;
+
+// Contacts that close more slowly than this, in sqrt(g r), are no hits: what rests on a held body
+// still trembles.
+constexpr double kTouch = 0.1;
+
+// Of a nail, in hits at the guide's speed: it carries loads besides.
+constexpr double kNailStrength = 10;
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+uint8_t flags_of(Standing standing, bool held) {
+  uint8_t flags = held ? uint8_t{kFrozen} : uint8_t{0};
+  if (standing == Standing::passed || standing == Standing::filtered) flags |= kPassed;
+  if (standing == Standing::failed || standing == Standing::filtered) flags |= kFailed;
+  return flags;
+}
+
+}  // namespace
+
+GuideDirector::GuideDirector(const Scene& scene, const Model& model)
+    : model_(model),
+      guide_(*scene.guide),
+      gravity_(scene.gravity.norm()),
+      analysis_(*scene.guide, scene.gravity),
+      graph_(model),
+      standing_(model.bodies.size(), Standing::unknown),
+      chosen_(model.bodies.size()),
+      asleep_(model.bodies.size()),
+      inside_(model.bodies.size()),
+      tested_(model.bodies.size(), Vec3::Constant(std::numeric_limits<double>::infinity())),
+      held_(model.bodies.size()),
+      held_at_(model.bodies.size()) {
+  if (!model.guide.triangles.empty()) shape_.emplace(model.guide);
+}
+
+double GuideDirector::free_fall_speed(uint32_t body) const {
+  return std::sqrt(gravity_ * model_.shapes[model_.bodies[body].shape].bounding_radius);
+}
+
+void GuideDirector::direct(ImpulseControl& control) {
+  // At the start every step: a pile that is given has its first contacts after one, and Bullet
+  // finds the rest in the next few, in which it would begin to slump. Overlaps take longer.
+  const auto period = static_cast<uint64_t>(guide_.period_steps);
+  const bool is_start = step_ <= period || (is_sunk_ && step_ <= kMostStart * period);
+  if (step_ > 0 && (is_start || step_ % period == 0)) {
+    const double start = seconds_now();
+    control_step(control);
+    counts_.control_s += seconds_now() - start;
+  }
+  ++step_;
+}
+
+void GuideDirector::control_step(ImpulseControl& control) {
+  ++counts_.control_steps;
+  control.read_contacts(contacts_);
+  graph_.build(contacts_);
+  analyse(control);
+  leave_out_the_sunk();
+  if (guide_.neighbours) keep_well_surrounded(control);
+  std::ranges::fill(held_, uint8_t{0});
+  if (guide_.control) guide_.hold == HoldKind::freeze ? freeze(control) : nail(control);
+  counts_.held = 0;
+  counts_.nails = static_cast<uint32_t>(nails_.size());
+  for (uint32_t body = 0; body < held_.size(); ++body) {
+    counts_.held += held_[body];
+    control.mark(body, kFrozen | kPassed | kFailed, flags_of(standing_[body], held_[body] != 0));
+  }
+}
+
+bool GuideDirector::in_guide(uint32_t body, const Vec3& centre) {
+  if (!shape_) return true;
+  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+  if (!((centre - tested_[body]).norm() <= kMoved * radius)) {
+    tested_[body] = centre;
+    inside_[body] = shape_->contains(centre);
+  }
+  return inside_[body] != 0;
+}
+
+// Bodies outside the guide are analysed too: those inside may rest on them.
+void GuideDirector::analyse(ImpulseControl& control) {
+  counts_.in_guide = counts_.passed = counts_.filtered = counts_.failed = 0;
+  for (uint32_t body = 0; body < standing_.size(); ++body) {
+    standing_[body] = Standing::unknown;
+    chosen_[body] = 0;
+    if (!control.is_in_world(body)) continue;
+    const BodyMotion motion = control.motion(body);
+    const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+    standing_[body] = analysis_.standing(motion.position, radius, graph_.supports(body));
+    if (!in_guide(body, motion.position)) continue;
+    ++counts_.in_guide;
+    counts_.passed += standing_[body] == Standing::passed;
+    counts_.filtered += standing_[body] == Standing::filtered;
+    counts_.failed += standing_[body] == Standing::failed;
+    const double speed = motion.linear_velocity.norm() + motion.angular_velocity.norm() * radius;
+    chosen_[body] =
+        standing_[body] == Standing::passed && speed <= guide_.most_speed * free_fall_speed(body);
+  }
+}
+
+// What stands still by itself: fixed bodies, and dynamic ones that wait for their release.
+bool GuideDirector::is_anchor(const ImpulseControl& control, uint32_t body) const {
+  const ModelBody& source = model_.bodies[body];
+  return source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
+         (source.role == Role::dynamic && !control.is_in_world(body));
+}
+
+void GuideDirector::leave_out_the_sunk() {
+  const auto radius = [&](uint32_t body) {
+    const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
+    return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.bounding_radius;
+  };
+  is_sunk_ = false;
+  for (const BodyContact& contact : contacts_) {
+    if (-contact.distance_m <= kMostOverlap * std::min(radius(contact.a), radius(contact.b))) {
+      continue;
+    }
+    chosen_[contact.a] = chosen_[contact.b] = 0;
+    is_sunk_ = true;
+  }
+}
+
+void GuideDirector::keep_well_surrounded(const ImpulseControl& control) {
+  for (uint32_t body = 0; body < chosen_.size(); ++body) {
+    if (chosen_[body] == 0) continue;
+    const bool fit = std::ranges::all_of(graph_.neighbours(body), [&](uint32_t neighbour) {
+      return standing_[neighbour] == Standing::passed || is_anchor(control, neighbour);
+    });
+    if (!fit) chosen_[body] = 0;
+  }
+}
+
+// Holds what is chosen and rests, through others that are, on something that stands still by
+// itself.
+void GuideDirector::freeze(ImpulseControl& control) {
+  queue_.clear();
+  for (uint32_t body = 0; body < chosen_.size(); ++body) {
+    if (chosen_[body] == 0) continue;
+    const std::span<const uint32_t> neighbours = graph_.neighbours(body);
+    const auto anchor = std::ranges::find_if(
+        neighbours, [&](uint32_t neighbour) { return is_anchor(control, neighbour); });
+    if (anchor == neighbours.end()) continue;
+    hold(body, graph_.supports(body)[anchor - neighbours.begin()].position);
+  }
+  for (size_t next = 0; next < queue_.size(); ++next) {
+    const std::span<const uint32_t> neighbours = graph_.neighbours(queue_[next]);
+    for (size_t i = 0; i < neighbours.size(); ++i) {
+      if (chosen_[neighbours[i]] == 0 || held_[neighbours[i]] != 0) continue;
+      hold(neighbours[i], graph_.supports(queue_[next])[i].position);
+    }
+  }
+  for (uint32_t body = 0; body < held_.size(); ++body) {
+    if (held_[body] != 0) {
+      control.put_to_sleep(body);
+    } else if (asleep_[body] != 0 && control.is_in_world(body)) {
+      control.wake(body);
+    }
+    asleep_[body] = held_[body];
+  }
+}
+
+void GuideDirector::hold(uint32_t body, const Vec3& contact) {
+  held_[body] = 1;
+  held_at_[body] = contact;
+  queue_.push_back(body);
+}
+
+// One nail for each pair of which one is chosen, at the contact nearest to the middle of theirs. It
+// stays while it holds and is wanted: one that is renewed takes what has shifted for what is meant.
+void GuideDirector::nail(ImpulseControl& control) {
+  const auto pair_of = [&](uint32_t contact) {
+    return std::pair<uint32_t, uint32_t>(std::minmax({contacts_[contact].a, contacts_[contact].b}));
+  };
+  std::erase_if(nails_, [&](const auto& nail) {
+    const bool wanted = chosen_[nail.first.first] != 0 || chosen_[nail.first.second] != 0;
+    if (wanted && control.holds(nail.second.id)) return false;
+    control.remove_constraint(nail.second.id);
+    return true;
+  });
+  queue_.resize(contacts_.size());
+  std::iota(queue_.begin(), queue_.end(), 0U);
+  std::ranges::stable_sort(queue_, {}, pair_of);
+  for (size_t first = 0, last = 0; first < queue_.size(); first = last) {
+    const std::pair<uint32_t, uint32_t> pair = pair_of(queue_[first]);
+    Vec3 middle = Vec3::Zero();
+    for (; last < queue_.size() && pair_of(queue_[last]) == pair; ++last) {
+      middle += contacts_[queue_[last]].point;
+    }
+    middle /= static_cast<double>(last - first);
+    if ((chosen_[pair.first] == 0 && chosen_[pair.second] == 0) || nails_.contains(pair)) continue;
+    const BodyContact& contact = contacts_[*std::ranges::min_element(
+        std::span(queue_).subspan(first, last - first), {},
+        [&](uint32_t i) { return (contacts_[i].point - middle).squaredNorm(); })];
+    nails_[pair] = drive_in(control, contact);
+  }
+  for (const auto& [pair, driven] : nails_) {
+    for (const uint32_t body : {pair.first, pair.second}) held_[body] = chosen_[body];
+  }
+}
+
+GuideDirector::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
+                                                  const BodyContact& contact) {
+  Nail nail{contact.a, contact.b, contact.point, contact.normal, 0};
+  if (!control.is_in_world(nail.a)) std::swap(nail.a, nail.b);
+  nail.breaking_impulse_ns = strength(nail.a);
+  if (control.is_in_world(nail.b)) {
+    nail.breaking_impulse_ns = std::min(nail.breaking_impulse_ns, strength(nail.b));
+  }
+  return {control.add_nail(nail), nail.point};
+}
+
+std::vector<Vec3> GuideDirector::constraint_points() const {
+  std::vector<Vec3> points;
+  for (uint32_t body = 0; body < asleep_.size(); ++body) {
+    if (asleep_[body] != 0) points.push_back(held_at_[body]);
+  }
+  for (const auto& [pair, driven] : nails_) points.push_back(driven.point);
+  return points;
+}
+
+double GuideDirector::strength(uint32_t body) const {
+  return kNailStrength * guide_.break_speed * free_fall_speed(body) * model_.bodies[body].mass_kg;
+}
+
+// A hit frees as much of what it meets, from contact to contact, as it could set moving at the
+// speed that the guide names.
+void GuideDirector::take_hits(ImpulseControl& control, std::span<const Hit> hits) {
+  for (const Hit& hit : hits) {
+    const double speed = free_fall_speed(hit.sleeper);
+    if (asleep_[hit.sleeper] == 0 || hit.closing_speed < kTouch * speed) continue;
+    double mass_kg = hit.momentum_ns / (guide_.break_speed * speed);
+    if (mass_kg < model_.bodies[hit.sleeper].mass_kg) continue;
+    queue_.clear();
+    const auto free = [&](uint32_t body) {
+      asleep_[body] = held_[body] = 0;
+      mass_kg -= model_.bodies[body].mass_kg;
+      queue_.push_back(body);
+      control.wake(body);
+      control.mark(body, kFrozen, 0);
+      ++counts_.knocked_loose;
+    };
+    free(hit.sleeper);
+    for (size_t next = 0; next < queue_.size() && mass_kg > 0; ++next) {
+      for (const uint32_t neighbour : graph_.neighbours(queue_[next])) {
+        if (asleep_[neighbour] != 0 && mass_kg > 0) free(neighbour);
+      }
+    }
+  }
+}
+
+}  // namespace pilesim

@@ -1,0 +1,94 @@
+#include "pile/guide/guided_simulator.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/error.h"
+#include "simulate/modes/make_simulator.h"
+
+namespace pilesim {
+namespace {
+
+const Scene& checked(const Scene& scene) {
+  if (!scene.guide) {
+    throw Error(ErrorKind::input, Problem{.found = "the scene has no guide",
+                                          .expected = "\"guide\": {...}",
+                                          .remedy = "docs/equilibrium.md says what it holds"});
+  }
+  if (scene.simulator.mode != SimulatorMode::impulse) {
+    throw Error(
+        ErrorKind::input,
+        Problem{.pointer = "/simulator/mode",
+                .found = "is \"" + mode_name(scene.simulator.mode) + "\"",
+                .expected = "\"impulse\" in a scene with a guide",
+                .remedy = "Only the impulse mode knows the contacts that the analysis needs"});
+  }
+  return scene;
+}
+
+}  // namespace
+
+GuidedSimulator::GuidedSimulator(const Scene& scene, const Model& model)
+    : scene_(checked(scene)),
+      model_(model),
+      director_(scene, model),
+      simulator_(make_directed_simulator(scene, model, director_)),
+      start_(model.bodies.size()),
+      has_start_(model.bodies.size()) {}
+
+FrameStatistics GuidedSimulator::step_frame() {
+  FrameStatistics statistics = simulator_->step_frame();
+  total_s_ += statistics.times.total_s;
+  steps_ += static_cast<uint64_t>(statistics.steps);
+  record_frame();
+  return statistics;
+}
+
+double GuidedSimulator::control_share() const {
+  return total_s_ > 0 ? director_.counts().control_s / total_s_ : 0;
+}
+
+double GuidedSimulator::control_step_s() const {
+  const GuideCounts& counts = director_.counts();
+  return counts.control_s / static_cast<double>(std::max<uint64_t>(1, counts.control_steps));
+}
+
+double GuidedSimulator::simulation_step_s() const {
+  return (total_s_ - director_.counts().control_s) /
+         static_cast<double>(std::max<uint64_t>(1, steps_));
+}
+
+void GuidedSimulator::record_frame() {
+  GuideFrame frame;
+  frame.time_s = static_cast<double>(frames_.size() + 1) / scene_.frame_rate;
+  frame.counts = director_.counts();
+  const BodyStates& now = states();
+  double bodies = 0;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (uint32_t body = 0; body < now.size(); ++body) {
+    const bool moves = model_.bodies[body].role == Role::dynamic &&
+                       (now.flags[body] & kPresent) != 0 && (now.flags[body] & kHeld) == 0;
+    if (!moves) continue;
+    if (has_start_[body] == 0) {
+      start_[body] = now.position[body];
+      has_start_[body] = 1;
+    }
+    const double drift = (now.position[body] - start_[body]).norm();
+    frame.mean_drift_m += drift;
+    frame.largest_drift_m = std::max(frame.largest_drift_m, drift);
+    lowest = std::min(lowest, now.position[body].y());
+    highest = std::max(highest, now.position[body].y());
+    ++bodies;
+  }
+  if (bodies > 0) {
+    frame.mean_drift_m /= bodies;
+    frame.height_m = highest - lowest;
+  }
+  frames_.push_back(frame);
+  std::vector<Vec3> points = director_.constraint_points();
+  if (constraints_.empty() || constraints_.back().points != points) {
+    constraints_.push_back({frames_.size(), std::move(points)});
+  }
+}
+
+}  // namespace pilesim

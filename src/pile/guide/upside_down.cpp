@@ -1,0 +1,349 @@
+#include "pile/guide/upside_down.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "core/error.h"
+#include "core/philox.h"
+#include "geometry/inside_test.h"
+#include "geometry/mass_properties.h"
+#include "simulate/body_control.h"
+#include "simulate/modes/make_simulator.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kLevel = 1e-3;     // of the guide's height: what is as low belongs to its base
+constexpr double kDropBelow = 3;    // bodies start so far from the base, in bounding radii
+constexpr double kFullBelow = 0.5;  // and the guide is full where they lie so far out of it
+constexpr int kFullBodies = 3;      // so many of them
+constexpr double kPoke = 0.02;      // r, that a body kept may be out of the base
+constexpr double kSlow = 0.05;      // sqrt(g r), of what lies
+constexpr double kSettle = 6;       // sqrt(h / g) at most after the last drop
+constexpr double kDropSpeed = 2;    // sqrt(g r), as bodies start
+constexpr double kStep = 2;         // in the scene's steps: what is released moves again anyway
+constexpr double kSlippery = 0.25;  // of the friction: what slides lies closer, and stands better
+constexpr int kMostSweeps = 10;     // of the solver
+constexpr uint64_t kLookSteps = 8;  // from one look at what lies to the next
+constexpr int kLooks = 6;           // after so many a body stays where it is
+constexpr int kCandidates = 16;     // for a drop clear of the rim
+
+// The guide without its base, and walls on from its rim.
+struct Vessel {
+  TriangleMesh walls;
+  std::vector<std::array<Vec3, 3>> base;
+  std::vector<std::array<Vec3, 2>> rim;
+  double level_m = 0;   // of the base, upwards
+  double height_m = 0;  // of the guide above it
+};
+
+Vessel open_guide(const TriangleMesh& guide, const Vec3& up, double chute_m) {
+  Vessel vessel;
+  const auto [low, high] =
+      std::ranges::minmax(guide.vertices, {}, [&](const Vec3& vertex) { return vertex.dot(up); });
+  vessel.level_m = low.dot(up);
+  vessel.height_m = high.dot(up) - vessel.level_m;
+  const double level_top = vessel.level_m + kLevel * vessel.height_m;
+  std::map<std::pair<uint32_t, uint32_t>, int> edges;
+  vessel.walls.vertices = guide.vertices;
+  for (const Triangle& t : guide.triangles) {
+    const auto& v = guide.vertices;
+    if (v[t[0]].dot(up) <= level_top && v[t[1]].dot(up) <= level_top &&
+        v[t[2]].dot(up) <= level_top) {
+      vessel.base.push_back({v[t[0]], v[t[1]], v[t[2]]});
+      continue;
+    }
+    vessel.walls.triangles.push_back(t);
+    for (int i = 0; i < 3; ++i) edges[std::pair(std::minmax({t[i], t[(i + 1) % 3]}))] += 1;
+  }
+  for (const auto& [edge, triangles] : edges) {
+    if (triangles != 1) continue;
+    const Vec3 from = guide.vertices[edge.first], to = guide.vertices[edge.second];
+    vessel.rim.push_back({from, to});
+    const auto next = static_cast<uint32_t>(vessel.walls.vertices.size());
+    vessel.walls.vertices.push_back(from - chute_m * up);
+    vessel.walls.vertices.push_back(to - chute_m * up);
+    vessel.walls.triangles.push_back({edge.first, edge.second, next});
+    vessel.walls.triangles.push_back({edge.second, next + 1, next});
+  }
+  return vessel;
+}
+
+double area_of(const std::array<Vec3, 3>& t) { return (t[1] - t[0]).cross(t[2] - t[0]).norm() / 2; }
+
+double distance_to_segment(const Vec3& point, const std::array<Vec3, 2>& ends) {
+  const Vec3 along = ends[1] - ends[0];
+  const double share = std::clamp((point - ends[0]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+  return (point - ends[0] - share * along).norm();
+}
+
+// Uniform over the base, `clearance_m` from the rim if one of the candidates is.
+Vec3 drop_point(const Vessel& vessel, double clearance_m, Philox draws) {
+  double whole = 0;
+  for (const auto& triangle : vessel.base) whole += area_of(triangle);
+  Vec3 best = Vec3::Zero();
+  double best_distance = -1;
+  for (int candidate = 0; candidate < kCandidates && best_distance < clearance_m; ++candidate) {
+    double rest = whole * draws.uniform();
+    size_t i = 0;
+    while (i + 1 < vessel.base.size() && rest > area_of(vessel.base[i])) {
+      rest -= area_of(vessel.base[i++]);
+    }
+    const auto& [a, b, c] = vessel.base[i];
+    const double root = std::sqrt(draws.uniform()), share = draws.uniform();
+    const Vec3 point = (1 - root) * a + root * (1 - share) * b + root * share * c;
+    double distance = std::numeric_limits<double>::infinity();
+    for (const auto& edge : vessel.rim) {
+      distance = std::min(distance, distance_to_segment(point, edge));
+    }
+    if (distance > best_distance) {
+      best_distance = distance;
+      best = point;
+    }
+  }
+  return best;
+}
+
+// Puts to sleep for good what has come to lie: a vessel full of bodies that tremble under those
+// that drop on them takes ten times as long, and lies no better.
+class Settling final : public StepDirector {
+ public:
+  Settling(size_t bodies, double slow, double radius_m)
+      : looks_(bodies), slow_(slow), radius_m_(radius_m) {}
+
+  void direct(BodyControl& control) override {
+    if (step_++ % kLookSteps != 0) return;
+    for (uint32_t body = 0; body < looks_.size(); ++body) {
+      if (!control.is_in_world(body) || looks_[body] == kLooks) continue;
+      const BodyMotion motion = control.motion(body);
+      const bool is_slow =
+          motion.linear_velocity.norm() + radius_m_ * motion.angular_velocity.norm() < slow_;
+      looks_[body] = is_slow ? looks_[body] + 1 : 0;
+      if (looks_[body] == kLooks) control.put_to_sleep(body);
+    }
+  }
+  bool lies(uint32_t body) const { return looks_[body] == kLooks; }
+
+ private:
+  uint64_t step_ = 0;
+  std::vector<int> looks_;  // (B) at which it was slow, one after the other
+  double slow_;             // m/s
+  double radius_m_;
+};
+
+// The world turned over: the vessel and what falls into it.
+class Fill {
+ public:
+  Fill(const Scene& scene, const Model& model);
+  GuideFilling run();
+  // Poses of those that lie within, with the index of the body; from the base up.
+  std::vector<std::pair<uint32_t, Pose>> kept() const;
+
+ private:
+  bool is_full() const;
+  bool all_lie() const;
+  double lowest_point(uint32_t body) const;  // upwards, m
+
+  const Model& model_;
+  GuideFill fill_;
+  Vec3 up_;
+  double gravity_;
+  double radius_ = 0;  // largest of the bodies, m
+  Vessel vessel_;
+  Scene upside_down_;
+  Model dropped_;  // body 0 is the vessel
+  std::optional<Settling> settling_;
+  std::unique_ptr<Simulator> simulator_;
+};
+
+Fill::Fill(const Scene& scene, const Model& model)
+    : model_(model),
+      fill_(*model.guide_fill),
+      up_(-scene.gravity.normalized()),
+      gravity_(scene.gravity.norm()) {
+  const auto bodies = std::span(model.bodies).subspan(fill_.first, fill_.count);
+  double thickness = std::numeric_limits<double>::infinity(), volume = 0;
+  for (const ModelBody& body : bodies) {
+    const ModelShape& shape = model.shapes[body.shape];
+    radius_ = std::max(radius_, shape.bounding_radius);
+    thickness = std::min(thickness, shape.smallest_extent);
+    volume += shape.mass.volume_m3;
+  }
+  vessel_ = open_guide(model.guide, up_, (kDropBelow + 2) * radius_);
+  if (vessel_.base.empty()) {
+    throw Error(ErrorKind::input,
+                Problem{.file = scene.guide->file->string(),
+                        .pointer = "/guide",
+                        .found = "has no level base for bodies to be dropped in through",
+                        .expected = "triangles in the mesh's lowest level",
+                        .remedy = "Cut it off level where the pile is to stand"});
+  }
+  upside_down_ = scene;
+  upside_down_.gravity = -scene.gravity;
+  upside_down_.guide.reset();
+  upside_down_.step_s = kStep * scene.step_s;
+  upside_down_.simulator = {.solver_iterations =
+                                std::min(kMostSweeps, scene.simulator.solver_iterations)};
+  dropped_.materials = model.materials;
+  for (Material& material : dropped_.materials) material.friction *= kSlippery;
+  dropped_.shapes = model.shapes;
+  ModelShape& walls = dropped_.shapes.emplace_back();
+  walls.name = "guide";
+  walls.mesh = vessel_.walls;
+  walls.collides_as_mesh = true;
+  walls.smallest_extent = thickness;
+  ModelBody vessel{.name = "guide",
+                   .shape = static_cast<uint32_t>(model.shapes.size()),
+                   .material = bodies.front().material};
+  vessel.role = Role::fixed;
+  vessel.linear_velocity = vessel.angular_velocity = Vec3::Zero();
+  dropped_.bodies.push_back(std::move(vessel));
+
+  // Long bodies may cross each other's bounding spheres, compact ones not.
+  double mouth = 0;
+  for (const auto& triangle : vessel_.base) mouth += area_of(triangle);
+  const double size = std::sqrt(radius_ * std::cbrt(volume / static_cast<double>(fill_.count)));
+  const double abreast = std::max(1.0, std::floor(mouth / (4 * kPi * radius_ * radius_)));
+  const Vec3 speed = kDropSpeed * std::sqrt(gravity_ * radius_) * up_;
+  const double interval_s = 2 * size / (speed.norm() * abreast);
+  for (uint32_t i = 0; i < fill_.count; ++i) {
+    ModelBody body = bodies[i];
+    const uint64_t key = uint64_t{fill_.emitter} << 32 | i;
+    body.pose.position = drop_point(vessel_, radius_, {scene.seed, Stream::emitter, key}) -
+                         kDropBelow * radius_ * up_;
+    body.linear_velocity = speed;
+    body.start_s = i == 0 ? kFromTheStart : i * interval_s;
+    dropped_.bodies.push_back(std::move(body));
+  }
+  settling_.emplace(dropped_.bodies.size(), kSlow * std::sqrt(gravity_ * radius_), radius_);
+  simulator_ = make_directed_simulator(upside_down_, dropped_, *settling_);
+}
+
+bool Fill::is_full() const {
+  const BodyStates& states = simulator_->states();
+  int lie = 0;
+  for (uint32_t body = 1; body < states.size(); ++body) {
+    const bool is_out = states.position[body].dot(up_) < vessel_.level_m - kFullBelow * radius_;
+    lie += (states.flags[body] & kPresent) != 0 && is_out && settling_->lies(body) ? 1 : 0;
+  }
+  return lie >= kFullBodies;
+}
+
+bool Fill::all_lie() const {
+  for (uint32_t body = 1; body < dropped_.bodies.size(); ++body) {
+    if (!settling_->lies(body)) return false;
+  }
+  return true;
+}
+
+GuideFilling Fill::run() {
+  const double end_s = std::max(0.0, dropped_.bodies.back().start_s) +
+                       kSettle * std::sqrt(vessel_.height_m / gravity_);
+  GuideFilling filling;
+  do {
+    simulator_->step_frame();
+    filling.simulated_s += 1 / upside_down_.frame_rate;
+  } while (filling.simulated_s < end_s && !is_full() && !all_lie());
+  filling.dropped = static_cast<uint32_t>(
+      std::ranges::count_if(simulator_->states().flags,
+                            [](uint8_t flags) { return (flags & kPresent) != 0; }) -
+      1);
+  return filling;
+}
+
+double Fill::lowest_point(uint32_t body) const {
+  const BodyStates& states = simulator_->states();
+  const ModelShape& shape = dropped_.shapes[dropped_.bodies[body].shape];
+  const double centre = states.position[body].dot(up_);
+  if (shape.mesh.vertices.empty()) return centre - shape.bounding_radius;
+  const Vec3 up = states.orientation[body].conjugate() * up_;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Vec3& vertex : shape.mesh.vertices) lowest = std::min(lowest, vertex.dot(up));
+  return centre + lowest;
+}
+
+std::vector<std::pair<uint32_t, Pose>> Fill::kept() const {
+  const BodyStates& states = simulator_->states();
+  const InsideTest inside(model_.guide);
+  std::vector<std::pair<uint32_t, Pose>> kept;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (uint32_t body = 1; body < states.size(); ++body) {
+    if ((states.flags[body] & kPresent) == 0) continue;
+    const double low = lowest_point(body);
+    if (low < vessel_.level_m - kPoke * radius_ || !inside.contains(states.position[body]))
+      continue;
+    lowest = std::min(lowest, low);
+    kept.emplace_back(body - 1, Pose{states.position[body], states.orientation[body]});
+  }
+  std::ranges::stable_sort(kept, {}, [&](const auto& one) { return one.second.position.dot(up_); });
+  // What stood out of the base is gone: the others come down to it.
+  for (auto& [body, pose] : kept) pose.position -= (lowest - vessel_.level_m) * up_;
+  return kept;
+}
+
+// Without the bodies [first, last), which `bodies` may name.
+void forget(std::vector<uint32_t>& bodies, uint32_t first, uint32_t last) {
+  std::erase_if(bodies, [&](uint32_t body) { return body >= first && body < last; });
+  for (uint32_t& body : bodies) body -= body >= last ? last - first : 0;
+}
+
+void release(double time_s, uint32_t body, Model& model) {
+  model.bodies[body].held = true;
+  if (!model.events.empty() && model.events.back().kind == ModelEvent::Kind::release &&
+      model.events.back().time_s == time_s) {
+    model.events.back().bodies.push_back(body);
+  } else {
+    model.events.push_back({time_s, ModelEvent::Kind::release, {body}, Vec3::Zero(), {}});
+  }
+}
+
+}  // namespace
+
+GuideFilling fill_guide(const Scene& scene, Model& model) {
+  if (!model.guide_fill) return {};
+  const GuideFill range = *model.guide_fill;
+  Fill fill(scene, model);
+  GuideFilling filling = fill.run();
+  const std::vector<std::pair<uint32_t, Pose>> kept = fill.kept();
+  if (kept.empty()) {
+    throw Error(ErrorKind::input,
+                Problem{.pointer = "/emitters/" + std::to_string(range.emitter),
+                        .found = "leaves no body within the guide",
+                        .expected = "bodies that fit through its base and into it"});
+  }
+  filling.kept = static_cast<uint32_t>(kept.size());
+  const std::vector<ModelBody> before(model.bodies.begin() + range.first,
+                                      model.bodies.begin() + range.first + range.count);
+  double volume = 0;
+  for (uint32_t i = 0; i < filling.kept; ++i) {
+    ModelBody& body = model.bodies[range.first + i];
+    body = before[kept[i].first];
+    body.name = before[i].name;
+    body.pose = kept[i].second;
+    body.start_s = kFromTheStart;
+    volume += model.shapes[body.shape].mass.volume_m3;
+  }
+  filling.volume_share = volume / mass_properties(model.guide).volume_m3;
+  const uint32_t last_kept = range.first + filling.kept, last = range.first + range.count;
+  model.bodies.erase(model.bodies.begin() + last_kept, model.bodies.begin() + last);
+  for (ModelEvent& event : model.events) forget(event.bodies, last_kept, last);
+  for (ModelPairRule& rule : model.pair_rules) {
+    forget(rule.a, last_kept, last);
+    forget(rule.b, last_kept, last);
+  }
+  for (uint32_t i = 0; i < filling.kept; ++i) {
+    if (before[i].start_s > 0) release(before[i].start_s, range.first + i, model);
+  }
+  std::ranges::stable_sort(model.events, {}, &ModelEvent::time_s);
+  model.guide_fill.reset();
+  return filling;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,85 @@
+// The surface of a heap of bodies as heights over a grid, and the angle of its slopes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "pile/repose/pile_shape.h"
+
+namespace pilesim {
+
+// Points of a mesh's surface (body frame), about `spacing_m` apart.
+std::vector<Vec3> surface_points(const TriangleMesh& mesh, double spacing_m);
+
+// What a body covers of a cell of the grid over the ground, whose corner (0, 0) is the origin.
+struct Column {
+  int32_t x = 0, z = 0;  // cell
+  double top_m = 0;      // highest point over it, world
+};
+std::vector<Column> columns_of(const std::vector<Vec3>& points, const Pose& pose, double cell_m);
+
+using GroundBox = Eigen::AlignedBox2d;
+
+class HeightField {
+ public:
+  // Of all cells that meet `area`, as heights over `base_m`.
+  HeightField(const GroundBox& area, double cell_m, double base_m);
+
+  void add(const std::vector<Column>& columns);
+
+  double cell_m() const { return cell_m_; }
+  // Calls use(centre of the cell, height >= 0) for all cells.
+  template <class Use>
+  void for_each(const Use& use) const {
+    for (size_t i = 0; i < height_.size(); ++i) {
+      const auto column = static_cast<int32_t>(i % width_), row = static_cast<int32_t>(i / width_);
+      use(GroundPoint((first_x_ + column + 0.5) * cell_m_, (first_z_ + row + 0.5) * cell_m_),
+          height_[i]);
+    }
+  }
+
+ private:
+  double cell_m_, base_m_;
+  int32_t first_x_, first_z_;
+  size_t width_, depth_;
+  std::vector<double> height_;
+};
+
+// Which points of the ground belong to a pile: all inside its walls but those nearer to another's
+// foot.
+using Territory = std::function<bool(const GroundPoint&)>;
+
+// A cell of a pile's territory.
+struct SurfaceCell {
+  double distance_m = 0;  // of its centre from the pile's core
+  double height_m = 0;    // of what lies there over the base
+  double round = 0;       // where on the way round the core, as PileShape::way_round()
+  double weight = 1;      // by which it counts
+};
+
+// The reach of the ideal pile that holds as much as lies within that reach, to an eighth of a cell;
+// at most shape.most_reach().
+double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m);
+
+inline constexpr int kAzimuths = 16;
+
+// Slopes of a pile: one line of height over distance for each of so many equal parts of the way
+// round it (of a cone: azimuths), fitted by the median of pairwise slopes (Theil and Sen) to where
+// a straight slope of that part's bulk is between a fifth and nine tenths of its height. Where
+// cones have run together, over the parts of all. Parts of which a neighbouring pile takes more
+// than a twentieth of the flank are left out: there the slope falls across the way from the cone's
+// middle.
+struct SlopeFit {
+  double angle = 0;   // rad, median over azimuths
+  double spread = 0;  // rad, half of the range of the middle two thirds of them
+  int azimuths = 0;   // free and with enough flank to be fitted; 0: there is no slope
+};
+// Of the azimuths that can be fitted; rad.
+std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
+                                 const Territory& territory);
+SlopeFit fit_slope(std::vector<double> angles);
+
+}  // namespace pilesim

@@ -1,0 +1,45 @@
+// What piles need to know of the bodies of a model: sizes and surfaces.
+#pragma once
+
+#include <vector>
+
+#include "model/model.h"
+#include "simulate/body_control.h"
+
+namespace pilesim {
+
+struct PileBodyShape {
+  double box_m3 = 0;          // of the bounding box: the conservative volume of section 5.2.1
+  double longest_m = 0;       // the box's diagonal
+  double smallest_m = 0;      // the box's smallest edge
+  std::vector<Vec3> surface;  // m, body frame
+};
+
+struct PileBodies {
+  std::vector<PileBodyShape> shapes;  // as Model::shapes
+  std::vector<uint32_t> dynamic;      // indices of dynamic bodies
+  // Of the many; what is much larger but alone, such as a ball shot into a pile, does not count.
+  // Medians are by volume: the large ones of several sizes carry the pile.
+  double size_m = 0;     // edge of a cube of the median box volume: L
+  double longest_m = 0;  // longest extent of all but the largest twentieth: D
+  double mass_kg = 0;    // median
+
+  explicit PileBodies(const Model& model);
+
+  const PileBodyShape& shape_of(const Model& model, uint32_t body) const {
+    return shapes[model.bodies[body].shape];
+  }
+};
+
+// What the bodies of a model do, as of the last step. All (B).
+struct PileMotion {
+  std::vector<BodyMotion> motion;  // of what is in the world
+  std::vector<uint8_t> present;    // dynamic and in the world
+  std::vector<uint8_t> asleep;
+  std::vector<uint8_t> landed;  // asleep, or touches something
+
+  explicit PileMotion(size_t bodies)
+      : motion(bodies), present(bodies), asleep(bodies), landed(bodies) {}
+};
+
+}  // namespace pilesim

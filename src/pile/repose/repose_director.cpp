@@ -1,0 +1,330 @@
+#include "pile/repose/repose_director.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pilesim {
+namespace {
+
+// Lengths in L, the size of a body; times in sqrt(L / g), in which it falls through itself; speeds
+// in sqrt(g L).
+constexpr double kDecisionPeriod = 0.15;
+constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the surface
+
+constexpr double kAvalancheDensity = 0.8;
+constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
+constexpr double kAvalancheOutflow = 0.5;  // at which sleepers on the surface wake
+constexpr double kAvalancheSkin = 0;       // as kSkin: half of them, the rest holds the slope
+constexpr double kOutflow = 0.2;           // at which what is awake on the surface moves on
+
+constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
+constexpr double kMostSlack = 1;  // where the inside wants filling
+constexpr double kFloor = 0.8;    // under which bodies may lie anywhere
+constexpr double kSkin = 0.8;     // under the surface: centres of bodies that lie on top
+constexpr double kSkinByHaste = 0.5;
+constexpr double kMostHaste = 2;    // of outflow
+constexpr double kGripRange = 0.3;  // of outflow, from all grip to none
+
+constexpr double kGrace = 3;         // before a woken body may sleep again
+constexpr double kShakenTime = 12;   // that what was hit moves freely
+constexpr double kLeftTime = 3;      // without a touch, after which a body is on its own
+constexpr double kBlow = 0.3;        // change of a velocity that gravity does not explain
+constexpr double kBlowHeight = 1.5;  // over the surface, up to which it is the pile that struck it
+
+constexpr double kRestSpeed = 0.12;
+constexpr uint8_t kCalmDecisions = 3;
+constexpr uint8_t kStillDecisions = 20;  // after which nothing is left that moves a body
+constexpr double kSunkShare = 0.04;      // of the smallest extent: too deep to sleep
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+constexpr double kHeavy = 15;        // momentum in mean masses times sqrt(g L) that wakes
+constexpr double kMovedSpeed = 0.1;  // of what a hit wakes
+
+}  // namespace
+
+ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking waking)
+    : model_(model),
+      bodies_(model),
+      speed_unit_(std::sqrt(scene.gravity.norm() * bodies_.size_m)),
+      time_unit_s_(std::sqrt(bodies_.size_m / scene.gravity.norm())),
+      waking_(waking),
+      piles_(scene, model, bodies_),
+      support_(model, bodies_),
+      steering_(bodies_.size_m, scene.gravity.norm()),
+      motion_(model.bodies.size()),
+      calm_(model.bodies.size()),
+      slept_(model.bodies.size(), 1),
+      excess_asleep_m_(model.bodies.size()),
+      grace_until_s_(model.bodies.size()),
+      touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
+      shaken_until_s_(model.bodies.size()),
+      gravity_(scene.gravity),
+      velocity_before_(model.bodies.size(), Vec3::Constant(kUnknown)) {}
+
+void ReposeDirector::direct(BodyControl& control) {
+  const auto period = static_cast<uint64_t>(
+      std::max(1.0, std::round(kDecisionPeriod * time_unit_s_ / control.step_s())));
+  if (steps_++ % period == 0) decide(control);
+  steering_.steer(control, steered_);
+}
+
+void ReposeDirector::decide(BodyControl& control) {
+  const double since_s = control.time_s() - now_s_;
+  now_s_ = control.time_s();
+  read_bodies(control);
+  note_blows(since_s);
+  piles_.place_new(motion_, support_.on_fixed);
+  if (decisions_++ % kSurfacePeriod == 0) piles_.look_at_surfaces(motion_);
+  piles_.count(motion_);
+  wake_by_momentum(control);
+  wake_sleepers(control);
+  judge_awake(control);
+  PileSteering::set_friction(control, steered_);
+}
+
+void ReposeDirector::measure(BodyControl& control) {
+  read_bodies(control);
+  piles_.measure_slopes(motion_);  // looks at nothing that the director acts on
+  plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
+}
+
+void ReposeDirector::read_bodies(BodyControl& control) {
+  for (const uint32_t body : bodies_.dynamic) {
+    const bool was_asleep = motion_.asleep[body] != 0;
+    motion_.present[body] = control.is_in_world(body) ? 1 : 0;
+    motion_.asleep[body] = motion_.present[body] && control.is_asleep(body) ? 1 : 0;
+    if (motion_.present[body] && !(motion_.asleep[body] && was_asleep)) {
+      motion_.motion[body] = control.motion(body);
+    }
+  }
+  control.read_contacts(contacts_);
+  support_.read(contacts_, motion_.asleep, motion_.motion);
+  for (const uint32_t body : bodies_.dynamic) {
+    if (support_.grounded[body]) touched_s_[body] = now_s_;
+    motion_.landed[body] =
+        motion_.present[body] && (motion_.asleep[body] || support_.grounded[body]) ? 1 : 0;
+  }
+}
+
+// What bounces may touch the pile for a step between two decisions. What steering takes from a
+// velocity counts, too: what was struck is braked until it is slow, or away from the surface.
+void ReposeDirector::note_blows(double since_s) {
+  for (const uint32_t body : bodies_.dynamic) {
+    const BodyMotion& motion = motion_.motion[body];
+    const bool is_awake = motion_.present[body] && !motion_.asleep[body];
+    const Vec3 before = velocity_before_[body];
+    velocity_before_[body] = is_awake ? motion.linear_velocity : Vec3::Constant(kUnknown);
+    if (!is_awake || support_.grounded[body]) continue;
+    const Vec3 blow = motion.linear_velocity - before - since_s * gravity_;
+    if (!(blow.norm() > kBlow * speed_unit_)) continue;
+    const PilePlace place = piles_.place_of(motion.position);
+    if (place.pile == nullptr) continue;
+    const double surface_m = place.pile->guide.surplus_m(place.distance_m, place.round);
+    if (place.over_m - surface_m < kBlowHeight * bodies_.size_m) touched_s_[body] = now_s_;
+  }
+}
+
+void ReposeDirector::wake(BodyControl& control, uint32_t body, double grace_s) {
+  grace_until_s_[body] = std::max(grace_until_s_[body], now_s_ + grace_s);
+  calm_[body] = 0;
+  motion_.asleep[body] = slept_[body] = 0;
+  control.wake(body);
+}
+
+void ReposeDirector::put_to_sleep(BodyControl& control, uint32_t body) {
+  control.put_to_sleep(body);
+  motion_.asleep[body] = slept_[body] = 1;
+}
+
+double ReposeDirector::momentum_of(uint32_t body) const {
+  const double momentum = model_.bodies[body].mass_kg * motion_.motion[body].linear_velocity.norm();
+  return momentum / (bodies_.mass_kg * speed_unit_);
+}
+
+bool ReposeDirector::flies_at_a_sleeper(uint32_t body, double near_m) const {
+  return std::ranges::any_of(bodies_.dynamic, [&](uint32_t other) {
+    return motion_.asleep[other] &&
+           (motion_.motion[other].position - motion_.motion[body].position).norm() < near_m;
+  });
+}
+
+void ReposeDirector::wake_by_momentum(BodyControl& control) {
+  const double ahead_s = 2 * kDecisionPeriod * time_unit_s_;
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion_.present[body] || motion_.asleep[body]) continue;
+    const double momentum = momentum_of(body);
+    if (momentum < kHeavy) continue;
+    const double speed = motion_.motion[body].linear_velocity.norm();
+    const double near_m = model_.shapes[model_.bodies[body].shape].bounding_radius +
+                          speed * ahead_s + bodies_.longest_m;
+    if (!flies_at_a_sleeper(body, near_m)) continue;
+    // As many as it can set in motion; a pile has about a body in every L^3.
+    const double reach_m = near_m + bodies_.size_m * std::cbrt(momentum / kMovedSpeed);
+    ++wakes_by_momentum_;
+    for (const uint32_t other : bodies_.dynamic) {
+      if (!motion_.present[other]) continue;
+      const Vec3 way = motion_.motion[other].position - motion_.motion[body].position;
+      if (way.norm() > reach_m) continue;
+      shaken_until_s_[other] = now_s_ + kShakenTime * time_unit_s_;
+      if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
+    }
+  }
+}
+
+double ReposeDirector::outflow_at(const PilePlace& place) {
+  return place.pile->guide.outflow(place.distance_m, place.round);
+}
+
+// More where the inside wants filling, less where it has too much.
+double ReposeDirector::slack_m(const PilePlace& place) const {
+  return std::clamp(kSlack - outflow_at(place), 0.0, kMostSlack) * bodies_.size_m;
+}
+
+// The more must flow, the deeper and the faster it does.
+double ReposeDirector::haste(const PilePlace& place) {
+  return std::clamp(outflow_at(place), 0.0, kMostHaste);
+}
+
+bool ReposeDirector::is_on_top(const PilePlace& place, double skin) const {
+  const PileGuide& guide = place.pile->guide;
+  const double skin_m = (skin + kSkinByHaste * haste(place)) * bodies_.size_m;
+  return place.distance_m < guide.reach_m(place.round) &&
+         place.over_m > guide.surplus_m(place.distance_m, place.round) - skin_m;
+}
+
+// By more than `slack_m`, over what may lie there in any case.
+double ReposeDirector::excess_m(const PilePlace& place) const {
+  const double floor_m = std::max(
+      0.0, kFloor * bodies_.size_m - place.pile->guide.height_m(place.distance_m, place.round));
+  return place.over_m - floor_m - slack_m(place);
+}
+
+void ReposeDirector::wake_sleepers(BodyControl& control) {
+  if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
+  for (const uint32_t body : bodies_.dynamic) {
+    const bool fell_asleep = motion_.asleep[body] && !slept_[body];
+    slept_[body] = motion_.present[body] ? motion_.asleep[body] : 1;
+    if (!motion_.asleep[body]) continue;
+    if (!support_.is_supported[body]) {
+      wake(control, body, 0);
+      continue;
+    }
+    const Vec3& position = motion_.motion[body].position;
+    const PilePlace place = piles_.place_of(position);
+    if (place.pile == nullptr) continue;
+    // By the simulator's own rule: it lay still for as long as what is stuck (kStillDecisions).
+    if (fell_asleep) excess_asleep_m_[body] = std::max(0.0, excess_m(place));
+    bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
+    if (!support_.on_fixed[body]) {
+      const PileState& pile = *place.pile;
+      const size_t layer = pile.structure->layer_at(position.y() - pile.settings.base_m);
+      const bool too_dense = pile.density(layer) > kAvalancheDensity;
+      const double most_m = too_dense ? 0 : kAvalancheExcess * bodies_.size_m;
+      avalanches |= excess_m(place) > excess_asleep_m_[body] + most_m;
+    }
+    if (!avalanches) continue;
+    wake(control, body, kGrace * time_unit_s_);
+    ++woken_by_avalanches_;
+  }
+}
+
+void ReposeDirector::wake_piles_of_avalanches(BodyControl& control) {
+  std::vector<const PileState*> too_dense;
+  for (const PileState& pile : piles_.piles()) {
+    if (!pile.structure) continue;
+    for (size_t layer = 0; layer < pile.structure->layers().size(); ++layer) {
+      if (pile.density(layer) <= kAvalancheDensity) continue;
+      too_dense.push_back(&pile);
+      break;
+    }
+  }
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion_.asleep[body]) continue;
+    const PilePlace place = piles_.place_of(motion_.motion[body].position);
+    if (std::ranges::find(too_dense, place.pile) == too_dense.end()) continue;
+    wake(control, body, kGrace * time_unit_s_);
+    ++woken_by_avalanches_;
+  }
+}
+
+double ReposeDirector::fastest(uint32_t body) const {
+  const BodyMotion& motion = motion_.motion[body];
+  const double turning = motion.angular_velocity.norm() * bodies_.size_m / 2;
+  return std::max(motion.linear_velocity.norm(), turning) / speed_unit_;
+}
+
+bool ReposeDirector::is_sunk(uint32_t body) const {
+  return support_.depth_m[body] > kSunkShare * bodies_.shape_of(model_, body).smallest_m;
+}
+
+bool ReposeDirector::may_sleep(uint32_t body) const {
+  return now_s_ >= grace_until_s_[body] && support_.is_supported[body] && !is_sunk(body);
+}
+
+// `place` is in a pile.
+bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const {
+  if (!may_sleep(body)) return false;
+  if (calm_[body] >= kStillDecisions) return true;
+  if (!support_.is_balanced[body]) return false;
+  if (calm_[body] >= kCalmDecisions) return true;
+  const double score = place.pile->sleep_score(motion_.motion[body].position, fastest(body));
+  return score > place.pile->settings.tau;
+}
+
+// What is pressed into a sleeper cannot leave it alone.
+void ReposeDirector::free_from_overlap(BodyControl& control, uint32_t body) {
+  if (calm_[body] < kStillDecisions || !is_sunk(body)) return;
+  const uint32_t other = support_.deepest_in[body];
+  if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
+}
+
+void ReposeDirector::judge_awake(BodyControl& control) {
+  steered_.clear();
+  for (const uint32_t body : bodies_.dynamic) {
+    if (!motion_.present[body] || motion_.asleep[body]) continue;
+    const Vec3& position = motion_.motion[body].position;
+    const PilePlace place = piles_.place_of(position);
+    const double friction = model_.materials[model_.bodies[body].material].friction;
+    const bool left = now_s_ - touched_s_[body] > kLeftTime * time_unit_s_;
+    const bool is_free = left || now_s_ < shaken_until_s_[body] || momentum_of(body) >= kHeavy;
+    if (!is_free) {
+      calm_[body] = fastest(body) < kRestSpeed
+                        ? static_cast<uint8_t>(std::min(200, calm_[body] + 1))
+                        : uint8_t{0};
+    }
+    if (place.pile == nullptr || is_free) {
+      control.set_friction(body, friction);
+      // What has spilled over a wall is steered by nothing, but need not be simulated for ever.
+      if (!is_free && calm_[body] >= kStillDecisions && may_sleep(body)) {
+        put_to_sleep(control, body);
+      }
+      continue;
+    }
+    free_from_overlap(control, body);
+    const double outflow = outflow_at(place);
+    const double excess = excess_m(place);
+    Drive drive = Drive::settle;
+    if (support_.grounded[body]) {
+      const bool rises_over = excess > 0 && !support_.on_fixed[body];
+      const bool moves_on = outflow > kOutflow && is_on_top(place, kSkin);
+      drive = rises_over || moves_on ? Drive::spill : Drive::hold;
+    }
+    const bool stuck = drive == Drive::spill && calm_[body] >= kStillDecisions;
+    if ((drive == Drive::hold || stuck) && ripe_for_sleep(body, place)) {
+      put_to_sleep(control, body);
+      excess_asleep_m_[body] = std::max(0.0, excess);
+      continue;
+    }
+    steered_.push_back({.body = body,
+                        .drive = drive,
+                        .outward = place.pile->shape->outward({position.x(), position.z()}),
+                        .slope = place.pile->shape->slope(),
+                        .haste = haste(place),
+                        .grip = std::clamp(0.5 - outflow / kGripRange, 0.0, 1.0),
+                        .material_friction = friction});
+  }
+}
+
+}  // namespace pilesim

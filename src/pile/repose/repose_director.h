@@ -1,0 +1,88 @@
+// Lets piles grow to their angles of repose (dissertation chapter 5): puts to sleep what lies in
+// them, wakes what exceeds them, steers what is awake. docs/direct_pile.md has the method.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "model/model.h"
+#include "pile/repose/pile_bodies.h"
+#include "pile/repose/pile_set.h"
+#include "pile/repose/pile_steering.h"
+#include "pile/repose/pile_support.h"
+#include "simulate/body_control.h"
+
+namespace pilesim {
+
+// What an avalanche wakes: the bodies that exceed the pile's surface, or all of the pile as in
+// section 5.2.4 (for comparison).
+enum class Waking : uint8_t { local, whole_pile };
+
+class ReposeDirector final : public StepDirector {
+ public:
+  // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
+  // nothing moves. Scene and model must outlive it.
+  ReposeDirector(const Scene& scene, const Model& model, Waking waking = Waking::local);
+
+  void direct(BodyControl& control) override;
+
+  const std::vector<PileState>& piles() const { return piles_.piles(); }
+  // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
+  void measure(BodyControl& control);
+  const PlausibilityCounts& plausibility() const { return plausibility_; }
+  // Since the start: hits that woke bodies, and bodies that avalanches woke.
+  uint32_t wakes_by_momentum() const { return wakes_by_momentum_; }
+  uint32_t woken_by_avalanches() const { return woken_by_avalanches_; }
+
+ private:
+  void decide(BodyControl& control);
+  void read_bodies(BodyControl& control);
+  void note_blows(double since_s);
+  void wake_by_momentum(BodyControl& control);
+  double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
+  bool flies_at_a_sleeper(uint32_t body, double near_m) const;
+  void wake_sleepers(BodyControl& control);
+  void wake_piles_of_avalanches(BodyControl& control);
+  void judge_awake(BodyControl& control);
+  double excess_m(const PilePlace& place) const;
+  double slack_m(const PilePlace& place) const;
+  static double haste(const PilePlace& place);
+  static double outflow_at(const PilePlace& place);
+  bool is_on_top(const PilePlace& place, double skin) const;
+  bool may_sleep(uint32_t body) const;
+  bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
+  double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)
+  bool is_sunk(uint32_t body) const;
+  void free_from_overlap(BodyControl& control, uint32_t body);
+  void wake(BodyControl& control, uint32_t body, double grace_s);
+  void put_to_sleep(BodyControl& control, uint32_t body);
+
+  const Model& model_;
+  PileBodies bodies_;
+  double speed_unit_;   // m/s, sqrt(g L)
+  double time_unit_s_;  // sqrt(L / g)
+  Waking waking_;
+  uint64_t steps_ = 0;
+  uint64_t decisions_ = 0;
+  double now_s_ = 0;
+
+  PileSet piles_;
+  PileSupport support_;
+  PileSteering steering_;
+  std::vector<BodyContact> contacts_;
+  PileMotion motion_;
+  std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
+  std::vector<uint8_t> slept_;           // (B) asleep as the last decision left it, or not there
+  std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
+  std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
+  std::vector<double> touched_s_;        // (B) when it was last grounded
+  std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
+  Vec3 gravity_;                         // m/s^2
+  std::vector<Vec3>
+      velocity_before_;  // (B) at the decision before; NaN: asleep or not in the world
+  std::vector<SteeredBody> steered_;
+  PlausibilityCounts plausibility_;
+  uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;
+};
+
+}  // namespace pilesim

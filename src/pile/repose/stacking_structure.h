@@ -1,0 +1,54 @@
+// The stacking structure of a pile: its layers and what they hold (dissertation 5.2.1, 5.2.2).
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "pile/repose/pile_shape.h"
+
+namespace pilesim {
+
+// Heights over the base. Volumes are bulk volumes: the space that bodies take in a pile.
+struct StackingLayer {
+  double bottom_m = 0, top_m = 0;
+  double reach_m = 0;      // at the bottom; the radius of a cone's layer
+  double volume_m3 = 0;    // of the layer
+  double occupied_m3 = 0;  // by the bodies whose centres of mass are in it
+  uint32_t bodies = 0;
+  uint32_t asleep = 0;
+
+  // m_i / c_i, by volume instead of by count so that bodies of several sizes add up.
+  double density() const { return occupied_m3 / volume_m3; }
+};
+
+inline constexpr double kMostOccupation = 0.5;  // above it the structure doubles
+
+class StackingStructure {
+ public:
+  // Of the given volume, cut into floor(height / layer_m) layers, at least one; `layer_m` is the
+  // longest extent D of the bodies.
+  StackingStructure(const PileShape& shape, double volume_m3, double layer_m);
+
+  double reach() const { return reach_; }
+  double height() const { return layers_.back().top_m; }
+  const std::vector<StackingLayer>& layers() const { return layers_; }
+
+  void clear();
+  // A body with its centre of mass `height_m` over the base at `distance_m` from the core. False,
+  // and nothing is counted, where it is outside the structure.
+  bool count(double height_m, double distance_m, double bulk_m3, bool asleep);
+  // The layer at a height; layers().size() above or below all.
+  size_t layer_at(double height_m) const;
+
+  double occupation() const;                    // sum of occupied over sum of volumes
+  bool layers_below_sleep(size_t layer) const;  // each holds a sleeper: bottom-up
+  // Eq. 5.2: 1 at the core, 0 at the layer's edge and beyond.
+  double closeness(size_t layer, double distance_m) const;
+
+ private:
+  double reach_;
+  double slope_;
+  std::vector<StackingLayer> layers_;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,43 @@
+// Tables from scattered measurements. A trial is launched at the keys of a cell, but the spin of a
+// turning body changes on its way, so that it collides at other keys: between cells. Each
+// measurement therefore counts for the cells around it with the weights that interpolation has
+// there, and the mean table is moved until its interpolation leaves no weighted residual.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "signature/table/axis.h"
+
+namespace pilesim {
+
+// N measurements at keys in a table of D axes, W values each. The first axis is a node's number
+// instead of a key: measurements never lie between its nodes.
+struct Measurements {
+  std::vector<uint32_t> first;  // (N) index of a node of the first axis
+  std::vector<float> keys;      // (N, D - 1)
+  std::vector<float> values;    // (N, W)
+};
+
+struct TableFit {
+  std::vector<double> mean;        // (cells, W)
+  std::vector<double> covariance;  // (cells, W (W + 1) / 2), lower triangle row by row
+  std::vector<double> trials;      // (cells) effective number, (sum w)^2 / sum w^2
+  std::vector<float> residuals;    // (N, W): measurements less the interpolated mean
+};
+
+// At most 4 axes and 6 values; cells in row-major order. Cells that no measurement reaches have 0
+// trials.
+TableFit fit_table(std::span<const Axis> axes, size_t width, const Measurements& measurements);
+
+// The corners of the cell block around `keys`, (axes), with weights > 0; the sum is 1.
+struct TableCorners {
+  size_t count = 0;
+  std::array<uint32_t, 16> cell;
+  std::array<float, 16> weight;
+};
+TableCorners table_corners(std::span<const Axis> axes, uint32_t first, const float* keys);
+
+}  // namespace pilesim

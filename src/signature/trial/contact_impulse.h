@@ -1,0 +1,24 @@
+// The impulse of one contact with a fixed plane, with Newton's restitution and Coulomb's friction
+// (dissertation 2.1.4, equations 2.19 to 2.24).
+#pragma once
+
+#include "core/types.h"
+#include "signature/trial/contact_body.h"
+#include "signature/trial/free_flight.h"
+
+namespace pilesim {
+
+// Changes velocity and spin of `flight`, whose vertex `vertex` touches the plane. The vertex leaves
+// with -restitution times the normal speed it came with; it stops sliding where the friction cone
+// allows it (2.19), else slides on under full friction (2.20 to 2.24).
+// Both equations can add energy, since friction of a turning body couples with the normal motion.
+// The friction part is then shortened to where the energy stays, down to the frictionless impulse,
+// which never adds any; restitution is kept.
+// Gives the approach speed of the vertex before, >= 0 m/s; does nothing if it is not positive.
+double apply_contact_impulse(const ContactBody& body, const ContactMaterial& material,
+                             uint32_t vertex, Flight& flight);
+
+// Kinetic energy per unit of mass, J/kg.
+double kinetic_energy(const ContactBody& body, const Flight& flight);
+
+}  // namespace pilesim

@@ -1,0 +1,80 @@
+// Bodies that fly over the plane y = 0 without gravity and turn freely, and what they touch when.
+//
+// The time of contact is found by conservative advancement over the vertices that can be the lowest
+// one within a step: the height of a vertex over a step is bounded from below by a concave cubic,
+// so that a step on which it is not negative at the end misses nothing. Rotation is torque-free
+// with the full inertia tensor.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "signature/trial/contact_body.h"
+#include "signature/trial/free_rotation.h"
+
+namespace pilesim {
+
+// One body in flight. World axes: y is the plane's normal. The orientation is held as two world
+// axes seen from the body frame, because that is what the search for contacts needs.
+struct Flight {
+  Vec3 x_axis = Vec3::UnitX();   // world x in the body frame, unit
+  Vec3 normal = Vec3::UnitY();   // world y in the body frame, unit
+  Vec3 spin = Vec3::Zero();      // angular velocity in the body frame, rad/s
+  Vec3 velocity = Vec3::Zero();  // of the centre of mass, world, m/s
+  double height = 0;             // of the centre of mass over the plane, m
+  double time_s = 0;             // since the flight was started
+
+  Vec3 z_axis() const { return x_axis.cross(normal); }
+  Vec3 to_world(const Vec3& body) const {
+    return {x_axis.dot(body), normal.dot(body), z_axis().dot(body)};
+  }
+  Vec3 to_body(const Vec3& world) const {
+    return world.x() * x_axis + world.y() * normal + world.z() * z_axis();
+  }
+  Vec3 world_spin() const { return to_world(spin); }
+  // Takes body coordinates to world coordinates.
+  Quat orientation() const;
+};
+
+// A flight with the body at `orientation` (body frame to world) and the spin given in the world.
+Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& world_spin,
+                   double height);
+
+// The lowest vertex of the body, and the height at which the body then stands on it.
+struct Support {
+  uint32_t vertex;
+  double height_m;
+};
+Support lowest_vertex(const ContactBody& body, const Vec3& normal);
+
+enum class FlightEnd {
+  contact,  // a vertex touches the plane and is about to pass through
+  resting,  // a vertex rests on the plane without moving; nothing will happen any more
+  gone,     // the body leaves: it can touch the plane no more
+};
+
+// Flies `count` bodies to their ends, kFlightLanes at a time. The caller owns the flights; after an
+// end it is asked whether that flight goes on, or which one takes its lane, so that no lane waits
+// for the slowest. What happens to a flight depends on no other flight.
+class FlightCrew {
+ public:
+  virtual ~FlightCrew() = default;
+  // Puts the next flight into `flight`; false when there are no more.
+  virtual bool next(size_t lane, Flight& flight) = 0;
+  // `flight` came to `end`, at `vertex` unless it is gone. True: it was given new velocities (or
+  // was replaced) and flies on. False: the lane is free.
+  virtual bool ended(size_t lane, FlightEnd end, uint32_t vertex, Flight& flight) = 0;
+};
+void fly(const ContactBody& body, FlightCrew& crew);
+
+// One flight to its next end.
+struct FlightResult {
+  FlightEnd end;
+  uint32_t vertex = 0;  // unless gone
+  Flight flight;        // at that moment
+};
+FlightResult fly_one(const ContactBody& body, const Flight& start);
+
+}  // namespace pilesim

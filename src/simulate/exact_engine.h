@@ -1,0 +1,81 @@
+// What an exact engine is to the rest: bodies of the model in and out, a step, contacts, sleep,
+// friction, nails, and a partner that shares the velocities of some bodies with it.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/stage_timer.h"
+#include "model/model.h"
+#include "simulate/impulse_control.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+// Whether two bodies may touch, by their indices into Model::bodies.
+using PairFilter = std::function<bool(uint32_t, uint32_t)>;
+
+// Bodies are indices into Model::bodies. Unless it says otherwise, a function asks for one that is
+// in the world; of contacts and sleep, for a dynamic one that is not held.
+class ExactEngine {
+ public:
+  virtual ~ExactEngine() = default;
+
+  // A dynamic body starts at `start`, one that is held stands there like a static one.
+  virtual void add(uint32_t body, const BodyMotion& start, bool held, bool asleep) = 0;
+  virtual void remove(uint32_t body) = 0;          // wakes what touches it
+  virtual bool contains(uint32_t body) const = 0;  // of any body
+  virtual void apply_impulse(uint32_t body, const ModelEvent& event) = 0;
+  // Gives a kinematic body the pose and the velocities of the step from `time_s` on.
+  virtual void move_by_keys(uint32_t body, double time_s) = 0;
+
+  // Another solver of the contacts of some bodies, called before each iteration of this one, once
+  // in a step: all that is awake is one group then. None: empty.
+  virtual void set_partner(std::function<void(int iteration)> partner) = 0;
+  // For the partner: whether this step moves the body, and how, gravity included.
+  virtual bool is_solving(uint32_t body) const = 0;
+  virtual Vec3 solver_velocity(uint32_t body) const = 0;
+  virtual Vec3 solver_spin(uint32_t body) const = 0;
+  virtual void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;
+  virtual void carry(uint32_t body) = 0;  // as a contact would
+
+  // `before_solver` is called when the step's contacts are known.
+  virtual void step(StageTimer& timer, const std::function<void()>& before_solver) = 0;
+
+  virtual BodyMotion motion(uint32_t body) const = 0;
+  // Of the convex pieces of the body's collision shape, or of the whole where it has none, with all
+  // that they can reach in the step to come; world. `boxes` is overwritten.
+  virtual void boxes(uint32_t body, std::vector<Bounds>& boxes) const = 0;
+  // Of a body that may be outside of the world, if it stood there.
+  virtual Bounds box_at(uint32_t body, const Pose& pose) const = 0;
+  // How far its collision shape reaches below the centre in that orientation, m; of a dynamic body.
+  virtual double reach_below_m(uint32_t body, const Quat& orientation) const = 0;
+  virtual bool is_active(uint32_t body) const = 0;
+  virtual void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;
+  // Moves a body by something else than its velocity.
+  virtual void nudge(uint32_t body, const Vec3& way, const Quat& turn) = 0;
+  virtual void put_to_sleep(uint32_t body) = 0;  // see BodyControl
+  virtual void wake(uint32_t body) = 0;
+  virtual void set_friction(uint32_t body, double friction) = 0;
+  virtual void refresh_friction() = 0;  // of contacts that are there, after set_friction()
+
+  virtual void read_contacts(std::vector<BodyContact>& contacts) const = 0;
+  virtual void find_hits(std::vector<Hit>& hits) = 0;
+
+  virtual ConstraintId add_nail(const Nail& nail) = 0;
+  virtual void remove_constraint(ConstraintId constraint) = 0;
+  virtual bool holds(ConstraintId constraint) const = 0;
+
+  // Which pairs of bodies touch at all, asked in every step; none: all.
+  virtual void set_pair_filter(PairFilter filter) = 0;
+
+  // Before any is added: these never touch each other, whatever the filter says. What lies close
+  // together then costs no pairs.
+  virtual void keep_apart(const std::vector<uint32_t>& bodies) = 0;
+
+  virtual double kinetic_energy_j(uint32_t body) const = 0;
+  // Contacts and penetration of the last step.
+  virtual void add_contacts_to(FrameStatistics& statistics) const = 0;
+};
+
+}  // namespace pilesim

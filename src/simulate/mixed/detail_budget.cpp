@@ -1,0 +1,94 @@
+#include "simulate/mixed/detail_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pilesim {
+namespace {
+
+constexpr DetailCosts kCosts;
+constexpr DetailErrors kErrors;
+
+constexpr double kUnseen = 0.05;  // of the importance of what is seen
+constexpr double kMostSize = 1;   // of the picture's height: larger is not more important
+
+double cost_of(PairMethod method, double pieces) {
+  return method == PairMethod::impulse       ? kCosts.near_near_us * pieces
+         : method == PairMethod::statistical ? kCosts.statistical_us
+                                             : kCosts.particle_us;
+}
+
+double error_of(PairMethod method) {
+  return method == PairMethod::impulse       ? kErrors.impulse
+         : method == PairMethod::statistical ? kErrors.statistical
+                                             : kErrors.particle;
+}
+
+}  // namespace
+
+// What is large on the screen, seen, fast or near a must-impulse body.
+double DetailBudget::importance(uint32_t body, const Viewpoint& view,
+                                const BodyStates& states) const {
+  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+  const Vec3& centre = states.position[body];
+  const double size = std::min(kMostSize, view.screen_size(centre, radius));
+  const double seen = view.sees(centre, radius) ? 1 : kUnseen;
+  const double speed_scale = std::sqrt(scene_.gravity.norm() * radius);
+  const double speed = states.linear_velocity[body].norm();
+  const double fast = speed_scale > 0 ? speed / (speed + speed_scale) : 0;
+  const double near = radius / (radius + exact_distance_m_(centre));
+  return size * seen * (1 + fast + near);
+}
+
+double DetailBudget::cost_us(const Candidate& candidate, uint32_t level) const {
+  const DetailLevel& row = scene_.simulator.detail.levels[level];
+  const ModelShape& shape = model_.shapes[model_.bodies[candidate.body].shape];
+  const auto pieces = static_cast<double>(shape.pieces.size());
+  if (!candidate.near && !row.exact) return cost_of(row.far_far, pieces);
+  return kCosts.near_us * pieces + cost_of(row.near_near, pieces);
+}
+
+double DetailBudget::error(const Candidate& candidate, uint32_t level) const {
+  const DetailLevel& row = scene_.simulator.detail.levels[level];
+  return error_of(candidate.near || row.exact ? row.near_near : row.far_far);
+}
+
+void DetailBudget::choose(const Viewpoint& view, const BodyStates& states,
+                          std::span<const uint32_t> bodies,
+                          const std::function<bool(uint32_t)>& near, std::vector<uint8_t>& levels) {
+  const LevelOfDetail& detail = scene_.simulator.detail;
+  const auto finest = static_cast<uint32_t>(detail.level - 1);
+  const auto coarsest = static_cast<uint32_t>(detail.levels.size() - 1);
+  candidates_.clear();
+  double cost_us_sum = 0, weight = 0, error_sum = 0;
+  for (const uint32_t body : bodies) {
+    if ((states.flags[body] & kAsleep) != 0) continue;
+    Candidate candidate{body, near(body), importance(body, view, states)};
+    // Who is fine stays so a little longer.
+    if (levels[body] < coarsest) candidate.importance *= 1 + detail.hysteresis;
+    cost_us_sum += cost_us(candidate, coarsest);
+    weight += candidate.importance;
+    error_sum += candidate.importance * error(candidate, coarsest);
+    candidates_.push_back(candidate);
+  }
+  std::ranges::stable_sort(candidates_, std::ranges::greater(), &Candidate::importance);
+  for (const Candidate& candidate : candidates_) {
+    uint32_t chosen = coarsest;
+    for (uint32_t level = finest; level < coarsest; ++level) {
+      const double more_us = cost_us(candidate, level) - cost_us(candidate, coarsest);
+      const bool fits = scene_.simulator.budget_ms_per_step
+                            ? cost_us_sum + more_us <= 1e3 * *scene_.simulator.budget_ms_per_step
+                            : error_sum > *scene_.simulator.max_error * weight;
+      if (!fits) continue;
+      cost_us_sum += more_us;
+      error_sum -= candidate.importance * (error(candidate, coarsest) - error(candidate, level));
+      chosen = level;
+      break;
+    }
+    levels[candidate.body] = static_cast<uint8_t>(chosen);
+  }
+  modelled_ms_ = 1e-3 * cost_us_sum;
+  modelled_error_ = weight > 0 ? error_sum / weight : 1;
+}
+
+}  // namespace pilesim

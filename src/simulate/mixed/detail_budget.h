@@ -1,0 +1,65 @@
+// Levels of detail by importance, within a budget of time or of error. Decisions follow a model of
+// what bodies cost, measured beforehand, never the clock: the same scene gives the same bytes on a
+// slow machine.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "model/model.h"
+#include "scene/scene.h"
+#include "simulate/body_state.h"
+#include "simulate/mixed/level_of_detail.h"
+
+namespace pilesim {
+
+// Microseconds that a body which is awake takes in a step on one core; see docs/mixed.md.
+struct DetailCosts {
+  double statistical_us = 1.0;  // among spheres
+  double particle_us = 0.8;
+  double near_us = 5;        // a convex piece, against must-impulse bodies
+  double near_near_us = 15;  // a convex piece, in pairs of I' bodies that are solved
+};
+
+// Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.
+struct DetailErrors {
+  double impulse = 1, statistical = 2, particle = 3;
+};
+
+class DetailBudget {
+ public:
+  // Both arguments must outlive it. `exact_distance_m` is that of a point to the nearest
+  // must-impulse body. For scenes with a budget or a largest error, and with a camera.
+  DetailBudget(const Scene& scene, const Model& model,
+               std::function<double(const Vec3&)> exact_distance_m)
+      : scene_(scene), model_(model), exact_distance_m_(std::move(exact_distance_m)) {}
+
+  // The level of each of `bodies`, from 0. `near`: whether it is I' now. Bodies that sleep cost
+  // nothing and keep the level that they have in `levels`.
+  void choose(const Viewpoint& view, const BodyStates& states, std::span<const uint32_t> bodies,
+              const std::function<bool(uint32_t)>& near, std::vector<uint8_t>& levels);
+
+  // Of the last choice: what it takes by the model, ms a step, and its error.
+  double modelled_ms() const { return modelled_ms_; }
+  double modelled_error() const { return modelled_error_; }
+
+ private:
+  struct Candidate {
+    uint32_t body;
+    bool near;
+    double importance;
+  };
+  double importance(uint32_t body, const Viewpoint& view, const BodyStates& states) const;
+  double cost_us(const Candidate& candidate, uint32_t level) const;
+  double error(const Candidate& candidate, uint32_t level) const;
+
+  const Scene& scene_;
+  const Model& model_;
+  std::function<double(const Vec3&)> exact_distance_m_;
+  std::vector<Candidate> candidates_;
+  double modelled_ms_ = 0, modelled_error_ = 1;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,126 @@
+#include "simulate/mixed/exact_boxes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pilesim {
+namespace {
+
+constexpr double kLeastMap = 1e-3;  // m
+
+}  // namespace
+
+void ExactBoxes::add(uint32_t body) {
+  const ModelBody& source = model_.bodies[body];
+  Box box{.body = body, .is_plane = model_.shapes[source.shape].is_plane, .moves = true};
+  if (box.is_plane) {
+    box.normal = source.pose.orientation * Vec3::UnitY();
+    box.point = source.pose.position;
+  } else {
+    measure(box);
+  }
+  boxes_.insert(std::ranges::lower_bound(boxes_, body, {}, &Box::body), box);
+}
+
+void ExactBoxes::remove(uint32_t body) {
+  std::erase_if(boxes_, [&](const Box& box) { return box.body == body; });
+}
+
+void ExactBoxes::update() {
+  for (Box& box : boxes_) {
+    box.moves =
+        !box.is_plane && world_.is_active(box.body) && model_.bodies[box.body].role != Role::fixed;
+    if (box.moves) measure(box);
+  }
+  map_boxes();
+}
+
+void ExactBoxes::map_boxes() {
+  Bounds all;
+  has_plane_ = false;
+  for (const Box& box : boxes_) {
+    has_plane_ |= box.is_plane;
+    if (!box.is_plane) all.extend(box.bounds);
+  }
+  map_.fill(0);
+  if (all.isEmpty()) return;
+  map_origin_ = all.min();
+  cells_per_m_ = kCells * all.sizes().cwiseMax(kLeastMap).cwiseInverse();
+  for (const Box& box : boxes_) {
+    for (const Bounds& piece : box.pieces) {
+      const std::array<int, 2> low = cell_of(piece.min()), high = cell_of(piece.max());
+      for (int z = low[1]; z <= high[1]; ++z) {
+        for (int x = low[0]; x <= high[0]; ++x) {
+          map_[z * kCells + x] |= kBoxThere | (box.moves ? kMovingThere : 0);
+        }
+      }
+    }
+  }
+}
+
+// Beyond the map: the outermost.
+std::array<int, 2> ExactBoxes::cell_of(const Vec3& point) const {
+  const auto along = [&](int axis) {
+    const double cell = (point[axis] - map_origin_[axis]) * cells_per_m_[axis];
+    return static_cast<int>(std::clamp(cell, 0.0, kCells - 1.0));
+  };
+  return {along(0), along(2)};
+}
+
+bool ExactBoxes::may_touch(const Vec3& centre, double reach_m, bool only_moving) const {
+  if (has_plane_) return true;
+  const Vec3 around = Vec3::Constant(reach_m);
+  const std::array<int, 2> low = cell_of(centre - around), high = cell_of(centre + around);
+  const uint8_t wanted = only_moving ? kMovingThere : kBoxThere;
+  for (int z = low[1]; z <= high[1]; ++z) {
+    for (int x = low[0]; x <= high[0]; ++x) {
+      if ((map_[z * kCells + x] & wanted) != 0) return true;
+    }
+  }
+  return false;
+}
+
+void ExactBoxes::measure(Box& box) const {
+  world_.boxes(box.body, box.pieces);
+  box.bounds.setEmpty();
+  for (const Bounds& piece : box.pieces) box.bounds.extend(piece);
+}
+
+bool ExactBoxes::near(const Box& box, const Candidate& candidate) const {
+  const double reach = candidate.radius_m + candidate.margin_m;
+  const Vec3& centre = candidate.pose.position;
+  if (box.is_plane) {
+    const double height = box.normal.dot(centre - box.point);
+    if (height > reach) return false;
+    const Bounds own = world_.box_at(candidate.body, candidate.pose);
+    const Vec3 lowest = (box.normal.array() > 0).select(own.min(), own.max());
+    return box.normal.dot(lowest - box.point) <= candidate.margin_m;
+  }
+  if (box.bounds.squaredExteriorDistance(centre) > reach * reach) return false;
+  Bounds own = world_.box_at(candidate.body, candidate.pose);
+  own.min().array() -= candidate.margin_m;
+  own.max().array() += candidate.margin_m;
+  return own.intersects(box.bounds) && std::ranges::any_of(box.pieces, [&](const Bounds& piece) {
+           return piece.squaredExteriorDistance(centre) <= reach * reach && own.intersects(piece);
+         });
+}
+
+bool ExactBoxes::touches(const Candidate& candidate) const {
+  return std::ranges::any_of(boxes_, [&](const Box& box) {
+    return (box.moves || !candidate.only_moving) && near(box, candidate) &&
+           dispatch_.attracts(box.body, candidate.body);
+  });
+}
+
+double ExactBoxes::distance_m(const Vec3& point) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Box& box : boxes_) {
+    const double distance = box.is_plane ? std::abs(box.normal.dot(point - box.point))
+                                         : box.bounds.exteriorDistance(point);
+    least = std::min(least, distance);
+  }
+  return least;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,72 @@
+// The boxes of must-impulse bodies, and what touches them (dissertation 4.2.2). A body of several
+// convex pieces has a box for each: what stands beside a pole does not touch it for the sake of the
+// pole's foot.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "model/model.h"
+#include "simulate/exact_engine.h"
+#include "simulate/sphere/dispatch_table.h"
+
+namespace pilesim {
+
+class ExactBoxes {
+ public:
+  // All arguments must outlive it.
+  ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world)
+      : model_(model), dispatch_(dispatch), world_(world) {}
+
+  // A must-impulse body has come into the world or left it.
+  void add(uint32_t body);
+  void remove(uint32_t body);
+  // Before each step: boxes of what moves, with the way of the step in them.
+  void update();
+
+  // A body that may touch some box.
+  struct Candidate {
+    uint32_t body;
+    Pose pose;
+    double radius_m;   // outer
+    double margin_m;   // by which its own box is wider
+    bool only_moving;  // asks for boxes that may have come nearer to a body that does not move
+  };
+  // False where touches() is for all that lies within `reach_m`; fast. Any thread.
+  bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
+  // Whether its box touches one of a body whose pairs with it are solved. Any thread.
+  bool touches(const Candidate& candidate) const;
+  // The least distance from a point to a box or a plane, m; infinite without any. Any thread.
+  double distance_m(const Vec3& point) const;
+  bool empty() const { return boxes_.empty(); }
+
+ private:
+  struct Box {
+    uint32_t body;
+    bool is_plane, moves;
+    Bounds bounds;               // of what is no plane
+    std::vector<Bounds> pieces;  // and of its convex pieces
+    Vec3 normal, point;          // of a plane
+  };
+  void measure(Box& box) const;
+  void map_boxes();
+  std::array<int, 2> cell_of(const Vec3& point) const;
+  bool near(const Box& box, const Candidate& candidate) const;
+
+  const Model& model_;
+  const DispatchTable& dispatch_;
+  const ExactEngine& world_;
+  std::vector<Box> boxes_;  // in the order of bodies
+  // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.
+  // Most bodies are far from all boxes.
+  static constexpr int kCells = 64;
+  static constexpr uint8_t kBoxThere = 1, kMovingThere = 2;
+  std::array<uint8_t, size_t{kCells} * kCells> map_{};
+  bool has_plane_ = false;
+  Vec3 map_origin_ = Vec3::Zero();
+  Vec3 cells_per_m_ = Vec3::Zero();
+};
+
+}  // namespace pilesim

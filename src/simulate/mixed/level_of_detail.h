@@ -1,0 +1,63 @@
+// Which level of detail each body has, by what the camera sees of it (dissertation 4.3).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "model/model.h"
+#include "scene/scene.h"
+#include "simulate/body_state.h"
+
+namespace pilesim {
+
+// A camera's picture, in the measures that levels are chosen by.
+class Viewpoint {
+ public:
+  Viewpoint(const CameraKey& key, double aspect);
+  double distance_m(const Vec3& point) const { return (point - eye_).norm(); }
+  // Of a ball, its diameter as a share of the picture's height. Where the eye is in it, infinite.
+  double screen_size(const Vec3& centre, double radius_m) const;
+  bool sees(const Vec3& centre, double radius_m) const;
+
+ private:
+  Vec3 eye_, forward_, right_, up_;
+  double tan_half_width_, tan_half_height_;
+};
+
+// The level from 0 that a value has among ascending limits (level i ends at limits[i]), where it
+// had `level` before: a limit must be passed by the share `hysteresis` of it.
+uint32_t level_among(double value, std::span<const double> limits, double hysteresis,
+                     uint32_t level);
+
+// The view at `time_s`, of the picture that the scene asks for. The scene has a camera.
+Viewpoint viewpoint(const Scene& scene, double time_s);
+
+class LevelSelector {
+ public:
+  // Both arguments must outlive it.
+  LevelSelector(const Scene& scene, const Model& model);
+
+  // Some rule looks at the state, so that levels may change.
+  bool is_variable() const;
+  // The levels of `bodies`, from 0, by the state at `time_s`.
+  void choose(double time_s, const BodyStates& states, std::span<const uint32_t> bodies);
+  uint32_t level(uint32_t body) const { return levels_[body]; }
+
+ private:
+  // By each rule.
+  struct Choice {
+    uint8_t distance = 0, size = 0, speed = 0;
+    bool outside = false, is_known = false;
+  };
+  uint32_t level_of(uint32_t body, const BodyStates& states, const Viewpoint* view);
+
+  const Scene& scene_;
+  const Model& model_;
+  const LevelOfDetail& detail_;
+  std::vector<double> size_limits_;  // of 1 / size, ascending
+  std::vector<Choice> choices_;
+  std::vector<uint8_t> levels_;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,183 @@
+#include "simulate/mixed/mixed_coupling.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pilesim {
+namespace {
+
+// Of a step's gravity: contacts that change a velocity by less carry nothing.
+constexpr double kLeastLoad = 0.05;
+// Of the outer radius, in a step: spheres that are sunk into each other come apart no faster, and
+// below the least it is rounding.
+constexpr double kFarthestNudge = 0.1;
+constexpr double kLeastNudge = 1e-5;
+constexpr double kLeastTurn = 1e-5;  // rad
+
+}  // namespace
+
+void MixedCoupling::enter(uint32_t body) {
+  SphereBody& sphere = spheres_.body(body);
+  sphere.shared = true;
+  Shared shared;
+  shared.motion = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized(),
+                   sphere.velocity.cast<double>(), sphere.spin.cast<double>()};
+  exact_.add(body, shared.motion, false, sphere.asleep);
+  if (sphere.put_to_sleep) exact_.put_to_sleep(body);
+  const auto at = std::ranges::lower_bound(bodies_, body);
+  shared_.insert(shared_.begin() + (at - bodies_.begin()), shared);
+  bodies_.insert(at, body);
+}
+
+void MixedCoupling::leave(uint32_t body) {
+  const auto at = std::ranges::lower_bound(bodies_, body);
+  shared_.erase(shared_.begin() + (at - bodies_.begin()));
+  bodies_.erase(at);
+  exact_.remove(body);
+  spheres_.body(body).shared = spheres_.body(body).propped = false;
+}
+
+void MixedCoupling::pull() {
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    SphereBody& sphere = spheres_.body(bodies_[i]);
+    const bool active = exact_.is_active(bodies_[i]);
+    if (!active && sphere.asleep) continue;
+    const BodyMotion motion = exact_.motion(bodies_[i]);
+    if (active && sphere.asleep) {
+      const double impulse_ns = spheres_.kind(bodies_[i]).mass_kg * motion.linear_velocity.norm();
+      spheres_.wake_hit(bodies_[i], static_cast<float>(impulse_ns));
+    }
+    sphere.position = motion.position.cast<float>();
+    sphere.orientation = motion.orientation.cast<float>();
+    sphere.velocity = motion.linear_velocity.cast<float>();
+    sphere.spin = motion.angular_velocity.cast<float>();
+    sphere.asleep = !active;
+    sphere.slow_steps = 0;  // the Bullet world decides who sleeps
+    sphere.changed = true;
+    shared_[i].motion = motion;
+  }
+}
+
+void MixedCoupling::get_ready() {
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    SphereBody& sphere = spheres_.body(bodies_[i]);
+    Shared& shared = shared_[i];
+    shared.asleep = sphere.asleep;
+    shared.solved = false;
+    shared.pushed = shared.turned = Vec3::Zero();
+    if (sphere.asleep) continue;
+    // What it lies on is as far below as the body reaches.
+    sphere.surface_radius_m =
+        static_cast<float>(exact_.reach_below_m(bodies_[i], shared.motion.orientation));
+    sphere.propped = !shared.load.isZero();
+  }
+}
+
+void MixedCoupling::hand_over() {
+  for (size_t i = 0; i < bodies_.size(); ++i) hand_over(bodies_[i], shared_[i]);
+  exact_.set_partner(bodies_.empty() ? std::function<void(int)>()
+                                     : [this](int iteration) { sweep(iteration); });
+}
+
+void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
+  const SphereBody& sphere = spheres_.body(body);
+  if (shared.asleep && sphere.asleep) return;
+  if (shared.asleep) {  // something hit it
+    exact_.wake(body);
+    // In a structure it moves in this step, else from the next one on.
+    shared.asleep = !spheres_.is_moving(body);
+    shared.pushed = sphere.velocity.cast<double>();
+    shared.turned = sphere.spin.cast<double>();
+    if (!shared.asleep) {
+      shared.pushed = spheres_.motion(body).velocity.cast<double>() - change_;
+      shared.turned = spheres_.motion(body).spin.cast<double>();
+    }
+  } else {
+    const SphereMotion& drawn = spheres_.motion(body);
+    shared.pushed = (drawn.velocity - sphere.velocity).cast<double>();
+    shared.turned = (drawn.spin - sphere.spin).cast<double>();
+  }
+  if (shared.pushed.isZero(0) && shared.turned.isZero(0)) return;
+  exact_.set_velocity(body, shared.motion.linear_velocity + shared.pushed,
+                      shared.motion.angular_velocity + shared.turned);
+}
+
+// A round of sweeps, with the velocities that the Bullet world's iterations have come to.
+void MixedCoupling::sweep(int iteration) {
+  if (iteration % SphereWorld::kSweepsAtOnce != 0 || spheres_.is_swept()) return;
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    Shared& shared = shared_[i];
+    if (iteration == 0) shared.solved = !shared.asleep && exact_.is_solving(bodies_[i]);
+    if (!shared.solved) continue;
+    SphereMotion& motion = spheres_.motion(bodies_[i]);
+    motion.velocity = shared.velocity = exact_.solver_velocity(bodies_[i]).cast<float>();
+    motion.spin = shared.spin = exact_.solver_spin(bodies_[i]).cast<float>();
+  }
+  spheres_.sweep();
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    Shared& shared = shared_[i];
+    if (!shared.solved) continue;
+    const SphereMotion& motion = spheres_.motion(bodies_[i]);
+    const Vec3 pushed = (motion.velocity - shared.velocity).cast<double>();
+    const Vec3 turned = (motion.spin - shared.spin).cast<double>();
+    exact_.change_solver_velocity(bodies_[i], pushed, turned);
+    shared.pushed += pushed;
+    shared.turned += turned;
+    if (!spheres_.is_swept()) continue;
+    const double weight_ns = change_.norm() * spheres_.kind(bodies_[i]).mass_kg;
+    if (spheres_.pressed(bodies_[i]) > kLeastLoad * weight_ns) exact_.carry(bodies_[i]);
+  }
+}
+
+BodyMotion MixedCoupling::handed_motion(size_t i) const {
+  BodyMotion motion = shared_[i].motion;
+  motion.linear_velocity += shared_[i].pushed;
+  motion.angular_velocity += shared_[i].turned;
+  return motion;
+}
+
+void MixedCoupling::take_back() {
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    Shared& shared = shared_[i];
+    shared.load = Vec3::Zero();
+    if (!shared.solved) continue;
+    const BodyMotion motion = exact_.motion(bodies_[i]);
+    const Vec3 load = motion.linear_velocity - (handed_motion(i).linear_velocity + change_);
+    if (load.norm() > kLeastLoad * change_.norm()) shared.load = load;
+    SphereMotion& sphere = spheres_.motion(bodies_[i]);
+    sphere.velocity = shared.velocity = motion.linear_velocity.cast<float>();
+    sphere.spin = shared.spin = motion.angular_velocity.cast<float>();
+  }
+}
+
+void MixedCoupling::nudge() {
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    if (shared_[i].solved) nudge(bodies_[i], shared_[i]);
+  }
+}
+
+void MixedCoupling::nudge(uint32_t body, const Shared& shared) {
+  const SphereBody& sphere = spheres_.body(body);
+  const double outer = spheres_.kind(body).outer_m;
+  const Vec3f start = shared.motion.position.cast<float>();
+  const auto dt = static_cast<float>(step_s_);
+  Vec3 way = (sphere.position - start - dt * shared.velocity).cast<double>();
+  // Never into what carries it exactly.
+  const Vec3 support = shared.load.normalized();
+  way -= std::min(0.0, way.dot(support)) * support;
+  if (way.norm() < kLeastNudge * outer) way.setZero();
+  if (way.norm() > kFarthestNudge * outer) way *= kFarthestNudge * outer / way.norm();
+  // Beside what its spin turns it by: into a rest pose.
+  const Vec3 swept = step_s_ * shared.spin.cast<double>();
+  const Quat moved = swept.norm() > 0 ? Quat(Eigen::AngleAxisd(swept.norm(), swept.normalized()))
+                                      : Quat::Identity();
+  Eigen::AngleAxisd rest(sphere.orientation.cast<double>() *
+                         (moved * shared.motion.orientation).conjugate());
+  if (std::abs(rest.angle()) < kLeastTurn) rest.angle() = 0;
+  exact_.nudge(body, way, Quat(rest).normalized());
+  if (sphere.spin == shared.spin) return;
+  const BodyMotion motion = exact_.motion(body);
+  exact_.set_velocity(body, motion.linear_velocity, sphere.spin.cast<double>());
+}
+
+}  // namespace pilesim

@@ -1,0 +1,56 @@
+// What the mixed mode tells of itself in reports.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "simulate/body_state.h"
+#include "simulate/exact_engine.h"
+#include "simulate/mixed/detail_budget.h"
+#include "simulate/mixed/mixed_coupling.h"
+
+namespace pilesim {
+
+class MixedFigures {
+ public:
+  // Both arguments must outlive it.
+  MixedFigures(const Scene& scene, const Model& model);
+
+  // Around the Bullet world's part of a step; `entered`: the I' bodies that came in this step.
+  void begin_exact_step(const ExactEngine& world, std::span<const uint32_t> entered);
+  void end_exact_step(const ExactEngine& world, const MixedCoupling& coupling,
+                      std::span<const uint32_t> entered);
+  void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
+  void count_budget(const DetailBudget& budget);  // after each of its choices
+
+  // Of the rigid body with its own inertia, whatever stands for it: a change of level changes no
+  // velocity, and so no energy.
+  double kinetic_energy_j(uint32_t body, const BodyMotion& motion) const;
+
+  std::string json() const;  // an object
+
+ private:
+  double energy_j(uint32_t body, const BodyMotion& motion) const;
+  double exact_energy_j(const ExactEngine& world) const;
+
+  const Scene& scene_;
+  const Model& model_;
+  std::vector<uint32_t> exact_;  // dynamic must-impulse bodies
+  double before_j_ = 0;
+  std::vector<BodyContact> contacts_;
+
+  uint64_t entries_ = 0;
+  double deepest_entry_m_ = 0;
+  double largest_rise_j_ = 0;  // of the energy in a step with an entry
+  uint64_t frames_ = 0;
+  uint64_t body_frames_ = 0, near_frames_ = 0, asleep_frames_ = 0;
+  uint64_t most_near_ = 0;
+  std::vector<uint64_t> level_frames_;
+  uint64_t choices_ = 0;
+  double modelled_ms_ = 0, most_ms_ = 0, modelled_error_ = 0;  // sums over choices, and the most
+};
+
+}  // namespace pilesim

@@ -1,0 +1,539 @@
+#include "simulate/mixed/mixed_simulator.h"
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/parallel_for.h"
+#include "simulate/exact_engine.h"
+#include "simulate/kinematic_motion.h"
+#include "simulate/mixed/detail_budget.h"
+#include "simulate/mixed/exact_boxes.h"
+#include "simulate/mixed/kept_contacts.h"
+#include "simulate/mixed/level_of_detail.h"
+#include "simulate/mixed/mixed_coupling.h"
+#include "simulate/mixed/mixed_figures.h"
+#include "simulate/sphere/body_signature.h"
+#include "simulate/sphere/dispatch_table.h"
+#include "simulate/sphere/sphere_world.h"
+#include "simulate/timeline.h"
+
+namespace pilesim {
+namespace {
+
+// Of the outer radius: an I' body is one until its box is farther than this from all boxes.
+constexpr double kLeaveMargin = 0.1;
+
+bool prefers_spheres(const ModelBody& body) {
+  return body.role == Role::dynamic && body.preference == Preference::prefer_statistical;
+}
+
+// Bodies no pair of which is ever solved.
+std::vector<uint32_t> never_solved(const Model& model, const DispatchTable& dispatch) {
+  std::vector<uint32_t> bodies;
+  if (dispatch.may_solve_spheres()) return bodies;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    const ModelBody& body = model.bodies[i];
+    const bool stands = body.role != Role::dynamic || body.held;
+    if (body.preference != Preference::prefer_statistical) continue;
+    if (!stands || !dispatch.may_solve_standing()) bodies.push_back(i);
+  }
+  return bodies;
+}
+
+std::vector<BodySignature> make_objects(const Model& model, const DispatchTable& dispatch) {
+  for (const ModelBody& body : model.bodies) {
+    if (!body.hinge || !prefers_spheres(body)) continue;
+    throw Error(ErrorKind::input,
+                {.found = "'" + body.name + "' has a hinge and is prefer_statistical",
+                 .expected = "hinges of must_impulse bodies only in the mixed mode",
+                 .remedy = R"(Give the body "preference": "must_impulse".)"});
+  }
+  return dispatch.uses(PairMethod::statistical) ? load_signatures(model, prefers_spheres)
+                                                : particle_spheres(model);
+}
+
+SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dispatch) {
+  return {.gravity = scene.gravity.cast<float>(),
+          .step_s = static_cast<float>(scene.actual_step_s()),
+          .seed = scene.seed,
+          .sleeping = scene.simulator.sleeping,
+          .rest_control = scene.simulator.rest_control,
+          .sweeps = scene.simulator.solver_iterations,
+          .dispatch = &dispatch};
+}
+
+class MixedSimulator final : public Simulator, public BodyControl {
+ public:
+  MixedSimulator(const Scene& scene, const Model& model, std::unique_ptr<ExactEngine> engine,
+                 StepDirector* director);
+
+  FrameStatistics step_frame() override;
+  const BodyStates& states() const override { return states_; }
+  FrameStatistics statistics() const override;
+  std::vector<std::string> signatures() const override {
+    return describe_signatures(model_, objects_);
+  }
+  std::string figures() const override { return figures_.json(); }
+
+  double time_s() const override { return time_s_; }
+  double step_s() const override { return step_s_; }
+  bool is_in_world(uint32_t body) const override { return is_free(body) && has(body, kPresent); }
+  BodyMotion motion(uint32_t body) const override;
+  void put_to_sleep(uint32_t body) override;
+  void wake(uint32_t body) override;
+  bool is_asleep(uint32_t body) const override;
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override;
+  void set_friction(uint32_t body, double friction) override;
+  void read_contacts(std::vector<BodyContact>& contacts) const override;
+
+ private:
+  bool has(uint32_t body, uint8_t flags) const { return (states_.flags[body] & flags) != 0; }
+  bool is_free(uint32_t body) const {
+    return model_.bodies[body].role == Role::dynamic && !has(body, kHeld);
+  }
+  bool is_sphere(uint32_t body) const {
+    return is_free(body) && prefers_spheres(model_.bodies[body]);
+  }
+  bool is_near(uint32_t body) const { return behaviours_[body] == Behaviour::near_exact; }
+
+  void step();
+  void bring_bodies() {
+    timeline_.bring_bodies(time_s_, [&](uint32_t body) { add(body); });
+  }
+  void add(uint32_t body);
+  void remove(uint32_t body);
+  void bring_events();
+  void apply_impulse(uint32_t body, const ModelEvent& event);
+  void move_kinematic_bodies();
+  void choose_levels();
+  uint32_t level(uint32_t body) const {
+    return std::max<uint32_t>(levels_.level(body), budget_ ? afforded_[body] : 0);
+  }
+  void set_behaviour(uint32_t body, Behaviour behaviour);
+  void update_behaviours();
+  void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
+                            const std::function<void()>& change);
+  void switch_engines();
+  bool stands(uint32_t body) const;
+  bool is_attracted(uint32_t body) const;
+  void read_states();
+  void check_finite(uint32_t body) const;
+
+  const Scene& scene_;
+  const Model& model_;
+  double step_s_;
+  double time_s_ = 0;
+  uint64_t steps_ = 0;
+  uint64_t frames_ = 0;
+  Timeline timeline_;
+  DispatchTable dispatch_;
+  std::vector<BodySignature> objects_;
+  SphereWorld spheres_;
+  std::unique_ptr<ExactEngine> engine_;
+  ExactEngine& exact_;
+  MixedCoupling coupling_;
+  ExactBoxes boxes_;
+  LevelSelector levels_;
+  std::optional<DetailBudget> budget_;
+  std::vector<uint8_t> afforded_;  // by body: levels within the budget
+  std::vector<Behaviour> behaviours_;
+  std::vector<uint8_t> level_set_;  // by body: as the dispatch table has it
+  std::vector<uint32_t> kinematic_;
+  std::vector<uint8_t> attracted_;  // by body: of the spheres, in the last update_behaviours()
+  std::vector<uint32_t> entered_;   // in the step at hand
+  BodyStates states_;
+  MixedFigures figures_;
+  StageTimer timer_;
+  StepDirector* director_;
+  KeptContacts kept_contacts_;
+  std::vector<double> friction_;  // by body: by the director, or less than 0; empty: by no one
+};
+
+MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
+                               std::unique_ptr<ExactEngine> engine, StepDirector* director)
+    : scene_(scene),
+      model_(model),
+      step_s_(scene.actual_step_s()),
+      timeline_(model, step_s_),
+      dispatch_(scene.simulator.detail, model),
+      objects_(make_objects(model, dispatch_)),
+      spheres_(model, objects_, sphere_settings(scene, dispatch_)),
+      engine_(std::move(engine)),
+      exact_(*engine_),
+      coupling_(scene.gravity, step_s_, exact_, spheres_),
+      boxes_(model, dispatch_, exact_),
+      levels_(scene, model),
+      behaviours_(model.bodies.size(), Behaviour::exact),
+      level_set_(model.bodies.size()),
+      attracted_(model.bodies.size()),
+      figures_(scene, model),
+      director_(director) {
+  exact_.set_pair_filter(
+      [this](uint32_t a, uint32_t b) { return dispatch_.method(a, b) == PairMethod::impulse; });
+  exact_.keep_apart(never_solved(model, dispatch_));
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    const ModelBody& body = model.bodies[i];
+    if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
+    states_.position.push_back(body.pose.position);
+    states_.orientation.push_back(body.pose.orientation);
+    states_.linear_velocity.push_back(body.linear_velocity);
+    states_.angular_velocity.push_back(body.angular_velocity);
+    states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
+  }
+  if (scene.simulator.budget_ms_per_step || scene.simulator.max_error) {
+    budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
+    // Nobody is important before the first choice.
+    afforded_.assign(model.bodies.size(),
+                     static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
+  }
+  bring_bodies();
+}
+
+void MixedSimulator::add(uint32_t body) {
+  const ModelBody& source = model_.bodies[body];
+  const Pose pose{states_.position[body], states_.orientation[body]};
+  states_.flags[body] |= kPresent;
+  if (is_sphere(body)) {
+    states_.flags[body] |= kStatistical;
+    spheres_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body],
+                 source.asleep);
+    levels_.choose(time_s_, states_, {&body, 1});
+    return set_behaviour(body, Behaviour::statistical);
+  }
+  const bool is_exact = source.preference == Preference::must_impulse;
+  if (source.role == Role::dynamic) states_.flags[body] |= kImpulse;
+  exact_.add(body,
+             {pose.position, pose.orientation, states_.linear_velocity[body],
+              states_.angular_velocity[body]},
+             has(body, kHeld), source.asleep);
+  if (is_exact) boxes_.add(body);
+  if (!is_exact || (!is_free(body) && dispatch_.is_sphere_surface(body))) {
+    spheres_.surfaces().place(body, pose, Vec3::Zero(), Vec3::Zero());
+  }
+  set_behaviour(body, is_exact ? Behaviour::exact : Behaviour::standing);
+}
+
+void MixedSimulator::remove(uint32_t body) {
+  kept_contacts_.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
+  const bool present = has(body, kPresent);
+  states_.flags[body] &= static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical | kImpulse));
+  if (!present) return timeline_.cancel(body);
+  boxes_.remove(body);
+  if (is_near(body)) {
+    coupling_.leave(body);
+  } else if (exact_.contains(body)) {
+    exact_.remove(body);
+  }
+  if (is_sphere(body)) {
+    spheres_.remove(body);
+  } else {
+    spheres_.wake_near(body);
+    spheres_.surfaces().remove(body);
+  }
+}
+
+void MixedSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
+  if (!has(body, kPresent) || !is_free(body)) return;
+  if (is_near(body) && spheres_.body(body).put_to_sleep) wake(body);
+  if (exact_.contains(body)) return exact_.apply_impulse(body, event);
+  spheres_.push(body, event.impulse, event.point);
+}
+
+void MixedSimulator::bring_events() {
+  timeline_.bring_events(
+      time_s_, states_.flags,
+      {.add = [&](uint32_t body) { add(body); },
+       .remove = [&](uint32_t body) { remove(body); },
+       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
+}
+
+void MixedSimulator::move_kinematic_bodies() {
+  for (const uint32_t i : kinematic_) {
+    if (!has(i, kPresent)) continue;
+    exact_.move_by_keys(i, time_s_);
+    const BodyMotion motion = exact_.motion(i);
+    const bool is_surface = behaviours_[i] == Behaviour::standing || dispatch_.is_sphere_surface(i);
+    if (!is_surface) continue;
+    spheres_.surfaces().place(i, {motion.position, motion.orientation}, motion.linear_velocity,
+                              motion.angular_velocity);
+    if (!motion.linear_velocity.isZero() || !motion.angular_velocity.isZero()) {
+      spheres_.wake_near(i);
+    }
+  }
+}
+
+void MixedSimulator::choose_levels() {
+  if (!levels_.is_variable() && !budget_) return;
+  levels_.choose(time_s_, states_, spheres_.members());
+  if (budget_) {
+    budget_->choose(
+        viewpoint(scene_, time_s_), states_, spheres_.members(),
+        [&](uint32_t body) { return is_near(body); }, afforded_);
+    figures_.count_budget(*budget_);
+  }
+  change_with_contacts([&](uint32_t body) { return level(body) != level_set_[body]; },
+                       [&] {
+                         for (const uint32_t body : spheres_.members()) {
+                           set_behaviour(body, behaviours_[body]);
+                         }
+                       });
+}
+
+void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
+  behaviours_[body] = behaviour;
+  level_set_[body] = static_cast<uint8_t>(level(body));
+  dispatch_.set(body, behaviour, level_set_[body]);
+}
+
+bool MixedSimulator::is_attracted(uint32_t body) const {
+  const SphereBody& sphere = spheres_.body(body);
+  if (dispatch_.level(level(body)).exact) return true;
+  if (sphere.asleep && is_near(body)) return true;
+  const double outer = spheres_.kind(body).outer_m;
+  const double way =
+      step_s_ * (static_cast<double>(sphere.velocity.norm()) +
+                 outer * static_cast<double>(sphere.spin.norm()) + step_s_ * scene_.gravity.norm());
+  const double margin = way + (is_near(body) ? kLeaveMargin * outer : 0);
+  const Vec3 centre = sphere.position.cast<double>();
+  if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
+  return boxes_.touches({.body = body,
+                         .pose = {centre, sphere.orientation.cast<double>().normalized()},
+                         .radius_m = outer,
+                         .margin_m = margin,
+                         .only_moving = sphere.asleep});
+}
+
+// Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
+// that of an I body, else S.
+void MixedSimulator::update_behaviours() {
+  entered_.clear();
+  const std::vector<uint32_t>& members = spheres_.members();
+  if (members.empty()) return;
+  boxes_.update();
+  parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) attracted_[members[i]] = is_attracted(members[i]) ? 1 : 0;
+  });
+  change_with_contacts([&](uint32_t body) { return (attracted_[body] != 0) != is_near(body); },
+                       [&] { switch_engines(); });
+}
+
+void MixedSimulator::switch_engines() {
+  for (const uint32_t body : spheres_.members()) {
+    const bool attracted = attracted_[body] != 0;
+    if (attracted == is_near(body)) continue;
+    if (attracted) {
+      coupling_.enter(body);
+      if (!friction_.empty() && friction_[body] >= 0) exact_.set_friction(body, friction_[body]);
+      entered_.push_back(body);
+    } else {
+      coupling_.leave(body);
+    }
+    set_behaviour(body, attracted ? Behaviour::near_exact : Behaviour::statistical);
+  }
+}
+
+// That other bodies may lie on.
+bool MixedSimulator::stands(uint32_t body) const {
+  if (is_free(body)) return is_asleep(body);
+  if (model_.bodies[body].role != Role::kinematic) return true;
+  const BodyMotion motion = exact_.motion(body);
+  return motion.linear_velocity.isZero() && motion.angular_velocity.isZero();
+}
+
+// Sleepers that change engines or levels keep their contacts, for a director.
+void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body)>& changes,
+                                          const std::function<void()>& change) {
+  if (director_ == nullptr) return change();
+  const auto stand = [&](uint32_t a, uint32_t b) { return stands(a) && stands(b); };
+  kept_contacts_.forget(stand);
+  std::vector<uint8_t> changing(states_.size());
+  for (const uint32_t body : spheres_.members()) {
+    changing[body] = is_asleep(body) && changes(body) ? 1 : 0;
+  }
+  if (std::ranges::count(changing, 1) == 0) return change();
+  std::vector<BodyContact> before, after;
+  read_contacts(before);
+  change();
+  read_contacts(after);
+  kept_contacts_.keep(before, after, [&](uint32_t a, uint32_t b) {
+    return stand(a, b) && (changing[a] != 0 || changing[b] != 0);
+  });
+}
+
+void MixedSimulator::step() {
+  coupling_.pull();
+  {
+    StageTimer::Scope scope(timer_, Stage::broad_phase);
+    update_behaviours();
+  }
+  coupling_.get_ready();
+  spheres_.begin_step(timer_);
+  coupling_.hand_over();
+  figures_.begin_exact_step(exact_, entered_);
+  exact_.step(timer_, [] {});
+  figures_.end_exact_step(exact_, coupling_, entered_);
+  coupling_.take_back();
+  spheres_.end_step(timer_);
+  coupling_.nudge();
+}
+
+FrameStatistics MixedSimulator::step_frame() {
+  timer_.take();
+  choose_levels();
+  const int steps = scene_.steps_per_frame();
+  for (int i = 0; i < steps; ++i) {
+    bring_bodies();
+    bring_events();
+    move_kinematic_bodies();
+    if (director_ != nullptr) {
+      coupling_.pull();
+      director_->direct(*this);
+      exact_.refresh_friction();
+    }
+    step();
+    ++steps_;
+    time_s_ = static_cast<double>(steps_) * step_s_;
+  }
+  bring_bodies();
+  if (director_ != nullptr) {
+    coupling_.pull();
+    director_->end_frame(*this);
+  }
+  ++frames_;
+  read_states();
+  figures_.count_frame(states_, [&](uint32_t body) { return level(body); });
+  FrameStatistics statistics = this->statistics();
+  statistics.steps = steps;
+  statistics.times = timer_.take();
+  return statistics;
+}
+
+void MixedSimulator::read_states() {
+  coupling_.pull();
+  for (const uint32_t i : spheres_.members()) {
+    SphereBody& sphere = spheres_.body(i);
+    const bool near = is_near(i);
+    if (!sphere.changed && near == has(i, kImpulse)) continue;
+    sphere.changed = false;
+    states_.flags[i] &= static_cast<uint8_t>(~(kAsleep | kImpulse));
+    if (sphere.asleep) states_.flags[i] |= kAsleep;
+    if (near) states_.flags[i] |= kImpulse;
+    if (near) continue;
+    states_.position[i] = sphere.position.cast<double>();
+    states_.orientation[i] = sphere.orientation.cast<double>().normalized();
+    states_.linear_velocity[i] = sphere.velocity.cast<double>();
+    states_.angular_velocity[i] = sphere.spin.cast<double>();
+    check_finite(i);
+  }
+  for (uint32_t i = 0; i < states_.size(); ++i) {
+    const ModelBody& body = model_.bodies[i];
+    if (!exact_.contains(i) || body.role == Role::fixed) continue;
+    const BodyMotion motion = exact_.motion(i);
+    if (body.role == Role::dynamic) {
+      states_.position[i] = motion.position;
+      states_.orientation[i] = motion.orientation;
+    } else if (!body.motion.empty()) {
+      const Pose pose = pose_at(model_.shapes[body.shape], body.motion, time_s_);
+      states_.position[i] = pose.position;
+      states_.orientation[i] = pose.orientation;
+    }
+    if (!has(i, kHeld)) {
+      states_.linear_velocity[i] = motion.linear_velocity;
+      states_.angular_velocity[i] = motion.angular_velocity;
+    }
+    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
+    if (is_free(i) && !exact_.is_active(i)) states_.flags[i] |= kAsleep;
+    check_finite(i);
+  }
+}
+
+void MixedSimulator::check_finite(uint32_t body) const {
+  if (states_.position[body].allFinite() && states_.orientation[body].coeffs().allFinite() &&
+      states_.linear_velocity[body].allFinite() && states_.angular_velocity[body].allFinite()) {
+    return;
+  }
+  throw Error(ErrorKind::input,
+              {.found = "body '" + model_.bodies[body].name + "' left all bounds in frame " +
+                        std::to_string(frames_),
+               .expected = "a state that stays finite",
+               .remedy = "Make step_s shorter, or look for bodies that start inside one another or "
+                         "with extreme velocities."});
+}
+
+FrameStatistics MixedSimulator::statistics() const {
+  FrameStatistics statistics;
+  for (uint32_t i = 0; i < states_.size(); ++i) {
+    if (!has(i, kPresent)) continue;
+    ++statistics.bodies_present;
+    if (!is_free(i)) continue;
+    if (!has(i, kAsleep)) {
+      ++statistics.bodies_awake;
+      statistics.kinetic_energy_j +=
+          figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
+                                        states_.linear_velocity[i], states_.angular_velocity[i]});
+    }
+    statistics.potential_energy_j -=
+        model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
+  }
+  exact_.add_contacts_to(statistics);
+  statistics.contacts += spheres_.contact_count();
+  statistics.deepest_penetration_m =
+      std::max<double>(statistics.deepest_penetration_m, spheres_.deepest_penetration_m());
+  return statistics;
+}
+
+BodyMotion MixedSimulator::motion(uint32_t body) const {
+  if (exact_.contains(body)) return exact_.motion(body);
+  const SphereBody& sphere = spheres_.body(body);
+  return {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized(),
+          sphere.velocity.cast<double>(), sphere.spin.cast<double>()};
+}
+
+// I' bodies are in both engines.
+void MixedSimulator::put_to_sleep(uint32_t body) {
+  if (exact_.contains(body)) exact_.put_to_sleep(body);
+  if (is_sphere(body)) spheres_.put_to_sleep(body);
+}
+
+void MixedSimulator::wake(uint32_t body) {
+  if (!is_asleep(body)) return;
+  if (exact_.contains(body)) exact_.wake(body);
+  if (is_sphere(body)) spheres_.wake(body);
+}
+
+bool MixedSimulator::is_asleep(uint32_t body) const {
+  return exact_.contains(body) ? !exact_.is_active(body) : spheres_.body(body).asleep;
+}
+
+void MixedSimulator::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  if (exact_.contains(body)) return exact_.set_velocity(body, linear, angular);
+  spheres_.set_velocity(body, linear, angular);
+}
+
+void MixedSimulator::set_friction(uint32_t body, double friction) {
+  if (exact_.contains(body)) exact_.set_friction(body, friction);
+  if (!is_sphere(body)) return;
+  spheres_.set_friction(body, friction);
+  if (friction_.empty()) friction_.assign(states_.size(), -1);
+  friction_[body] = friction;
+}
+
+void MixedSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
+  exact_.read_contacts(contacts);
+  spheres_.read_contacts(contacts);
+  kept_contacts_.put_into(contacts);
+}
+
+}  // namespace
+
+std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
+                                                std::unique_ptr<ExactEngine> engine,
+                                                StepDirector* director) {
+  return std::make_unique<MixedSimulator>(scene, model, std::move(engine), director);
+}
+
+}  // namespace pilesim

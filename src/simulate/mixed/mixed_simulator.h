@@ -1,0 +1,19 @@
+// Bodies that are solved exactly where it matters and are spheres elsewhere: chapter 4 of the
+// dissertation.
+#pragma once
+
+#include <memory>
+
+#include "simulate/body_control.h"
+#include "simulate/exact_engine.h"
+
+namespace pilesim {
+
+// Scene, model and director must outlive it; `director` may be null. `engine`: of the same scene
+// and model, without bodies. Throws Error(input) if a prefer-statistical dynamic body has a hinge,
+// or needs a signature that it does not have.
+std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
+                                                std::unique_ptr<ExactEngine> engine,
+                                                StepDirector* director = nullptr);
+
+}  // namespace pilesim

@@ -1,0 +1,153 @@
+#include "simulate/sphere/body_signature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/convex_hull.h"
+#include "signature/signature_file.h"
+
+namespace pilesim {
+namespace {
+
+// Against runs of the impulse mode; see docs/statistical.md.
+constexpr double kHullShare = 0.35;
+constexpr double kRolling = 0.35;
+constexpr double kInterlocking = 0.2;
+
+// Restitution and friction that differ by less are the same.
+constexpr double kSameMaterial = 1e-3;
+
+void check(const ModelShape& shape, const Material& material, const Signature& signature) {
+  const auto refuse = [&](const std::string& found, const std::string& expected) {
+    throw Error(ErrorKind::input,
+                {.file = shape.signature_file.string(),
+                 .pointer = "/shapes/" + shape.name + "/signature",
+                 .found = found,
+                 .expected = expected,
+                 .remedy = "Measure one with pilesim sample-signature, with the shape's scale and "
+                           "the material's restitution and friction."});
+  };
+  if (signature.body.mesh_hash != shape.mesh_hash) {
+    refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
+               std::to_string(signature.body.scale) + ")",
+           "one of the shape's own mesh");
+  }
+  if (std::abs(signature.material.restitution - material.restitution) > kSameMaterial ||
+      std::abs(signature.material.friction - material.friction) > kSameMaterial) {
+    refuse("a signature measured with restitution " +
+               std::to_string(signature.material.restitution) + " and friction " +
+               std::to_string(signature.material.friction),
+           "the body's material: restitution " + std::to_string(material.restitution) +
+               ", friction " + std::to_string(material.friction));
+  }
+}
+
+// `lowest_m`: the height of the centre in the lowest rest pose.
+BodySignature make(const ModelShape& shape, double volume_m3, double outer_radius_m,
+                   double gyration_m, double lowest_m) {
+  BodySignature body;
+  body.gyration_m = static_cast<float>(gyration_m);
+  body.outer_radius_m = static_cast<float>(outer_radius_m);
+  const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
+  // A concave body takes more room than its volume, but others reach into its hull.
+  const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
+  body.packing_radius_m = static_cast<float>(std::cbrt(3 * packed_m3 / (4 * kPi)));
+  const double unlike_ball = 1 - lowest_m / outer_radius_m;
+  body.rolling = static_cast<float>(kRolling * unlike_ball);
+  body.interlocking = static_cast<float>(1 + kInterlocking * unlike_ball);
+  return body;
+}
+
+BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> signature) {
+  const auto& measured = signature->body;
+  double lowest_m = measured.outer_radius_m;
+  for (const KnownRestPose& pose : signature->rest_poses) {
+    lowest_m = std::min(lowest_m, pose.height_m);
+  }
+  BodySignature body =
+      make(shape, measured.volume_m3, measured.outer_radius_m, measured.gyration_m, lowest_m);
+  body.rest_targets = rest_targets(signature->rest_poses);
+  body.responses.emplace(*signature);
+  body.signature = std::move(signature);
+  return body;
+}
+
+}  // namespace
+
+std::vector<BodySignature> particle_spheres(const Model& model) {
+  std::vector<BodySignature> result(model.shapes.size());
+  for (const ModelBody& body : model.bodies) {
+    const ModelShape& shape = model.shapes[body.shape];
+    if (body.role != Role::dynamic || result[body.shape].outer_radius_m > 0) continue;
+    // 3 k^2 = the sum of the moments
+    const double gyration_m = std::sqrt(shape.mass.inertia_m5.trace() / (3 * shape.mass.volume_m3));
+    result[body.shape] = make(shape, shape.mass.volume_m3, shape.bounding_radius, gyration_m,
+                              shape.smallest_extent / 2);
+  }
+  return result;
+}
+
+std::vector<BodySignature> load_signatures(const Model& model) {
+  return load_signatures(model, [](const ModelBody&) { return true; });
+}
+
+std::vector<BodySignature> load_signatures(const Model& model,
+                                           const std::function<bool(const ModelBody&)>& collides) {
+  std::vector<BodySignature> result(model.shapes.size());
+  std::map<std::string, std::shared_ptr<const Signature>> files;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic || !collides(body)) continue;
+    const ModelShape& shape = model.shapes[body.shape];
+    if (shape.signature_file.empty()) {
+      throw Error(ErrorKind::input,
+                  {.pointer = "/shapes/" + shape.name,
+                   .found = "the shape of '" + body.name + "' has no signature",
+                   .expected = "one, since it collides by it in this /simulator/mode",
+                   .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
+                             "\"signature\": \"FILE.sig\" (shapes of type mesh have it)."});
+    }
+    if (!std::filesystem::exists(shape.signature_file)) {
+      throw Error(ErrorKind::input,
+                  {.file = shape.signature_file.string(),
+                   .pointer = "/shapes/" + shape.name + "/signature",
+                   .found = "no such file",
+                   .expected = "a signature of the shape's mesh",
+                   .remedy = "Measure it with pilesim sample-signature (those of the presets: "
+                             "ninja -C build/release signatures)."});
+    }
+    std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
+    if (!signature) {
+      signature = std::make_shared<const Signature>(read_signature(shape.signature_file));
+    }
+    if (!result[body.shape].signature) result[body.shape] = make(shape, signature);
+    check(shape, model.materials[body.material], *signature);
+  }
+  return result;
+}
+
+std::vector<std::string> describe_signatures(const Model& model,
+                                             const std::vector<BodySignature>& objects) {
+  std::vector<std::string> lines;
+  for (size_t shape = 0; shape < objects.size(); ++shape) {
+    const BodySignature& object = objects[shape];
+    if (!object.signature) continue;
+    const ResponseTable& table = object.signature->responses;
+    const std::string kind =
+        object.signature->fit ? "fitted splines"
+        : table.exemplar_count > 0
+            ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
+            : "tables";
+    lines.push_back(model.shapes[shape].name + ": " +
+                    model.shapes[shape].signature_file.filename().string() + ", " + kind +
+                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
+                    " m among other bodies");
+  }
+  return lines;
+}
+
+}  // namespace pilesim

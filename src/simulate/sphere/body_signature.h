@@ -1,0 +1,47 @@
+// What the engine of spheres knows of an object: its signature and what follows from it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "signature/response_model.h"
+#include "signature/signature.h"
+#include "simulate/sphere/rest_control.h"
+
+namespace pilesim {
+
+struct BodySignature {
+  std::shared_ptr<const Signature> signature;  // null: a particle
+  std::optional<ResponseModel> responses;      // of the signature: tables or splines
+  float gyration_m = 0;
+  float outer_radius_m = 0;
+  // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
+  // up as high as the bodies do.
+  float packing_radius_m = 0;
+  // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
+  float rolling = 0;
+  // Bodies that are no balls catch on each other: how much more their spheres rub.
+  float interlocking = 1;
+  std::vector<RestTarget> rest_targets;
+};
+
+// One for each shape of `model` that dynamic bodies have for which `collides` holds, in the order
+// of shapes. Throws Error(input) for a shape without signature, and for a signature of another
+// mesh, another scale or another material.
+std::vector<BodySignature> load_signatures(const Model& model,
+                                           const std::function<bool(const ModelBody&)>& collides);
+// The same for all dynamic bodies.
+std::vector<BodySignature> load_signatures(const Model& model);
+
+// For reports: a line a shape that collides by its signature.
+std::vector<std::string> describe_signatures(const Model& model,
+                                             const std::vector<BodySignature>& objects);
+
+// The spheres of particles, by geometry alone: one for each shape, without signatures.
+std::vector<BodySignature> particle_spheres(const Model& model);
+
+}  // namespace pilesim

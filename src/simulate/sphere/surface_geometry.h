@@ -1,0 +1,68 @@
+// What spheres collide with that does not move by forces: planes and the triangles of static,
+// kinematic and held bodies.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "geometry/triangle_tree.h"
+#include "model/model.h"
+
+namespace pilesim {
+
+// Where a sphere touches a surface, or is close to it. World frame.
+struct SurfaceContact {
+  uint32_t body;   // of the model
+  Vec3f normal;    // unit, towards the sphere
+  float gap;       // m, less than 0 where the sphere is sunk in
+  Vec3f velocity;  // m/s, of the surface there
+  bool level;      // the surface is horizontal and does not move
+};
+
+class SurfaceGeometry {
+ public:
+  // `model` must outlive it.
+  explicit SurfaceGeometry(const Model& model);
+
+  // Puts a body's shape at `pose` (body frame), or takes it out of the world.
+  void place(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& turn_rate);
+  void remove(uint32_t body);
+
+  // The surfaces (for find) that may be nearer than `reach` to a point of the box. Any thread.
+  void select(const Eigen::AlignedBox3f& box, float reach, std::vector<uint32_t>& surfaces) const;
+
+  // Appends the contacts of a sphere with what is nearer than `reach` to its surface: one for each
+  // direction (kMostContacts at most a body, the nearest ones). Any thread.
+  void find(std::span<const uint32_t> surfaces, const Vec3f& centre, float radius, float reach,
+            std::vector<SurfaceContact>& contacts) const;
+
+  // Whether a body's surface may touch the sphere.
+  bool may_touch(uint32_t body, const Vec3f& centre, float radius) const;
+
+  // The first hit of a point that moves from `from` to `to` with a plane or a triangle, as a share
+  // of its way; 1 if there is none.
+  double first_hit(const Vec3& from, const Vec3& to) const;
+
+  static constexpr size_t kMostContacts = 4;
+
+ private:
+  struct Placed {
+    uint32_t body;
+    Pose pose;
+    Vec3 velocity, turn_rate;
+    bool is_plane;
+    Vec3 normal;               // of a plane
+    Bounds box;                // of a mesh, world frame
+    const TriangleTree* tree;  // null for a plane
+  };
+  void find_on_mesh(const Placed& placed, const Vec3& centre, double radius, double reach,
+                    std::vector<SurfaceContact>& contacts) const;
+
+  const Model& model_;
+  std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, made when first needed
+  std::vector<Placed> placed_;                        // in the order of bodies
+};
+
+}  // namespace pilesim

@@ -1,0 +1,263 @@
+#include "model/model.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "geometry/obj_writer.h"
+#include "geometry/primitives.h"
+#include "scene_test_support.h"
+
+namespace pilesim {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kRounding = 1e-6;  // OBJ files hold floats
+
+// Scenes beside meshes in a directory of their own; decompositions are cached there too.
+class SceneModel : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = std::filesystem::path(::testing::TempDir()) /
+                 ("pilesim_model_" +
+                  std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::remove_all(directory_);
+    std::filesystem::create_directories(directory_);
+    setenv("XDG_CACHE_HOME", (directory_ / "cache").c_str(), 1);
+    // A box of 1 x 2 x 3 whose centre is at (10, 0, 0).
+    TriangleMesh box = box_mesh({1, 2, 3});
+    for (Vec3& vertex : box.vertices) vertex += Vec3(10, 0, 0);
+    write_obj(box, directory_ / "box.obj");
+    box.triangles.pop_back();
+    write_obj(box, directory_ / "open.obj");
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  // The model of a scene with the given shapes, and bodies and so on in `entries`.
+  Model build(const std::string& shapes, const std::string& entries = "\"bodies\": []") {
+    const std::string text = R"({"version": 1, "materials": {"m": {"density_kg_m3": 500}},
+      "shapes": {)" + shapes +
+                             "}, " + entries + "}";
+    return build_model(parse_scene(text, directory_ / "scene.json").scene);
+  }
+
+  std::string failure(const std::string& shapes) {
+    try {
+      build(shapes);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(SceneModel, BodyFramesAreAtTheCentreOfMass) {
+  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj"})", R"("bodies": [
+    {"shape": "box", "material": "m", "position": [0, 5, 0], "rotation_deg": [0, 90, 0]}])");
+  const ModelShape& shape = model.shapes[0];
+  EXPECT_NEAR((shape.origin_offset - Vec3(10, 0, 0)).norm(), 0, kRounding);
+  EXPECT_NEAR(shape.mesh.bounds().center().norm(), 0, kRounding);
+  EXPECT_NEAR(shape.pieces.at(0).hull.bounds().center().norm(), 0, kRounding);
+  EXPECT_NEAR(shape.mass.volume_m3, 6, kRounding);
+  EXPECT_NEAR(shape.mass.inertia_m5(0, 0), 6.0 / 12 * (4 + 9), 1e-5);
+  EXPECT_NEAR(shape.bounding_radius, std::sqrt(1 + 4 + 9) / 2, kRounding);
+  EXPECT_NEAR(shape.smallest_extent, 1, kRounding);
+  // The file's frame stands at (0, 5, 0): its point (10, 0, 0) is at -10 z after a quarter turn.
+  EXPECT_NEAR((model.bodies[0].pose.position - Vec3(0, 5, -10)).norm(), 0, 1e-5);
+  EXPECT_NEAR(model.bodies[0].mass_kg, 3000, 1e-2);
+}
+
+TEST_F(SceneModel, PrimitivesAreExact) {
+  const Model model = build(R"("box": {"type": "box", "size": [1, 2, 3]},
+    "can": {"type": "cylinder", "radius": 0.5, "height": 2},
+    "orb": {"type": "sphere", "radius": 2},
+    "plane": {"type": "plane"})",
+                            R"("bodies": [{"shape": "box", "material": "m"},
+    {"shape": "plane", "material": "m", "role": "static"}])");
+  ASSERT_EQ(model.shapes.size(), 4u);
+  EXPECT_DOUBLE_EQ(model.bodies[0].mass_kg, 3000);
+  EXPECT_EQ(model.bodies[1].mass_kg, 0);
+  EXPECT_EQ(model.shapes[0].pieces[0].kind, CollisionPiece::Kind::box);
+  EXPECT_EQ(model.shapes[0].pieces[0].size, Vec3(1, 2, 3));
+  EXPECT_EQ(model.shapes[1].pieces[0].size, Vec3(0.5, 2, 0.5));
+  EXPECT_DOUBLE_EQ(model.shapes[1].mass.volume_m3, kPi / 2);
+  EXPECT_EQ(model.shapes[2].pieces[0].size, Vec3(2, 2, 2));
+  EXPECT_NEAR(model.shapes[2].bounding_radius, 2, 1e-12);
+  EXPECT_TRUE(model.shapes[3].is_plane);
+  EXPECT_TRUE(model.shapes[3].pieces.empty());
+}
+
+TEST_F(SceneModel, ScaleActsOnLengths) {
+  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj", "scale": 0.1})");
+  EXPECT_NEAR(model.shapes[0].mass.volume_m3, 0.006, 1e-8);
+  EXPECT_NEAR(model.shapes[0].origin_offset.x(), 1, kRounding);
+}
+
+TEST_F(SceneModel, EachCollisionKindHasItsPieces) {
+  const std::string mesh = R"("type": "mesh", "file": "box.obj", "collision": )";
+  const Model model = build("\"a_hull\": {" + mesh + "\"hull\"}, \"b_sphere\": {" + mesh +
+                            "\"sphere\"}, \"c_spheres\": {" + mesh +
+                            "\"spheres\", \"sphere_count\": 3}, \"d_mesh\": {" + mesh +
+                            "\"mesh\"}, \"e_pieces\": {" + mesh + "\"decomposition\"}");
+  const ModelShape& hull = model.shapes[0];
+  ASSERT_EQ(hull.pieces.size(), 1u);
+  EXPECT_EQ(hull.pieces[0].hull.vertices.size(), 8u);
+  EXPECT_THAT(hull.collision_report, HasSubstr("hull: 1 piece of 8 vertices, volume error 0.0 %"));
+  const ModelShape& sphere = model.shapes[1];
+  ASSERT_EQ(sphere.pieces.size(), 1u);
+  EXPECT_NEAR(4 * kPi / 3 * std::pow(sphere.pieces[0].size.x(), 3), 6, 1e-5);
+  EXPECT_NEAR(sphere.pieces[0].pose.position.norm(), 0, kRounding);
+  const ModelShape& spheres = model.shapes[2];
+  EXPECT_EQ(spheres.pieces.size(), 3u);
+  for (const CollisionPiece& piece : spheres.pieces) {
+    EXPECT_LT(piece.pose.position.cwiseAbs().maxCoeff(), 1.6);  // in the body frame
+  }
+  const ModelShape& surface = model.shapes[3];
+  EXPECT_TRUE(surface.collides_as_mesh);
+  EXPECT_TRUE(surface.pieces.empty());
+  const ModelShape& pieces = model.shapes[4];
+  ASSERT_EQ(pieces.pieces.size(), 1u);  // it is convex
+  EXPECT_THAT(pieces.collision_report, HasSubstr("decomposition: 1 piece"));
+}
+
+TEST_F(SceneModel, CompoundsJoinMassAndPieces) {
+  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj"},
+    "cube": {"type": "box", "size": [2, 2, 2]},
+    "zed": {"type": "compound", "parts": [{"shape": "cube", "position": [0, 3, 0]},
+      {"shape": "box", "position": [0, -10, 0], "rotation_deg": [0, 0, 90]}]})");
+  const ModelShape& zed = model.shapes[2];
+  // The box's centre (10, 0, 0) turns to (0, 10, 0) and comes to the origin; volumes 8 and 6.
+  EXPECT_NEAR(zed.mass.volume_m3, 14, 1e-5);
+  EXPECT_NEAR((zed.origin_offset - Vec3(0, 24.0 / 14, 0)).norm(), 0, 1e-5);
+  ASSERT_EQ(zed.pieces.size(), 2u);
+  EXPECT_NEAR((zed.pieces[0].pose.position - Vec3(0, 3 - 24.0 / 14, 0)).norm(), 0, 1e-5);
+  EXPECT_NEAR((zed.pieces[1].hull.bounds().center() - Vec3(0, -24.0 / 14, 0)).norm(), 0, 1e-5);
+  EXPECT_NEAR((zed.pieces[1].hull.bounds().sizes() - Vec3(2, 1, 3)).norm(), 0, 1e-5);
+  // About z: cube m(4 + 4)/12, turned box m(4 + 1)/12, and both about the common centre.
+  const double expected =
+      8 * 8.0 / 12 + 8 * std::pow(3 - 24.0 / 14, 2) + 6 * 5.0 / 12 + 6 * std::pow(24.0 / 14, 2);
+  EXPECT_NEAR(zed.mass.inertia_m5(2, 2), expected, 1e-4);
+}
+
+TEST_F(SceneModel, AnOpenMeshIsAnErrorThatNamesFileShapeAndRemedy) {
+  const std::string text = failure(R"("o/x": {"type": "mesh", "file": "open.obj"})");
+  EXPECT_THAT(text, HasSubstr((directory_ / "open.obj").string() + ": /shapes/o~1x: "));
+  EXPECT_THAT(text, HasSubstr("expected a closed mesh with outward triangles"));
+  EXPECT_THAT(text, HasSubstr(R"("use_hull_if_not_solid": true)"));
+}
+
+TEST_F(SceneModel, AnOpenMeshMayUseItsHull) {
+  const Model model =
+      build(R"("o": {"type": "mesh", "file": "open.obj", "use_hull_if_not_solid": true})");
+  EXPECT_NEAR(model.shapes[0].mass.volume_m3, 6, 1e-5);
+  EXPECT_THAT(model.shapes[0].collision_report, HasSubstr("in place of a mesh that is no solid"));
+}
+
+TEST_F(SceneModel, AnOpenMeshMayBeAStaticMesh) {
+  EXPECT_EQ(failure(R"("o": {"type": "mesh", "file": "open.obj", "collision": "mesh"})"), "");
+}
+
+TEST_F(SceneModel, AllFaultyMeshesAreReportedAtOnce) {
+  const std::string text = failure(R"("a": {"type": "mesh", "file": "none.obj"},
+    "b": {"type": "mesh", "file": "open.obj"})");
+  EXPECT_THAT(text, HasSubstr("none.obj: /shapes/a: "));
+  EXPECT_THAT(text, HasSubstr("open.obj: /shapes/b: "));
+}
+
+TEST_F(SceneModel, EmittedBodiesFollowTheOthers) {
+  const Model model = build(R"("ball": {"type": "sphere", "radius": 0.1})", R"(
+    "bodies": [{"shape": "ball", "material": "m"}],
+    "emitters": [{"name": "rain", "type": "stream", "shape": "ball", "material": "m",
+      "position": [0, 3, 0], "count": 3, "rate_hz": 2, "colour": "#102030"}],
+    "events": [{"type": "remove", "time_s": 3, "bodies": ["rain"]},
+      {"type": "impulse", "time_s": 1, "bodies": ["body/0", "rain/2"], "impulse": [1, 0, 0]}])");
+  ASSERT_EQ(model.bodies.size(), 4u);
+  EXPECT_EQ(model.bodies[3].name, "rain/2");
+  EXPECT_EQ(model.bodies[3].colour, (Colour{0x10, 0x20, 0x30}));
+  EXPECT_EQ(model.bodies[0].start_s, kFromTheStart);
+  EXPECT_EQ(model.bodies[1].start_s, kFromTheStart);
+  EXPECT_DOUBLE_EQ(model.bodies[3].start_s, 1);
+  EXPECT_NEAR(model.bodies[3].mass_kg, 500 * 4 * kPi / 3 * 1e-3, 1e-12);
+  ASSERT_EQ(model.events.size(), 2u);
+  EXPECT_EQ(model.events[0].kind, ModelEvent::Kind::impulse);
+  EXPECT_EQ(model.events[0].bodies, (std::vector<uint32_t>{0, 3}));
+  EXPECT_EQ(model.events[1].bodies, (std::vector<uint32_t>{1, 2, 3}));
+}
+
+TEST_F(SceneModel, MotionStaysInTheShapesFrameAndStartsTheBody) {
+  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj", "collision": "mesh"})",
+                            R"("bodies": [{"shape": "box", "material": "m", "role": "kinematic",
+    "motion": [{"time_s": 0, "position": [1, 0, 0]},
+               {"time_s": 2, "position": [0, 7, 0], "rotation_deg": [0, 180, 0]}]}])");
+  const ModelBody& body = model.bodies[0];
+  EXPECT_NEAR((body.pose.position - Vec3(11, 0, 0)).norm(), 0, kRounding);
+  EXPECT_NEAR((body.motion[1].pose.position - Vec3(0, 7, 0)).norm(), 0, kRounding);
+}
+
+TEST_F(SceneModel, AVolumeWithoutRoomIsAnError) {
+  const std::string shapes = R"("ball": {"type": "sphere", "radius": 0.1})";
+  const std::string volume = R"("emitters": [{"type": "volume", "shape": "ball", "material": "m",
+      "file": "box.obj", "spacing": 0.5}], "events": [{"type": "remove", "time_s": 0,
+      "bodies": ["emitter/0/INDEX"]}])";
+  EXPECT_NO_THROW(build(shapes, replaced(volume, "INDEX", "7")));
+  EXPECT_THROW(build(shapes, replaced(volume, "INDEX", "1000")), Error);
+}
+
+TEST_F(SceneModel, AVolumeNeedsAClosedMesh) {
+  const std::string emitter = R"("bodies": [], "emitters": [{"type": "volume", "file": "FILE",
+    "spacing": 0.7, "shape": "ball", "material": "m"}])";
+  const std::string ball = R"("ball": {"type": "sphere", "radius": 0.1})";
+  EXPECT_EQ(build(ball, replaced(emitter, "FILE", "box.obj")).bodies.size(), 2u * 3u * 5u);
+  try {
+    build(ball, replaced(emitter, "FILE", "open.obj"));
+    FAIL() << "took a mesh with a hole";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(), HasSubstr("open.obj: /emitters/0: "));
+    EXPECT_THAT(error.what(), HasSubstr("expected a closed mesh"));
+  }
+}
+
+TEST_F(SceneModel, FaultyMeshesOfShapesAndEmittersAreNamedTogether) {
+  try {
+    build(R"("a": {"type": "mesh", "file": "open.obj"})", R"("bodies": [], "emitters": [
+      {"type": "volume", "file": "open.obj", "spacing": 0.5, "shape": "a", "material": "m"}])");
+    FAIL() << "took meshes with holes";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/shapes/a"));
+    EXPECT_THAT(error.what(), HasSubstr("/emitters/0"));
+  }
+}
+
+TEST_F(SceneModel, AGuideIsAClosedMeshThatHoldsBodies) {
+  std::ofstream(directory_ / "empty.obj") << "# nothing\n";
+  const auto fault = [&](const std::string& guide) -> std::string {
+    try {
+      const Model model =
+          build(R"("brick": {"type": "box", "size": [1, 1, 1]})",
+                R"("bodies": [{"shape": "brick", "material": "m"}], "guide": )" + guide);
+      EXPECT_NEAR(model.guide.bounds().center().x(), 3, kRounding);
+      EXPECT_NEAR(model.guide.bounds().center().z(), -20, kRounding);
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(
+      fault(
+          R"({"file": "box.obj", "scale": 2, "position": [3, 0, 0], "rotation_deg": [0, 90, 0]})"),
+      "");
+  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("/guide"));
+  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("open.obj"));
+  EXPECT_THAT(fault(R"({"file": "empty.obj"})"), HasSubstr("empty.obj"));
+  EXPECT_THAT(fault(R"({"file": "box.obj", "scale": 0.5})"), HasSubstr("smaller than a body"));
+}
+
+}  // namespace
+}  // namespace pilesim
