@@ -14,7 +14,14 @@
 namespace pilesim {
 
 // Who draws. A new user of random numbers takes a new stream; values are part of the file format.
-enum class Stream : uint32_t { emitter = 1, signature = 2, response = 3, rest = 4, bootstrap = 9, test = 100 };
+enum class Stream : uint32_t {
+  emitter = 1,
+  signature = 2,
+  response = 3,
+  rest = 4,
+  bootstrap = 9,
+  test = 100
+};
 
 class Philox {
  public:

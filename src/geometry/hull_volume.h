@@ -16,9 +16,9 @@ namespace pilesim {
 // its memory from one call to the next; one object a thread.
 class HullVolume {
  public:
-  // Volume of the hull of `points` (finite). With a `coarseness` (0 .. 0.1) points that stand out by
-  // less than this share of the thickness are left out: quicker on rounded bodies, and too small by
-  // about that share at most.
+  // Volume of the hull of `points` (finite). With a `coarseness` (0 .. 0.1) points that stand out
+  // by less than this share of the thickness are left out: quicker on rounded bodies, and too small
+  // by about that share at most.
   double compute(std::span<const Vec3> points, double coarseness = 0);
   // Indices into the points of the last call of its hull's vertices, ascending.
   std::vector<uint32_t> vertices() const;

@@ -1,10 +1,10 @@
 #include "job/pile_job.h"
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.h"
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "pile/repose/repose_director.h"
@@ -65,9 +65,9 @@ struct PileJob::State final : StepDirector {
   State(const Scene& s, const Model& m) : scene(s), model(m), director(s, m) {}
 
   void direct(BodyControl& control) override {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     director.direct(control);
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds += watch.seconds();
   }
 
   void end_frame(BodyControl& control) override {

@@ -1,10 +1,9 @@
 #include "job/simulation_job.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 #include <optional>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
@@ -22,15 +21,6 @@
 
 namespace pilesim {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-// Of all threads so far.
-double process_cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   TrajectoryHeader header;
@@ -54,10 +44,6 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
   }
   return header;
 }
-
-static_assert(kPresent == kStatePresent && kAsleep == kStateAsleep && kPassed == kStatePassed &&
-                  kFailed == kStateFailed,
-              "what is stored is what the renderer reads");
 
 void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
@@ -118,10 +104,10 @@ bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter&
   for (uint64_t frame = 0; frame < frame_count; ++frame) {
     FrameStatistics statistics = frame == 0 ? simulator.statistics() : simulator.step_frame();
 
-    const Clock::time_point output_start = Clock::now();
+    const Stopwatch output;
     copy_states(simulator.states(), stored);
     writer.append(stored);
-    const double output_s = seconds_since(output_start);
+    const double output_s = output.seconds();
     statistics.times.seconds[static_cast<size_t>(Stage::output)] += output_s;
     statistics.times.total_s += output_s;
 
@@ -156,7 +142,7 @@ void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>&
 }  // namespace
 
 SimulationSummary run_simulation(const SimulationJob& job) {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
@@ -171,7 +157,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                                                        : make_simulator(scene, model);
   SimulationReport report = begin_report(job, loaded, model);
   report.signatures = simulator->signatures();
-  report.setup_s = seconds_since(start);
+  report.setup_s = watch.seconds();
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
@@ -189,11 +175,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
   }
-  const Clock::time_point inspection_start = Clock::now();
+  const Stopwatch inspection;
   report.quality = inspect_pile(model, scene.gravity, simulator->states());
-  report.inspection_s = seconds_since(inspection_start);
+  report.inspection_s = inspection.seconds();
   report.gates = judge(job.gates, report.quality);
-  report.total_s = seconds_since(start);
+  report.total_s = watch.seconds();
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
   if (piles) {

@@ -23,7 +23,8 @@ struct EmittedBody {
 // else. `bounding_radius` (m, >= 0) is the largest of the emitter's shapes: a disk keeps bodies
 // that start together two of them apart while there is room. `volume_mesh` is the mesh of a volume
 // in metres, in its own frame, closed; null for other sources. A volume without a count ends at one
-// body more than a scene may have. Throws Error(input) without a file if a volume's spacing gives more than 10^8 lattice points.
+// body more than a scene may have. Throws Error(input) without a file if a volume's spacing gives
+// more than 10^8 lattice points.
 std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, uint64_t seed,
                                 double bounding_radius, const TriangleMesh* volume_mesh);
 

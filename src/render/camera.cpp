@@ -53,7 +53,7 @@ using Samples = std::array<std::vector<double>, 3>;  // of x, y, z
 void sample_positions(const TrajectoryFrame& frame, const std::vector<uint8_t>& included,
                       Samples& samples) {
   for (size_t body = 0; body < included.size(); ++body) {
-    if (!included[body] || (frame.state[body] & kStatePresent) == 0) continue;
+    if (!included[body] || (frame.state[body] & kPresent) == 0) continue;
     for (int axis = 0; axis < 3; ++axis) {
       samples[static_cast<size_t>(axis)].push_back(frame.position[body][axis]);
     }

@@ -112,18 +112,18 @@ RenderScene::RenderScene(const TrajectoryHeader& header)
 }
 
 PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t body) const {
-  if (dark_sleepers && (frame.state[body] & kStateAsleep) != 0) {
+  if (dark_sleepers && (frame.state[body] & kAsleep) != 0) {
     PackedMaterial darker = material[body];
     for (size_t c = 0; c < 3; ++c) darker[c] = static_cast<uint8_t>(darker[c] / kDarkness);
     return darker;
   }
   if (!analysis) return material[body];
-  switch (frame.state[body] & (kStatePassed | kStateFailed)) {
-    case kStatePassed:
+  switch (frame.state[body] & (kPassed | kFailed)) {
+    case kPassed:
       return pack_material({70, 190, 200}, false);
-    case kStateFailed:
+    case kFailed:
       return pack_material({205, 60, 50}, false);
-    case kStatePassed | kStateFailed:
+    case kPassed | kFailed:
       return pack_material({60, 90, 200}, false);
     default:
       return material[body];

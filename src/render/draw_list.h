@@ -53,7 +53,7 @@ struct RenderScene {
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.
   bool drawn(const TrajectoryFrame& frame, size_t body) const {
-    return (frame.state[body] & kStatePresent) != 0 && is_plane[shape[body]] == 0;
+    return (frame.state[body] & kPresent) != 0 && is_plane[shape[body]] == 0;
   }
 };
 

@@ -43,7 +43,7 @@ Image draw_pose_sheet(const TriangleMesh& mesh, const Vec3& centre_of_mass,
   const double distance = 1.15 * radius / std::sin(kFieldOfView / 2);
   TrajectoryFrame frame{.position = {Vec3f::Zero(), Vec3f::Zero()},
                         .orientation = {Quatf::Identity(), Quatf::Identity()},
-                        .state = {kStatePresent, kStatePresent}};
+                        .state = {kPresent, kPresent}};
   std::vector<Image> pictures;
   std::vector<std::string> labels;
   for (const LabelledPose& pose : poses) {

@@ -1,6 +1,5 @@
 #include "render/render_job.h"
 
-#include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <deque>
@@ -12,6 +11,7 @@
 #include <span>
 #include <thread>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/output_directory.h"
@@ -238,7 +238,7 @@ RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode 
 }  // namespace
 
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode mode) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::vector<std::string_view> own = {kFrameFiles};
   if (job.video) own.push_back(kVideoFile);
   if (job.sheet) own = {kSheetFile};
@@ -249,7 +249,7 @@ RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, Pro
   RenderSummary summary =
       job.sheet ? render_sheet(job, painter, mode)
                 : render_frames(job, trajectory.header().frame_rate, painter, before, mode);
-  summary.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary.wall_s = watch.seconds();
   return summary;
 }
 

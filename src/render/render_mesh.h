@@ -27,8 +27,8 @@ struct RenderMesh {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
   std::vector<MeshLevel> levels;  // >= 1, from the full mesh to the coarsest
-  float radius_m = 0;                 // of the sphere about the body's origin that holds it
-  bool closed = false;                // every edge has two triangles of opposite directions
+  float radius_m = 0;             // of the sphere about the body's origin that holds it
+  bool closed = false;            // every edge has two triangles of opposite directions
 };
 
 // Triangles meet smoothly where the angle between them is below the crease angle. Vertices at the

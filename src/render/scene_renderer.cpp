@@ -249,8 +249,7 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
 float SceneRenderer::State::fade_distance(const TrajectoryFrame& frame, const View& view) const {
   float distance = 3 * view.focus_m;
   for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0)
-      continue;
+    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
     const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
     distance = std::max(distance, 8 * normal.dot(view.eye - frame.position[body]));
   }
@@ -263,8 +262,7 @@ void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View&
   set(program.uniform("clip_from_world"), view.clip_from_world);
   const float reach = kGroundReach * fade_distance(frame, view);
   for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kStatePresent) == 0)
-      continue;
+    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
     const Quatf& q = frame.orientation[body];
     const Vec3f normal = q * Vec3f(0, 1, 0);
     const float eye_height = normal.dot(view.eye - frame.position[body]);

@@ -26,7 +26,8 @@ struct QuantityError {
 std::vector<QuantityError> ensemble_errors(std::span<const RunMeasures> reference,
                                            std::span<const RunMeasures> runs, uint64_t seed);
 
-// The normalised error with the largest value, of those that have an interval; null if there is none.
+// The normalised error with the largest value, of those that have an interval; null if there is
+// none.
 const QuantityError* worst_error(const std::vector<QuantityError>& errors);
 
 }  // namespace pilesim

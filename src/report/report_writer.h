@@ -49,7 +49,7 @@ struct SimulationReport {
   double total_s = 0;       // whole command, wall
   double cpu_s = 0;         // of the frames, processor time of all threads
   uint64_t peak_memory_bytes = 0;
-  std::string piles;  // JSON array: what a director of piles reports of each; empty: none
+  std::string piles;         // JSON array: what a director of piles reports of each; empty: none
   std::string mode_figures;  // JSON object: what the mode tells of itself; empty: nothing
 };
 

@@ -60,7 +60,7 @@ class Measurement {
 
  private:
   bool counts(size_t body) const {
-    return dynamic_[body] != 0 && (now_.state[body] & kStatePresent) != 0;
+    return dynamic_[body] != 0 && (now_.state[body] & kPresent) != 0;
   }
   const ShapeFigures& shape(size_t body) const { return shapes_[header_.body_shape[body]]; }
   void set_units();
@@ -140,7 +140,7 @@ void Measurement::difference() {
   for (size_t body = 0; body < dynamic_.size(); ++body) {
     speed_[body] = spin_[body] = 0;
     turn_rate_[body].setZero();
-    if (!counts(body) || (before_.state[body] & kStatePresent) == 0) continue;
+    if (!counts(body) || (before_.state[body] & kPresent) == 0) continue;
     speed_[body] = header_.frame_rate *
                    static_cast<double>((now_.position[body] - before_.position[body]).norm());
     const Eigen::AngleAxisd turn(
@@ -328,8 +328,8 @@ MotionError motion_error(TrajectoryReader& reference, TrajectoryReader& other) {
     double sum = 0, bodies = 0;
     for (size_t body = 0; body < dynamic.size(); ++body) {
       if (dynamic[body] == 0) continue;
-      if ((a.state[body] & b.state[body] & next_a.state[body] & next_b.state[body] &
-           kStatePresent) == 0) {
+      if ((a.state[body] & b.state[body] & next_a.state[body] & next_b.state[body] & kPresent) ==
+          0) {
         continue;
       }
       const Vec3f motion = next_a.position[body] - a.position[body];

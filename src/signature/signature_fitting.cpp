@@ -1,20 +1,15 @@
 #include "signature/signature_fitting.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // The curve: each point has this many times the bytes of the one before.
 constexpr double kCurveRatio = 1.41;
@@ -234,25 +229,25 @@ FitRun fit_signature(const FitOptions& options) {
   if (!options.mesh.empty()) test.emplace(options, run.table);
 
   FitSettings settings = options.settings;
-  Clock::time_point start = Clock::now();
+  Stopwatch watch;
   if (options.max_bytes > 0 || options.max_error > 0) {
     run.curve = make_curve(run.table, options);
-    run.search_s = seconds_since(start);
+    run.search_s = watch.seconds();
     if (test) measure_curve(run.table, *test, run.curve);
     run.chosen = choose(run.curve, options);
     settings = run.curve[run.chosen].settings;
   }
-  start = Clock::now();
+  watch.restart();
   run.fitted = fitted_signature(run.table, settings);
-  run.fit_s = seconds_since(start);
+  run.fit_s = watch.seconds();
   run.residuals = fit_residuals(run.table, run.fitted);
-  start = Clock::now();
+  watch.restart();
   if (test) {
     std::vector<ModelUnderTest> models = table_models(run.table);
     models.push_back({"fit", ResponseModel(run.fitted), normal_model(run.fitted.responses)});
     run.fitted.accuracy = test->run(run.fitted, models);
   }
-  run.accuracy_s = seconds_since(start);
+  run.accuracy_s = watch.seconds();
   run.fitted_bytes = encode_signature(run.fitted).size();
   return run;
 }

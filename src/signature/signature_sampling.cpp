@@ -1,8 +1,8 @@
 #include "signature/signature_sampling.h"
 
-#include <chrono>
 #include <cmath>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
@@ -13,11 +13,6 @@
 
 namespace pilesim {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // A run that is killed loses at most this much of its work.
 constexpr double kCheckpoint_s = 10;
@@ -103,14 +98,14 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
 
   // In percent: how many trials a target error needs is known only when it is met.
   Progress progress(options.progress, "sampling", 100, "%");
-  Clock::time_point saved = Clock::now();
+  Stopwatch since_saved;
   const bool complete = sampler.run([&](uint64_t done, uint64_t expected) {
     progress.update(100 * done / std::max<uint64_t>(1, expected));
     const bool go_on = !interrupted();
-    const bool save = !go_on || seconds_since(saved) > kCheckpoint_s;
+    const bool save = !go_on || since_saved.seconds() > kCheckpoint_s;
     if (save && !options.partial_file.empty()) {
       write_partial_sampling({print, sampler.state()}, options.partial_file);
-      saved = Clock::now();
+      since_saved.restart();
     }
     return go_on;
   });
@@ -156,11 +151,11 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
   SignatureRun run;
-  Clock::time_point start = Clock::now();
+  Stopwatch watch;
   std::vector<ObservedRest> drops;
   if (options.drop_to_rest) drops = options.drop_to_rest(mesh);
-  run.drops_s = seconds_since(start);
-  start = Clock::now();
+  run.drops_s = watch.seconds();
+  watch.restart();
   run.signature = {
       .body = describe(options, mesh, body),
       .material = options.material,
@@ -171,10 +166,10 @@ SignatureRun sample_signature(const SignatureOptions& options) {
       .responses = sample_responses(options, setup),
       .rest_poses = known_rest_poses(mesh_rest_poses(mesh, body.centre_of_mass), drops),
       .rest_drops = static_cast<uint32_t>(drops.size())};
-  run.sampling_s = seconds_since(start);
-  start = Clock::now();
+  run.sampling_s = watch.seconds();
+  watch.restart();
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);
-  run.accuracy_s = seconds_since(start);
+  run.accuracy_s = watch.seconds();
   if (!options.partial_file.empty()) std::filesystem::remove(options.partial_file);
   return run;
 }

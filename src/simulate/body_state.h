@@ -4,21 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/body_flags.h"
 #include "core/types.h"
 
 namespace pilesim {
-
-// Bits of BodyStates::flags, stored in trajectories as they are.
-enum BodyFlag : uint8_t {
-  kPresent = 1,       // in the scene: emitted and not removed
-  kAsleep = 2,        // at rest, out of the solver
-  kImpulse = 4,       // stepped by the impulse solver
-  kHeld = 8,          // waits for its release event
-  kStatistical = 16,  // a sphere that collides by its signature
-  kFrozen = 32,       // held still or nailed by the control of a pile
-  kPassed = 64,       // the equilibrium analysis of the last control step found it fit to be held
-  kFailed = 128,      // it found that the body cannot stand; with kPassed: filtered out
-};
 
 // Written by the simulator only. World frame, SI.
 struct BodyStates {

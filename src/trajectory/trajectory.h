@@ -4,7 +4,7 @@
 //   .zattrs                           format, frame rate, seed, resolved scene and its hash, names
 //   position     (frame, body, 3) f4  m, centre of mass, world frame
 //   orientation  (frame, body, 4) f4  unit quaternion w x y z, body to world
-//   state        (frame, body)    u1  flags: kStatePresent and others (simulate/body_state.h)
+//   state        (frame, body)    u1  BodyFlag bits (core/body_flags.h)
 //   body_shape   (body)           u4  index into shapes
 //   body_colour  (body, 3)        u1  sRGB
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "core/body_flags.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -47,15 +48,10 @@ struct TrajectoryHeader {
   size_t body_count() const { return body_shape.size(); }
 };
 
-// Bits of a state: the body is in the scene, emitted and not removed; it sleeps.
-inline constexpr uint8_t kStatePresent = 1, kStateAsleep = 2;
-// Of the equilibrium analysis of a directed pile; both: filtered out.
-inline constexpr uint8_t kStatePassed = 64, kStateFailed = 128;
-
 struct TrajectoryFrame {
   std::vector<Vec3f> position;     // (B) m
   std::vector<Quatf> orientation;  // (B) unit
-  std::vector<uint8_t> state;      // (B) flags
+  std::vector<uint8_t> state;      // (B) BodyFlag bits
 };
 
 class TrajectoryWriter {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <nlohmann/json.hpp>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "trajectory/trajectory.h"
@@ -15,8 +15,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-constexpr Clock::duration kLongestInMemory = std::chrono::seconds(1);
+constexpr double kLongestInMemory_s = 1;
 
 ordered_json attributes(const TrajectoryHeader& header) {
   ordered_json json;
@@ -88,7 +87,7 @@ struct TrajectoryWriter::State {
   uint64_t chunk = 0;            // index of the current chunk
   uint64_t frames_in_chunk = 0;  // in memory
   uint64_t frames_on_disk = 0;
-  Clock::time_point last_write = Clock::now();
+  Stopwatch since_write;
 
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
 
@@ -103,7 +102,7 @@ struct TrajectoryWriter::State {
       write_zarr_shape(*array);
     }
     frames_on_disk = frames;
-    last_write = Clock::now();
+    since_write.restart();
   }
 
   void start_chunk() {
@@ -168,8 +167,7 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
   }
   s.state_rows.insert(s.state_rows.end(), frame.state.begin(), frame.state.end());
   ++s.frames_in_chunk;
-  if (s.frames_in_chunk == s.frames_per_chunk() ||
-      Clock::now() - s.last_write >= kLongestInMemory) {
+  if (s.frames_in_chunk == s.frames_per_chunk() || s.since_write.seconds() >= kLongestInMemory_s) {
     s.write();
   }
 }

@@ -57,7 +57,7 @@ class RunMeasuresTest : public test::TrajectoryTest {
         const Pose pose = motion(body, frame / kRate);
         stored.position.push_back(pose.position.cast<float>());
         stored.orientation.push_back(pose.orientation.cast<float>());
-        stored.state.push_back(kStatePresent);
+        stored.state.push_back(kPresent);
       }
       writer.append(stored);
     }

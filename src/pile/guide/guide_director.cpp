@@ -1,10 +1,11 @@
 #include "pile/guide/guide_director.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "core/clock.h"
 
 namespace pilesim {
 namespace {
@@ -25,10 +26,6 @@ constexpr double kTouch = 0.1;
 
 // Of a nail, in hits at the guide's speed: it carries loads besides.
 constexpr double kNailStrength = 10;
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 uint8_t flags_of(Standing standing, bool held) {
   uint8_t flags = held ? uint8_t{kFrozen} : uint8_t{0};
@@ -65,9 +62,9 @@ void GuideDirector::direct(ImpulseControl& control) {
   const auto period = static_cast<uint64_t>(guide_.period_steps);
   const bool is_start = step_ <= period || (is_sunk_ && step_ <= kMostStart * period);
   if (step_ > 0 && (is_start || step_ % period == 0)) {
-    const double start = seconds_now();
+    const Stopwatch watch;
     control_step(control);
-    counts_.control_s += seconds_now() - start;
+    counts_.control_s += watch.seconds();
   }
   ++step_;
 }

@@ -1,0 +1,19 @@
+// What a body is at a moment: in the simulator's state, and in trajectories as it is.
+#pragma once
+
+#include <cstdint>
+
+namespace pilesim {
+
+enum BodyFlag : uint8_t {
+  kPresent = 1,       // in the scene: emitted and not removed
+  kAsleep = 2,        // at rest, out of the solver
+  kImpulse = 4,       // stepped by the impulse solver
+  kHeld = 8,          // waits for its release event
+  kStatistical = 16,  // a sphere that collides by its signature
+  kFrozen = 32,       // held still or nailed by the control of a pile
+  kPassed = 64,       // the equilibrium analysis of the last control step found it fit to be held
+  kFailed = 128,      // it found that the body cannot stand; with kPassed: filtered out
+};
+
+}  // namespace pilesim
