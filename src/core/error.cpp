@@ -36,4 +36,12 @@ Error io_error(const std::string& path, const std::string& action, int error_num
           Problem{.file = path, .found = action + ": " + std::strerror(error_number)}};
 }
 
+Error in_file(const Error& error, const std::string& file) {
+  std::vector<Problem> problems = error.problems();
+  for (Problem& problem : problems) {
+    if (problem.file.empty()) problem.file = file;
+  }
+  return {error.kind(), std::move(problems)};
+}
+
 }  // namespace pilesim

@@ -51,4 +51,7 @@ class Error : public std::exception {
 // io error for `path` with the system's reason (strerror of `error_number`, usually errno).
 Error io_error(const std::string& path, const std::string& action, int error_number);
 
+// `error` with `file` in all its problems that name none.
+Error in_file(const Error& error, const std::string& file);
+
 }  // namespace pilesim

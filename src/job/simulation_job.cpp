@@ -1,7 +1,6 @@
 #include "job/simulation_job.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "core/clock.h"
 #include "core/error.h"
@@ -10,12 +9,11 @@
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "inspect/pile_inspection.h"
-#include "job/guide_job.h"
-#include "job/pile_job.h"
+#include "job/direction.h"
+#include "job/guide_direction.h"
 #include "model/model.h"
 #include "report/report_writer.h"
 #include "scene/scene_loader.h"
-#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
 
@@ -148,13 +146,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const Scene& scene = loaded.scene;
   Model model = build_model(scene);
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
-  std::optional<GuideJob> guide;
-  std::optional<PileJob> piles;
-  if (job.direct_piles && scene.guide) guide.emplace(job.scene_file, scene, model, filling);
-  if (job.direct_piles && !scene.guide) piles.emplace(job.scene_file, scene, model);
-  const std::unique_ptr<Simulator> simulator = guide   ? guide->make_simulator()
-                                               : piles ? piles->make_simulator()
-                                                       : make_simulator(scene, model);
+  const std::unique_ptr<Direction> direction =
+      job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
+                       : no_direction(scene, model);
+  const std::unique_ptr<Simulator> simulator = direction->make_simulator();
   SimulationReport report = begin_report(job, loaded, model);
   report.signatures = simulator->signatures();
   report.setup_s = watch.seconds();
@@ -182,15 +177,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.total_s = watch.seconds();
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
-  if (piles) {
-    report.piles = piles->figures();
-    piles->write_layers(job.output);
-  }
-  if (guide) {
-    guide->measure(*simulator);
-    report.piles = guide->figures();
-    guide->write_frames(job.output);
-  }
+  direction->measure(*simulator);
+  report.piles = direction->figures();
+  direction->write_files(job.output);
   const std::string missing = write_report(report, job.output);
 
   if (report.interrupted) {
@@ -209,8 +198,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .quality = report.quality,
                             .collision_shapes = report.collision_shapes,
                             .signatures = report.signatures};
-  if (piles) summary.piles = piles->lines();
-  if (guide) summary.piles = guide->lines();
+  summary.piles = direction->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =

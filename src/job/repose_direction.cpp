@@ -1,4 +1,4 @@
-#include "job/pile_job.h"
+#include "job/repose_direction.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ Json layers_of(const PileState& pile) {
 }  // namespace
 
 // Directs, keeps the time, and notes the layers at the end of every frame.
-struct PileJob::State final : StepDirector {
+struct ReposeDirection::State final : StepDirector {
   State(const Scene& s, const Model& m) : scene(s), model(m), director(s, m) {}
 
   void direct(BodyControl& control) override {
@@ -93,24 +93,23 @@ struct PileJob::State final : StepDirector {
   Json changes = Json::array();
 };
 
-PileJob::PileJob(const std::filesystem::path& scene_file, const Scene& scene, const Model& model) {
+ReposeDirection::ReposeDirection(const std::filesystem::path& scene_file, const Scene& scene,
+                                 const Model& model) {
   check(scene_file, scene);
   try {
     state_ = std::make_unique<State>(scene, model);
   } catch (const Error& error) {
-    std::vector<Problem> problems = error.problems();
-    for (Problem& problem : problems) problem.file = scene_file.string();
-    throw Error(error.kind(), std::move(problems));
+    throw in_file(error, scene_file.string());
   }
 }
 
-PileJob::~PileJob() = default;
+ReposeDirection::~ReposeDirection() = default;
 
-std::unique_ptr<Simulator> PileJob::make_simulator() {
+std::unique_ptr<Simulator> ReposeDirection::make_simulator() {
   return make_directed_simulator(state_->scene, state_->model, *state_);
 }
 
-std::string PileJob::figures() const {
+std::string ReposeDirection::figures() const {
   Json figures = Json::object();
   size_t index = 0;
   for (const PileState& pile : state_->director.piles()) {
@@ -133,7 +132,7 @@ std::string PileJob::figures() const {
   return figures.dump();
 }
 
-std::vector<std::string> PileJob::lines() const {
+std::vector<std::string> ReposeDirection::lines() const {
   std::vector<std::string> lines;
   for (const PileState& pile : state_->director.piles()) {
     const std::string asked = with_digits(degrees(pile.settings.angle), 3);
@@ -152,7 +151,7 @@ std::vector<std::string> PileJob::lines() const {
   return lines;
 }
 
-void PileJob::write_layers(const std::filesystem::path& directory) const {
+void ReposeDirection::write_files(const std::filesystem::path& directory) const {
   const Json layers = {{"format", "pilesim piles"}, {"version", 2}, {"changes", state_->changes}};
   write_file_atomically(directory / "piles.json", layers.dump() + "\n");
 }

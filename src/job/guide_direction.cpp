@@ -1,4 +1,4 @@
-#include "job/guide_job.h"
+#include "job/guide_direction.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -26,15 +26,6 @@ Json describe(const GuideFrame& frame) {
           {"largest_drift_m", frame.largest_drift_m}};
 }
 
-// `error` with the scene file in all its problems that name no other.
-Error in_file(const Error& error, const std::filesystem::path& scene_file) {
-  std::vector<Problem> problems = error.problems();
-  for (Problem& problem : problems) {
-    if (problem.file.empty()) problem.file = scene_file.string();
-  }
-  return {error.kind(), std::move(problems)};
-}
-
 // In whole tenths of a millimetre, for pictures.
 Json rounded(const Vec3& point) {
   Json json = Json::array();
@@ -51,21 +42,21 @@ GuideFilling fill_guide_of(const std::filesystem::path& scene_file, const Scene&
   try {
     return fill_guide(scene, model);
   } catch (const Error& error) {
-    throw in_file(error, scene_file);
+    throw in_file(error, scene_file.string());
   }
 }
 
-std::unique_ptr<Simulator> GuideJob::make_simulator() {
+std::unique_ptr<Simulator> GuideDirection::make_simulator() {
   try {
     auto simulator = std::make_unique<GuidedSimulator>(scene_, model_);
     simulator_ = simulator.get();
     return simulator;
   } catch (const Error& error) {
-    throw in_file(error, scene_file_);
+    throw in_file(error, scene_file_.string());
   }
 }
 
-void GuideJob::measure(const Simulator& simulator) {
+void GuideDirection::measure(const Simulator& simulator) {
   frames_ = simulator_->frames();
   constraints_ = simulator_->constraints();
   control_share_ = simulator_->control_share();
@@ -74,7 +65,7 @@ void GuideJob::measure(const Simulator& simulator) {
   fit_ = measure_guide_fit(model_, simulator.states());
 }
 
-std::string GuideJob::figures() const {
+std::string GuideDirection::figures() const {
   Json figures = {{"control_share", control_share_},
                   {"control_step_s", control_step_s_},
                   {"simulation_step_s", simulation_step_s_}};
@@ -94,7 +85,7 @@ std::string GuideJob::figures() const {
   return Json{{"guide", figures}}.dump();
 }
 
-std::vector<std::string> GuideJob::lines() const {
+std::vector<std::string> GuideDirection::lines() const {
   std::vector<std::string> lines;
   if (filling_.dropped > 0) {
     lines.push_back("guide: filled upside down; " + std::to_string(filling_.kept) + " of " +
@@ -118,7 +109,7 @@ std::vector<std::string> GuideJob::lines() const {
   return lines;
 }
 
-void GuideJob::write_frames(const std::filesystem::path& directory) const {
+void GuideDirection::write_files(const std::filesystem::path& directory) const {
   Json frames = Json::array();
   for (const GuideFrame& frame : frames_) frames.push_back(describe(frame));
   Json vertices = Json::array(), triangles = Json::array(), constraints = Json::array();

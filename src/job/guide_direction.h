@@ -1,5 +1,4 @@
-// What `pilesim direct-pile` adds to the simulation of a scene with a guide: its simulator, its
-// figures, its counts frame by frame.
+// Piles that are held in a guide: their simulator, figures, and counts frame by frame.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "job/direction.h"
 #include "pile/guide/guide_fit.h"
 #include "pile/guide/guided_simulator.h"
-#include "pile/guide/upside_down.h"
 
 namespace pilesim {
 
@@ -17,23 +16,21 @@ namespace pilesim {
 GuideFilling fill_guide_of(const std::filesystem::path& scene_file, const Scene& scene,
                            Model& model);
 
-class GuideJob {
+class GuideDirection final : public Direction {
  public:
   // All but `filling` must outlive it, and it what make_simulator() gives. The scene has a guide.
-  GuideJob(const std::filesystem::path& scene_file, const Scene& scene, const Model& model,
-           const GuideFilling& filling)
+  GuideDirection(const std::filesystem::path& scene_file, const Scene& scene, const Model& model,
+                 const GuideFilling& filling)
       : scene_file_(scene_file), scene_(scene), model_(model), filling_(filling) {}
 
-  // To be called once. Throws Error(input), naming `scene_file`, for a scene in another mode than
-  // impulse.
-  std::unique_ptr<Simulator> make_simulator();
-  // Takes what the pile is like now; before the three below.
-  void measure(const Simulator& simulator);
-  std::string figures() const;             // JSON, for SimulationReport::piles
-  std::vector<std::string> lines() const;  // for people
+  // Throws Error(input), naming the scene file, for a scene in another mode than impulse.
+  std::unique_ptr<Simulator> make_simulator() override;
+  void measure(const Simulator& simulator) override;
+  std::string figures() const override;
+  std::vector<std::string> lines() const override;
   // guide.json: counts, height and drift of each frame; the guide, and where bodies are held, for
-  // `pilesim render --overlay guide`. Throws Error(io).
-  void write_frames(const std::filesystem::path& directory) const;
+  // `pilesim render --overlay guide`.
+  void write_files(const std::filesystem::path& directory) const override;
 
  private:
   const std::filesystem::path& scene_file_;
