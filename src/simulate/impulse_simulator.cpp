@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "simulate/exact_engine.h"
 #include "simulate/kinematic_motion.h"
-#include "simulate/timeline.h"
+#include "simulate/lifecycle.h"
 
 namespace pilesim {
 namespace {
@@ -36,15 +35,12 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   }
 
   FrameStatistics step_frame() override;
-  const BodyStates& states() const override { return states_; }
+  const BodyStates& states() const override { return life_.states(); }
   FrameStatistics statistics() const override;
 
-  double time_s() const override { return time_s_; }
-  double step_s() const override { return step_s_; }
-  bool is_in_world(uint32_t body) const override {
-    return exact_.contains(body) && model_.bodies[body].role == Role::dynamic &&
-           (states_.flags[body] & kHeld) == 0;
-  }
+  double time_s() const override { return life_.time_s(); }
+  double step_s() const override { return life_.step_s(); }
+  bool is_in_world(uint32_t body) const override { return life_.is_in_world(body); }
   BodyMotion motion(uint32_t body) const override { return exact_.motion(body); }
   void put_to_sleep(uint32_t body) override { exact_.put_to_sleep(body); }
   void wake(uint32_t body) override { exact_.wake(body); }
@@ -64,25 +60,16 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
 
  private:
-  void add_new_bodies();
-  void add_body(uint32_t index);
-  void remove_body(uint32_t index);
-  void apply_impulse(uint32_t body, const ModelEvent& event);
-  void bring_events();
+  void add(uint32_t body);
   void move_kinematic_bodies();
   void read_states();
-  void check_finite() const;
   void take_hits();
 
   const Scene& scene_;
   const Model& model_;
-  double step_s_;
-  double time_s_ = 0;   // of the state
-  uint64_t steps_ = 0;  // taken since the start
-  uint64_t frames_ = 0;
-  Timeline timeline_;
+  Lifecycle life_;
+  LifeHandlers handlers_;
   std::vector<uint32_t> kinematic_;  // indices
-  BodyStates states_;
   StageTimer timer_;
   std::unique_ptr<ExactEngine> engine_;
   ExactEngine& exact_;
@@ -95,59 +82,34 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model,
                                    std::unique_ptr<ExactEngine> engine, ImpulseDirector* director)
     : scene_(scene),
       model_(model),
-      step_s_(scene.actual_step_s()),
-      timeline_(model, step_s_),
+      life_(scene, model),
+      handlers_{.add = [this](uint32_t body) { add(body); },
+                .remove = [this](uint32_t body) { exact_.remove(body); },
+                .push = [this](uint32_t body,
+                               const ModelEvent& event) { exact_.apply_impulse(body, event); }},
       engine_(std::move(engine)),
       exact_(*engine_),
       director_(director) {
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
-    const ModelBody& body = model.bodies[i];
-    states_.position.push_back(body.pose.position);
-    states_.orientation.push_back(body.pose.orientation);
-    states_.linear_velocity.push_back(body.linear_velocity);
-    states_.angular_velocity.push_back(body.angular_velocity);
-    states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
-    if (body.role == Role::kinematic) kinematic_.push_back(i);
+    if (model.bodies[i].role == Role::kinematic) kinematic_.push_back(i);
   }
-  add_new_bodies();
+  life_.bring_bodies(handlers_);
 }
 
-void ImpulseSimulator::add_new_bodies() {
-  timeline_.bring_bodies(time_s_, [&](uint32_t index) { add_body(index); });
-}
-
-void ImpulseSimulator::add_body(uint32_t index) {
-  const ModelBody& source = model_.bodies[index];
-  exact_.add(index,
-             {source.pose.position, source.pose.orientation, states_.linear_velocity[index],
-              states_.angular_velocity[index]},
-             (states_.flags[index] & kHeld) != 0, source.asleep);
-  states_.flags[index] |= kPresent;
-  if (source.role == Role::dynamic) states_.flags[index] |= kImpulse;
-}
-
-void ImpulseSimulator::remove_body(uint32_t index) {
-  states_.flags[index] &= static_cast<uint8_t>(~(kPresent | kAsleep | kImpulse));
-  if (!exact_.contains(index)) return timeline_.cancel(index);
-  exact_.remove(index);
-}
-
-void ImpulseSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
-  if (is_in_world(body)) exact_.apply_impulse(body, event);
-}
-
-void ImpulseSimulator::bring_events() {
-  timeline_.bring_events(
-      time_s_, states_.flags,
-      {.add = [&](uint32_t body) { add_body(body); },
-       .remove = [&](uint32_t body) { remove_body(body); },
-       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
+void ImpulseSimulator::add(uint32_t body) {
+  BodyStates& states = life_.states();
+  const ModelBody& source = model_.bodies[body];
+  exact_.add(body,
+             {source.pose.position, source.pose.orientation, states.linear_velocity[body],
+              states.angular_velocity[body]},
+             life_.has(body, kHeld), source.asleep);
+  if (source.role == Role::dynamic) states.flags[body] |= kImpulse;
 }
 
 void ImpulseSimulator::move_kinematic_bodies() {
   for (const uint32_t index : kinematic_) {
     if (!exact_.contains(index) || model_.bodies[index].motion.empty()) continue;
-    exact_.move_by_keys(index, time_s_);
+    exact_.move_by_keys(index, time_s());
   }
 }
 
@@ -155,22 +117,21 @@ FrameStatistics ImpulseSimulator::step_frame() {
   timer_.take();
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
-    add_new_bodies();
-    bring_events();
+    life_.bring_bodies(handlers_);
+    life_.bring_events(handlers_);
     move_kinematic_bodies();
     if (director_ != nullptr) {
       director_->direct(*this);
       exact_.refresh_friction();
     }
     exact_.step(timer_, [this] { take_hits(); });
-    ++steps_;
-    time_s_ = static_cast<double>(steps_) * step_s_;
+    life_.end_step();
   }
-  add_new_bodies();
+  life_.bring_bodies(handlers_);
   if (director_ != nullptr) director_->end_frame(*this);
-  ++frames_;
+  life_.end_frame();
   read_states();
-  check_finite();
+  for (uint32_t i = 0; i < states().size(); ++i) life_.check_finite(i);
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();
@@ -184,61 +145,49 @@ void ImpulseSimulator::take_hits() {
 }
 
 void ImpulseSimulator::read_states() {
-  for (uint32_t i = 0; i < states_.size(); ++i) {
+  BodyStates& states = life_.states();
+  for (uint32_t i = 0; i < states.size(); ++i) {
     const ModelBody& source = model_.bodies[i];
     if (!exact_.contains(i) || source.role == Role::fixed) continue;
     const BodyMotion motion = exact_.motion(i);
     if (source.role == Role::kinematic) {
       if (!source.motion.empty()) {
-        const Pose pose = pose_at(model_.shapes[source.shape], source.motion, time_s_);
-        states_.position[i] = pose.position;
-        states_.orientation[i] = pose.orientation;
+        const Pose pose = pose_at(model_.shapes[source.shape], source.motion, time_s());
+        states.position[i] = pose.position;
+        states.orientation[i] = pose.orientation;
       }
     } else {
-      states_.position[i] = motion.position;
-      states_.orientation[i] = motion.orientation;
+      states.position[i] = motion.position;
+      states.orientation[i] = motion.orientation;
     }
-    if ((states_.flags[i] & kHeld) == 0) {  // a held body keeps the velocities it will start with
-      states_.linear_velocity[i] = motion.linear_velocity;
-      states_.angular_velocity[i] = motion.angular_velocity;
+    if ((states.flags[i] & kHeld) == 0) {  // a held body keeps the velocities it will start with
+      states.linear_velocity[i] = motion.linear_velocity;
+      states.angular_velocity[i] = motion.angular_velocity;
     }
     const bool asleep = is_in_world(i) && !exact_.is_active(i);
-    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-    if (asleep) states_.flags[i] |= kAsleep;
-  }
-}
-
-void ImpulseSimulator::check_finite() const {
-  for (uint32_t i = 0; i < states_.size(); ++i) {
-    if (states_.position[i].allFinite() && states_.orientation[i].coeffs().allFinite() &&
-        states_.linear_velocity[i].allFinite() && states_.angular_velocity[i].allFinite()) {
-      continue;
-    }
-    throw Error(ErrorKind::input,
-                Problem{.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
-                                 std::to_string(frames_),
-                        .expected = "a state that stays finite",
-                        .remedy = "Make step_s shorter, or look for bodies that start inside one "
-                                  "another or with extreme velocities"});
+    states.flags[i] &= static_cast<uint8_t>(~kAsleep);
+    if (asleep) states.flags[i] |= kAsleep;
   }
 }
 
 FrameStatistics ImpulseSimulator::statistics() const {
+  const BodyStates& states = life_.states();
   FrameStatistics statistics;
-  for (uint32_t i = 0; i < states_.size(); ++i) {
-    if ((states_.flags[i] & kPresent) != 0) ++statistics.bodies_present;
+  for (uint32_t i = 0; i < states.size(); ++i) {
+    if ((states.flags[i] & kPresent) != 0) ++statistics.bodies_present;
     if (!is_in_world(i)) continue;
     if (exact_.is_active(i)) ++statistics.bodies_awake;
     statistics.kinetic_energy_j += exact_.kinetic_energy_j(i);
     statistics.potential_energy_j -=
-        model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
+        model_.bodies[i].mass_kg * scene_.gravity.dot(states.position[i]);
   }
   exact_.add_contacts_to(statistics);
   return statistics;
 }
 
 void ImpulseSimulator::mark(uint32_t body, uint8_t mask, uint8_t flags) {
-  states_.flags[body] = static_cast<uint8_t>((states_.flags[body] & ~mask) | flags);
+  BodyStates& states = life_.states();
+  states.flags[body] = static_cast<uint8_t>((states.flags[body] & ~mask) | flags);
 }
 
 }  // namespace

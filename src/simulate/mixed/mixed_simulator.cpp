@@ -10,6 +10,7 @@
 #include "core/parallel_for.h"
 #include "simulate/exact_engine.h"
 #include "simulate/kinematic_motion.h"
+#include "simulate/lifecycle.h"
 #include "simulate/mixed/detail_budget.h"
 #include "simulate/mixed/exact_boxes.h"
 #include "simulate/mixed/kept_contacts.h"
@@ -19,7 +20,6 @@
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/dispatch_table.h"
 #include "simulate/sphere/sphere_world.h"
-#include "simulate/timeline.h"
 
 namespace pilesim {
 namespace {
@@ -72,16 +72,16 @@ class MixedSimulator final : public Simulator, public BodyControl {
                  StepDirector* director);
 
   FrameStatistics step_frame() override;
-  const BodyStates& states() const override { return states_; }
+  const BodyStates& states() const override { return life_.states(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
   }
   std::string figures() const override { return figures_.json(); }
 
-  double time_s() const override { return time_s_; }
-  double step_s() const override { return step_s_; }
-  bool is_in_world(uint32_t body) const override { return is_free(body) && has(body, kPresent); }
+  double time_s() const override { return life_.time_s(); }
+  double step_s() const override { return life_.step_s(); }
+  bool is_in_world(uint32_t body) const override { return life_.is_in_world(body); }
   BodyMotion motion(uint32_t body) const override;
   void put_to_sleep(uint32_t body) override;
   void wake(uint32_t body) override;
@@ -91,22 +91,16 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void read_contacts(std::vector<BodyContact>& contacts) const override;
 
  private:
-  bool has(uint32_t body, uint8_t flags) const { return (states_.flags[body] & flags) != 0; }
-  bool is_free(uint32_t body) const {
-    return model_.bodies[body].role == Role::dynamic && !has(body, kHeld);
-  }
+  bool has(uint32_t body, uint8_t flags) const { return life_.has(body, flags); }
+  bool is_free(uint32_t body) const { return life_.is_free(body); }
   bool is_sphere(uint32_t body) const {
     return is_free(body) && prefers_spheres(model_.bodies[body]);
   }
   bool is_near(uint32_t body) const { return behaviours_[body] == Behaviour::near_exact; }
 
   void step();
-  void bring_bodies() {
-    timeline_.bring_bodies(time_s_, [&](uint32_t body) { add(body); });
-  }
   void add(uint32_t body);
   void remove(uint32_t body);
-  void bring_events();
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void choose_levels();
@@ -121,15 +115,11 @@ class MixedSimulator final : public Simulator, public BodyControl {
   bool stands(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
   void read_states();
-  void check_finite(uint32_t body) const;
 
   const Scene& scene_;
   const Model& model_;
-  double step_s_;
-  double time_s_ = 0;
-  uint64_t steps_ = 0;
-  uint64_t frames_ = 0;
-  Timeline timeline_;
+  Lifecycle life_;
+  LifeHandlers handlers_;
   DispatchTable dispatch_;
   std::vector<BodySignature> objects_;
   SphereWorld spheres_;
@@ -145,7 +135,6 @@ class MixedSimulator final : public Simulator, public BodyControl {
   std::vector<uint32_t> kinematic_;
   std::vector<uint8_t> attracted_;  // by body: of the spheres, in the last update_behaviours()
   std::vector<uint32_t> entered_;   // in the step at hand
-  BodyStates states_;
   MixedFigures figures_;
   StageTimer timer_;
   StepDirector* director_;
@@ -157,14 +146,17 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
                                std::unique_ptr<ExactEngine> engine, StepDirector* director)
     : scene_(scene),
       model_(model),
-      step_s_(scene.actual_step_s()),
-      timeline_(model, step_s_),
+      life_(scene, model),
+      handlers_{
+          .add = [this](uint32_t body) { add(body); },
+          .remove = [this](uint32_t body) { remove(body); },
+          .push = [this](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }},
       dispatch_(scene.simulator.detail, model),
       objects_(make_objects(model, dispatch_)),
       spheres_(model, objects_, sphere_settings(scene, dispatch_)),
       engine_(std::move(engine)),
       exact_(*engine_),
-      coupling_(scene.gravity, step_s_, exact_, spheres_),
+      coupling_(scene.gravity, life_.step_s(), exact_, spheres_),
       boxes_(model, dispatch_, exact_),
       levels_(scene, model),
       behaviours_(model.bodies.size(), Behaviour::exact),
@@ -178,11 +170,6 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
-    states_.position.push_back(body.pose.position);
-    states_.orientation.push_back(body.pose.orientation);
-    states_.linear_velocity.push_back(body.linear_velocity);
-    states_.angular_velocity.push_back(body.angular_velocity);
-    states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
   }
   if (scene.simulator.budget_ms_per_step || scene.simulator.max_error) {
     budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
@@ -190,25 +177,25 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
     afforded_.assign(model.bodies.size(),
                      static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
   }
-  bring_bodies();
+  life_.bring_bodies(handlers_);
 }
 
 void MixedSimulator::add(uint32_t body) {
+  BodyStates& states = life_.states();
   const ModelBody& source = model_.bodies[body];
-  const Pose pose{states_.position[body], states_.orientation[body]};
-  states_.flags[body] |= kPresent;
+  const Pose pose{states.position[body], states.orientation[body]};
   if (is_sphere(body)) {
-    states_.flags[body] |= kStatistical;
-    spheres_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body],
+    states.flags[body] |= kStatistical;
+    spheres_.add(body, pose, states.linear_velocity[body], states.angular_velocity[body],
                  source.asleep);
-    levels_.choose(time_s_, states_, {&body, 1});
+    levels_.choose(time_s(), life_.states(), {&body, 1});
     return set_behaviour(body, Behaviour::statistical);
   }
   const bool is_exact = source.preference == Preference::must_impulse;
-  if (source.role == Role::dynamic) states_.flags[body] |= kImpulse;
+  if (source.role == Role::dynamic) states.flags[body] |= kImpulse;
   exact_.add(body,
-             {pose.position, pose.orientation, states_.linear_velocity[body],
-              states_.angular_velocity[body]},
+             {pose.position, pose.orientation, states.linear_velocity[body],
+              states.angular_velocity[body]},
              has(body, kHeld), source.asleep);
   if (is_exact) boxes_.add(body);
   if (!is_exact || (!is_free(body) && dispatch_.is_sphere_surface(body))) {
@@ -219,9 +206,6 @@ void MixedSimulator::add(uint32_t body) {
 
 void MixedSimulator::remove(uint32_t body) {
   kept_contacts_.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
-  const bool present = has(body, kPresent);
-  states_.flags[body] &= static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical | kImpulse));
-  if (!present) return timeline_.cancel(body);
   boxes_.remove(body);
   if (is_near(body)) {
     coupling_.leave(body);
@@ -237,24 +221,15 @@ void MixedSimulator::remove(uint32_t body) {
 }
 
 void MixedSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
-  if (!has(body, kPresent) || !is_free(body)) return;
   if (is_near(body) && spheres_.body(body).put_to_sleep) wake(body);
   if (exact_.contains(body)) return exact_.apply_impulse(body, event);
   spheres_.push(body, event.impulse, event.point);
 }
 
-void MixedSimulator::bring_events() {
-  timeline_.bring_events(
-      time_s_, states_.flags,
-      {.add = [&](uint32_t body) { add(body); },
-       .remove = [&](uint32_t body) { remove(body); },
-       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
-}
-
 void MixedSimulator::move_kinematic_bodies() {
   for (const uint32_t i : kinematic_) {
     if (!has(i, kPresent)) continue;
-    exact_.move_by_keys(i, time_s_);
+    exact_.move_by_keys(i, time_s());
     const BodyMotion motion = exact_.motion(i);
     const bool is_surface = behaviours_[i] == Behaviour::standing || dispatch_.is_sphere_surface(i);
     if (!is_surface) continue;
@@ -268,10 +243,10 @@ void MixedSimulator::move_kinematic_bodies() {
 
 void MixedSimulator::choose_levels() {
   if (!levels_.is_variable() && !budget_) return;
-  levels_.choose(time_s_, states_, spheres_.members());
+  levels_.choose(time_s(), life_.states(), spheres_.members());
   if (budget_) {
     budget_->choose(
-        viewpoint(scene_, time_s_), states_, spheres_.members(),
+        viewpoint(scene_, time_s()), life_.states(), spheres_.members(),
         [&](uint32_t body) { return is_near(body); }, afforded_);
     figures_.count_budget(*budget_);
   }
@@ -294,9 +269,9 @@ bool MixedSimulator::is_attracted(uint32_t body) const {
   if (dispatch_.level(level(body)).exact) return true;
   if (sphere.asleep && is_near(body)) return true;
   const double outer = spheres_.kind(body).outer_m;
-  const double way =
-      step_s_ * (static_cast<double>(sphere.velocity.norm()) +
-                 outer * static_cast<double>(sphere.spin.norm()) + step_s_ * scene_.gravity.norm());
+  const double way = step_s() * (static_cast<double>(sphere.velocity.norm()) +
+                                 outer * static_cast<double>(sphere.spin.norm()) +
+                                 step_s() * scene_.gravity.norm());
   const double margin = way + (is_near(body) ? kLeaveMargin * outer : 0);
   const Vec3 centre = sphere.position.cast<double>();
   if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
@@ -350,7 +325,7 @@ void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body
   if (director_ == nullptr) return change();
   const auto stand = [&](uint32_t a, uint32_t b) { return stands(a) && stands(b); };
   kept_contacts_.forget(stand);
-  std::vector<uint8_t> changing(states_.size());
+  std::vector<uint8_t> changing(states().size());
   for (const uint32_t body : spheres_.members()) {
     changing[body] = is_asleep(body) && changes(body) ? 1 : 0;
   }
@@ -386,8 +361,8 @@ FrameStatistics MixedSimulator::step_frame() {
   choose_levels();
   const int steps = scene_.steps_per_frame();
   for (int i = 0; i < steps; ++i) {
-    bring_bodies();
-    bring_events();
+    life_.bring_bodies(handlers_);
+    life_.bring_events(handlers_);
     move_kinematic_bodies();
     if (director_ != nullptr) {
       coupling_.pull();
@@ -395,17 +370,16 @@ FrameStatistics MixedSimulator::step_frame() {
       exact_.refresh_friction();
     }
     step();
-    ++steps_;
-    time_s_ = static_cast<double>(steps_) * step_s_;
+    life_.end_step();
   }
-  bring_bodies();
+  life_.bring_bodies(handlers_);
   if (director_ != nullptr) {
     coupling_.pull();
     director_->end_frame(*this);
   }
-  ++frames_;
+  life_.end_frame();
   read_states();
-  figures_.count_frame(states_, [&](uint32_t body) { return level(body); });
+  figures_.count_frame(life_.states(), [&](uint32_t body) { return level(body); });
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();
@@ -413,71 +387,60 @@ FrameStatistics MixedSimulator::step_frame() {
 }
 
 void MixedSimulator::read_states() {
+  BodyStates& states = life_.states();
   coupling_.pull();
   for (const uint32_t i : spheres_.members()) {
     SphereBody& sphere = spheres_.body(i);
     const bool near = is_near(i);
     if (!sphere.changed && near == has(i, kImpulse)) continue;
     sphere.changed = false;
-    states_.flags[i] &= static_cast<uint8_t>(~(kAsleep | kImpulse));
-    if (sphere.asleep) states_.flags[i] |= kAsleep;
-    if (near) states_.flags[i] |= kImpulse;
+    states.flags[i] &= static_cast<uint8_t>(~(kAsleep | kImpulse));
+    if (sphere.asleep) states.flags[i] |= kAsleep;
+    if (near) states.flags[i] |= kImpulse;
     if (near) continue;
-    states_.position[i] = sphere.position.cast<double>();
-    states_.orientation[i] = sphere.orientation.cast<double>().normalized();
-    states_.linear_velocity[i] = sphere.velocity.cast<double>();
-    states_.angular_velocity[i] = sphere.spin.cast<double>();
-    check_finite(i);
+    states.position[i] = sphere.position.cast<double>();
+    states.orientation[i] = sphere.orientation.cast<double>().normalized();
+    states.linear_velocity[i] = sphere.velocity.cast<double>();
+    states.angular_velocity[i] = sphere.spin.cast<double>();
+    life_.check_finite(i);
   }
-  for (uint32_t i = 0; i < states_.size(); ++i) {
+  for (uint32_t i = 0; i < states.size(); ++i) {
     const ModelBody& body = model_.bodies[i];
     if (!exact_.contains(i) || body.role == Role::fixed) continue;
     const BodyMotion motion = exact_.motion(i);
     if (body.role == Role::dynamic) {
-      states_.position[i] = motion.position;
-      states_.orientation[i] = motion.orientation;
+      states.position[i] = motion.position;
+      states.orientation[i] = motion.orientation;
     } else if (!body.motion.empty()) {
-      const Pose pose = pose_at(model_.shapes[body.shape], body.motion, time_s_);
-      states_.position[i] = pose.position;
-      states_.orientation[i] = pose.orientation;
+      const Pose pose = pose_at(model_.shapes[body.shape], body.motion, time_s());
+      states.position[i] = pose.position;
+      states.orientation[i] = pose.orientation;
     }
     if (!has(i, kHeld)) {
-      states_.linear_velocity[i] = motion.linear_velocity;
-      states_.angular_velocity[i] = motion.angular_velocity;
+      states.linear_velocity[i] = motion.linear_velocity;
+      states.angular_velocity[i] = motion.angular_velocity;
     }
-    states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-    if (is_free(i) && !exact_.is_active(i)) states_.flags[i] |= kAsleep;
-    check_finite(i);
+    states.flags[i] &= static_cast<uint8_t>(~kAsleep);
+    if (is_free(i) && !exact_.is_active(i)) states.flags[i] |= kAsleep;
+    life_.check_finite(i);
   }
-}
-
-void MixedSimulator::check_finite(uint32_t body) const {
-  if (states_.position[body].allFinite() && states_.orientation[body].coeffs().allFinite() &&
-      states_.linear_velocity[body].allFinite() && states_.angular_velocity[body].allFinite()) {
-    return;
-  }
-  throw Error(ErrorKind::input,
-              {.found = "body '" + model_.bodies[body].name + "' left all bounds in frame " +
-                        std::to_string(frames_),
-               .expected = "a state that stays finite",
-               .remedy = "Make step_s shorter, or look for bodies that start inside one another or "
-                         "with extreme velocities."});
 }
 
 FrameStatistics MixedSimulator::statistics() const {
+  const BodyStates& states = life_.states();
   FrameStatistics statistics;
-  for (uint32_t i = 0; i < states_.size(); ++i) {
+  for (uint32_t i = 0; i < states.size(); ++i) {
     if (!has(i, kPresent)) continue;
     ++statistics.bodies_present;
     if (!is_free(i)) continue;
     if (!has(i, kAsleep)) {
       ++statistics.bodies_awake;
       statistics.kinetic_energy_j +=
-          figures_.kinetic_energy_j(i, {states_.position[i], states_.orientation[i],
-                                        states_.linear_velocity[i], states_.angular_velocity[i]});
+          figures_.kinetic_energy_j(i, {states.position[i], states.orientation[i],
+                                        states.linear_velocity[i], states.angular_velocity[i]});
     }
     statistics.potential_energy_j -=
-        model_.bodies[i].mass_kg * scene_.gravity.dot(states_.position[i]);
+        model_.bodies[i].mass_kg * scene_.gravity.dot(states.position[i]);
   }
   exact_.add_contacts_to(statistics);
   statistics.contacts += spheres_.contact_count();
@@ -518,7 +481,7 @@ void MixedSimulator::set_friction(uint32_t body, double friction) {
   if (exact_.contains(body)) exact_.set_friction(body, friction);
   if (!is_sphere(body)) return;
   spheres_.set_friction(body, friction);
-  if (friction_.empty()) friction_.assign(states_.size(), -1);
+  if (friction_.empty()) friction_.assign(states.size(), -1);
   friction_[body] = friction;
 }
 

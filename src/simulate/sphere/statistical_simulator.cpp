@@ -6,9 +6,9 @@
 #include "core/error.h"
 #include "core/parallel_for.h"
 #include "simulate/kinematic_motion.h"
+#include "simulate/lifecycle.h"
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/sphere_world.h"
-#include "simulate/timeline.h"
 
 namespace pilesim {
 namespace {
@@ -44,65 +44,53 @@ class StatisticalSimulator final : public Simulator {
   StatisticalSimulator(const Scene& scene, const Model& model)
       : scene_(scene),
         model_(model),
-        step_s_(scene.actual_step_s()),
-        timeline_(model, step_s_),
+        life_(scene, model),
+        handlers_{.add = [this](uint32_t body) { add(body); },
+                  .remove = [this](uint32_t body) { remove(body); },
+                  .push =
+                      [this](uint32_t body, const ModelEvent& event) {
+                        world_.push(body, event.impulse, event.point);
+                      }},
         objects_(is_particle_mode(scene) ? particle_spheres(model) : load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
     for (uint32_t i = 0; i < model.bodies.size(); ++i) {
       const ModelBody& body = model.bodies[i];
       if (body.role == Role::kinematic && !body.motion.empty()) moving_surfaces_.push_back(i);
-      states_.position.push_back(body.pose.position);
-      states_.orientation.push_back(body.pose.orientation);
-      states_.linear_velocity.push_back(body.linear_velocity);
-      states_.angular_velocity.push_back(body.angular_velocity);
-      states_.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
     }
-    bring_bodies();
+    life_.bring_bodies(handlers_);
   }
 
   FrameStatistics step_frame() override;
-  const BodyStates& states() const override { return states_; }
+  const BodyStates& states() const override { return life_.states(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
   }
 
  private:
-  bool is_free(uint32_t body) const {
-    return model_.bodies[body].role == Role::dynamic && (states_.flags[body] & kHeld) == 0;
-  }
-  void bring_bodies() {
-    timeline_.bring_bodies(time_s_, [&](uint32_t body) { add(body); });
-  }
   void add(uint32_t body);
   void remove(uint32_t body);
-  void bring_events();
-  void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void read_states();
   void read_state(uint32_t body);
 
   const Scene& scene_;
   const Model& model_;
-  double step_s_;
-  double time_s_ = 0;
-  uint64_t steps_ = 0;
-  uint64_t frames_ = 0;
-  Timeline timeline_;
+  Lifecycle life_;
+  LifeHandlers handlers_;
   std::vector<BodySignature> objects_;
   std::vector<uint32_t> moving_surfaces_;  // bodies
   SphereWorld world_;
-  BodyStates states_;
   StageTimer timer_;
 };
 
 void StatisticalSimulator::add(uint32_t body) {
-  const Pose pose{states_.position[body], states_.orientation[body]};
-  states_.flags[body] |= kPresent;
-  if (is_free(body)) {
-    states_.flags[body] |= kStatistical;
-    world_.add(body, pose, states_.linear_velocity[body], states_.angular_velocity[body],
+  BodyStates& states = life_.states();
+  const Pose pose{states.position[body], states.orientation[body]};
+  if (life_.is_free(body)) {
+    states.flags[body] |= kStatistical;
+    world_.add(body, pose, states.linear_velocity[body], states.angular_velocity[body],
                model_.bodies[body].asleep);
   } else {
     world_.surfaces().place(body, pose, Vec3::Zero(), Vec3::Zero());
@@ -110,10 +98,7 @@ void StatisticalSimulator::add(uint32_t body) {
 }
 
 void StatisticalSimulator::remove(uint32_t body) {
-  const bool present = (states_.flags[body] & kPresent) != 0;
-  states_.flags[body] &= static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical));
-  if (!present) return timeline_.cancel(body);
-  if (is_free(body)) {
+  if (life_.is_free(body)) {
     world_.remove(body);
   } else {
     world_.wake_near(body);
@@ -121,34 +106,23 @@ void StatisticalSimulator::remove(uint32_t body) {
   }
 }
 
-void StatisticalSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
-  if ((states_.flags[body] & kPresent) == 0 || !is_free(body)) return;
-  world_.push(body, event.impulse, event.point);
-}
-
-void StatisticalSimulator::bring_events() {
-  timeline_.bring_events(
-      time_s_, states_.flags,
-      {.add = [&](uint32_t body) { add(body); },
-       .remove = [&](uint32_t body) { remove(body); },
-       .push = [&](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }});
-}
-
 void StatisticalSimulator::move_kinematic_bodies() {
+  BodyStates& states = life_.states();
+  const double step_s = life_.step_s();
   for (const uint32_t i : moving_surfaces_) {
     const ModelBody& body = model_.bodies[i];
-    if ((states_.flags[i] & kPresent) == 0) continue;
+    if (!life_.has(i, kPresent)) continue;
     const ModelShape& shape = model_.shapes[body.shape];
-    const Pose now = pose_at(shape, body.motion, time_s_);
-    const Pose then = pose_at(shape, body.motion, time_s_ + step_s_);
-    const Vec3 velocity = (then.position - now.position) / step_s_;
-    const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s_;
+    const Pose now = pose_at(shape, body.motion, life_.time_s());
+    const Pose then = pose_at(shape, body.motion, life_.time_s() + step_s);
+    const Vec3 velocity = (then.position - now.position) / step_s;
+    const Vec3 turn_rate = turn_between(now.orientation, then.orientation) / step_s;
     world_.surfaces().place(i, now, velocity, turn_rate);
     if (!velocity.isZero() || !turn_rate.isZero()) world_.wake_near(i);
-    states_.position[i] = then.position;
-    states_.orientation[i] = then.orientation;
-    states_.linear_velocity[i] = velocity;
-    states_.angular_velocity[i] = turn_rate;
+    states.position[i] = then.position;
+    states.orientation[i] = then.orientation;
+    states.linear_velocity[i] = velocity;
+    states.angular_velocity[i] = turn_rate;
   }
 }
 
@@ -156,16 +130,15 @@ FrameStatistics StatisticalSimulator::step_frame() {
   timer_.take();
   const int steps = scene_.steps_per_frame();
   for (int step = 0; step < steps; ++step) {
-    bring_bodies();
-    bring_events();
+    life_.bring_bodies(handlers_);
+    life_.bring_events(handlers_);
     move_kinematic_bodies();
     world_.step(timer_);
-    ++steps_;
-    time_s_ = static_cast<double>(steps_) * step_s_;
+    life_.end_step();
   }
-  ++frames_;
+  life_.end_frame();
   read_states();
-  bring_bodies();
+  life_.bring_bodies(handlers_);
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();
@@ -173,37 +146,29 @@ FrameStatistics StatisticalSimulator::step_frame() {
 }
 
 void StatisticalSimulator::read_states() {
-  for (const uint32_t i : world_.active()) {
-    const SphereBody& body = world_.body(i);
-    if (!body.changed) continue;
-    if (!body.position.allFinite() || !body.velocity.allFinite() || !body.spin.allFinite()) {
-      throw Error(ErrorKind::input,
-                  {.found = "body '" + model_.bodies[i].name + "' left all bounds in frame " +
-                            std::to_string(frames_),
-                   .expected = "a state that stays finite",
-                   .remedy = "Make step_s shorter, or look for extreme velocities."});
-    }
-  }
   parallel_for(world_.active().size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t k = begin; k < end; ++k) read_state(world_.active()[k]);
   });
+  for (const uint32_t i : world_.active()) life_.check_finite(i);
 }
 
 void StatisticalSimulator::read_state(uint32_t i) {
+  BodyStates& states = life_.states();
   SphereBody& body = world_.body(i);
   if (!body.changed) return;
   body.changed = false;
-  states_.position[i] = body.position.cast<double>();
-  states_.orientation[i] = body.orientation.cast<double>().normalized();
-  states_.linear_velocity[i] = body.velocity.cast<double>();
-  states_.angular_velocity[i] = body.spin.cast<double>();
-  states_.flags[i] &= static_cast<uint8_t>(~kAsleep);
-  if (body.asleep) states_.flags[i] |= kAsleep;
+  states.position[i] = body.position.cast<double>();
+  states.orientation[i] = body.orientation.cast<double>().normalized();
+  states.linear_velocity[i] = body.velocity.cast<double>();
+  states.angular_velocity[i] = body.spin.cast<double>();
+  states.flags[i] &= static_cast<uint8_t>(~kAsleep);
+  if (body.asleep) states.flags[i] |= kAsleep;
 }
 
 FrameStatistics StatisticalSimulator::statistics() const {
+  const BodyStates& states = life_.states();
   FrameStatistics statistics;
-  for (const uint8_t flags : states_.flags) {
+  for (const uint8_t flags : states.flags) {
     if ((flags & kPresent) != 0) ++statistics.bodies_present;
   }
   for (const uint32_t i : world_.active()) {
@@ -221,7 +186,7 @@ FrameStatistics StatisticalSimulator::statistics() const {
   parallel_for(members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     double sum_j = 0;
     for (size_t k = begin; k < end; ++k) {
-      sum_j -= world_.kind(members[k]).mass_kg * scene_.gravity.dot(states_.position[members[k]]);
+      sum_j -= world_.kind(members[k]).mass_kg * scene_.gravity.dot(states.position[members[k]]);
     }
     potential_j[begin / kBodiesPerTask] = sum_j;
   });

@@ -1,0 +1,100 @@
+#include "simulate/lifecycle.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/error.h"
+
+namespace pilesim {
+
+namespace {
+// Times within this share of a step are the same time.
+constexpr double kSameTime = 1e-6;
+}  // namespace
+
+Lifecycle::Lifecycle(const Scene& scene, const Model& model)
+    : model_(model), step_s_(scene.actual_step_s()) {
+  BodyStates& states = state_.bodies;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    const ModelBody& body = model.bodies[i];
+    states.position.push_back(body.pose.position);
+    states.orientation.push_back(body.pose.orientation);
+    states.linear_velocity.push_back(body.linear_velocity);
+    states.angular_velocity.push_back(body.angular_velocity);
+    states.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
+    state_.waiting.push_back(i);
+  }
+  std::ranges::stable_sort(state_.waiting, [&](uint32_t a, uint32_t b) {
+    return model.bodies[a].start_s > model.bodies[b].start_s ||
+           (model.bodies[a].start_s == model.bodies[b].start_s && a > b);
+  });
+}
+
+void Lifecycle::appear(uint32_t body, const LifeHandlers& handlers) {
+  state_.bodies.flags[body] |= kPresent;
+  handlers.add(body);
+}
+
+void Lifecycle::leave(uint32_t body, const LifeHandlers& handlers) {
+  const bool present = has(body, kPresent);
+  state_.bodies.flags[body] &=
+      static_cast<uint8_t>(~(kPresent | kAsleep | kStatistical | kImpulse));
+  if (present) {
+    handlers.remove(body);
+  } else {
+    std::erase(state_.waiting, body);
+  }
+}
+
+void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
+  const double now_s = time_s() + kSameTime * step_s_;
+  while (!state_.waiting.empty() && model_.bodies[state_.waiting.back()].start_s <= now_s) {
+    const uint32_t body = state_.waiting.back();
+    state_.waiting.pop_back();
+    appear(body, handlers);
+  }
+}
+
+void Lifecycle::bring_events(const LifeHandlers& handlers) {
+  const double now_s = time_s() + kSameTime * step_s_;
+  for (; state_.next_event < model_.events.size(); ++state_.next_event) {
+    const ModelEvent& event = model_.events[state_.next_event];
+    if (event.time_s > now_s) return;
+    for (const uint32_t body : event.bodies) happen(event, body, handlers);
+  }
+}
+
+void Lifecycle::happen(const ModelEvent& event, uint32_t body, const LifeHandlers& handlers) {
+  switch (event.kind) {
+    case ModelEvent::Kind::remove:
+      leave(body, handlers);
+      break;
+    case ModelEvent::Kind::impulse:
+      if (is_in_world(body)) handlers.push(body, event);
+      break;
+    case ModelEvent::Kind::release: {
+      if (!has(body, kHeld)) break;
+      const bool present = has(body, kPresent);
+      if (present) leave(body, handlers);
+      state_.bodies.flags[body] &= static_cast<uint8_t>(~kHeld);
+      if (present) appear(body, handlers);
+      break;
+    }
+  }
+}
+
+void Lifecycle::check_finite(uint32_t body) const {
+  const BodyStates& states = state_.bodies;
+  if (states.position[body].allFinite() && states.orientation[body].coeffs().allFinite() &&
+      states.linear_velocity[body].allFinite() && states.angular_velocity[body].allFinite()) {
+    return;
+  }
+  throw Error(ErrorKind::input,
+              Problem{.found = "body '" + model_.bodies[body].name + "' left all bounds in frame " +
+                               std::to_string(state_.frames),
+                      .expected = "a state that stays finite",
+                      .remedy = "Make step_s shorter, or look for bodies that start inside one "
+                                "another or with extreme velocities."});
+}
+
+}  // namespace pilesim

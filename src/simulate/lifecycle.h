@@ -1,0 +1,67 @@
+// The life of a model's bodies, the same in every mode: when they appear, are let go, pushed and
+// removed; the clock of the simulation; the state that others see.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "model/model.h"
+#include "scene/scene.h"
+#include "simulate/body_state.h"
+
+namespace pilesim {
+
+// What a simulator does for a body. Its flags are already as they are to be.
+struct LifeHandlers {
+  std::function<void(uint32_t)> add;                      // where states() has it: its start
+  std::function<void(uint32_t)> remove;                   // of one that was present
+  std::function<void(uint32_t, const ModelEvent&)> push;  // of one that is_in_world()
+};
+
+// All that changes: what a checkpoint holds of it.
+struct LifeState {
+  uint64_t steps = 0, frames = 0;  // that are done
+  std::vector<uint32_t> waiting;   // bodies to come, the next one last
+  size_t next_event = 0;           // in Model::events
+  BodyStates bodies;
+};
+
+class Lifecycle {
+ public:
+  // Both must outlive it. No body is present at first.
+  Lifecycle(const Scene& scene, const Model& model);
+
+  const BodyStates& states() const { return state_.bodies; }
+  BodyStates& states() { return state_.bodies; }
+  double step_s() const { return step_s_; }
+  double time_s() const { return static_cast<double>(state_.steps) * step_s_; }  // of the state
+
+  bool has(uint32_t body, uint8_t flags) const { return (state_.bodies.flags[body] & flags) != 0; }
+  bool is_free(uint32_t body) const {  // dynamic and not held
+    return model_.bodies[body].role == Role::dynamic && !has(body, kHeld);
+  }
+  bool is_in_world(uint32_t body) const { return is_free(body) && has(body, kPresent); }
+
+  // The bodies whose time has come appear, in order of time, then of index.
+  void bring_bodies(const LifeHandlers& handlers);
+  // The events whose time has come happen, in order. A body that is let go leaves, where it is
+  // present, and comes anew. One that is removed before it appears never will.
+  void bring_events(const LifeHandlers& handlers);
+  void end_step() { ++state_.steps; }
+  void end_frame() { ++state_.frames; }
+
+  // Throws Error(input) naming the body and the frame where its state is not finite.
+  void check_finite(uint32_t body) const;
+
+ private:
+  void appear(uint32_t body, const LifeHandlers& handlers);
+  void leave(uint32_t body, const LifeHandlers& handlers);
+  void happen(const ModelEvent& event, uint32_t body, const LifeHandlers& handlers);
+
+  const Model& model_;
+  double step_s_;
+  LifeState state_;
+};
+
+}  // namespace pilesim
