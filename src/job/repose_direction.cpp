@@ -120,7 +120,7 @@ std::string ReposeDirection::figures() const {
         {"spread_deg", has_slope ? Json(rounded(degrees(pile.slope.spread), 0.01)) : Json()},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.guide.reach_m()}};
+        {"radius_m", pile.ideal.reach_m()}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},

@@ -59,7 +59,7 @@ TEST(PileInAContainer, StaysInsideUntilItIsFull) {
   const FrameStatistics last = run(*simulator, 240);
   EXPECT_EQ(container.outside(simulator->states()), 0);
   EXPECT_LE(last.bodies_awake, 2);
-  EXPECT_LE(director.piles()[0].guide.reach_m(), director.piles()[0].shape->most_reach());
+  EXPECT_LE(director.piles()[0].ideal.reach_m(), director.piles()[0].shape->most_reach());
 }
 
 // The container and a pyramid of 40 degrees on top have 0.54 m^3. The surface that is to have that
@@ -78,9 +78,9 @@ TEST(PileInAContainer, RisesOverTheRimAndSpills) {
   const int inside = 80 - container.outside(simulator->states());
   EXPECT_GE(inside, 27);
   EXPECT_LE(inside, 41);
-  const PileGuide& guide = director.piles()[0].guide;
+  const IdealSurface& ideal = director.piles()[0].ideal;
   for (double distance = 0; distance < 0.5; distance += 0.1) {
-    EXPECT_GT(guide.surplus_m(distance), -kEdge / 4) << "a hollow at " << distance;
+    EXPECT_GT(ideal.surplus_m(distance), -kEdge / 4) << "a hollow at " << distance;
   }
 }
 

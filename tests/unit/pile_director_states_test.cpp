@@ -310,9 +310,9 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
   for (uint32_t body = 1 + 2 * 121; body < world.asleep.size(); ++body) {  // of the top
     const GroundPoint point(world.motions[body].position.x(), world.motions[body].position.z());
     const double distance_m = pile.shape->distance(point), round = pile.round(point);
-    const double outflow = pile.guide.outflow(distance_m, round);
-    const double over_m = 2.5 * kEdge - pile.guide.height_m(distance_m, round);
-    const double under_m = pile.guide.surplus_m(distance_m, round) - over_m;
+    const double outflow = pile.ideal.outflow(distance_m, round);
+    const double over_m = 2.5 * kEdge - pile.ideal.height_m(distance_m, round);
+    const double under_m = pile.ideal.surplus_m(distance_m, round) - over_m;
     // Under the skin that the haste of the outflow makes, yet within a body of the surface.
     if (outflow < 0.5 || under_m < (0.5 * outflow + 0.02) * kEdge || under_m > 0.75 * kEdge)
       continue;

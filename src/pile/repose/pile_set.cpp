@@ -69,18 +69,18 @@ double PileState::density(size_t layer) const {
   const std::vector<StackingLayer>& layers = structure->layers();
   if (layer == layers.size()) return 0;
   const double volume_m3 =
-      shape->volume(guide.reach_m(), layers[layer].bottom_m, layers[layer].top_m);
+      shape->volume(ideal.reach_m(), layers[layer].bottom_m, layers[layer].top_m);
   return volume_m3 > 0 ? layers[layer].occupied_m3 / volume_m3 : 0;
 }
 
 double PileState::round(const GroundPoint& point) const {
-  return shape->way_round(point, guide.reach_m() / 2);
+  return shape->way_round(point, ideal.reach_m() / 2);
 }
 
 double PileState::sleep_score(const Vec3& position, double speed) const {
   const size_t layer = structure->layer_at(position.y() - settings.base_m);
   if (layer == structure->layers().size() || !structure->layers_below_sleep(layer)) return 0;
-  const double reach = guide.reach_m() - structure->layers()[layer].bottom_m / shape->slope();
+  const double reach = ideal.reach_m() - structure->layers()[layer].bottom_m / shape->slope();
   if (reach <= 0) return 0;
   const double closeness = std::max(0.0, reach - shape->distance(on_ground(position))) / reach;
   return std::min(1.0, density(layer)) / kFilled * closeness / (1 + speed);
@@ -108,7 +108,7 @@ void PileSet::place_new(const PileMotion& motion, const std::vector<uint8_t>& on
       if (!motion.present[body] || !on_fixed[body]) continue;
       const GroundPoint landing = on_ground(motion.motion[body].position);
       const bool taken = std::ranges::any_of(piles_, [&](const PileState& other) {
-        return other.shape && other.shape->distance(landing) < other.guide.reach_m() + far_m;
+        return other.shape && other.shape->distance(landing) < other.ideal.reach_m() + far_m;
       });
       if (taken) continue;
       pile.shape.emplace(pile.settings, landing);
@@ -125,7 +125,7 @@ size_t PileSet::owner_of(const GroundPoint& point) const {
   for (size_t i = 0; i < piles_.size(); ++i) {
     const PileState& pile = piles_[i];
     if (!pile.shape || !pile.shape->inside_walls(point)) continue;
-    const double beyond_m = pile.shape->distance(point) - pile.guide.reach_m();
+    const double beyond_m = pile.shape->distance(point) - pile.ideal.reach_m();
     if (beyond_m >= nearest_m) continue;
     nearest_m = beyond_m;
     owner = i;
@@ -144,13 +144,13 @@ std::vector<PileSet::Window> PileSet::windows(const PileMotion& motion) const {
     const PileState& pile = piles_[i];
     if (!pile.shape) continue;
     Window window{.piles = {i}};
-    const double foot_m = pile.guide.reach_m() + bodies_.longest_m;
+    const double foot_m = pile.ideal.reach_m() + bodies_.longest_m;
     for (const GroundPoint& corner : pile.shape->core()) {
       window.area.extend(GroundPoint(corner - GroundPoint::Constant(foot_m)));
       window.area.extend(GroundPoint(corner + GroundPoint::Constant(foot_m)));
     }
     // Room for what has spread beyond the foot.
-    const double most_m = 2 * pile.guide.reach_m() + 8 * bodies_.longest_m;
+    const double most_m = 2 * pile.ideal.reach_m() + 8 * bodies_.longest_m;
     for (const uint32_t body : bodies_.dynamic) {
       if (!is_of_surface(body, motion)) continue;
       const GroundPoint point = on_ground(motion.motion[body].position);
@@ -182,7 +182,7 @@ HeightField PileSet::surface_of(const GroundBox& area, double base_m, const Pile
 }
 
 void PileSet::look_at_surfaces(const PileMotion& motion) {
-  // All territories are those of the guides before.
+  // All territories are those of the surfaces before.
   std::vector<std::vector<SurfaceCell>> cells(piles_.size());
   for (const Window& window : windows(motion)) {
     double lowest_m = std::numeric_limits<double>::infinity();
@@ -216,13 +216,13 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
   for (size_t i = 0; i < piles_.size(); ++i) {
     PileState& pile = piles_[i];
     if (!pile.shape) continue;
-    pile.guide.update(*pile.shape, cells[i], columns_.cell_m(), bodies_.size_m, moving[i]);
-    bulk_m3 += pile.shape->volume(pile.guide.reach_m());
+    pile.ideal.update(*pile.shape, cells[i], columns_.cell_m(), bodies_.size_m, moving[i]);
+    bulk_m3 += pile.shape->volume(pile.ideal.reach_m());
   }
   for (const uint32_t body : bodies_.dynamic) {
     if (owner[body] == piles_.size()) continue;
     const PileState& pile = piles_[owner[body]];
-    if (pile.shape->distance(on_ground(motion.motion[body].position)) < pile.guide.reach_m()) {
+    if (pile.shape->distance(on_ground(motion.motion[body].position)) < pile.ideal.reach_m()) {
       boxes_m3 += bodies_.shape_of(model_, body).box_m3;
     }
   }
@@ -238,7 +238,7 @@ bool PileSet::run_together(const PileState& a, const PileState& b) {
   if (a.shape->has_walls() || b.shape->has_walls()) return false;
   return a.shape->core().size() == 1 && b.shape->core().size() == 1 &&
          (a.shape->middle() - b.shape->middle()).norm() <
-             std::min(a.guide.reach_m(), b.guide.reach_m());
+             std::min(a.ideal.reach_m(), b.ideal.reach_m());
 }
 
 // Cones that have run together in a row are a ridge: bodies do not follow the notches between them.
@@ -361,7 +361,7 @@ PilePlace PileSet::place_of(const Vec3& position) const {
     // Beyond the foot the slope goes on below the ground, so that the nearest pile is found.
     const double round = pile.round(point);
     const double over_m =
-        position.y() - pile.settings.base_m - pile.guide.height_m(distance_m, round);
+        position.y() - pile.settings.base_m - pile.ideal.height_m(distance_m, round);
     if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, round, over_m};
   }
   return best;

@@ -8,8 +8,8 @@
 #include "model/model.h"
 #include "pile/repose/body_columns.h"
 #include "pile/repose/height_field.h"
+#include "pile/repose/ideal_surface.h"
 #include "pile/repose/pile_bodies.h"
-#include "pile/repose/pile_guide.h"
 #include "pile/repose/pile_shape.h"
 #include "pile/repose/stacking_structure.h"
 
@@ -19,7 +19,7 @@ struct PileState {
   Pile settings;
   std::optional<PileShape> shape;  // none: nothing has landed yet
   std::optional<StackingStructure> structure;
-  PileGuide guide;
+  IdealSurface ideal;
   SlopeFit slope;  // as it was last measured; one for all cones that have run together
 
   // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
@@ -27,7 +27,8 @@ struct PileState {
   double density(size_t layer) const;
   // As PileShape::way_round(), in the middle of the slopes.
   double round(const GroundPoint& point) const;
-  // Eq. 5.2 and the score of section 5.2.3, with the guide for the cone. `speed` in sqrt(g L).
+  // Eq. 5.2 and the score of section 5.2.3, with the ideal surface for the cone. `speed` in sqrt(g
+  // L).
   double sleep_score(const Vec3& position, double speed) const;
 };
 
@@ -49,7 +50,7 @@ class PileSet {
 
   // Piles without a place stand where the first of `on_fixed` (B) lies apart from others.
   void place_new(const PileMotion& motion, const std::vector<uint8_t>& on_fixed);
-  // Brings the guides up to date, and merges piles that have come together.
+  // Brings the ideal surfaces up to date, and merges piles that have come together.
   void look_at_surfaces(const PileMotion& motion);
   void measure_slopes(const PileMotion& motion);
   // Counts what is in the layers; structures grow, centres drift.

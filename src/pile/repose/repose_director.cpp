@@ -121,7 +121,7 @@ void ReposeDirector::note_blows(double since_s) {
     if (!(blow.norm() > kBlow * speed_unit_)) continue;
     const PilePlace place = piles_.place_of(motion.position);
     if (place.pile == nullptr) continue;
-    const double surface_m = place.pile->guide.surplus_m(place.distance_m, place.round);
+    const double surface_m = place.pile->ideal.surplus_m(place.distance_m, place.round);
     if (place.over_m - surface_m < kBlowHeight * bodies_.size_m) touched_s_[body] = now_s_;
   }
 }
@@ -174,7 +174,7 @@ void ReposeDirector::wake_by_momentum(BodyControl& control) {
 }
 
 double ReposeDirector::outflow_at(const PilePlace& place) {
-  return place.pile->guide.outflow(place.distance_m, place.round);
+  return place.pile->ideal.outflow(place.distance_m, place.round);
 }
 
 // More where the inside wants filling, less where it has too much.
@@ -188,16 +188,16 @@ double ReposeDirector::haste(const PilePlace& place) {
 }
 
 bool ReposeDirector::is_on_top(const PilePlace& place, double skin) const {
-  const PileGuide& guide = place.pile->guide;
+  const IdealSurface& ideal = place.pile->ideal;
   const double skin_m = (skin + kSkinByHaste * haste(place)) * bodies_.size_m;
-  return place.distance_m < guide.reach_m(place.round) &&
-         place.over_m > guide.surplus_m(place.distance_m, place.round) - skin_m;
+  return place.distance_m < ideal.reach_m(place.round) &&
+         place.over_m > ideal.surplus_m(place.distance_m, place.round) - skin_m;
 }
 
 // By more than `slack_m`, over what may lie there in any case.
 double ReposeDirector::excess_m(const PilePlace& place) const {
   const double floor_m = std::max(
-      0.0, kFloor * bodies_.size_m - place.pile->guide.height_m(place.distance_m, place.round));
+      0.0, kFloor * bodies_.size_m - place.pile->ideal.height_m(place.distance_m, place.round));
   return place.over_m - floor_m - slack_m(place);
 }
 

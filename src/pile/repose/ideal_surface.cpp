@@ -1,4 +1,4 @@
-#include "pile/repose/pile_guide.h"
+#include "pile/repose/ideal_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -31,8 +31,8 @@ std::vector<std::vector<Item>> in_sections(const std::vector<Item>& items, size_
 
 }  // namespace
 
-void PileGuide::update(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m,
-                       double size_m, const std::vector<MovingBulk>& moving) {
+void IdealSurface::update(const PileShape& shape, const std::vector<SurfaceCell>& cells,
+                          double cell_m, double size_m, const std::vector<MovingBulk>& moving) {
   slope_ = shape.slope();
   reach_m_ = reach_of_bulk(shape, cells, cell_m);
   const double length_m = shape.way_round_m(reach_m_ / 2) / (kSectionLength * size_m);
@@ -51,9 +51,9 @@ void PileGuide::update(const PileShape& shape, const std::vector<SurfaceCell>& c
   }
 }
 
-void PileGuide::Section::update(const std::vector<SurfaceCell>& surface, double cell_m,
-                                double size_m, double slope,
-                                const std::vector<MovingBulk>& moving) {
+void IdealSurface::Section::update(const std::vector<SurfaceCell>& surface, double cell_m,
+                                   double size_m, double slope,
+                                   const std::vector<MovingBulk>& moving) {
   Profile cells{}, sum_m{};
   for (const SurfaceCell& cell : surface) {
     if (cell.distance_m >= reach_m) continue;
@@ -83,7 +83,7 @@ void PileGuide::Section::update(const std::vector<SurfaceCell>& surface, double 
   }
 }
 
-double PileGuide::Section::at(const Profile& profile, double distance_m, double first) const {
+double IdealSurface::Section::at(const Profile& profile, double distance_m, double first) const {
   if (distance_m >= reach_m) return 0;
   const double place = std::clamp(distance_m / reach_m * static_cast<double>(kRings) - first, 0.0,
                                   static_cast<double>(kRings - 1));
@@ -92,7 +92,7 @@ double PileGuide::Section::at(const Profile& profile, double distance_m, double 
 }
 
 template <class Use>
-double PileGuide::between(double round, const Use& use) const {
+double IdealSurface::between(double round, const Use& use) const {
   const size_t count = sections_.size();
   if (count == 1) return use(sections_[0]);
   const double place = round * static_cast<double>(count);
@@ -101,17 +101,17 @@ double PileGuide::between(double round, const Use& use) const {
                    place - static_cast<double>(section));
 }
 
-double PileGuide::reach_m(double round) const {
+double IdealSurface::reach_m(double round) const {
   return between(round, [](const Section& section) { return section.reach_m; });
 }
 
-double PileGuide::surplus_m(double distance_m, double round) const {
+double IdealSurface::surplus_m(double distance_m, double round) const {
   return between(round, [&](const Section& section) {
     return section.at(section.surplus_m, distance_m, 0.5);
   });
 }
 
-double PileGuide::outflow(double distance_m, double round) const {
+double IdealSurface::outflow(double distance_m, double round) const {
   return between(
       round, [&](const Section& section) { return section.at(section.outflow, distance_m, 1); });
 }

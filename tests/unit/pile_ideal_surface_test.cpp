@@ -33,55 +33,55 @@ std::vector<SurfaceCell> cells_of(const PileShape& shape, const HeightField& fie
   return cells;
 }
 
-TEST(PileGuide, OfAnIdealConeNothingMustMove) {
+TEST(IdealSurface, OfAnIdealConeNothingMustMove) {
   const double slope = std::tan(radians(25));
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
-  PileGuide guide;
-  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), 0.1);
-  EXPECT_NEAR(guide.reach_m(), 1, 0.01);
-  EXPECT_NEAR(guide.height_m(0.25), 0.75 * slope, 0.01);
+  IdealSurface ideal;
+  ideal.update(cone(25), cells_of(cone(25), field), field.cell_m(), 0.1);
+  EXPECT_NEAR(ideal.reach_m(), 1, 0.01);
+  EXPECT_NEAR(ideal.height_m(0.25), 0.75 * slope, 0.01);
   for (const double distance : {0.1, 0.3, 0.6, 0.9}) {
-    EXPECT_NEAR(guide.surplus_m(distance), 0, 0.01);
-    EXPECT_NEAR(guide.outflow(distance), 0, 0.1);
+    EXPECT_NEAR(ideal.surplus_m(distance), 0, 0.01);
+    EXPECT_NEAR(ideal.outflow(distance), 0, 0.1);
   }
 }
 
 // A flat cylinder holds less inside than the cone near its axis, and more at its edge.
-TEST(PileGuide, OutflowIsWhatTheConeHasLessOfInside) {
+TEST(IdealSurface, OutflowIsWhatTheConeHasLessOfInside) {
   const double slope = std::tan(radians(25));
   const double radius = 0.7;
   const double height = slope / 3 / (radius * radius);  // as much as the cone of reach 1
   const double size_m = 0.1;
   const HeightField field =
       field_of([&](const GroundPoint& at) { return at.norm() < radius ? height : 0.0; });
-  PileGuide guide;
-  guide.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
-  ASSERT_NEAR(guide.reach_m(), 1, 0.02);
+  IdealSurface ideal;
+  ideal.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
+  ASSERT_NEAR(ideal.reach_m(), 1, 0.02);
   for (const double d : {0.3, 0.5, 0.7}) {
     const double inside_m3 = kPi * d * d * height - kPi * slope * (d * d - 2 * d * d * d / 3);
     // Of the ring that ends there.
     const double line_m = 2 * kPi * (d - 0.05);
-    EXPECT_NEAR(guide.outflow(d), inside_m3 / line_m / (size_m * size_m), 0.15) << d;
+    EXPECT_NEAR(ideal.outflow(d), inside_m3 / line_m / (size_m * size_m), 0.15) << d;
   }
-  EXPECT_GT(guide.outflow(0.7), 0.5);
-  EXPECT_LT(guide.surplus_m(0.1), -0.05);
-  EXPECT_GT(guide.surplus_m(0.6), 0.05);
-  EXPECT_EQ(guide.outflow(1.2), 0) << "beyond the foot";
+  EXPECT_GT(ideal.outflow(0.7), 0.5);
+  EXPECT_LT(ideal.surplus_m(0.1), -0.05);
+  EXPECT_GT(ideal.surplus_m(0.6), 0.05);
+  EXPECT_EQ(ideal.outflow(1.2), 0) << "beyond the foot";
 }
 
-TEST(PileGuide, FewBodiesHaveNoSlopes) {
+TEST(IdealSurface, FewBodiesHaveNoSlopes) {
   const HeightField field =
       field_of([](const GroundPoint& at) { return at.norm() < 0.2 ? 0.3 : 0.0; });
-  PileGuide guide;
-  guide.update(cone(40), cells_of(cone(40), field), field.cell_m(), 0.2);
-  EXPECT_GT(guide.reach_m(), 0);
-  EXPECT_EQ(guide.outflow(0.1), 0);
+  IdealSurface ideal;
+  ideal.update(cone(40), cells_of(cone(40), field), field.cell_m(), 0.2);
+  EXPECT_GT(ideal.reach_m(), 0);
+  EXPECT_EQ(ideal.outflow(0.1), 0);
 }
 
 // A ridge that is a slope in one half and as much bulk in a mesa in the other: there, and only
 // there, bulk must move outwards.
-TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
+TEST(IdealSurface, EachSectionOfARidgeHasItsOwn) {
   const double slope = std::tan(radians(35)), size_m = 0.15;
   const PileShape ridge(
       Pile{.angle = radians(35), .footprint = {GroundPoint(-3, 0), GroundPoint(3, 0)}},
@@ -94,20 +94,20 @@ TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
         return d < half_m ? slope / 2 / half_m : 0.0;
       },
       4.5, 0.04);
-  PileGuide guide;
+  IdealSurface ideal;
   for (int look = 0; look < 2; ++look) {
     std::vector<SurfaceCell> cells;
-    const double middle_m = guide.reach_m() / 2;
+    const double middle_m = ideal.reach_m() / 2;
     field.for_each([&](const GroundPoint& at, double height_m) {
       cells.push_back({ridge.distance(at), height_m, ridge.way_round(at, middle_m), 1});
     });
-    guide.update(ridge, cells, field.cell_m(), size_m);
+    ideal.update(ridge, cells, field.cell_m(), size_m);
   }
   const auto outflow = [&](double x, double z) {
-    return guide.outflow(std::abs(z), ridge.way_round({x, z}, guide.reach_m() / 2));
+    return ideal.outflow(std::abs(z), ridge.way_round({x, z}, ideal.reach_m() / 2));
   };
   const auto reach_m = [&](double x, double z) {
-    return guide.reach_m(ridge.way_round({x, z}, guide.reach_m() / 2));
+    return ideal.reach_m(ridge.way_round({x, z}, ideal.reach_m() / 2));
   };
   const double mesa_m2 = half_m * slope / 2 / half_m;
   const double slope_m2 = (half_m - half_m * half_m / 2) * slope;
@@ -121,7 +121,7 @@ TEST(PileGuide, EachSectionOfARidgeHasItsOwn) {
 
 // So has each section of a cone: a heap on one side only must be let go there, and nothing beside
 // it.
-TEST(PileGuide, EachSectionOfAConeHasItsOwn) {
+TEST(IdealSurface, EachSectionOfAConeHasItsOwn) {
   const double slope = std::tan(radians(35)), mesa_m = 0.7, size_m = 0.1;
   const PileShape shape = cone(35);
   const HeightField field = field_of([&](const GroundPoint& at) {
@@ -129,10 +129,10 @@ TEST(PileGuide, EachSectionOfAConeHasItsOwn) {
     if (at.x() < 0) return std::max(0.0, (1 - d) * slope);
     return d < mesa_m ? slope / 3 / (mesa_m * mesa_m) : 0.0;
   });
-  PileGuide guide;
-  guide.update(shape, cells_of(shape, field), field.cell_m(), size_m);
+  IdealSurface ideal;
+  ideal.update(shape, cells_of(shape, field), field.cell_m(), size_m);
   const auto outflow = [&](double x, double z) {
-    return guide.outflow(std::hypot(x, z), shape.way_round({x, z}, 0));
+    return ideal.outflow(std::hypot(x, z), shape.way_round({x, z}, 0));
   };
   const double inside_m3 = slope / 3 - slope * (mesa_m * mesa_m - 2 * std::pow(mesa_m, 3) / 3);
   const double expected = kPi * inside_m3 / (2 * kPi * (mesa_m - 0.05)) / (size_m * size_m);
@@ -149,26 +149,26 @@ TEST(PileState, KnowsTheWayRoundACone) {
 }
 
 // A cone twice as bulky on one side has its foot farther out there.
-TEST(PileGuide, SectionsReachAsFarAsTheirBulk) {
+TEST(IdealSurface, SectionsReachAsFarAsTheirBulk) {
   const double slope = std::tan(radians(30));
   const PileShape shape = cone(30);
   const HeightField field = field_of([&](const GroundPoint& at) {
     return std::max(0.0, ((at.x() < 0 ? 1 : 1.25) - at.norm()) * slope);
   });
-  PileGuide guide;
-  guide.update(shape, cells_of(shape, field), field.cell_m(), 0.1);
-  EXPECT_NEAR(guide.reach_m(shape.way_round({-1, 0}, 0)), 1, 0.02);
-  EXPECT_NEAR(guide.reach_m(shape.way_round({1, 0.2}, 0)), 1.25, 0.02);
-  EXPECT_GT(guide.reach_m(), 1.05);
-  EXPECT_LT(guide.reach_m(), 1.2);
+  IdealSurface ideal;
+  ideal.update(shape, cells_of(shape, field), field.cell_m(), 0.1);
+  EXPECT_NEAR(ideal.reach_m(shape.way_round({-1, 0}, 0)), 1, 0.02);
+  EXPECT_NEAR(ideal.reach_m(shape.way_round({1, 0.2}, 0)), 1.25, 0.02);
+  EXPECT_GT(ideal.reach_m(), 1.05);
+  EXPECT_LT(ideal.reach_m(), 1.2);
 }
 
 // What moves counts for the line that it comes near, by its volume and its way.
-TEST(PileGuide, WhatIsOnItsWayCountsAsGone) {
+TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;
   const HeightField field =
       field_of([&](const GroundPoint& at) { return std::max(0.0, (1 - at.norm()) * slope); });
-  PileGuide still, moving;
+  IdealSurface still, moving;
   still.update(cone(25), cells_of(cone(25), field), field.cell_m(), size_m);
   const double ring_m = still.reach_m() / 10;
   const double edge_m = 5 * ring_m;

@@ -22,7 +22,7 @@ struct MovingBulk {
 // All zero until the first update. Distances are from the core of the pile's shape, m. Each section
 // of the way round (`round` in [0, 1), as PileShape::way_round()) has a surface of its own, with
 // the bulk that lies there, as bulk moves away from the core and hardly around it.
-class PileGuide {
+class IdealSurface {
  public:
   // From the surface of what has landed, as cells of the pile's territory `cell_m` wide, and what
   // moves of it. `size_m` is L, the size of a body.
