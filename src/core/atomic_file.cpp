@@ -1,27 +1,18 @@
 #include "core/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <fstream>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/temporary_file.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
 
 namespace {
-
-// Unique among the threads and processes that may write the same path at once.
-fs::path temporary_beside(const fs::path& path) {
-  static std::atomic<unsigned> counter{0};
-  return path.parent_path() / ("." + path.filename().string() + "." + std::to_string(getpid()) +
-                               "." + std::to_string(counter++) + ".tmp");
-}
 
 // 0, or the error number.
 int try_write(int descriptor, std::span<const std::byte> bytes) {
@@ -37,17 +28,10 @@ int try_write(int descriptor, std::span<const std::byte> bytes) {
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
-  const fs::path temporary = temporary_beside(path);
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor < 0) throw io_error(path.string(), "cannot be created", errno);
-  int fault = try_write(descriptor, bytes);
-  // close() is where some file systems report a full disk.
-  if (close(descriptor) != 0 && fault == 0) fault = errno;
-  if (fault == 0 && rename(temporary.c_str(), path.c_str()) != 0) fault = errno;
-  if (fault != 0) {
-    unlink(temporary.c_str());
-    throw io_error(path.string(), "cannot be written", fault);
-  }
+  TemporaryFile file(path);
+  const int fault = try_write(file.descriptor(), bytes);
+  if (fault != 0) throw io_error(path.string(), "cannot be written", fault);
+  file.take_place();
 }
 
 void write_file_atomically(const fs::path& path, std::string_view text) {

@@ -9,8 +9,8 @@
 
 namespace pilesim {
 
-// Throws Error(io) and leaves the old file as it was when anything fails (a full disk, say). The
-// temporary file is removed. Survives kill -9 as "old or new"; not synced against power loss.
+// Throws Error(io) and leaves the old file as it was when anything fails (a full disk, say).
+// Survives kill -9 as "old or new"; not synced against power loss.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 

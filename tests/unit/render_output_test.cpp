@@ -14,6 +14,7 @@
 #include "core/subprocess.h"
 #include "render/image_output.h"
 #include "support/render_fixture.h"
+#include "support/small_disk.h"
 
 namespace pilesim {
 namespace {
@@ -144,6 +145,26 @@ TEST_F(Video, AnUnfinishedOneLeavesNothing) {
     video.append(plain_image(64, 48, 10));
   }
   EXPECT_TRUE(std::filesystem::is_empty(directory_));
+}
+
+// ffmpeg writes what it still holds when its input ends, and by itself takes no offence there.
+TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
+  for (const size_t pages : {1, 2, 4, 8, 16}) {
+    test::on_a_small_disk(pages * 4096, [](const test::SmallDisk& disk) {
+      const std::filesystem::path file = disk.directory / "video.mp4";
+      try {
+        VideoWriter video(file, 128, 96, 24);
+        for (int i = 0; i < 20; ++i) video.append(random_image(128, 96));
+        video.finish();
+        ADD_FAILURE() << "no error was thrown";
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::io);
+        EXPECT_THAT(error.what(),
+                    testing::StartsWith(file.string() + ": cannot be written: ffmpeg"));
+      }
+      EXPECT_TRUE(std::filesystem::is_empty(disk.directory));
+    });
+  }
 }
 
 TEST_F(Video, WithoutFfmpegSaysWhatToInstall) {
