@@ -12,6 +12,7 @@
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/subprocess.h"
+#include "core/temporary_file.h"
 #include "job/mode_spec.h"
 #include "pile/upside_down.h"
 #include "report/comparison_writer.h"
@@ -114,6 +115,14 @@ bool is_finished(const PlannedRun& run) {
   return fs::exists(key) && read_file(key) == run.key;
 }
 
+void stop_if_interrupted(const ComparisonJob& job) {
+  if (!interrupted()) return;
+  throw Error(ErrorKind::interrupted,
+              Problem{.file = job.output.string(),
+                      .found = "interrupted; the runs that were complete are kept",
+                      .remedy = "Go on with the same command and --resume"});
+}
+
 void simulate(const ComparisonJob& job, const PlannedRun& run) {
   std::vector<std::string> command = {job.program.string(),
                                       "simulate",
@@ -128,25 +137,21 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
     command.push_back("--set");
     command.push_back(one);
   }
-  fs::remove(run.directory / kKeyFile);
+  remove_in_one_go(run.directory / kKeyFile);
   Subprocess process(command, "pilesim");
-  while (!process.ends_within(0.05)) {
-    if (interrupted()) process.ask_to_end();
+  while (!interrupted() && !process.ends_within(0.05)) {
   }
+  if (interrupted()) process.ask_to_end();  // once: it ends at once when it is asked again
   const SubprocessResult result = process.wait();
-  if (interrupted()) {
-    throw Error(ErrorKind::interrupted,
-                Problem{.file = job.output.string(),
-                        .found = "interrupted; the runs that were complete are kept",
-                        .remedy = "Go on with the same command and --resume"});
-  }
+  stop_if_interrupted(job);
   if (result.exit_status != 0) {
     const bool known = result.exit_status == static_cast<int>(ErrorKind::input) ||
                        result.exit_status == static_cast<int>(ErrorKind::io);
     throw Error(known ? static_cast<ErrorKind>(result.exit_status) : ErrorKind::internal,
                 Problem{.file = run.directory.string(),
                         .found = "mode " + run.mode->name + " with seed " +
-                                 std::to_string(run.seed) + " failed: " + result.errors});
+                                 std::to_string(run.seed) + " failed with exit status " +
+                                 std::to_string(result.exit_status) + ": " + result.errors});
   }
   write_file_atomically(run.directory / kKeyFile, run.key);
 }
@@ -216,6 +221,7 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   }
   const size_t mode_count = plan.modes.size();
   for (size_t i = 0; i < plan.runs.size(); ++i) {
+    stop_if_interrupted(job);
     const PlannedRun& run = plan.runs[i];
     ComparedMode& mode = comparison.modes[i % mode_count];
     TrajectoryReader trajectory(run.directory);
@@ -267,7 +273,8 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const auto there = claim_output(job.output, own, job.force || job.resume);
   const Plan plan = make_plan(job);
   install_interrupt_handler();
-  if (!job.resume) remove_output(there);
+  // A report never stands beside runs that it is not of.
+  remove_output(job.resume ? claim_output(job.output, kComparisonEntries, true) : there);
   make_output_directory(job.output);
   simulate_all(job, plan);
   const Comparison comparison = evaluate(job, plan);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/subprocess.h"
 #include "core/text.h"
 
@@ -43,8 +42,8 @@ struct Plot {
   }
 };
 
-Chart draw(const std::string& title, const std::string& name, int height, const Plot& plot,
-           const std::filesystem::path& directory) {
+ComparisonChart draw(const std::string& title, const std::string& name, int height,
+                     const Plot& plot) {
   const std::string size = std::to_string(height);
   const std::string script = kStyle + plot.settings + plot.elements + "\n" + plot.data;
   const auto run = [&](const std::string& terminal) {
@@ -52,11 +51,11 @@ Chart draw(const std::string& title, const std::string& name, int height, const 
   };
   const std::string svg =
       run("svg size 760," + size + " dynamic font 'sans-serif,12' background '#ffffff'");
-  write_file_atomically(directory / ("compare." + name + ".svg"), svg);
-  write_file_atomically(directory / ("compare." + name + ".png"),
-                        run("pngcairo size 1140," + std::to_string(height * 3 / 2) +
-                            " font 'sans,11' fontscale 1.4 background '#ffffff'"));
-  return {title, svg.substr(svg.find("<svg"))};
+  return {.chart = {title, svg.substr(svg.find("<svg"))},
+          .name = name,
+          .svg = svg,
+          .png = run("pngcairo size 1140," + std::to_string(height * 3 / 2) +
+                     " font 'sans,11' fontscale 1.4 background '#ffffff'")};
 }
 
 // The modes that no other one beats in both, from the least error on: a line of gnuplot each.
@@ -78,7 +77,7 @@ std::string pareto_front(const Json& modes) {
   return front;
 }
 
-Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
+ComparisonChart pareto_chart(const Json& modes) {
   Plot plot;
   plot.settings =
       "set logscale xy\nset grid lc rgb '#e4e4e4' lw 1\nset offsets graph 0.1, graph 0.1, graph "
@@ -96,10 +95,10 @@ Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
              text_of(x["value"]) + " " + text_of(y["value"]) + " " + text_of(x["low"]) + " " +
                  text_of(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
   }
-  return draw("Speed-up against error", "pareto", 400, plot, directory);
+  return draw("Speed-up against error", "pareto", 400, plot);
 }
 
-Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
+ComparisonChart error_chart(const Json& modes) {
   Plot plot;
   std::string names;
   size_t row = 0;
@@ -130,10 +129,10 @@ Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
                  "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot, directory);
+  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot);
 }
 
-Chart energy_chart(const Json& figures, const std::filesystem::path& directory) {
+ComparisonChart energy_chart(const Json& figures) {
   Plot plot;
   plot.settings =
       "set grid ytics lc rgb '#e4e4e4' lw 1\nset xlabel 'simulated time (s)'\n"
@@ -151,15 +150,14 @@ Chart energy_chart(const Json& figures, const std::filesystem::path& directory) 
     plot.add("with lines lw 1.6 lc rgb '" + colour_of(i) + "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Energy of the first seed", "energy", 300, plot, directory);
+  return draw("Energy of the first seed", "energy", 300, plot);
 }
 
 }  // namespace
 
-std::vector<Chart> comparison_charts(const Json& figures, const std::filesystem::path& directory) {
+std::vector<ComparisonChart> comparison_charts(const Json& figures) {
   const Json& modes = figures["modes"];
-  return {pareto_chart(modes, directory), error_chart(modes, directory),
-          energy_chart(figures, directory)};
+  return {pareto_chart(modes), error_chart(modes), energy_chart(figures)};
 }
 
 }  // namespace pilesim
