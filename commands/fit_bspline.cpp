@@ -34,12 +34,7 @@ SplineSize size_of(const FitBsplineArguments& options) {
 }
 
 void fit(FitBsplineArguments& options) {
-  if (std::filesystem::exists(options.output) && !options.run.force) {
-    throw Error(ErrorKind::usage, {.file = options.output,
-                                   .found = "the file exists already",
-                                   .expected = "a new name",
-                                   .remedy = "Choose another -o, or replace it with --force."});
-  }
+  claim_output_file(options.output, options.run.force);
   if (options.control_points.size() != 1 && options.control_points.size() != 4) {
     throw Error(ErrorKind::usage,
                 {.found = std::to_string(options.control_points.size()) + " --control-points",

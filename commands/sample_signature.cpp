@@ -3,7 +3,8 @@
 #include <map>
 #include <memory>
 
-#include "core/error.h"
+#include "core/output_directory.h"
+#include "core/temporary_file.h"
 #include "job/rest_drops.h"
 #include "options.h"
 #include "signature/signature_file.h"
@@ -52,12 +53,7 @@ void warn_of_disagreement(const Signature& signature) {
 
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
-  if (std::filesystem::exists(output) && !options.run.force) {
-    throw Error(ErrorKind::usage, {.file = options.output,
-                                   .found = "the file exists already",
-                                   .expected = "a new name",
-                                   .remedy = "Choose another -o, or replace it with --force."});
-  }
+  claim_output_file(options.output, options.run.force);
   SignatureOptions& s = options.sampling;
   const double target_error = s.sampling.target_error;
   s.mesh = options.mesh;
@@ -75,6 +71,7 @@ void sample(SampleSignatureArguments& options) {
   }
   const SignatureRun run = sample_signature(s);
   write_signature(run.signature, output);
+  remove_in_one_go(s.partial_file);
   warn_of_disagreement(run.signature);
   if (options.run.quiet) return;
   std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",

@@ -175,7 +175,6 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   start = Clock::now();
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);
   run.accuracy_s = seconds_since(start);
-  if (!options.partial_file.empty()) std::filesystem::remove(options.partial_file);
   return run;
 }
 
