@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -106,7 +107,13 @@ void DecompositionCache::store(const Decomposition& decomposition) const {
   if (fault) throw io_error(file_.parent_path().string(), "cannot be created", fault.value());
   const std::vector<uint8_t> bytes = json::to_cbor(to_json(decomposition));
   const std::string content(bytes.begin(), bytes.end());
-  write_file_atomically(file_, content_hash(content) + content);
+  try {
+    write_file_atomically(file_, content_hash(content) + content);
+  } catch (const Error& error) {
+    Problem problem = error.problems().front();
+    problem.remedy = "Make room there, or name another place for the cache in XDG_CACHE_HOME";
+    throw Error(error.kind(), std::move(problem));
+  }
 }
 
 }  // namespace pilesim
