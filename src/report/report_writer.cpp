@@ -23,7 +23,7 @@ std::string number(double value) { return with_digits(value, 9); }
 }  // namespace
 
 TimingCsv::TimingCsv(const std::filesystem::path& file)
-    : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)),
+    : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)),
       path_(file.string()) {
   if (descriptor_ < 0) throw io_error(path_, "cannot be created", errno);
   std::string header = "frame,time_s,steps,total_ms";

@@ -149,12 +149,12 @@ TEST_F(Video, AnUnfinishedOneLeavesNothing) {
 
 // ffmpeg writes what it still holds when its input ends, and by itself takes no offence there.
 TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
-  for (const size_t pages : {1, 2, 4, 8, 16}) {
+  for (const size_t pages : {1, 4, 16}) {
     test::on_a_small_disk(pages * 4096, [](const test::SmallDisk& disk) {
       const std::filesystem::path file = disk.directory / "video.mp4";
       try {
-        VideoWriter video(file, 128, 96, 24);
-        for (int i = 0; i < 20; ++i) video.append(random_image(128, 96));
+        VideoWriter video(file, 320, 240, 24);
+        for (int i = 0; i < 3; ++i) video.append(random_image(320, 240));  // noise, of 100 kB
         video.finish();
         ADD_FAILURE() << "no error was thrown";
       } catch (const Error& error) {

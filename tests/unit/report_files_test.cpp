@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "report/report_json.h"
 #include "report/report_writer.h"
 #include "support/small_disk.h"
@@ -97,6 +98,7 @@ TEST(TimingCsvTest, AFullDiskCutsNoRow) {
     const auto whole_rows = [&] {
       const std::string text = read_file(file);
       EXPECT_TRUE(text.ends_with('\n'));
+      EXPECT_EQ(text.find('\0'), text.npos);  // no hole either
       const auto lines = std::ranges::count(text, '\n');
       EXPECT_EQ(std::ranges::count(text, ','),
                 lines * std::ranges::count(text.substr(0, text.find('\n')), ','));
