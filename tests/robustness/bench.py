@@ -128,9 +128,22 @@ class Bench:
         self.check(killed=True)
         return killed
 
-    def kill_at_a_change(self, number, subcommand=None):
-        code, errors = self.run(None, self.failing_disk("kill", number, subcommand=subcommand))
+    def run_to_a_change(self, fault, number, subcommand):
+        """How the command ends, or None: this time there were fewer changes, since a trajectory is
+        written every second, too."""
+        log = self.place.parent / "changes.log"
+        log.unlink(missing_ok=True)
+        code, errors = self.run(None, self.failing_disk(fault, number, log, subcommand))
         reap_orphans()
+        reached = log.read_text().count("\n") >= number
+        require(reached or code == 0, "exit", code, errors)
+        return (code, errors) if reached else None
+
+    def kill_at_a_change(self, number, subcommand=None):
+        end = self.run_to_a_change("kill", number, subcommand)
+        if end is None:
+            return
+        code, errors = end
         if subcommand is None:
             require(code == -signal.SIGKILL, "was not killed:", code, errors)
         else:
@@ -138,11 +151,13 @@ class Bench:
         self.check(killed=True)
 
     def fill_at_a_change(self, number, subcommand=None):
-        code, errors = self.run(None, self.failing_disk("full", number, subcommand=subcommand))
+        end = self.run_to_a_change("full", number, subcommand)
+        if end is None:
+            return
+        code, errors = end
         require(code == 4, "exit", code, errors)
         require("No space left on device" in errors, "says", errors)
         require(any(word in errors for word in ("out", ".sig", "plots", "cache")), "says", errors)
-        reap_orphans()
         self.check()
         require_no_temporaries(self.place)
 
