@@ -1,11 +1,13 @@
 #include "geometry/decomposition_cache.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/atomic_file.h"
+#include "core/cbor.h"
 #include "core/error.h"
 #include "core/hash.h"
 
@@ -71,6 +73,11 @@ Decomposition from_json(const json& value) {
     TriangleMesh mesh;
     mesh.vertices = from_binary<Vec3>(piece.at("vertices"));
     mesh.triangles = from_binary<Triangle>(piece.at("triangles"));
+    for (const Triangle& triangle : mesh.triangles) {
+      if (std::ranges::max(triangle) >= mesh.vertices.size()) {
+        throw Error(ErrorKind::input, {.found = "a triangle without its corners"});
+      }
+    }
     decomposition.pieces.push_back(std::move(mesh));
   }
   decomposition.mesh_volume_m3 = value.at("mesh_volume_m3");
@@ -98,7 +105,13 @@ std::optional<Decomposition> DecompositionCache::load() const {
   if (text.size() <= kDigestLength) return std::nullopt;
   const std::string content = text.substr(kDigestLength);
   if (content_hash(content) != text.substr(0, kDigestLength)) return std::nullopt;
-  return from_json(json::from_cbor(content));
+  try {
+    return from_json(parse_cbor(content));
+  } catch (const json::exception&) {
+    return std::nullopt;  // another program's, with a right digest
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 void DecompositionCache::store(const Decomposition& decomposition) const {

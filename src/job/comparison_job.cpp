@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/json_text.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/subprocess.h"
@@ -26,7 +27,6 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr char kRuns[] = "runs";
 constexpr char kKeyFile[] = "finished.key";
@@ -184,22 +184,41 @@ BodyStates end_states(TrajectoryReader& trajectory) {
   return states;
 }
 
+// What `read` takes from a run's report, which a run with --resume may find in any state.
+template <typename Read>
+void read_report(const PlannedRun& run, const Read& read) {
+  const fs::path file = run.directory / "report.json";
+  const Json report = read_json_file(file);
+  try {
+    read(report);
+  } catch (const Json::exception& fault) {
+    throw Error(ErrorKind::input,
+                Problem{.file = file.string(),
+                        .found = fault.what(),
+                        .expected = "the report that pilesim simulate wrote",
+                        .remedy = "Remove the run's directory, and repeat with --resume"});
+  }
+}
+
 ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Model& judge_model,
                      const Vec3& gravity, TrajectoryReader& trajectory) {
   ComparedRun result;
   result.seed = run.seed;
-  const Json report = Json::parse(read_file(run.directory / "report.json"));
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
-  result.setup_s = report["time"]["setup_s"];
-  result.cpu_s = report["time"]["cpu_s"];
-  result.steps = report["counts"]["steps"];
-  result.peak_memory_bytes = report["peak_memory_bytes"];
-  const Json& stages = report["time"]["stages"];
-  for (size_t i = 0; i < kStageCount; ++i) {
-    result.times.seconds[i] = stages[std::string(stage_name(static_cast<Stage>(i)))]["total_s"];
-  }
-  result.times.total_s = stages["all"]["total_s"];
+  read_report(run, [&](const Json& report) {
+    const Json& time = report.at("time");
+    result.setup_s = time.at("setup_s");
+    result.cpu_s = time.at("cpu_s");
+    result.steps = report.at("counts").at("steps");
+    result.peak_memory_bytes = report.at("peak_memory_bytes");
+    const Json& stages = time.at("stages");
+    for (size_t i = 0; i < kStageCount; ++i) {
+      const std::string stage(stage_name(static_cast<Stage>(i)));
+      result.times.seconds[i] = stages.at(stage).at("total_s");
+    }
+    result.times.total_s = stages.at("all").at("total_s");
+  });
   result.measures = measure_run(trajectory, job.times);
   result.quality = inspect_pile(judge_model, gravity, end_states(trajectory));
   return result;
@@ -234,8 +253,9 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
     TrajectoryReader reference(plan.runs[other].directory);
     result.motion = motion_error(reference, trajectory);
     if (mode.collision_shapes.empty()) {
-      const Json report = Json::parse(read_file(run.directory / "report.json"));
-      mode.collision_shapes = report["collision_shapes"].get<std::vector<std::string>>();
+      read_report(run, [&](const Json& report) {
+        mode.collision_shapes = report.at("collision_shapes").get<std::vector<std::string>>();
+      });
     }
     mode.runs.push_back(std::move(result));
   }
@@ -279,8 +299,7 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   simulate_all(job, plan);
   const Comparison comparison = evaluate(job, plan);
   const std::string missing = write_comparison(comparison, job.output);
-  ComparisonSummary summary =
-      summarise(nlohmann::ordered_json::parse(read_file(job.output / "compare.json")));
+  ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
   if (!missing.empty()) summary.warnings.push_back(missing);
   return summary;
 }

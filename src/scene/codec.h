@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/types.h"
-#include "scene/json_text.h"
+#include "core/json_text.h"
 #include "scene/problem_log.h"
 #include "scene/scene.h"
 

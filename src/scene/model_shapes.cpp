@@ -14,7 +14,7 @@
 #include "geometry/primitives.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
-#include "scene/json_text.h"
+#include "core/json_text.h"
 
 namespace pilesim {
 

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <utility>
 
-#include "scene/json_text.h"
+#include "core/json_text.h"
 
 namespace pilesim {
 

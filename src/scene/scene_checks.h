@@ -1,7 +1,7 @@
 // What must hold between the parts of a scene, beyond each key's own range.
 #pragma once
 
-#include "scene/json_text.h"
+#include "core/json_text.h"
 #include "scene/problem_log.h"
 #include "scene/scene.h"
 

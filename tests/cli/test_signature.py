@@ -144,6 +144,12 @@ class Inspect(CommandTest):
             (self.dir / name).write_bytes(data)
             self.assertIn(name, self.expect_exit(3, "inspect", name).stderr)
         self.expect_exit(4, "inspect", "nowhere.sig")
+        (self.dir / "nested").write_bytes(b"\x81" * 200_000)
+        self.assertIn("nested too deeply", self.expect_exit(3, "inspect", "nested").stderr)
+        flipped = bytearray(whole)
+        flipped[len(whole) // 3] ^= 1
+        (self.dir / "flipped").write_bytes(flipped)
+        self.assertIn("checksum", self.expect_exit(3, "inspect", "flipped").stderr)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-#include "scene/json_text.h"
+#include "core/json_text.h"
 
 #include <gmock/gmock.h>
 
