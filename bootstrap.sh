@@ -10,7 +10,8 @@ cd "$(dirname "$0")"
 
 packages=(
   g++ cmake ninja-build ccache pkg-config
-  libeigen3-dev libbullet-dev libassimp-dev libosmesa6-dev libcli11-dev nlohmann-json3-dev libstb-dev
+  libeigen3-dev libbullet-dev libassimp-dev libosmesa6-dev libcli11-dev nlohmann-json3-dev
+  libstb-dev fonts-dejavu-core
   libtbb-dev librandom123-dev libhwy-dev libxxhash-dev libzstd-dev
   libqhull-dev zlib1g-dev libmeshoptimizer-dev libcgal-dev
   ffmpeg gnuplot-nox

@@ -87,6 +87,8 @@ void add_sample_signature_command(CLI::App& app) {
       {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
   auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
+  const TableSampling scale_free = default_sampling(TableLayout::scale_free);
+  const TableSampling dissertation = default_sampling(TableLayout::dissertation);
   CLI::App* command = app.add_subcommand(
       "sample-signature",
       "Measure what an object does when it collides, for statistical simulation");
@@ -110,8 +112,10 @@ void add_sample_signature_command(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--trials", options->trials,
-                   "Trials a cell of the table (default 40; 30 in "
-                   "the dissertation's layout)")
+                   "Trials a cell of the table (default " +
+                       std::to_string(scale_free.trials_per_cell) + "; " +
+                       std::to_string(dissertation.trials_per_cell) +
+                       " in the dissertation's layout)")
       ->check(CLI::Range(2, 1000000))
       ->type_name("N");
   command
@@ -121,7 +125,10 @@ void add_sample_signature_command(CLI::App& app) {
       ->type_name("E");
   command
       ->add_option("--exemplars", options->exemplars,
-                   "Whole responses to keep a cell (default 24; best for long bodies)")
+                   "Whole responses to keep a cell (default " +
+                       std::to_string(scale_free.exemplars) + "; " +
+                       std::to_string(dissertation.exemplars) +
+                       " in the dissertation's layout; best for long bodies)")
       ->check(CLI::Range(0, 1000))
       ->type_name("K");
   command

@@ -7,6 +7,7 @@
 #include <stb/stb_image.h>
 
 #include <cstdlib>
+#include <set>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -110,6 +111,41 @@ TEST(ContactSheet, LabelsEachPicture) {
 TEST(ContactSheet, LongLabelsAreCutAtTheEdge) {
   const Image sheet = contact_sheet({plain_image(20, 10, 0)}, {std::string(200, 'W')}, 1);
   EXPECT_EQ(sheet.rgb.size(), 600u);
+}
+
+TEST(ContactSheet, LabelsEndInTheirPicture) {
+  const std::vector<Image> pictures(2, plain_image(120, 60, 100));
+  const Image sheet = contact_sheet(pictures, {std::string(200, 'W'), ""}, 2);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 124; x < 244; ++x) ASSERT_NEAR(test::pixel(sheet, x, y).x() * 255, 100, 0.01);
+  }
+}
+
+std::string labelled(const std::string& text) {
+  const Image image = contact_sheet({plain_image(160, 60, 100)}, {text}, 1);
+  return {image.rgb.begin(), image.rgb.end()};
+}
+
+TEST(ContactSheet, LettersOfManyAlphabetsAreThemselves) {
+  std::set<std::string> pictures;
+  const std::vector<std::string> letters = {"e",      "\u00e9", "\u0159", "\u03a9", "\u03c9",
+                                            "\u0416", "\u044f", "\u2026", "\ufffd"};
+  for (const std::string& letter : letters) pictures.insert(labelled(letter));
+  EXPECT_EQ(pictures.size(), letters.size());
+}
+
+TEST(ContactSheet, WhatHasNoLetterIsOneReplacementSign) {
+  const std::string sign = labelled("a\ufffdb");
+  // Not in the font; no UTF-8: a lone byte, a character that ends early; a control character.
+  for (const std::string text : {"a\u6f22b", "a\U0001F407b",
+                                 "a\xff"
+                                 "b",
+                                 "a\xe6\xbc"
+                                 "b",
+                                 "a\x1b"
+                                 "b"}) {
+    EXPECT_TRUE(labelled(text) == sign) << text;
+  }
 }
 
 std::string probe(const std::filesystem::path& file) {
