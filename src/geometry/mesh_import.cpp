@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "geometry/coordinate_rounding.h"
 
 namespace pilesim {
 namespace {
@@ -57,14 +58,18 @@ class Gatherer {
  private:
   void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
     const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
+    CoordinateRounding rounding;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D& v = mesh.mVertices[i];
+      for (const float coordinate : {v.x, v.y, v.z}) rounding.add(coordinate);
       mesh_.vertices.push_back(transform * Vec3(v.x, v.y, v.z));
       if (!mesh_.vertices.back().allFinite()) {
         throw no_mesh(file_, "vertex " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
                                  "' has a coordinate that is not a finite number");
       }
     }
+    const double stretch = transform.linear().norm() / std::sqrt(3.0);
+    mesh_.rounding_m = std::max(mesh_.rounding_m, stretch * rounding.bound());
     const bool mirrors = transform.linear().determinant() < 0;
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
@@ -172,6 +177,7 @@ TriangleMesh welded(const TriangleMesh& loose, double tolerance) {
     if (count > 0) mesh.groups.push_back({group.name, first, count});
   }
   mesh.vertices = welder.take();
+  mesh.rounding_m = loose.rounding_m;
   return mesh;
 }
 
