@@ -4,7 +4,7 @@
 namespace pilesim {
 
 // Coordinates in single precision, as importers give them, have seven digits. A file whose
-// coordinates all have fewer was written with fewer: six by many programs. With less than four a
+// coordinates all have fewer was written with fewer: six by many programs. With less than five a
 // mesh is taken for designed in round numbers.
 class CoordinateRounding {
  public:
@@ -15,7 +15,7 @@ class CoordinateRounding {
   double bound() const;
 
  private:
-  int digits_ = 4;
+  int digits_ = 5;
   float largest_ = 0;
 };
 
