@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <string_view>
@@ -14,6 +15,7 @@
 
 #include "core/atomic_file.h"
 #include "core/isolated.h"
+#include "geometry/coordinate_rounding.h"
 
 namespace pilesim {
 namespace {
@@ -61,14 +63,18 @@ class Gatherer {
  private:
   void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
     const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
+    CoordinateRounding rounding;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D& v = mesh.mVertices[i];
+      for (const float coordinate : {v.x, v.y, v.z}) rounding.add(coordinate);
       mesh_.vertices.push_back(transform * Vec3(v.x, v.y, v.z));
       if (!mesh_.vertices.back().allFinite()) {
         throw Refusal{"vertex " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
                       "' has a coordinate that is not a finite number"};
       }
     }
+    const double stretch = transform.linear().norm() / std::sqrt(3.0);
+    mesh_.rounding_m = std::max(mesh_.rounding_m, stretch * rounding.bound());
     const bool mirrors = transform.linear().determinant() < 0;
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
@@ -175,6 +181,7 @@ class Parcel {
 
 std::string pack(const TriangleMesh& mesh) {
   std::string bytes(1, kMesh);
+  put(bytes, &mesh.rounding_m, 1);
   put(bytes, mesh.vertices.data(), mesh.vertices.size());
   put(bytes, mesh.triangles.data(), mesh.triangles.size());
   std::vector<uint32_t> counts;
@@ -187,6 +194,9 @@ std::string pack(const TriangleMesh& mesh) {
 TriangleMesh unpack(std::string_view bytes) {
   Parcel parcel(bytes);
   TriangleMesh mesh;
+  const auto rounding = parcel.take<std::vector<double>>();
+  if (rounding.size() != 1 || !std::isfinite(rounding[0])) throw Refusal{Parcel::kBroken};
+  mesh.rounding_m = rounding[0];
   mesh.vertices = parcel.take<std::vector<Vec3>>();
   mesh.triangles = parcel.take<std::vector<Triangle>>();
   uint64_t first = 0;

@@ -108,6 +108,7 @@ TriangleMesh welded(const TriangleMesh& loose, const Vec3& corner, double tolera
     if (count > 0) mesh.groups.push_back({group.name, first, count});
   }
   mesh.vertices = welder.take();
+  mesh.rounding_m = loose.rounding_m;
   return mesh;
 }
 
