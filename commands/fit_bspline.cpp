@@ -21,25 +21,20 @@ struct FitBsplineArguments {
   std::string output;
   std::string plots;
   std::optional<int> degree;
-  std::vector<int> control_points = {4};
+  std::vector<int> control_points = {SplineSize{}.control_points[0]};
   double precision = 1e-3;
 };
 
 SplineSize size_of(const FitBsplineArguments& options) {
   SplineSize size;
-  size.degree.fill(options.degree.value_or(3));
+  if (options.degree) size.degree.fill(*options.degree);
   const std::vector<int>& points = options.control_points;
   for (size_t i = 0; i < 4; ++i) size.control_points[i] = points[points.size() == 1 ? 0 : i];
   return size;
 }
 
 void fit(FitBsplineArguments& options) {
-  if (std::filesystem::exists(options.output) && !options.run.force) {
-    throw Error(ErrorKind::usage, {.file = options.output,
-                                   .found = "the file exists already",
-                                   .expected = "a new name",
-                                   .remedy = "Choose another -o, or replace it with --force."});
-  }
+  claim_output_file(options.output, options.run.force);
   if (options.control_points.size() != 1 && options.control_points.size() != 4) {
     throw Error(ErrorKind::usage,
                 {.found = std::to_string(options.control_points.size()) + " --control-points",
@@ -93,13 +88,14 @@ void add_fit_bspline_command(CLI::App& app) {
                                  "Choose the smallest fit with this distance from true "
                                  "responses or less (with --mesh)")
                     ->type_name("E");
-  command->add_option(
-      "--degree", options->degree,
-      "Of the splines (default 3); with --max-bytes or --max-error, the highest to try "
-      "(default 2, quicker to query)");
+  command->add_option("--degree", options->degree,
+                      "Of the splines (default " + std::to_string(SplineSize{}.degree[0]) +
+                          "); with --max-bytes or --max-error, the highest to try (default " +
+                          std::to_string(f.most_degree) + ", quicker to query)");
   command
       ->add_option("--control-points", options->control_points,
-                   "On each axis, or four numbers by axis (default 4)")
+                   "On each axis, or four numbers by axis (default " +
+                       std::to_string(SplineSize{}.control_points[0]) + ")")
       ->delimiter(',')
       ->type_name("N[,N,N,N]")
       ->excludes(bytes)

@@ -66,8 +66,10 @@ std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count) {
                                                ", the frames of the trajectory");
   }
   std::vector<uint64_t> frames;
-  for (uint64_t frame = range.first; frame <= last; frame += range.step) frames.push_back(frame);
-  return frames;
+  for (uint64_t frame = range.first;; frame += range.step) {
+    frames.push_back(frame);
+    if (last - frame < range.step) return frames;
+  }
 }
 
 }  // namespace pilesim

@@ -1,7 +1,12 @@
 // pilesim: large piles of rigid objects, from a scene file to a moving picture.
 // The subcommand table, and the only place that turns errors into text and exit codes.
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -18,6 +23,32 @@ Examples:
 
 Exit codes: 0 done, 2 usage, 3 invalid scene or input, 4 input or output failed, 5 quality gate not
 met, 6 internal fault, 130 interrupted.)";
+
+// The next file to be opened would take the number of a standard stream that the caller closed, and
+// what is printed would end up in it. Puts something there that can be neither read nor written.
+void occupy_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) >= 0) continue;
+    static_cast<void>(open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+  }
+}
+
+// What was printed must have arrived: a full disk behind stdout is an error too.
+void require_printed() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  if (errno == 0) {  // the cause was given to an earlier print: one more brings it back
+    std::clearerr(stdout);
+    std::puts("");
+    std::fflush(stdout);
+  }
+  // Of `| head`: ends as programs do that leave SIGPIPE alone.
+  if (errno == EPIPE) {
+    std::signal(SIGPIPE, SIG_DFL);
+    raise(SIGPIPE);
+  }
+  throw pilesim::io_error("standard output", "cannot be written", errno != 0 ? errno : EIO);
+}
 
 int run(int argc, char** argv) {
   CLI::App app("Simulates and draws large piles of rigid objects.", "pilesim");
@@ -38,18 +69,20 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
     app.exit(error);
-    return asked_for ? 0 : static_cast<int>(pilesim::ErrorKind::usage);
+    if (!asked_for) return static_cast<int>(pilesim::ErrorKind::usage);
   }
-  // What was printed must have arrived: a full disk behind stdout is an error too.
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    throw pilesim::io_error("standard output", "cannot be written", errno);
-  }
+  require_printed();
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  occupy_standard_streams();
+  // Neither a reader of progress that goes away nor a limit on file sizes is to kill a run between
+  // two writes: both become errors of the write.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return run(argc, argv);
   } catch (const pilesim::Error& error) {

@@ -10,6 +10,7 @@
 #include "frame_range.h"
 #include "options.h"
 #include "render/render_job.h"
+#include "scene/picture_limits.h"
 #include "scene/scene.h"
 #include "scene/scene_loader.h"
 
@@ -101,7 +102,10 @@ void add_render_command(CLI::App& app) {
             options->overrides.push_back("/render/size=[" + std::to_string(width) + "," +
                                          std::to_string(height) + "]");
           },
-          "Size of the picture in pixels; the same as --set /render/size=[WIDTH,HEIGHT]")
+          "Size of the picture in pixels, " + std::to_string(kSmallestSide) + " to " +
+              std::to_string(kLargestSide) + " each and at most " + std::to_string(kMostPixels) +
+              " in all (of odd sizes the video leaves a row or column out); the same as --set "
+              "/render/size=[WIDTH,HEIGHT]")
       ->type_name("WIDTHxHEIGHT");
   command
       ->add_option_function<int>(
@@ -129,7 +133,8 @@ void add_render_command(CLI::App& app) {
           ->add_option_function<std::string>(
               "--sheet",
               [options](const std::string& text) { options->sheet = parse_pair(text, "--sheet"); },
-              "Draw one picture of evenly spaced frames, sheet.png, and nothing else")
+              "Draw one picture of evenly spaced frames, sheet.png, and nothing else; at most " +
+                  std::to_string(kMostSheetPixels) + " pixels")
           ->type_name("COLUMNSxROWS");
   command->add_flag("--no-video", options->no_video, "Write the PNG frames only; needs no ffmpeg")
       ->excludes(sheet);

@@ -3,7 +3,8 @@
 #include <map>
 #include <memory>
 
-#include "core/error.h"
+#include "core/output_directory.h"
+#include "core/temporary_file.h"
 #include "job/rest_drops.h"
 #include "options.h"
 #include "signature/signature_file.h"
@@ -52,12 +53,7 @@ void warn_of_disagreement(const Signature& signature) {
 
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
-  if (std::filesystem::exists(output) && !options.run.force) {
-    throw Error(ErrorKind::usage, {.file = options.output,
-                                   .found = "the file exists already",
-                                   .expected = "a new name",
-                                   .remedy = "Choose another -o, or replace it with --force."});
-  }
+  claim_output_file(options.output, options.run.force);
   SignatureOptions& s = options.sampling;
   const double target_error = s.sampling.target_error;
   s.mesh = options.mesh;
@@ -75,6 +71,7 @@ void sample(SampleSignatureArguments& options) {
   }
   const SignatureRun run = sample_signature(s);
   write_signature(run.signature, output);
+  remove_in_one_go(s.partial_file);
   warn_of_disagreement(run.signature);
   if (options.run.quiet) return;
   std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
@@ -90,6 +87,8 @@ void add_sample_signature_command(CLI::App& app) {
       {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
   auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
+  const TableSampling scale_free = default_sampling(TableLayout::scale_free);
+  const TableSampling dissertation = default_sampling(TableLayout::dissertation);
   CLI::App* command = app.add_subcommand(
       "sample-signature",
       "Measure what an object does when it collides, for statistical simulation");
@@ -113,8 +112,10 @@ void add_sample_signature_command(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--trials", options->trials,
-                   "Trials a cell of the table (default 40; 30 in "
-                   "the dissertation's layout)")
+                   "Trials a cell of the table (default " +
+                       std::to_string(scale_free.trials_per_cell) + "; " +
+                       std::to_string(dissertation.trials_per_cell) +
+                       " in the dissertation's layout)")
       ->check(CLI::Range(2, 1000000))
       ->type_name("N");
   command
@@ -124,7 +125,10 @@ void add_sample_signature_command(CLI::App& app) {
       ->type_name("E");
   command
       ->add_option("--exemplars", options->exemplars,
-                   "Whole responses to keep a cell (default 24; best for long bodies)")
+                   "Whole responses to keep a cell (default " +
+                       std::to_string(scale_free.exemplars) + "; " +
+                       std::to_string(dissertation.exemplars) +
+                       " in the dissertation's layout; best for long bodies)")
       ->check(CLI::Range(0, 1000))
       ->type_name("K");
   command

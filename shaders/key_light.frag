@@ -5,12 +5,16 @@ uniform vec3 to_light;           // unit
 uniform mat4 shadow_from_world;  // to [0,1]^3
 uniform vec3 shadow_extent;      // m, of the unit cube's edges
 uniform float shadow_reach;      // m, the widest penumbra's radius
+uniform float shadow_margin;     // m, from the map's sides to what was fitted into it
 uniform sampler2D shadow_depth;
 
 out vec2 result;  // visible share of the light; nearness of where that is, 0 where unknown
 
 // Penumbra radius per distance from the caster: the tangent of half the light's angle.
 const float kLightSlope = 0.07;
+// The map reads 1 where nothing casts. The box ends behind the last caster, not behind what they cast
+// on, so what lies farther away is compared in front of that, within half a step of its 16 bits.
+const float kDeepest = 1.0 - 0.5 / 65535.0;
 const int kSearchTaps = 8;
 // The filter goes on to all its taps only where the first ones disagree.
 const int kFirstTaps = 6;
@@ -25,6 +29,11 @@ float interleaved_noise(vec2 pixel) {
   return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))));
 }
 
+// Of a point at `depth`, where `offset` from it the map is looked up.
+float compared_depth(float depth, vec2 slope, vec2 offset) {
+  return min(depth + min(dot(slope, offset), 0.0), kDeepest);
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   float away = view_distance(pixel, 0);
@@ -33,11 +42,11 @@ void main() {
   float texel = shadow_extent.x / float(textureSize(shadow_depth, 0).x);
   vec3 at = (shadow_from_world * vec4(point + normal * (1.2 * texel), 1.0)).xyz;
   bool facing = !is_sky(texelFetch(scene_material, pixel, 0).a) && dot(normal, to_light) > 0.0;
-  bool mapped = all(greaterThan(at, vec3(0.0))) && all(lessThan(at, vec3(1.0)));
+  bool mapped = all(greaterThan(at.xy, vec2(0.0))) && all(lessThan(at.xy, vec2(1.0)));
 
   // The surface's own slope in the map keeps a wide filter from shading it by itself.
-  vec3 n = mat3(shadow_from_world) * normal * shadow_extent * shadow_extent;
-  vec2 slope = clamp(-n.xy / min(n.z, -1e-4), -4.0, 4.0);
+  vec3 n = mat3(shadow_from_world) * normal * shadow_extent;  // in metres along the light's axes
+  vec2 slope = clamp(-n.xy / min(n.z, -1e-4), -4.0, 4.0) * shadow_extent.xy / shadow_extent.z;
 
   float angle = 6.2831853 * interleaved_noise(gl_FragCoord.xy);
   vec2 first_direction = vec2(cos(angle), sin(angle));
@@ -53,7 +62,7 @@ void main() {
   for (int i = 0; i < taps; ++i) {
     vec2 offset = sqrt(area) * direction * search;
     float depth = texture(shadow_depth, at.xy + offset).r;
-    float blocked = step(depth, at.z + min(dot(slope, offset), 0.0));
+    float blocked = step(depth, compared_depth(at.z, slope, offset));
     blockers += blocked;
     blocker_depth += blocked * depth;
     direction = kTurn * direction;
@@ -71,14 +80,14 @@ void main() {
   for (int i = 0; i < taps; ++i) {
     if (i == kFirstTaps && (lit == 0.0 || lit == tried)) break;
     vec2 offset = sqrt(area) * direction * spread;
-    lit += step(at.z + min(dot(slope, offset), 0.0), texture(shadow_depth, at.xy + offset).r);
+    lit += step(compared_depth(at.z, slope, offset), texture(shadow_depth, at.xy + offset).r);
     tried += 1.0;
     direction = kTurn * direction;
     area = fract(area + kAreaStep);
   }
   float share = tried > 0.0 ? lit / tried : 1.0;
   // Towards the map's sides shadows fade away rather than break off.
-  vec2 to_side = min(at.xy, 1.0 - at.xy);
-  share = mix(1.0, share, clamp(25.0 * min(to_side.x, to_side.y), 0.0, 1.0));
+  vec2 to_side = min(at.xy, 1.0 - at.xy) * shadow_extent.xy;
+  share = mix(1.0, share, clamp(min(to_side.x, to_side.y) / shadow_margin, 0.0, 1.0));
   result = vec2(share, facing ? nearness(away) : 0.0);
 }

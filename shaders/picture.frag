@@ -50,14 +50,19 @@ Shares open_shares(ivec2 pixel) {
 }
 
 // The key light was looked up for one sample of each pixel: the neighbours know of the surfaces of
-// the other samples, and their different taps smooth the penumbra.
-Shares key_shares(ivec2 pixel, ivec2 last) {
-  vec2 own = texelFetch(key_light, pixel, 0).rg;
-  vec2 left = texelFetch(key_light, ivec2(max(pixel.x - 1, 0), pixel.y), 0).rg;
-  vec2 right = texelFetch(key_light, ivec2(min(pixel.x + 1, last.x), pixel.y), 0).rg;
-  vec2 above = texelFetch(key_light, ivec2(pixel.x, min(pixel.y + 1, last.y)), 0).rg;
-  return Shares(vec4(own.x, left.x, right.x, above.x), vec4(own.y, left.y, right.y, above.y),
-                vec4(0.4, 0.2, 0.2, 0.2));
+// the other samples, and their taps, whose noise is even over 3x3 pixels, smooth the penumbra.
+float key_share(ivec2 pixel, ivec2 last, float near) {
+  float sum = 0.0;
+  float weights = 0.0;
+  for (int y = -1; y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x) {
+      vec2 tap = texelFetch(key_light, clamp(pixel + ivec2(x, y), ivec2(0), last), 0).rg;
+      float weight = max(1e-3, 1.0 - 30.0 / max(near, 1e-4) * abs(tap.y - near));
+      sum += weight * tap.x;
+      weights += weight;
+    }
+  }
+  return sum / weights;
 }
 
 void main() {
@@ -65,27 +70,29 @@ void main() {
   ivec2 last = image_size() - 1;
   ivec2 pixel = ivec2(int(gl_FragCoord.x), last.y - int(gl_FragCoord.y));
   Shares open = open_shares(pixel);
-  Shares key = key_shares(pixel, last);
   vec3 ray = world_from_image * vec3(vec2(pixel) + 0.5, 1.0);
   float ray_length = length(ray);
   ray /= ray_length;
 
-  // Most pixels show one surface in all samples.
+  // Most pixels show one surface in all samples. Of the driver's four, two are the first and the
+  // last, which lie opposite each other.
+  int stride = samples == 2 ? 3 : 1;
   vec2 first = texelFetch(scene_normal, pixel, 0).rg;
   int count = 1;
   for (int i = 1; i < samples; ++i) {
-    if (texelFetch(scene_normal, pixel, i).rg != first) count = samples;
+    if (texelFetch(scene_normal, pixel, i * stride).rg != first) count = samples;
   }
 
   vec3 sum = vec3(0.0);
-  for (int i = 0; i < count; ++i) {
+  for (int n = 0; n < count; ++n) {
+    int i = n * stride;
     vec3 normal = decode_normal(texelFetch(scene_normal, pixel, i).rg);
     vec4 material = texelFetch(scene_material, pixel, i);
     float away = view_distance(pixel, i);
     float near = nearness(away);
     // Tone mapped before the average, so that edges against bright parts stay smooth.
     sum += filmic(exposure * radiance(normal, material, ray, away * ray_length,
-                                      share_at(key, near), share_at(open, near)));
+                                      key_share(pixel, last, near), share_at(open, near)));
   }
   vec3 colour = sum / float(count);
   vec2 from_centre = (vec2(pixel) + 0.5) / vec2(last + 1) - 0.5;

@@ -4,24 +4,27 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <cerrno>
-#include <fstream>
-#include <sstream>
 
 #include "core/error.h"
+#include "core/temporary_file.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
 
 namespace {
 
-// Unique among the threads and processes that may write the same path at once.
-fs::path temporary_beside(const fs::path& path) {
-  static std::atomic<unsigned> counter{0};
-  return path.parent_path() / ("." + path.filename().string() + "." + std::to_string(getpid()) +
-                               "." + std::to_string(counter++) + ".tmp");
-}
+// Closed at the end of its scope.
+struct Descriptor {
+  explicit Descriptor(int file) : number(file) {}
+  ~Descriptor() {
+    if (number >= 0) close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number;
+};
 
 // 0, or the error number.
 int try_write(int descriptor, std::span<const std::byte> bytes) {
@@ -37,17 +40,10 @@ int try_write(int descriptor, std::span<const std::byte> bytes) {
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
-  const fs::path temporary = temporary_beside(path);
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor < 0) throw io_error(path.string(), "cannot be created", errno);
-  int fault = try_write(descriptor, bytes);
-  // close() is where some file systems report a full disk.
-  if (close(descriptor) != 0 && fault == 0) fault = errno;
-  if (fault == 0 && rename(temporary.c_str(), path.c_str()) != 0) fault = errno;
-  if (fault != 0) {
-    unlink(temporary.c_str());
-    throw io_error(path.string(), "cannot be written", fault);
-  }
+  TemporaryFile file(path);
+  const int fault = try_write(file.descriptor(), bytes);
+  if (fault != 0) throw io_error(path.string(), "cannot be written", fault);
+  file.take_place();
 }
 
 void write_file_atomically(const fs::path& path, std::string_view text) {
@@ -59,16 +55,44 @@ void write_all(int descriptor, const std::string& path, std::string_view text) {
   if (fault != 0) throw io_error(path, "cannot be written", fault);
 }
 
-std::string read_file(const fs::path& path) {
-  std::error_code status;
-  if (fs::is_directory(path, status)) throw io_error(path.string(), "cannot be read", EISDIR);
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw io_error(path.string(), "cannot be read", errno != 0 ? errno : ENOENT);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (stream.bad()) throw io_error(path.string(), "cannot be read", EIO);
-  return std::move(text).str();
+std::string read_file(const fs::path& path, uint64_t most_bytes) {
+  // Opening a pipe that nobody writes into would wait for ever.
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat status {};
+  if (file.number < 0 || fstat(file.number, &status) != 0) {
+    throw io_error(path.string(), "cannot be read", errno);
+  }
+  if (S_ISDIR(status.st_mode)) throw io_error(path.string(), "cannot be read", EISDIR);
+  if (!S_ISREG(status.st_mode)) {
+    throw Error(ErrorKind::io, Problem{.file = path.string(),
+                                       .found = "is a device, a pipe or a socket",
+                                       .expected = "a regular file",
+                                       .remedy = "Save what it gives in a file"});
+  }
+  const auto refuse_above = [&](uint64_t size) {
+    if (size <= most_bytes) return;
+    throw Error(ErrorKind::input, Problem{.file = path.string(),
+                                          .found = "has " + std::to_string(size) + " bytes or more",
+                                          .expected = "at most " + std::to_string(most_bytes)});
+  };
+  refuse_above(static_cast<uint64_t>(status.st_size));
+  // One byte more than there should be, so that a file of the system, which says 0, or one that
+  // grows is read to its end, too.
+  std::string text(static_cast<size_t>(status.st_size) + 1, '\0');
+  for (size_t end = 0;;) {
+    if (end == text.size()) {
+      refuse_above(end);
+      text.resize(std::min<uint64_t>(2 * end, most_bytes) + 1);
+    }
+    const ssize_t count = read(file.number, text.data() + end, text.size() - end);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw io_error(path.string(), "cannot be read", errno);
+    end += static_cast<size_t>(count);
+    if (count > 0) continue;
+    refuse_above(end);
+    text.resize(end);
+    return text;
+  }
 }
 
 }  // namespace pilesim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -9,15 +10,20 @@
 
 namespace pilesim {
 
-// Throws Error(io) and leaves the old file as it was when anything fails (a full disk, say). The
-// temporary file is removed. Survives kill -9 as "old or new"; not synced against power loss.
+// Throws Error(io) and leaves the old file as it was when anything fails (a full disk, say).
+// Survives kill -9 as "old or new"; not synced against power loss.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
 // Appends all of `text` to an open file; `path` names it in the Error(io).
 void write_all(int descriptor, const std::string& path, std::string_view text);
 
-// The whole file; throws Error(io).
-std::string read_file(const std::filesystem::path& path);
+// No input is larger. What it takes in memory is bounded by what it takes on disk.
+inline constexpr uint64_t kMostFileBytes = uint64_t{4} << 30;
+
+// The whole file, which must be a regular one: devices and pipes have no size to be held to. Throws
+// Error(io) where it cannot be read, and Error(input) where it has more than `most_bytes`, before
+// any of it is.
+std::string read_file(const std::filesystem::path& path, uint64_t most_bytes = kMostFileBytes);
 
 }  // namespace pilesim

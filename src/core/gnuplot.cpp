@@ -34,11 +34,15 @@ std::string draw_svg(const std::string& script, int width, int height) {
   return document.substr(document.find("<svg"));
 }
 
+std::string draw_png(const std::string& script, int width, int height, double font_scale) {
+  return draw("pngcairo" + size_of(width, height) + " font 'sans,11' fontscale " +
+                  with_digits(font_scale, 3),
+              script);
+}
+
 void write_png_chart(const std::filesystem::path& file, const std::string& script, int width,
-                     int height, double font_scale) {
-  write_file_atomically(file, draw("pngcairo" + size_of(width, height) +
-                                       " font 'sans,11' fontscale " + with_digits(font_scale, 3),
-                                   script));
+                     int height) {
+  write_file_atomically(file, draw_png(script, width, height));
 }
 
 }  // namespace pilesim

@@ -29,8 +29,11 @@ std::string quoted(std::string text);
 // The picture of a script as an <svg> element that may stand in a page, px.
 std::string draw_svg(const std::string& script, int width, int height);
 
-// The picture as a PNG file, px. Throws Error(io) also where it cannot be written.
+// The bytes of a PNG file, px.
+std::string draw_png(const std::string& script, int width, int height, double font_scale = 1);
+
+// Writes them. Throws Error(io) also where that fails.
 void write_png_chart(const std::filesystem::path& file, const std::string& script, int width,
-                     int height, double font_scale = 1);
+                     int height);
 
 }  // namespace pilesim

@@ -2,8 +2,6 @@
 
 #include <xxhash.h>
 
-#include <array>
-
 namespace pilesim {
 namespace {
 std::string hexadecimal(XXH128_hash_t hash) {
@@ -21,6 +19,12 @@ std::string hexadecimal(XXH128_hash_t hash) {
 
 std::string content_hash(std::span<const std::byte> bytes) {
   return hexadecimal(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+Checksum checksum_of(std::span<const std::byte> bytes) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
+  return std::to_array(canonical.digest);
 }
 
 std::string content_hash(const std::string& text) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/temporary_file.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -62,12 +63,25 @@ std::vector<fs::path> claim_output(const fs::path& directory, std::span<const st
   return found;
 }
 
-void remove_output(std::span<const fs::path> entries) {
-  for (const fs::path& entry : entries) {
-    std::error_code fault;
-    fs::remove_all(entry, fault);
-    if (fault) throw io_error(entry.string(), "cannot be removed", fault.value());
+void claim_output_file(const fs::path& file, bool force) {
+  if (file.empty()) throw refusal("", "the name of the output is empty", "Name one with -o");
+  std::error_code fault;
+  const fs::file_status status = fs::status(file, fault);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw refusal(file, "exists and is not a regular file", "Name another one with -o");
   }
+  if (fs::exists(status) && !force) {
+    throw refusal(file, "the file exists already",
+                  "Choose another -o, or replace it with --force.");
+  }
+  if (status.type() == fs::file_type::none) {
+    throw io_error(file.string(), "cannot be created", fault.value());
+  }
+  const TemporaryFile probe(file);
+}
+
+void remove_output(std::span<const fs::path> entries) {
+  for (const fs::path& entry : entries) remove_in_one_go(entry);
 }
 
 void make_output_directory(const fs::path& directory) {

@@ -24,8 +24,12 @@ inline constexpr std::string_view kSimulationEntries[] = {
 std::vector<std::filesystem::path> claim_output(const std::filesystem::path& directory,
                                                 std::span<const std::string_view> own, bool force);
 
-// Removes `entries`, which claim_output() gave, with all that is in them; of a symbolic link the
-// link only. Throws Error(io).
+// The same for a result that is one file: throws Error(usage) where `file` is empty text, exists
+// and is not to be replaced, or is no regular file (a device, a directory); Error(io) where nothing
+// can be written beside it, since a result is renamed to its place.
+void claim_output_file(const std::filesystem::path& file, bool force);
+
+// Removes `entries`, which claim_output() gave, each in one go: temporary_file.h. Throws Error(io).
 void remove_output(std::span<const std::filesystem::path> entries);
 
 // Makes `directory` and its parents where they are missing. Throws Error(io).

@@ -4,6 +4,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
@@ -14,6 +15,13 @@ namespace {
 std::unique_ptr<tbb::global_control>& limit() {
   static std::unique_ptr<tbb::global_control> control;
   return control;
+}
+
+// Where more threads are asked for than there are processors: oneTBB's own arena has no place for
+// them.
+std::unique_ptr<tbb::task_arena>& wide_arena() {
+  static std::unique_ptr<tbb::task_arena> arena;
+  return arena;
 }
 }  // namespace
 
@@ -28,6 +36,10 @@ void set_thread_count(int threads) {
   assert(threads >= 1);
   limit() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                   static_cast<size_t>(threads));
+  wide_arena().reset();
+  if (threads > tbb::info::default_concurrency()) {
+    wide_arena() = std::make_unique<tbb::task_arena>(threads);
+  }
 }
 
 int thread_count() {
@@ -43,14 +55,21 @@ void parallel_for(size_t count, size_t grain,
     if (count > 0) body(0, count);
     return;
   }
-  tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, chunks, 1),
-      [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t chunk = range.begin(); chunk != range.end(); ++chunk) {
-          body(chunk * grain, std::min(count, (chunk + 1) * grain));
-        }
-      },
-      tbb::simple_partitioner());
+  const auto run = [&] {
+    tbb::parallel_for(
+        tbb::blocked_range<size_t>(0, chunks, 1),
+        [&](const tbb::blocked_range<size_t>& range) {
+          for (size_t chunk = range.begin(); chunk != range.end(); ++chunk) {
+            body(chunk * grain, std::min(count, (chunk + 1) * grain));
+          }
+        },
+        tbb::simple_partitioner());
+  };
+  if (wide_arena()) {
+    wide_arena()->execute(run);
+  } else {
+    run();
+  }
 }
 
 }  // namespace pilesim

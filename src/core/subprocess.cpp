@@ -1,8 +1,8 @@
 #include "core/subprocess.h"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,8 +13,6 @@
 #include <utility>
 
 #include "core/error.h"
-
-extern char** environ;
 
 namespace pilesim {
 namespace {
@@ -61,33 +59,54 @@ class SigpipeGuard {
   bool was_pending_;
 };
 
-// The child: the three standard streams, default signals, its own process group.
-int spawn(pid_t& child, const std::vector<std::string>& argv, int input, int output, int errors) {
+// The child from fork() to exec(), by nothing but system calls: other threads of the parent may
+// hold any lock. The error number of a failure goes into `fault`.
+[[noreturn]] void become(char* const* arguments, const int (&streams)[3], pid_t parent, int fault) {
+  setpgid(0, 0);
+  // Dies with the thread that started it, also of kill -9. The parent may have died already.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(127);
+  for (int i = 0; i < 3; ++i) dup2(streams[i], i);
+  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGXFSZ}) std::signal(signal, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  execvp(arguments[0], arguments);
+  const int error = errno;
+  while (write(fault, &error, sizeof error) < 0 && errno == EINTR) {
+  }
+  _exit(127);
+}
+
+// Not posix_spawn(), which cannot tie the child's life to its parent's. Gives the error number.
+int spawn(pid_t& child, const std::vector<std::string>& argv, const int (&streams)[3]) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
 
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, errors, STDERR_FILENO);
-
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t signals;
-  sigemptyset(&signals);
-  posix_spawnattr_setsigmask(&attributes, &signals);
-  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGXFSZ}) sigaddset(&signals, signal);
-  posix_spawnattr_setsigdefault(&attributes, &signals);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes,
-                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-
-  const int fault =
-      posix_spawnp(&child, arguments[0], &files, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
+  int fault_ends[2];
+  if (pipe2(fault_ends, O_CLOEXEC) != 0) return errno;
+  const pid_t parent = getpid();
+  // No handler of ours is to run in the child.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  child = fork();
+  int fault = child < 0 ? errno : 0;
+  if (child == 0) become(arguments.data(), streams, parent, fault_ends[1]);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  close(fault_ends[1]);
+  if (child > 0) {
+    ssize_t count;  // none where exec() closed the pipe
+    while ((count = read(fault_ends[0], &fault, sizeof fault)) < 0 && errno == EINTR) {
+    }
+    if (count > 0) {
+      while (waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
+      }
+      child = -1;
+    }
+  }
+  close(fault_ends[0]);
   return fault;
 }
 
@@ -109,7 +128,7 @@ Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& 
   int fault = 0;
   if (output_ < 0 || errors_ < 0 || pipe2(pipe_ends, O_CLOEXEC) != 0) fault = errno;
   input_ = pipe_ends[1];
-  if (fault == 0) fault = spawn(child_, argv, pipe_ends[0], output_, errors_);
+  if (fault == 0) fault = spawn(child_, argv, {pipe_ends[0], output_, errors_});
   close_once(pipe_ends[0]);
   if (fault == 0) return;
   for (int* descriptor : {&input_, &output_, &errors_}) close_once(*descriptor);

@@ -21,8 +21,9 @@ struct SubprocessResult {
 class Subprocess {
  public:
   // Starts argv[0], looked up in PATH, in a process group of its own, so that Ctrl-C reaches
-  // pilesim only, which then ends the child in good order. What the child prints is kept in memory:
-  // ask talkative programs to be quiet. Throws Error(io) where it cannot be started; if it is not
+  // pilesim only, which then ends the child in good order. Where pilesim is killed, or the thread
+  // ends that started the child, the kernel kills the child. What it prints is kept in memory: ask
+  // talkative programs to be quiet. Throws Error(io) where it cannot be started; if it is not
   // installed, the message names `debian_package`.
   Subprocess(const std::vector<std::string>& argv, const std::string& debian_package);
   // Kills the child if wait() or finish() was not called.

@@ -1,12 +1,15 @@
 #include "geometry/decomposition_cache.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "json/cbor.h"
 
 namespace pilesim {
 namespace {
@@ -70,6 +73,11 @@ Decomposition from_json(const json& value) {
     TriangleMesh mesh;
     mesh.vertices = from_binary<Vec3>(piece.at("vertices"));
     mesh.triangles = from_binary<Triangle>(piece.at("triangles"));
+    for (const Triangle& triangle : mesh.triangles) {
+      if (std::ranges::max(triangle) >= mesh.vertices.size()) {
+        throw Error(ErrorKind::input, {.found = "a triangle without its corners"});
+      }
+    }
     decomposition.pieces.push_back(std::move(mesh));
   }
   decomposition.mesh_volume_m3 = value.at("mesh_volume_m3");
@@ -97,7 +105,13 @@ std::optional<Decomposition> DecompositionCache::load() const {
   if (text.size() <= kDigestLength) return std::nullopt;
   const std::string content = text.substr(kDigestLength);
   if (content_hash(content) != text.substr(0, kDigestLength)) return std::nullopt;
-  return from_json(json::from_cbor(content));
+  try {
+    return from_json(parse_cbor(content));
+  } catch (const json::exception&) {
+    return std::nullopt;  // another program's, with a right digest
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 void DecompositionCache::store(const Decomposition& decomposition) const {
@@ -106,7 +120,13 @@ void DecompositionCache::store(const Decomposition& decomposition) const {
   if (fault) throw io_error(file_.parent_path().string(), "cannot be created", fault.value());
   const std::vector<uint8_t> bytes = json::to_cbor(to_json(decomposition));
   const std::string content(bytes.begin(), bytes.end());
-  write_file_atomically(file_, content_hash(content) + content);
+  try {
+    write_file_atomically(file_, content_hash(content) + content);
+  } catch (const Error& error) {
+    Problem problem = error.problems().front();
+    problem.remedy = "Make room there, or name another place for the cache in XDG_CACHE_HOME";
+    throw Error(error.kind(), std::move(problem));
+  }
 }
 
 }  // namespace pilesim

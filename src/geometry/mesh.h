@@ -23,6 +23,9 @@ struct TriangleMesh {
   std::vector<Vec3> vertices;       // (V) m
   std::vector<Triangle> triangles;  // (T) indices below V
   std::vector<MeshGroup> groups;    // disjoint, ordered, covering all triangles; empty: one unnamed
+  // How far the digits that the vertices were written with may have moved each of them, m; 0 where
+  // nothing is known of it.
+  double rounding_m = 0;
 
   Bounds bounds() const;
 };

@@ -1,19 +1,14 @@
 #include "geometry/mesh_import.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "core/error.h"
+#include "geometry/mesh_file.h"
 
 namespace pilesim {
 namespace {
@@ -21,84 +16,24 @@ namespace {
 // What assimp calls the triangles of an OBJ file that stand before any group.
 constexpr std::string_view kUngrouped = "defaultobject";
 
-Error no_mesh(const std::filesystem::path& file, std::string found) {
-  return {ErrorKind::input,
-          Problem{.file = file.string(),
-                  .found = std::move(found),
-                  .expected = "a triangle mesh in a format assimp reads (obj, stl, ply, glb, ...)",
-                  .remedy = "Export the mesh again as one of these"}};
-}
-
-Eigen::Affine3d transform_of(const aiMatrix4x4& m) {
-  Eigen::Affine3d transform;
-  transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4,
-      m.d1, m.d2, m.d3, m.d4;
-  return transform;
-}
-
-// Gathers the triangles of a node and its children; each node that has some becomes a group.
-class Gatherer {
- public:
-  Gatherer(const aiScene& scene, const std::filesystem::path& file) : scene_(scene), file_(file) {}
-
-  void add(const aiNode& node, const Eigen::Affine3d& parent) {
-    const Eigen::Affine3d transform = parent * transform_of(node.mTransformation);
-    const auto first = static_cast<uint32_t>(mesh_.triangles.size());
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      add_triangles(*scene_.mMeshes[node.mMeshes[i]], transform);
-    }
-    const auto count = static_cast<uint32_t>(mesh_.triangles.size()) - first;
-    if (count > 0) mesh_.groups.push_back({node.mName.C_Str(), first, count});
-    for (unsigned i = 0; i < node.mNumChildren; ++i) add(*node.mChildren[i], transform);
-  }
-
-  TriangleMesh take() { return std::move(mesh_); }
-
- private:
-  void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
-    const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      const aiVector3D& v = mesh.mVertices[i];
-      mesh_.vertices.push_back(transform * Vec3(v.x, v.y, v.z));
-      if (!mesh_.vertices.back().allFinite()) {
-        throw no_mesh(file_, "vertex " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
-                                 "' has a coordinate that is not a finite number");
-      }
-    }
-    const bool mirrors = transform.linear().determinant() < 0;
-    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
-      const aiFace& face = mesh.mFaces[i];
-      if (face.mNumIndices != 3) continue;  // a point or a line
-      Triangle triangle;
-      for (unsigned corner = 0; corner < 3; ++corner) {
-        if (face.mIndices[corner] >= mesh.mNumVertices) {
-          throw no_mesh(file_, "face " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
-                                   "' names a vertex that does not exist");
-        }
-        triangle[corner] = offset + face.mIndices[corner];
-      }
-      if (mirrors) std::swap(triangle[1], triangle[2]);
-      mesh_.triangles.push_back(triangle);
-    }
-  }
-
-  const aiScene& scene_;
-  const std::filesystem::path& file_;
-  TriangleMesh mesh_;
-};
+// Squares and cubes of lengths up to this, and their sums, are finite.
+constexpr double kFarthest = 1e50;  // m
 
 // Finds, among the points kept so far, the first one near a new point. Points are chained by the
 // hash of their grid cell; cells are much larger than the tolerance, so most points ask one only.
 class Welder {
  public:
-  Welder(size_t capacity, double tolerance) : tolerance_(tolerance), cell_(16 * tolerance) {
+  // Cells are counted from `corner`, the lowest one of all points.
+  Welder(size_t capacity, const Vec3& corner, double tolerance)
+      : corner_(corner), tolerance_(tolerance), cell_(16 * tolerance) {
     last_in_cell_.reserve(capacity);
   }
 
   // Index of the kept point that stands for `point`.
   uint32_t weld(const Vec3& point) {
-    const Eigen::Array3d low = ((point.array() - tolerance_) / cell_).floor();
-    const Eigen::Array3d high = ((point.array() + tolerance_) / cell_).floor();
+    const Eigen::Array3d from_corner = (point - corner_).array();
+    const Eigen::Array3d low = ((from_corner - tolerance_) / cell_).floor();
+    const Eigen::Array3d high = ((from_corner + tolerance_) / cell_).floor();
     uint32_t nearest = kNone;
     for (double x = low.x(); x <= high.x(); ++x) {
       for (double y = low.y(); y <= high.y(); ++y) {
@@ -109,7 +44,7 @@ class Welder {
     }
     if (nearest != kNone) return nearest;
     const auto index = static_cast<uint32_t>(kept_.size());
-    const Eigen::Array3d own = (point.array() / cell_).floor();
+    const Eigen::Array3d own = (from_corner / cell_).floor();
     const auto [place, is_new] = last_in_cell_.try_emplace(key(own.x(), own.y(), own.z()), kNone);
     kept_.push_back(point);
     previous_in_cell_.push_back(std::exchange(place->second, index));
@@ -138,6 +73,7 @@ class Welder {
     return nearest;  // chains run from the last point to the first
   }
 
+  Vec3 corner_;
   double tolerance_;
   double cell_;
   std::vector<Vec3> kept_;
@@ -145,19 +81,19 @@ class Welder {
   std::unordered_map<uint64_t, uint32_t> last_in_cell_;
 };
 
-// Length of the diagonal of what the triangles span, m.
-double extent(const TriangleMesh& mesh) {
+// What the triangles span, m.
+Bounds used_bounds(const TriangleMesh& mesh) {
   Bounds used;
   for (const Triangle& triangle : mesh.triangles) {
     for (const uint32_t vertex : triangle) used.extend(mesh.vertices[vertex]);
   }
-  return used.isEmpty() ? 0.0 : used.diagonal().norm();
+  return used;
 }
 
 // Vertices in the order of their first use, those within `tolerance` made one; triangles that
 // collapse go.
-TriangleMesh welded(const TriangleMesh& loose, double tolerance) {
-  Welder welder(loose.triangles.size(), tolerance);
+TriangleMesh welded(const TriangleMesh& loose, const Vec3& corner, double tolerance) {
+  Welder welder(loose.triangles.size(), corner, tolerance);
   TriangleMesh mesh;
   mesh.triangles.reserve(loose.triangles.size());
   for (const MeshGroup& group : loose.groups) {
@@ -172,6 +108,7 @@ TriangleMesh welded(const TriangleMesh& loose, double tolerance) {
     if (count > 0) mesh.groups.push_back({group.name, first, count});
   }
   mesh.vertices = welder.take();
+  mesh.rounding_m = loose.rounding_m;
   return mesh;
 }
 
@@ -179,24 +116,16 @@ TriangleMesh welded(const TriangleMesh& loose, double tolerance) {
 
 TriangleMesh import_mesh(const std::filesystem::path& file, double scale) {
   assert(scale > 0);
-  errno = 0;
-  if (std::filesystem::is_directory(file)) throw io_error(file.string(), "cannot read", EISDIR);
-  if (!std::ifstream(file)) throw io_error(file.string(), "cannot read", errno);
-
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw no_mesh(file,
-                  std::string("cannot be read as a mesh (") + importer.GetErrorString() + ")");
-  }
-  Gatherer gatherer(*scene, file);
-  gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
-  const TriangleMesh loose = gatherer.take();
+  const TriangleMesh loose = read_mesh_file(file, scale);
   if (loose.triangles.empty()) throw no_mesh(file, "contains no triangles");
 
-  const double size = extent(loose);
+  const Bounds used = used_bounds(loose);
+  if (std::max(used.max().cwiseAbs().maxCoeff(), used.min().cwiseAbs().maxCoeff()) > kFarthest) {
+    throw no_mesh(file, "has a corner farther than 1e50 m from its origin");
+  }
+  const double size = used.diagonal().norm();
   TriangleMesh mesh;
-  if (size > 0) mesh = welded(loose, 1e-6 * size);
+  if (size > 0) mesh = welded(loose, used.min(), 1e-6 * size);
   if (mesh.triangles.empty()) throw no_mesh(file, "contains no triangle of any extent");
   if (mesh.groups.size() == 1) {
     const std::string& name = mesh.groups[0].name;

@@ -12,8 +12,10 @@
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/subprocess.h"
+#include "core/temporary_file.h"
 #include "inspect/pile_inspection.h"
 #include "job/mode_spec.h"
+#include "json/json_text.h"
 #include "model/model.h"
 #include "pile/guide/upside_down.h"
 #include "report/comparison_writer.h"
@@ -26,7 +28,6 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr char kRuns[] = "runs";
 constexpr char kKeyFile[] = "finished.key";
@@ -115,6 +116,14 @@ bool is_finished(const PlannedRun& run) {
   return fs::exists(key) && read_file(key) == run.key;
 }
 
+void stop_if_interrupted(const ComparisonJob& job) {
+  if (!interrupted()) return;
+  throw Error(ErrorKind::interrupted,
+              Problem{.file = job.output.string(),
+                      .found = "interrupted; the runs that were complete are kept",
+                      .remedy = "Go on with the same command and --resume"});
+}
+
 void simulate(const ComparisonJob& job, const PlannedRun& run) {
   std::vector<std::string> command = {job.program.string(),
                                       "simulate",
@@ -129,25 +138,21 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
     command.push_back("--set");
     command.push_back(one);
   }
-  fs::remove(run.directory / kKeyFile);
+  remove_in_one_go(run.directory / kKeyFile);
   Subprocess process(command, "pilesim");
-  while (!process.ends_within(0.05)) {
-    if (interrupted()) process.ask_to_end();
+  while (!interrupted() && !process.ends_within(0.05)) {
   }
+  if (interrupted()) process.ask_to_end();  // once: it ends at once when it is asked again
   const SubprocessResult result = process.wait();
-  if (interrupted()) {
-    throw Error(ErrorKind::interrupted,
-                Problem{.file = job.output.string(),
-                        .found = "interrupted; the runs that were complete are kept",
-                        .remedy = "Go on with the same command and --resume"});
-  }
+  stop_if_interrupted(job);
   if (result.exit_status != 0) {
     const bool known = result.exit_status == static_cast<int>(ErrorKind::input) ||
                        result.exit_status == static_cast<int>(ErrorKind::io);
     throw Error(known ? static_cast<ErrorKind>(result.exit_status) : ErrorKind::internal,
                 Problem{.file = run.directory.string(),
                         .found = "mode " + run.mode->name + " with seed " +
-                                 std::to_string(run.seed) + " failed: " + result.errors});
+                                 std::to_string(run.seed) + " failed with exit status " +
+                                 std::to_string(result.exit_status) + ": " + result.errors});
   }
   write_file_atomically(run.directory / kKeyFile, run.key);
 }
@@ -180,22 +185,41 @@ BodyStates end_states(TrajectoryReader& trajectory) {
   return states;
 }
 
+// What `read` takes from a run's report, which a run with --resume may find in any state.
+template <typename Read>
+void read_report(const PlannedRun& run, const Read& read) {
+  const fs::path file = run.directory / "report.json";
+  const Json report = read_json_file(file);
+  try {
+    read(report);
+  } catch (const Json::exception& fault) {
+    throw Error(ErrorKind::input,
+                Problem{.file = file.string(),
+                        .found = fault.what(),
+                        .expected = "the report that pilesim simulate wrote",
+                        .remedy = "Remove the run's directory, and repeat with --resume"});
+  }
+}
+
 ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Model& judge_model,
                      const Vec3& gravity, TrajectoryReader& trajectory) {
   ComparedRun result;
   result.seed = run.seed;
-  const Json report = Json::parse(read_file(run.directory / "report.json"));
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
-  result.setup_s = report["time"]["setup_s"];
-  result.cpu_s = report["time"]["cpu_s"];
-  result.steps = report["counts"]["steps"];
-  result.peak_memory_bytes = report["peak_memory_bytes"];
-  const Json& stages = report["time"]["stages"];
-  for (size_t i = 0; i < kStageCount; ++i) {
-    result.times.seconds[i] = stages[std::string(stage_name(static_cast<Stage>(i)))]["total_s"];
-  }
-  result.times.total_s = stages["all"]["total_s"];
+  read_report(run, [&](const Json& report) {
+    const Json& time = report.at("time");
+    result.setup_s = time.at("setup_s");
+    result.cpu_s = time.at("cpu_s");
+    result.steps = report.at("counts").at("steps");
+    result.peak_memory_bytes = report.at("peak_memory_bytes");
+    const Json& stages = time.at("stages");
+    for (size_t i = 0; i < kStageCount; ++i) {
+      const std::string stage(stage_name(static_cast<Stage>(i)));
+      result.times.seconds[i] = stages.at(stage).at("total_s");
+    }
+    result.times.total_s = stages.at("all").at("total_s");
+  });
   result.measures = measure_run(trajectory, job.times);
   result.quality = inspect_pile(judge_model, gravity, end_states(trajectory));
   return result;
@@ -217,6 +241,7 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   }
   const size_t mode_count = plan.modes.size();
   for (size_t i = 0; i < plan.runs.size(); ++i) {
+    stop_if_interrupted(job);
     const PlannedRun& run = plan.runs[i];
     ComparedMode& mode = comparison.modes[i % mode_count];
     TrajectoryReader trajectory(run.directory);
@@ -229,8 +254,9 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
     TrajectoryReader reference(plan.runs[other].directory);
     result.motion = motion_error(reference, trajectory);
     if (mode.collision_shapes.empty()) {
-      const Json report = Json::parse(read_file(run.directory / "report.json"));
-      mode.collision_shapes = report["collision_shapes"].get<std::vector<std::string>>();
+      read_report(run, [&](const Json& report) {
+        mode.collision_shapes = report.at("collision_shapes").get<std::vector<std::string>>();
+      });
     }
     mode.runs.push_back(std::move(result));
   }
@@ -268,13 +294,13 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const auto there = claim_output(job.output, own, job.force || job.resume);
   const Plan plan = make_plan(job);
   install_interrupt_handler();
-  if (!job.resume) remove_output(there);
+  // A report never stands beside runs that it is not of.
+  remove_output(job.resume ? claim_output(job.output, kComparisonEntries, true) : there);
   make_output_directory(job.output);
   simulate_all(job, plan);
   const Comparison comparison = evaluate(job, plan);
   const std::string missing = write_comparison(comparison, job.output);
-  ComparisonSummary summary =
-      summarise(nlohmann::ordered_json::parse(read_file(job.output / "compare.json")));
+  ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
   if (!missing.empty()) summary.warnings.push_back(missing);
   return summary;
 }

@@ -1,10 +1,15 @@
+<<<<<<<< HEAD:src/json/json_text.cpp
 #include "json/json_text.h"
+========
+#include "json/json_text.h"
+>>>>>>>> origin2/main:src/core/json_text.cpp
 
 #include <algorithm>
 #include <set>
 #include <sstream>
 #include <utility>
 
+#include "core/atomic_file.h"
 #include "core/error.h"
 
 namespace pilesim {
@@ -195,6 +200,10 @@ Json parse_json(const std::string& text, const std::string& file) {
         std::string_view(error.what()).find("unexpected end of input") != std::string::npos;
     throw translate(error, text, file, at_end || consumed == 0 ? text.size() : consumed - 1);
   }
+}
+
+Json read_json_file(const std::filesystem::path& file) {
+  return parse_json(read_file(file, kMostJsonBytes), file.string());
 }
 
 void walk_json(std::string_view text, const std::function<void(const JsonPlace&)>& visit) {

@@ -2,6 +2,8 @@
 // key and value.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -33,6 +35,11 @@ class LineIndex {
 // counts: find repetitions with walk_json().
 inline constexpr int kMaxJsonDepth = 64;
 Json parse_json(const std::string& text, const std::string& file);
+
+// parse_json() of a whole file, which is how every JSON file is read. Throws Error(input) for more
+// than kMostJsonBytes, too (values take up to 30 times their text), and Error(io).
+inline constexpr uint64_t kMostJsonBytes = uint64_t{256} << 20;
+Json read_json_file(const std::filesystem::path& file);
 
 struct JsonPlace {
   const std::string& pointer;  // RFC 6901; valid during the visit

@@ -87,6 +87,36 @@ Range robust_range(std::vector<float>& values) {
           std::min(all.high, middle.high + 0.5f * width)};
 }
 
+// Where shadows end: on the planes, and at the lowest body.
+class ShadowReach {
+ public:
+  ShadowReach(const RenderScene& scene, const TrajectoryFrame& frame) {
+    for (size_t body = 0; body < scene.shape.size(); ++body) {
+      if (scene.drawn(frame, body)) {
+        lowest_ = std::min(lowest_, frame.position[body].y() - scene.radius(body));
+      } else if (scene.is_plane[scene.shape[body]] != 0 &&
+                 (frame.state[body] & kStatePresent) != 0) {
+        const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
+        if (normal.dot(light_) > 0) planes_.emplace_back(normal, frame.position[body]);
+      }
+    }
+  }
+
+  // The end of the shadow of a body at `centre`, down the light from there.
+  Vec3f end(const Vec3f& centre) const {
+    float length = std::max(0.0f, centre.y() - lowest_) / light_.y();
+    for (const Plane& plane : planes_)
+      length = std::max(length, plane.signedDistance(centre) / plane.normal().dot(light_));
+    return centre - length * light_;
+  }
+
+ private:
+  using Plane = Eigen::Hyperplane<float, 3>;
+  const Vec3f light_ = key_light_direction();
+  float lowest_ = std::numeric_limits<float>::max();
+  std::vector<Plane> planes_;
+};
+
 }  // namespace
 
 RenderScene::RenderScene(const TrajectoryHeader& header)
@@ -150,12 +180,7 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
 LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
                          int resolution) {
   const Eigen::Matrix3f rotation = light_from_world();
-  const Vec3f light = key_light_direction();
-  const float shadow_length = std::sqrt(1 - light.y() * light.y()) / light.y();
-  float lowest = std::numeric_limits<float>::max();
-  for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.drawn(frame, body)) lowest = std::min(lowest, frame.position[body].y());
-  }
+  const ShadowReach shadow_reach(scene, frame);
   // What the camera looks at: a landscape is not worth the shadows of what stands in it.
   const Vec3f focus = rotation * (view.eye + view.focus_m * view.forward);
   const float reach = 2 * view.focus_m * std::max(view.tan_half_width, view.tan_half_height);
@@ -165,8 +190,7 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
     const float radius = scene.radius(body);
     const Vec3f& position = frame.position[body];
     // A body out of view may still throw its shadow into it.
-    const float shadow = shadow_length * (position.y() - lowest);
-    if (!view.sees_sphere(position, radius + shadow)) continue;
+    if (!view.sees_capsule(position, shadow_reach.end(position), radius)) continue;
     const Vec3f centre = rotation * position;
     auto& values = scene.moves[body] != 0 ? moving : fixed;
     for (int axis = 0; axis < 3; ++axis) {
@@ -189,7 +213,7 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
       range[axis].high = std::max(range[axis].high, value);
     }
   }
-  const float margin = 0.5f * scene.typical_radius_m;
+  const float margin = scene.typical_radius_m;
   const float wanted =
       std::max(range[0].high - range[0].low, range[1].high - range[1].low) + 2 * margin;
   // Sizes in steps of a fifth and places in whole texels: shadows stand still while bodies move.
@@ -201,9 +225,11 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
     low[axis] = std::floor((centre - 0.5f * width) / texel) * texel;
     high[axis] = low[axis] + width;
   }
-  low.z() = range[2].low - 0.5f * width;
-  high.z() = range[2].high + 0.5f * width;
-  return make_light_view(low, high);
+  low.z() = range[2].low - margin - 8 * texel;
+  high.z() = range[2].high + margin + 8 * texel;
+  LightView light = make_light_view(low, high);
+  light.margin_m = margin;
+  return light;
 }
 
 void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
@@ -212,9 +238,11 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
   std::vector<Entry> entries;
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
-    const Vec3f radii = scene.radius(body) * light.extent.cwiseInverse();
     const Vec3f at = (light.shadow_from_world * frame.position[body].homogeneous()).head<3>();
-    if ((at.array() < -radii.array()).any() || (at.array() > 1 + radii.array()).any()) continue;
+    // What lies before or behind the box casts as well.
+    const Eigen::Array2f radii = scene.radius(body) / light.extent.head<2>().array();
+    const Eigen::Array2f place = at.head<2>().array();
+    if ((place < -radii).any() || (place > 1 + radii).any()) continue;
     const uint32_t level = choose_level(scene.meshes[scene.shape[body]], texel);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, at.z(), body});
   }

@@ -1,5 +1,6 @@
 #include "render/gl_objects.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -54,6 +55,15 @@ PixelFormat transfer_format(GLenum internal_format) {
   }
 }
 
+// After the driver was asked for memory.
+void check_memory(int width, int height) {
+  if (glGetError() != GL_OUT_OF_MEMORY) return;
+  throw Error(ErrorKind::usage,
+              Problem{.found = "there is no memory for pictures of " + std::to_string(width) + "x" +
+                               std::to_string(height) + " pixels",
+                      .remedy = "Ask for a smaller --size or fewer --samples"});
+}
+
 GLuint compile(std::string_view program, GLenum stage, std::string_view source) {
   const GLuint shader = glCreateShader(stage);
   constexpr std::string_view kVersion = "#version 330 core\n";
@@ -76,18 +86,46 @@ GLuint compile(std::string_view program, GLenum stage, std::string_view source) 
 
 }  // namespace
 
+void check_limits(int width, int height, int samples) {
+  GLint side = 0, colour_samples = 0, depth_samples = 0;
+  std::array<GLint, 2> viewport{};
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
+  glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport.data());
+  glGetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour_samples);
+  glGetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &depth_samples);
+  const int most_samples = std::min(colour_samples, depth_samples);
+  const std::array<int, 2> most = {std::min(side, viewport[0]), std::min(side, viewport[1])};
+  if (width > most[0] || height > most[1]) {
+    throw Error(ErrorKind::usage,
+                Problem{.pointer = "/render/size",
+                        .found = "is " + std::to_string(width) + "x" + std::to_string(height),
+                        .expected = "at most " + std::to_string(most[0]) + "x" +
+                                    std::to_string(most[1]) + ", which this OSMesa can draw"});
+  }
+  if (samples > most_samples) {
+    throw Error(ErrorKind::usage,
+                Problem{.pointer = "/render/samples",
+                        .found = "needs " + std::to_string(samples) + " samples at once",
+                        .expected = "at most " + std::to_string(most_samples) +
+                                    ", which this OSMesa can draw",
+                        .remedy = "Ask for 1 sample"});
+  }
+}
+
 GlTexture make_target(GLenum internal_format, int width, int height, int samples, GLint filter) {
   GlTexture texture;
   if (samples > 0) {
     glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, texture.name());
     glTexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, samples, internal_format, width, height,
                             GL_TRUE);
+    check_memory(width, height);
     return texture;
   }
   const PixelFormat transfer = transfer_format(internal_format);
   glBindTexture(GL_TEXTURE_2D, texture.name());
   glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width, height, 0,
                transfer.format, transfer.type, nullptr);
+  check_memory(width, height);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);

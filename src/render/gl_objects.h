@@ -51,8 +51,12 @@ using GlBuffer = GlObject<GlBufferTraits>;
 using GlFramebuffer = GlObject<GlFramebufferTraits>;
 using GlVertexArray = GlObject<GlVertexArrayTraits>;
 
+// Throws Error(usage) if the driver cannot draw targets of this size with so many samples.
+void check_limits(int width, int height, int samples);
+
 // A texture of one level that can be drawn into. `samples` 0: an ordinary 2-D texture, clamped to
-// its edge and filtered with `filter`; above: a multisample texture.
+// its edge and filtered with `filter`; above: a multisample texture. Throws Error(usage) without
+// memory for it.
 GlTexture make_target(GLenum internal_format, int width, int height, int samples = 0,
                       GLint filter = GL_NEAREST);
 

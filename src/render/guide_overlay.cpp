@@ -6,14 +6,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
+#include "json/json_text.h"
 #include "render/view.h"
 
 namespace pilesim {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr float kNear = 0.01f, kFar = 1000;
 constexpr float kFacing = 0.16f, kGrazing = 0.55f;  // opacity of the guide by its slope to the view
@@ -79,9 +77,8 @@ void draw_dot(Image& image, const Eigen::Vector2f& at, float radius) {
 }  // namespace
 
 GuideOverlay::GuideOverlay(const std::filesystem::path& file) {
-  const std::string text = read_file(file);
+  const Json json = read_json_file(file);
   try {
-    const Json json = Json::parse(text);
     for (const Json& vertex : json.at("guide").at("vertices")) {
       vertices_.push_back(point_of(vertex));
     }

@@ -32,8 +32,8 @@ class VideoWriter {
   std::unique_ptr<State> state_;
 };
 
-// Pictures side by side, row by row, with a thin gap; all of one size. Each bears its label (ASCII)
-// in its lower left corner.
+// Pictures side by side, row by row, with a thin gap; all of one size. Each bears its label (UTF-8,
+// label.h) in its lower left corner.
 Image contact_sheet(const std::vector<Image>& pictures, const std::vector<std::string>& labels,
                     int columns);
 // Width and height in pixels of such a sheet, from those of a picture.

@@ -6,14 +6,13 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
+#include "json/json_text.h"
 #include "render/view.h"
 
 namespace pilesim {
 namespace {
 
-using Json = nlohmann::json;
 using Point = Eigen::Vector2f;
 
 constexpr int kSides = 96;
@@ -100,24 +99,28 @@ void draw_line(Image& image, const Point& from, const Point& to, const Eigen::Ve
 }  // namespace
 
 PileOverlay::PileOverlay(const std::filesystem::path& file) {
-  const std::string text = read_file(file);
+  const Json json = read_json_file(file);
+  const auto refuse = [&](const std::string& found) {
+    return Error(ErrorKind::input, Problem{.file = file.string(),
+                                           .found = found,
+                                           .expected = "the layers that pilesim direct-pile wrote",
+                                           .remedy = "Direct the pile again"});
+  };
   try {
-    const Json json = Json::parse(text);
     for (const Json& change : json.at("changes")) {
       Change& stored = changes_.emplace_back(Change{change.at("frame"), {}});
       for (const Json& pile : change.at("piles")) {
         Pile& one = stored.piles.emplace_back();
         one.core = points_of(pile.at("core"));
         one.walls = points_of(pile.at("walls"));
+        if (one.core.empty()) throw refuse("a pile has a core of no points");
         for (const Json& layer : pile.at("layers")) {
           one.layers.push_back({layer.at("bottom_m"), layer.at("top_m"), layer.at("radius_m")});
         }
       }
     }
   } catch (const Json::exception& fault) {
-    throw Error(ErrorKind::input, Problem{.file = file.string(),
-                                          .found = fault.what(),
-                                          .expected = "the layers that pilesim direct-pile wrote"});
+    throw refuse(fault.what());
   }
 }
 

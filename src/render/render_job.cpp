@@ -148,10 +148,13 @@ class Painter {
   TrajectoryFrame frame_;
 };
 
-void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
+size_t pictures_on_sheet(const RenderJob& job) {
   const auto [columns, rows] = *job.sheet;
-  const size_t count =
-      std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
+  return std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
+}
+
+void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
+  const size_t count = pictures_on_sheet(job);
   std::vector<Image> pictures;
   std::vector<std::string> labels;
   for (size_t i = 0; i < count; ++i) {
@@ -164,7 +167,7 @@ void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
     }
   }
-  write_png(contact_sheet(pictures, labels, std::min(columns, static_cast<int>(count))),
+  write_png(contact_sheet(pictures, labels, std::min((*job.sheet)[0], static_cast<int>(count))),
             job.output / kSheetFile);
 }
 
@@ -224,10 +227,8 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
 }
 
 RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode mode) {
-  const auto [columns, rows] = *job.sheet;
   RenderSummary summary;
-  summary.frames =
-      std::min(job.frames.size(), static_cast<size_t>(columns) * static_cast<size_t>(rows));
+  summary.frames = pictures_on_sheet(job);
   make_output_directory(job.output);
   Progress progress(mode, "render", summary.frames, "frames");
   draw_sheet(job, painter, progress);
@@ -235,10 +236,37 @@ RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode 
   return summary;
 }
 
+// What has no room, before any work.
+void check_sizes(const RenderJob& job) {
+  const auto [width, height] = job.settings.size;
+  const size_t beside = job.beside != nullptr ? 2 : 1;
+  if (job.sheet) {
+    const size_t count = pictures_on_sheet(job) * beside;
+    const uint64_t pixels =
+        uint64_t{count} * static_cast<uint64_t>(width) * static_cast<uint64_t>(height);
+    if (pixels <= kMostSheetPixels) return;
+    throw Error(ErrorKind::usage,
+                Problem{.found = "--sheet: " + std::to_string(count) + " pictures of " +
+                                 std::to_string(width) + "x" + std::to_string(height) + " are " +
+                                 std::to_string(pixels) + " pixels",
+                        .expected = "at most " + std::to_string(kMostSheetPixels),
+                        .remedy = "Ask for fewer pictures or a smaller --size"});
+  }
+  const int video_width =
+      job.beside != nullptr ? contact_sheet_size(job.settings.size, 2, 2)[0] : width;
+  if (job.video && video_width > kWidestVideo) {
+    throw Error(ErrorKind::usage,
+                Problem{.found = "a video " + std::to_string(video_width) + " pixels wide",
+                        .expected = "at most " + std::to_string(kWidestVideo),
+                        .remedy = "Ask for a smaller --size, or for --no-video"});
+  }
+}
+
 }  // namespace
 
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode mode) {
   const Stopwatch watch;
+  check_sizes(job);
   std::vector<std::string_view> own = {kFrameFiles};
   if (job.video) own.push_back(kVideoFile);
   if (job.sheet) own = {kSheetFile};

@@ -15,6 +15,11 @@
 
 namespace pilesim {
 
+// Of sheet.png.
+inline constexpr uint64_t kMostSheetPixels = uint64_t{1} << 28;
+// What x264 encodes.
+inline constexpr int kWidestVideo = 16384;
+
 struct RenderJob {
   std::filesystem::path output;             // directory for frames/, video.mp4, sheet.png
   std::vector<uint64_t> frames;             // of the trajectory, ascending and evenly spaced
@@ -39,10 +44,11 @@ struct RenderSummary {
 };
 
 // Writes frames/frame.####.png, numbered as in the trajectory, and video.mp4, which plays at the
-// trajectory's speed whatever frames are left out. Drawing, PNG compression and video encoding
+// trajectory's speed whatever frames are left out. Error(usage) for sheets and videos that are too
+// large. Drawing, PNG compression and video encoding
 // overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
 // stays until a new one takes its place, and what is left of them at the end is removed. Takes over
-// SIGINT and SIGTERM: Ctrl-C finishes the video with the frames so far and throws
+// SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far and throws
 // Error(interrupted).
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
 

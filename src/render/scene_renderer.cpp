@@ -169,6 +169,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
   // The driver's four samples are a square lattice; a second pass fills the middle of its cells.
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
+  check_limits(width, height, samples);
   programs.emplace(samples > 0);
   targets.emplace(width, height, samples);
   if (samples > 0) {
@@ -345,6 +346,7 @@ void SceneRenderer::State::draw_key_light(const View& view) {
   set(program.uniform("shadow_from_world"), light.shadow_from_world);
   set(program.uniform("shadow_extent"), light.extent);
   glUniform1f(program.uniform("shadow_reach"), scene.typical_radius_m);
+  glUniform1f(program.uniform("shadow_margin"), light.margin_m);
   glUniform1i(program.uniform("shadow_depth"), kFourthUnit);
   bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->shadow);
   draw_over_target(targets->key_light_frame, width, height);

@@ -1,8 +1,8 @@
 #include <string>
-#include <system_error>
 
 #include "core/error.h"
 #include "core/subprocess.h"
+#include "core/temporary_file.h"
 #include "core/text.h"
 #include "render/image_output.h"
 
@@ -10,21 +10,42 @@ namespace pilesim {
 
 struct VideoWriter::State {
   std::filesystem::path file;
-  std::filesystem::path unfinished;
-  Subprocess ffmpeg;
-  bool finished = false;
+  TemporaryFile unfinished;
+  Subprocess ffmpeg;  // last: it ends before its file is removed
+
+  // The command lacks its last word, the file to write.
+  State(const std::filesystem::path& place, std::vector<std::string> command)
+      : file(place), unfinished(place), ffmpeg(completed(std::move(command)), "ffmpeg") {}
+
+  // "file:": a name may begin with a dash or hold a colon.
+  std::vector<std::string> completed(std::vector<std::string> command) const {
+    command.push_back("file:" + unfinished.name().string());
+    return command;
+  }
 };
+
+namespace {
+
+// What ffmpeg complains of, as a fault of the file that the user knows.
+Error about(const std::filesystem::path& file, const Error& error) {
+  std::vector<Problem> problems = error.problems();
+  problems.front().found =
+      "cannot be written: " + problems.front().file + " " + problems.front().found;
+  problems.front().file = file.string();
+  return {error.kind(), std::move(problems)};
+}
+
+}  // namespace
 
 VideoWriter::VideoWriter(const std::filesystem::path& file, int width, int height,
                          double frame_rate) {
-  const std::filesystem::path unfinished =
-      file.parent_path() / ("." + file.filename().string() + ".tmp");
   // yuv420p wants even sizes, and players take untagged video for what they like: say BT.709.
-  const std::vector<std::string> command = {
+  std::vector<std::string> command = {
       "ffmpeg",
       "-hide_banner",
       "-loglevel",
       "error",
+      "-xerror",  // without it a disk that is full at the very end is no fault
       "-y",
       "-f",
       "rawvideo",
@@ -55,29 +76,27 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, int width, int heigh
       "-movflags",
       "+faststart",
       "-f",
-      "mp4",
-      unfinished.string()};
-  state_.reset(new State{file, unfinished, Subprocess(command, "ffmpeg")});
+      "mp4"};
+  state_ = std::make_unique<State>(file, std::move(command));
 }
 
-VideoWriter::~VideoWriter() {
-  if (state_->finished) return;
-  const std::filesystem::path unfinished = state_->unfinished;
-  state_.reset();  // ends ffmpeg
-  std::error_code ignored;
-  std::filesystem::remove(unfinished, ignored);
-}
+VideoWriter::~VideoWriter() = default;
 
 void VideoWriter::append(const Image& image) {
-  state_->ffmpeg.write(std::as_bytes(std::span(image.rgb)));
+  try {
+    state_->ffmpeg.write(std::as_bytes(std::span(image.rgb)));
+  } catch (const Error& error) {
+    throw about(state_->file, error);
+  }
 }
 
 void VideoWriter::finish() {
-  state_->ffmpeg.finish();
-  std::error_code fault;
-  std::filesystem::rename(state_->unfinished, state_->file, fault);
-  if (fault) throw io_error(state_->file.string(), "cannot be written", fault.value());
-  state_->finished = true;
+  try {
+    state_->ffmpeg.finish();
+  } catch (const Error& error) {
+    throw about(state_->file, error);
+  }
+  state_->unfinished.take_place();
 }
 
 }  // namespace pilesim

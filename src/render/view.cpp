@@ -6,8 +6,13 @@
 namespace pilesim {
 
 bool View::sees_sphere(const Vec3f& centre, float radius) const {
+  return sees_capsule(centre, centre, radius);
+}
+
+bool View::sees_capsule(const Vec3f& a, const Vec3f& b, float radius) const {
   return std::all_of(planes.begin(), planes.end(), [&](const Eigen::Vector4f& plane) {
-    return plane.head<3>().dot(centre) + plane.w() >= -radius;
+    const Vec3f normal = plane.head<3>();
+    return std::max(normal.dot(a), normal.dot(b)) + plane.w() >= -radius;
   });
 }
 

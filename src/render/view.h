@@ -20,6 +20,8 @@ struct View {
 
   float depth_of(const Vec3f& point) const { return forward.dot(point - eye); }
   bool sees_sphere(const Vec3f& centre, float radius) const;
+  // What a sphere covers on its way from `a` to `b`.
+  bool sees_capsule(const Vec3f& a, const Vec3f& b, float radius) const;
   // Column and row (from the top) of a point in front of the eye, in pixels of a picture of that
   // size; the middle of the first pixel is (0.5, 0.5).
   Eigen::Vector2f project(const Vec3f& point, float width, float height) const;
@@ -36,6 +38,7 @@ View make_view(const CameraKey& camera, float aspect, float near_m, float far_m)
 struct LightView {
   Eigen::Matrix4f shadow_from_world;  // the box to [0,1]^3, z away from the light
   Vec3f extent = Vec3f::Ones();       // m, edges of the box
+  float margin_m = 1;                 // from the box's sides to what was fitted: shadows fade there
 };
 
 // Unit, from the scene to the key light.

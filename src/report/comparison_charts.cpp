@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/gnuplot.h"
 #include "core/text.h"
 
@@ -26,13 +25,14 @@ bool is_known(const Json& interval) {
   return interval.is_object() && interval["value"].is_number() && interval["low"].is_number();
 }
 
-Chart draw(const std::string& title, const std::string& name, int height, const Plot& plot,
-           const std::filesystem::path& directory) {
+ComparisonChart draw(const std::string& title, const std::string& name, int height,
+                     const Plot& plot) {
   const std::string script = kKey + plot.script();
   const std::string svg = draw_svg(script, 760, height);
-  write_file_atomically(directory / ("compare." + name + ".svg"), svg);
-  write_png_chart(directory / ("compare." + name + ".png"), script, 1140, height * 3 / 2, 1.4);
-  return {title, svg};
+  return {.chart = {title, svg},
+          .name = name,
+          .svg = svg,
+          .png = draw_png(script, 1140, height * 3 / 2, 1.4)};
 }
 
 // The modes that no other one beats in both, from the least error on: a line of gnuplot each.
@@ -54,7 +54,7 @@ std::string pareto_front(const Json& modes) {
   return front;
 }
 
-Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
+ComparisonChart pareto_chart(const Json& modes) {
   Plot plot(
       "set logscale xy\nset grid lc rgb '#e4e4e4' lw 1\nset offsets graph 0.1, graph 0.1, graph "
       "0.1, graph 0.1\n"
@@ -71,10 +71,10 @@ Chart pareto_chart(const Json& modes, const std::filesystem::path& directory) {
              text_of(x["value"]) + " " + text_of(y["value"]) + " " + text_of(x["low"]) + " " +
                  text_of(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
   }
-  return draw("Speed-up against error", "pareto", 400, plot, directory);
+  return draw("Speed-up against error", "pareto", 400, plot);
 }
 
-Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
+ComparisonChart error_chart(const Json& modes) {
   std::string names;
   size_t row = 0;
   for (const auto& [name, error] : modes[0]["errors"].items()) {
@@ -104,10 +104,10 @@ Chart error_chart(const Json& modes, const std::filesystem::path& directory) {
                  "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot, directory);
+  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot);
 }
 
-Chart energy_chart(const Json& figures, const std::filesystem::path& directory) {
+ComparisonChart energy_chart(const Json& figures) {
   Plot plot(
       "set grid ytics lc rgb '#e4e4e4' lw 1\nset xlabel 'simulated time (s)'\n"
       "set ylabel 'energy per mass ((D/T)^2)'\n");
@@ -124,15 +124,14 @@ Chart energy_chart(const Json& figures, const std::filesystem::path& directory) 
     plot.add("with lines lw 1.6 lc rgb '" + colour_of(i) + "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Energy of the first seed", "energy", 300, plot, directory);
+  return draw("Energy of the first seed", "energy", 300, plot);
 }
 
 }  // namespace
 
-std::vector<Chart> comparison_charts(const Json& figures, const std::filesystem::path& directory) {
+std::vector<ComparisonChart> comparison_charts(const Json& figures) {
   const Json& modes = figures["modes"];
-  return {pareto_chart(modes, directory), error_chart(modes, directory),
-          energy_chart(figures, directory)};
+  return {pareto_chart(modes), error_chart(modes), energy_chart(figures)};
 }
 
 }  // namespace pilesim

@@ -183,13 +183,19 @@ Json comparison_json(const Comparison& comparison) {
 
 std::string write_comparison(const Comparison& comparison, const std::filesystem::path& directory) {
   const Json figures = comparison_json(comparison);
-  std::vector<Chart> charts;
+  std::vector<ComparisonChart> drawn;
   std::string missing;
   try {
-    charts = comparison_charts(figures, directory);
+    drawn = comparison_charts(figures);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::io) throw;
     missing = std::string("compare.html has no charts: ") + error.what();
+  }
+  std::vector<Chart> charts;
+  for (const ComparisonChart& one : drawn) {
+    write_file_atomically(directory / ("compare." + one.name + ".svg"), one.svg);
+    write_file_atomically(directory / ("compare." + one.name + ".png"), one.png);
+    charts.push_back(one.chart);
   }
   write_file_atomically(directory / "compare.html", comparison_html(figures, charts, missing));
   write_file_atomically(directory / "compare.json", figures.dump(2) + "\n");

@@ -23,17 +23,16 @@ std::string number(double value) { return with_digits(value, 9); }
 }  // namespace
 
 TimingCsv::TimingCsv(const std::filesystem::path& file)
-    : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)),
+    : descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)),
       path_(file.string()) {
   if (descriptor_ < 0) throw io_error(path_, "cannot be created", errno);
   std::string header = "frame,time_s,steps,total_ms";
   for (size_t stage = 0; stage < kStageCount; ++stage) {
     header += "," + std::string(stage_name(static_cast<Stage>(stage))) + "_ms";
   }
-  write_all(descriptor_, path_,
-            header +
-                ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
-                "kinetic_energy_j,potential_energy_j\n");
+  write_row(header +
+            ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
+            "kinetic_energy_j,potential_energy_j\n");
 }
 
 TimingCsv::~TimingCsv() { close(descriptor_); }
@@ -46,7 +45,18 @@ void TimingCsv::append(const FrameRow& row) {
           std::to_string(row.bodies_awake) + "," + std::to_string(row.contacts) + "," +
           number(row.deepest_penetration_m) + "," + number(row.kinetic_energy_j) + "," +
           number(row.potential_energy_j) + "\n";
-  write_all(descriptor_, path_, line);
+  write_row(line);
+}
+
+void TimingCsv::write_row(const std::string& row) {
+  try {
+    write_all(descriptor_, path_, row);
+  } catch (const Error&) {
+    // A disk that fills up takes the first part of a row.
+    static_cast<void>(ftruncate(descriptor_, whole_rows_));
+    throw;
+  }
+  whole_rows_ += static_cast<off_t>(row.size());
 }
 
 std::string write_report(const SimulationReport& report, const std::filesystem::path& directory) {

@@ -1,6 +1,8 @@
 // report.json, timing.csv and report.html of a simulation. Knows frames and times, not simulators.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -53,7 +55,8 @@ struct SimulationReport {
   std::string mode_figures;  // JSON object: what the mode tells of itself; empty: nothing
 };
 
-// timing.csv, flushed row by row so that a killed run keeps its rows.
+// timing.csv, flushed row by row so that a killed run keeps its rows; it holds whole rows only,
+// also where the disk fills up.
 class TimingCsv {
  public:
   explicit TimingCsv(const std::filesystem::path& file);  // Error(io)
@@ -63,8 +66,11 @@ class TimingCsv {
   void append(const FrameRow& row);  // Error(io)
 
  private:
+  void write_row(const std::string& row);
+
   int descriptor_;
   std::string path_;
+  off_t whole_rows_ = 0;  // bytes
 };
 
 // report.json and report.html (self-contained, SVG charts by gnuplot). Where gnuplot is missing or

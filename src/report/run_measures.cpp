@@ -45,12 +45,22 @@ ShapeFigures shape_figures(const TrajectoryShape& shape) {
   return figures;
 }
 
-Vec3 gravity_of(const TrajectoryHeader& header) {
+// Of the scene that a trajectory holds, which somebody may have edited.
+Error no_scene(const nlohmann::json::exception& fault) {
+  return {ErrorKind::input,
+          Problem{.found = std::string("the trajectory's scene is none (") + fault.what() + ')',
+                  .expected = "the scene that was simulated",
+                  .remedy = "Run the simulation again"}};
+}
+
+Vec3 gravity_of(const TrajectoryHeader& header) try {
   const auto scene = nlohmann::json::parse(header.resolved_scene);
   if (!scene.contains("gravity")) return Vec3(0, -9.81, 0);
   const auto& gravity = scene["gravity"];
   return Vec3(gravity.at(0).get<double>(), gravity.at(1).get<double>(),
               gravity.at(2).get<double>());
+} catch (const nlohmann::json::exception& fault) {
+  throw no_scene(fault);
 }
 
 class Measurement {
@@ -278,7 +288,7 @@ void require_two_frames(const TrajectoryReader& trajectory) {
 
 }  // namespace
 
-std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header) {
+std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header) try {
   std::vector<uint8_t> dynamic = header.body_moves;
   const auto scene = nlohmann::json::parse(header.resolved_scene);
   if (!scene.contains("bodies")) return dynamic;
@@ -289,6 +299,8 @@ std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header) {
     ++index;
   }
   return dynamic;
+} catch (const nlohmann::json::exception& fault) {
+  throw no_scene(fault);
 }
 
 RunMeasures measure_run(TrajectoryReader& trajectory, int times) {

@@ -1,6 +1,7 @@
 #include "scene/scene_format.h"
 
 #include "json/object_codec.h"
+#include "scene/picture_limits.h"
 
 namespace pilesim {
 
@@ -58,16 +59,28 @@ Codec<Material> material_codec() {
 
 Codec<RenderSettings> render_codec() {
   using R = RenderSettings;
-  return object<R>({.noun = "the render settings",
-                    .fields = {
-                        field<R>("size", &R::size, integers<2>(16, 16384, "[width, height]"),
-                                 "Width and height of a frame, pixels."),
-                        field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
-                                 "Samples a pixel, against jagged edges."),
-                        field<R>("analysis", &R::analysis, boolean(),
-                                 "Colour the bodies of a directed pile by their equilibrium: cyan "
-                                 "passed, blue filtered, red failed."),
-                    }});
+  return object<R>(
+      {.noun = "the render settings",
+       .fields =
+           {
+               field<R>("size", &R::size,
+                        integers<2>(kSmallestSide, kLargestSide, "[width, height]"),
+                        "Width and height of a frame, pixels: at most " +
+                            std::to_string(kMostPixels) + " in all."),
+               field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
+                        "Samples a pixel, against jagged edges."),
+               field<R>("analysis", &R::analysis, boolean(),
+                        "Colour the bodies of a directed pile by their equilibrium: cyan "
+                        "passed, blue filtered, red failed."),
+           },
+       .finish = [](const Json&, const Path& path, R& settings, ReadContext& context) {
+         const auto [width, height] = settings.size;
+         if (int64_t{width} * height <= kMostPixels) return;
+         context.log.report(path / "size",
+                            "is " + std::to_string(width) + " x " + std::to_string(height) + ", " +
+                                std::to_string(int64_t{width} * height) + " pixels",
+                            "at most " + std::to_string(kMostPixels) + " pixels");
+       }});
 }
 
 Fields<Scene> setting_fields() {

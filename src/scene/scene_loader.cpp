@@ -47,8 +47,12 @@ Override parse_override(const std::string& argument) {
                          "Write for example /simulator/sleeping=false");
   }
   const std::string text = argument.substr(equals + 1);
-  Json value = Json::parse(text, nullptr, false);
-  if (value.is_discarded()) value = text;
+  Json value;
+  try {
+    value = parse_json(text, kOverride);
+  } catch (const Error&) {
+    value = text;
+  }
   return {argument.substr(0, equals), std::move(value)};
 }
 
@@ -226,7 +230,7 @@ LoadedScene parse_scene(const std::string& text, const std::filesystem::path& fi
 }
 
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-  return read_scene(read_file(file), file, overrides, MeshFiles::must_exist);
+  return read_scene(read_file(file, kMostJsonBytes), file, overrides, MeshFiles::must_exist);
 }
 
 std::string scene_schema() {

@@ -1,4 +1,5 @@
-// Signatures as files: CBOR (RFC 8949) with typed arrays (RFC 8746), little-endian.
+// Signatures as files: CBOR (RFC 8949) with typed arrays (RFC 8746), little-endian, and a checksum
+// of it all: no byte can be other than it was written without being noticed.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +10,7 @@
 
 namespace pilesim {
 
-inline constexpr int kSignatureVersion = 3;
+inline constexpr int kSignatureVersion = 4;
 
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);

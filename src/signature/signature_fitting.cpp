@@ -13,6 +13,7 @@ namespace {
 
 // The curve: each point has this many times the bytes of the one before.
 constexpr double kCurveRatio = 1.41;
+constexpr size_t kRoomForConstants = 200;  // bytes of splines of one control point
 constexpr size_t kSmallestFile = 2000, kLargestFile = 30000;
 
 [[noreturn]] void refuse(ErrorKind kind, const std::string& file, const std::string& found,
@@ -74,7 +75,8 @@ std::vector<ModelUnderTest> table_models(const Signature& table) {
   return models;
 }
 
-// Bytes of the file beside the levels of the two response splines.
+// All bytes of the file but the levels of the two response splines: header, axes, heights, rest
+// poses, drops, accuracy, checksum.
 size_t other_bytes(const Signature& table, const FitOptions& options) {
   FitSettings least = options.settings;
   least.mean = least.spread = {.degree = {0, 0, 0, 0}, .control_points = {1, 1, 1, 1}};
@@ -102,13 +104,21 @@ FitCurvePoint curve_point(const FitCandidate& candidate, size_t bytes) {
 std::vector<FitCurvePoint> make_curve(const Signature& table, const FitOptions& options) {
   const size_t other = other_bytes(table, options);
   const size_t most = options.max_bytes > 0 ? options.max_bytes : kLargestFile;
-  if (most <= other) {
-    refuse(ErrorKind::usage, {}, "--max-bytes " + std::to_string(most),
-           "more than the " + std::to_string(other) + " that the file needs beside splines");
-  }
   const FitSettings& s = options.settings;
-  const auto candidates = search_fits(table.responses, table.body.gyration_m, s.coordinates,
-                                      s.parametrisation, options.most_degree, most - other);
+  const auto search = [&](size_t bytes) {
+    return search_fits(table.responses, table.body.gyration_m, s.coordinates, s.parametrisation,
+                       options.most_degree, bytes);
+  };
+  auto candidates = search(most > other ? most - other : 0);
+  if (candidates.empty()) {
+    const size_t least = other + search(kRoomForConstants).front().level_bytes;
+    refuse(ErrorKind::usage, {}, "--max-bytes " + std::to_string(most),
+           "at least " + std::to_string(least) + ": " + std::to_string(other) +
+               " for all that is stored beside splines, of " +
+               std::to_string(table.rest_poses.size()) + " rest poses among it, and " +
+               std::to_string(least - other) + " for the smallest splines",
+           "Allow more bytes.");
+  }
   std::vector<double> budgets = {static_cast<double>(most)};
   while (budgets.back() / kCurveRatio > static_cast<double>(std::max(other, kSmallestFile))) {
     budgets.push_back(budgets.back() / kCurveRatio);

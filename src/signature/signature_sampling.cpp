@@ -170,7 +170,6 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   watch.restart();
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);
   run.accuracy_s = watch.seconds();
-  if (!options.partial_file.empty()) std::filesystem::remove(options.partial_file);
   return run;
 }
 

@@ -24,8 +24,8 @@ struct SignatureOptions {
   // Drops the checked mesh in a simulation (job/rest_drops.h: simulators lie above this folder).
   // Empty: rest poses are by geometry only.
   std::function<std::vector<ObservedRest>(const TriangleMesh&)> drop_to_rest;
-  // Kept while sampling goes on, removed when it is done; taken up again if it is there and belongs
-  // to the same measurement. Empty: nothing is kept.
+  // Kept while sampling goes on and taken up again if it is there and belongs to the same
+  // measurement; to be removed by the caller when the result is safe. Empty: nothing is kept.
   std::filesystem::path partial_file;
   bool discard_partial = false;  // start anew even so
   ProgressMode progress = ProgressMode::automatic;
@@ -41,7 +41,7 @@ struct SignatureRun {
 // The defaults of a layout: trials a cell (the dissertation's 30) and exemplars.
 TableSampling default_sampling(TableLayout layout);
 
-// Checks everything, then takes over SIGINT and SIGTERM and measures.
+// Checks everything, then takes over SIGINT, SIGTERM and SIGHUP and measures.
 // Throws Error(usage) for settings out of range or that contradict each other, Error(input) for a
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
 // `partial_file`.

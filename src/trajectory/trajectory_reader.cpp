@@ -79,10 +79,10 @@ void check_size(const fs::path& array, size_t found, size_t bodies) {
 TrajectoryShape read_shape(const fs::path& directory) {
   TrajectoryShape shape;
   const auto vertices = read_zarr_values<std::array<float, 3>>(
-      open_zarr_array(directory / "vertices", layout::vertices()));
+      open_whole_zarr_array(directory / "vertices", layout::vertices()), false);
   for (const auto& v : vertices) shape.vertices.emplace_back(v[0], v[1], v[2]);
   shape.triangles = read_zarr_values<std::array<uint32_t, 3>>(
-      open_zarr_array(directory / "triangles", layout::triangles()));
+      open_whole_zarr_array(directory / "triangles", layout::triangles()), false);
   std::vector<uint32_t> corners;
   for (const auto& triangle : shape.triangles) {
     corners.insert(corners.end(), triangle.begin(), triangle.end());
@@ -117,8 +117,9 @@ TrajectoryHeader read_header(const fs::path& store) {
   const size_t bodies = header.body_name.size();
   const auto per_body = [&]<typename T>(const char* name, const ZarrLayout& rows,
                                         std::vector<T>& values) {
-    values = read_zarr_values<T>(open_zarr_array(store / name, rows));
-    check_size(store / name, values.size(), bodies);
+    const ZarrArray array = open_whole_zarr_array(store / name, rows);
+    check_size(store / name, array.rows, bodies);
+    values = read_zarr_values<T>(array, true);
   };
   per_body("body_shape", layout::body_shape(), header.body_shape);
   per_body("body_colour", layout::body_colour(), header.body_colour);
@@ -157,9 +158,12 @@ TrajectoryReader::TrajectoryReader(const fs::path& directory) : state_(std::make
   State& s = *state_;
   s.header = read_header(store);
   const size_t bodies = s.header.body_count();
-  s.position.array = open_zarr_array(store / "position", layout::position(bodies));
-  s.orientation.array = open_zarr_array(store / "orientation", layout::orientation(bodies));
-  s.state.array = open_zarr_array(store / "state", layout::state(bodies));
+  const auto over_frames = [&](const char* name, const ZarrLayout& rows) {
+    return open_zarr_array(store / name, rows, layout::frames_per_chunk(bodies));
+  };
+  s.position.array = over_frames("position", layout::position(bodies));
+  s.orientation.array = over_frames("orientation", layout::orientation(bodies));
+  s.state.array = over_frames("state", layout::state(bodies));
   // They differ by the frames of one write where the writer was killed between the three.
   s.frame_count = std::min({s.position.array.rows, s.orientation.array.rows, s.state.array.rows});
 }

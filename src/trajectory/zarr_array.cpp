@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "json/json_text.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -17,6 +18,8 @@ namespace {
 
 // Level 1: see docs/files.md for what the others give.
 constexpr int kZstdLevel = 1;
+// Rows that differ, as those of a mesh do, are not compressed by more than this.
+constexpr uint64_t kMostExpansion = 1000;
 constexpr char kRemedy[] = "Run the simulation again; a trajectory is not mended by hand";
 
 [[noreturn]] void reject(const fs::path& file, std::string found, std::string expected) {
@@ -80,16 +83,15 @@ std::vector<std::byte> compress(std::span<const std::byte> bytes) {
   return packed;
 }
 
-std::string read_present_file(const fs::path& file) {
+void require_file(const fs::path& file) {
   std::error_code fault;
   if (!fs::exists(file, fault)) reject_missing(file);
-  return read_file(file);
 }
 
 // A number of rows or an extent: also keeps products of them from overflowing.
+constexpr uint64_t kMostExtent = uint64_t{1} << 32;
 uint64_t extent_of(const ordered_json& value) {
-  constexpr uint64_t kLargest = uint64_t{1} << 32;
-  return value.is_number_unsigned() ? std::min(value.get<uint64_t>(), kLargest) : kLargest;
+  return value.is_number_unsigned() ? std::min(value.get<uint64_t>(), kMostExtent) : kMostExtent;
 }
 
 }  // namespace
@@ -144,12 +146,14 @@ void write_zarr_shape(const ZarrArray& array) {
 }
 
 ordered_json read_zarr_json(const fs::path& file) {
-  ordered_json json = ordered_json::parse(read_present_file(file), nullptr, false);
+  require_file(file);
+  ordered_json json = read_json_file(file);
   if (!json.is_object()) reject(file, "is not a JSON object", "one");
   return json;
 }
 
-ZarrArray open_zarr_array(const fs::path& directory, const ZarrLayout& expected) {
+ZarrArray open_zarr_array(const fs::path& directory, const ZarrLayout& expected,
+                          uint64_t most_rows_per_chunk) {
   const fs::path file = directory / ".zarray";
   const ordered_json found = read_zarr_json(file);
   const auto list = [&](const char* key) {
@@ -163,6 +167,10 @@ ZarrArray open_zarr_array(const fs::path& directory, const ZarrLayout& expected)
   ZarrArray array{.directory = directory, .layout = expected};
   array.rows = extent_of(list("shape")[0]);
   array.rows_per_chunk = std::max<uint64_t>(1, extent_of(list("chunks")[0]));
+  if (array.rows_per_chunk > most_rows_per_chunk) {
+    reject(file, "has chunks of " + std::to_string(array.rows_per_chunk) + " rows",
+           "at most " + std::to_string(most_rows_per_chunk));
+  }
   // All else is written in one way only.
   const ordered_json written = metadata(array);
   for (const auto& [key, value] : written.items()) {
@@ -184,7 +192,8 @@ void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::by
     return;
   }
   const fs::path file = array.chunk_file(index);
-  const std::string packed = read_present_file(file);
+  require_file(file);
+  const std::string packed = read_file(file);
   const std::string expected = "a zstd frame of " + std::to_string(array.chunk_bytes()) + " bytes";
   // Looked at before memory is taken for it.
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
@@ -201,15 +210,29 @@ void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::by
   }
 }
 
-std::vector<std::byte> read_zarr_rows(const ZarrArray& array) {
+ZarrArray open_whole_zarr_array(const fs::path& directory, const ZarrLayout& expected) {
+  const ZarrArray array = open_zarr_array(directory, expected, kMostExtent);
   if (array.rows_per_chunk != std::max<uint64_t>(1, array.rows)) {
-    reject(array.directory / ".zarray",
+    reject(directory / ".zarray",
            "cuts " + std::to_string(array.rows) + " rows into chunks of " +
                std::to_string(array.rows_per_chunk),
            "a single chunk");
   }
+  return array;
+}
+
+std::vector<std::byte> read_zarr_rows(const ZarrArray& array, bool known_rows) {
   std::vector<std::byte> bytes;
-  if (array.rows > 0) read_zarr_chunk(array, 0, bytes);
+  if (array.rows == 0) return bytes;
+  if (!known_rows) {
+    std::error_code fault;  // a file that is not there is read_zarr_chunk()'s to tell
+    const uint64_t packed = fs::file_size(array.chunk_file(0), fault);
+    if (!fault && array.chunk_bytes() / kMostExpansion > packed) {
+      reject(array.chunk_file(0), "holds " + std::to_string(packed) + " bytes",
+             "the " + std::to_string(array.rows) + " rows that .zarray tells of");
+    }
+  }
+  read_zarr_chunk(array, 0, bytes);
   return bytes;
 }
 

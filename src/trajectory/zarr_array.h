@@ -52,17 +52,22 @@ void write_zarr_shape(const ZarrArray& array);
 
 // A JSON file of the store.
 nlohmann::ordered_json read_zarr_json(const std::filesystem::path& file);
-ZarrArray open_zarr_array(const std::filesystem::path& directory, const ZarrLayout& expected);
+// `most_rows_per_chunk`: what writers keep to, which bounds the memory that a chunk takes.
+ZarrArray open_zarr_array(const std::filesystem::path& directory, const ZarrLayout& expected,
+                          uint64_t most_rows_per_chunk);
 // chunk_bytes() of them.
 void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::byte>& bytes);
 
-// All rows of an array that is a single chunk, as it lies.
-std::vector<std::byte> read_zarr_rows(const ZarrArray& array);
+// An array that is a single chunk.
+ZarrArray open_whole_zarr_array(const std::filesystem::path& directory, const ZarrLayout& expected);
+// All rows of one, as they lie. `known_rows`: that their number is known from elsewhere; else it is
+// held to what numbers that differ can take when compressed.
+std::vector<std::byte> read_zarr_rows(const ZarrArray& array, bool known_rows);
 
 // The same as values of T: numbers, or a std::array of them for a row.
 template <typename T>
-std::vector<T> read_zarr_values(const ZarrArray& array) {
-  const std::vector<std::byte> bytes = read_zarr_rows(array);
+std::vector<T> read_zarr_values(const ZarrArray& array, bool known_rows) {
+  const std::vector<std::byte> bytes = read_zarr_rows(array, known_rows);
   std::vector<T> values(bytes.size() / sizeof(T));
   if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());
   return values;

@@ -6,6 +6,7 @@ from support import SOURCE, CommandTest
 
 BOX = SOURCE / "assets" / "box.obj"
 RING = SOURCE / "assets" / "ring.obj"
+STICK = SOURCE / "assets" / "stick.obj"
 
 
 class FitBspline(CommandTest):
@@ -38,6 +39,23 @@ class FitBspline(CommandTest):
         for name in ("fit_mean", "fit_curve"):
             data = (self.dir / "pictures" / f"{name}.png").read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG"), name)
+
+    def test_max_bytes_holds_rest_drops(self):
+        # 16 poses by geometry and as many by simulation.
+        self.succeed(
+            "sample-signature", STICK, "-o", "stick.sig", "--trials", "6", "--exemplars", "0",
+            "--no-accuracy", "--rest-drops", "400",
+        )
+        self.succeed(
+            "fit-bspline", "stick.sig", "-o", "stick.fit.sig", "--max-bytes", "5000", "--mesh", STICK
+        )
+        self.assertLessEqual((self.dir / "stick.fit.sig").stat().st_size, 5000)
+        refused = self.expect_exit(
+            2, "fit-bspline", "stick.sig", "-o", "x.sig", "--max-bytes", "1000"
+        ).stderr
+        least = int(refused.split("expected at least ")[1].split(":")[0])
+        self.succeed("fit-bspline", "stick.sig", "-o", "x.sig", "--max-bytes", str(least))
+        self.assertLessEqual((self.dir / "x.sig").stat().st_size, least)
 
     def test_threads_do_not_change_the_bytes(self):
         for threads in ("1", "3"):

@@ -89,6 +89,29 @@ class Render(CommandTest):
             self.assertIn("16384", result.stderr)
         self.assertFalse((self.dir / "out/frames").exists())
 
+    def test_pictures_beyond_all_memory_are_refused_at_once(self):
+        for size in ("16384x16384", "10000x10000"):
+            result = self.expect_exit(3, "render", "out", "--size", size, "--samples", "8")
+            self.assertIn("/render/size", result.stderr)
+            self.assertIn("67108864 pixels", result.stderr)
+        result = self.expect_exit(2, "render", "out", "--size", "8192x8192", "--sheet", "4x2")
+        self.assertIn("--sheet", result.stderr)
+        arguments = ("render", "out", "--size", "16384x64", "--compare-with", "out", "-o", "both")
+        self.assertIn("--no-video", self.expect_exit(2, *arguments).stderr)
+        self.assertFalse((self.dir / "out/frames").exists())
+        self.assertFalse((self.dir / "both").exists())
+
+    def test_samples_that_cannot_be_drawn(self):
+        for samples in ("0", "3", "16", "-1"):
+            result = self.expect_exit(3, "render", "out", "--samples", samples)
+            self.assertIn("/render/samples", result.stderr)
+            self.assertIn("1, 2, 4, 8", result.stderr)
+
+    def test_a_step_beyond_all_frames(self):
+        self.succeed("render", "out", "--frames", f"5-15x{2**64 - 1}", "--no-video")
+        frames = [path.name for path in (self.dir / "out/frames").iterdir()]
+        self.assertEqual(frames, ["frame.0005.png"])
+
     def test_a_sheet_is_no_wider_than_its_pictures(self):
         self.succeed("render", "out", "--frames", "0-2", "--sheet", "99999x1")
         width, _ = png_size(self.dir / "out/sheet.png")

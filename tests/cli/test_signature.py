@@ -1,5 +1,6 @@
 """Signatures as a user makes and inspects them."""
 
+import re
 import signal
 import subprocess
 import unittest
@@ -43,6 +44,20 @@ class SampleSignature(CommandTest):
         self.assertIn("rest poses:", inspected)
         self.assertEqual(inspected.count("by geometry"), 6)
         self.assertFalse((self.dir / "box.sig.partial").exists())
+
+    def test_the_help_names_the_defaults_that_are_taken(self):
+        text = " ".join(self.succeed("sample-signature", "--help").stdout.split())
+        for layout in ("scale-free", "dissertation"):
+            sampled = self.succeed("sample-signature", BOX, "-o", f"{layout}.sig", "--no-accuracy",
+                                   "--micro", "--layout", layout).stdout
+            trials = re.search(r" (\d+) \.\. \1 effective trials a cell", sampled)
+            exemplars = re.search(r"(\d+) exemplars a cell", sampled)
+            for option, taken in (("--trials N", trials), ("--exemplars K", exemplars)):
+                number = taken[1] if taken else "0"
+                pattern = rf"{option}.*?default " + (
+                    rf"{number};" if layout == "scale-free" else rf"\d+; {number} in"
+                )
+                self.assertRegex(text, pattern)
 
     def test_plots_are_pictures(self):
         self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
@@ -144,6 +159,12 @@ class Inspect(CommandTest):
             (self.dir / name).write_bytes(data)
             self.assertIn(name, self.expect_exit(3, "inspect", name).stderr)
         self.expect_exit(4, "inspect", "nowhere.sig")
+        (self.dir / "nested").write_bytes(b"\x81" * 200_000)
+        self.assertIn("nested too deeply", self.expect_exit(3, "inspect", "nested").stderr)
+        flipped = bytearray(whole)
+        flipped[len(whole) // 3] ^= 1
+        (self.dir / "flipped").write_bytes(flipped)
+        self.assertIn("checksum", self.expect_exit(3, "inspect", "flipped").stderr)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Help, misuse and the commands that print."""
 
 import json
+import os
 import pathlib
 import re
 import unittest
@@ -136,6 +137,11 @@ class Validate(CommandTest):
         result = self.expect_exit(4, "validate", "nowhere.json")
         self.assertIn("nowhere.json", result.stderr)
         self.assertIn("No such file", result.stderr)
+
+    def test_what_is_no_regular_file(self):
+        os.mkfifo(self.dir / "pipe")
+        for name in ("/dev/zero", "pipe"):
+            self.assertIn("expected a regular file", self.expect_exit(4, "validate", name).stderr)
 
     def test_print_config_is_a_scene_again(self):
         scene = self.write_scene()

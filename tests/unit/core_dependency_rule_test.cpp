@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 const std::map<std::string, std::set<std::string>> kAllowed = {
     {"core", {}},
     {"json", {"core"}},
-    {"geometry", {"core"}},
+    {"geometry", {"core", "json"}},
     {"scene", {"core", "json"}},
     {"model", {"core", "json", "geometry", "scene"}},
     {"signature/rest", {"core", "geometry"}},
@@ -27,7 +27,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"signature/table", {"core", "signature/trial"}},
     {"signature/spline", {"core", "signature/table"}},
     {"signature",
-     {"core", "geometry", "signature/rest", "signature/trial", "signature/table",
+     {"core", "json", "geometry", "signature/rest", "signature/trial", "signature/table",
       "signature/spline"}},
     {"simulate", {"core", "scene", "model"}},
     {"simulate/bullet", {"core", "scene", "model", "simulate"}},
@@ -41,11 +41,11 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"inspect", {"core", "geometry", "model", "simulate"}},
     {"pile/repose", {"core", "geometry", "scene", "model", "simulate"}},
     {"pile/guide", {"core", "geometry", "scene", "model", "simulate", "simulate/modes"}},
-    {"trajectory", {"core"}},
+    {"trajectory", {"core", "json"}},
     {"report", {"core", "geometry", "signature/rest", "trajectory"}},
-    {"render", {"core", "geometry", "scene", "trajectory"}},
+    {"render", {"core", "json", "geometry", "scene", "trajectory"}},
     {"job",
-     {"core", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
+     {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
       "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "report"}},
 };
 

@@ -1,5 +1,8 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +13,7 @@
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/progress.h"
+#include "core/temporary_file.h"
 
 namespace pilesim {
 namespace {
@@ -59,6 +63,63 @@ TEST_F(Files, AFailureNamesTheFileAndLeavesNothing) {
   EXPECT_THAT(names(), testing::ElementsAre("a"));
   EXPECT_THROW(write_file_atomically(directory_ / "none" / "b", "x"), Error);
   EXPECT_THROW(read_file(directory_ / "none"), Error);
+}
+
+TEST_F(Files, WhatAKilledProcessLeftIsRemovedByTheNextAndNothingElse) {
+  // As if killed: by a process that had the number of this one, too.
+  const std::string mine = ".pilesim." + std::to_string(getpid()) + ".0.tmp";
+  for (const std::string& name : {mine, std::string(".pilesim.1.7.tmp")}) {
+    std::ofstream(directory_ / name) << "half of a rep";
+  }
+  fs::create_directories(directory_ / ".pilesim.1.8.tmp" / "position");
+  std::ofstream(directory_ / ".pilesim.1.8.tmp" / "position" / "0.0.0") << "x";
+  for (const char* name :
+       {".pilesim.tmp", ".pilesim.x.tmp", ".pilesim.1.7.tmp~", "pilesim.1.tmp"}) {
+    std::ofstream(directory_ / name) << "of somebody else";
+  }
+  // Another that is at work, which its lock tells.
+  const int held = open((directory_ / ".pilesim.1.9.tmp").c_str(), O_CREAT | O_WRONLY, 0666);
+  ASSERT_EQ(flock(held, LOCK_EX), 0);
+  write_file_atomically(directory_ / "a", "x");
+  EXPECT_THAT(names(), testing::ElementsAre(".pilesim.1.7.tmp~", ".pilesim.1.9.tmp", ".pilesim.tmp",
+                                            ".pilesim.x.tmp", "a", "pilesim.1.tmp"));
+  close(held);
+}
+
+TEST_F(Files, AFileInTheMakingIsNoOnesLeftover) {
+  TemporaryFile file(directory_ / "a");
+  const int other = open(file.name().c_str(), O_WRONLY);
+  EXPECT_NE(flock(other, LOCK_EX | LOCK_NB), 0);
+  close(other);
+  EXPECT_FALSE(fs::exists(directory_ / "a"));
+  file.take_place();
+  EXPECT_THAT(names(), testing::ElementsAre("a"));
+  { const TemporaryFile given_up(directory_ / "b"); }
+  EXPECT_THAT(names(), testing::ElementsAre("a"));
+}
+
+TEST_F(Files, AResultThatIsOneFileIsClaimedBeforeAnyWork) {
+  const fs::path file = directory_ / "a.sig";
+  claim_output_file(file, false);
+  EXPECT_THAT(names(), testing::IsEmpty());
+  write_file_atomically(file, "old");
+  EXPECT_THROW(claim_output_file(file, false), Error);
+  claim_output_file(file, true);
+  EXPECT_EQ(read_file(file), "old");
+  const auto kind_of = [](const fs::path& path) {
+    try {
+      claim_output_file(path, true);
+    } catch (const Error& error) {
+      return error.kind();
+    }
+    return ErrorKind::internal;
+  };
+  // A rename would put a file in the device's place.
+  EXPECT_EQ(kind_of("/dev/null"), ErrorKind::usage);
+  EXPECT_EQ(kind_of(directory_), ErrorKind::usage);
+  EXPECT_EQ(kind_of(""), ErrorKind::usage);
+  EXPECT_EQ(kind_of(directory_ / "none" / "a.sig"), ErrorKind::io);
+  EXPECT_EQ(kind_of(directory_ / std::string(300, 'x')), ErrorKind::io);
 }
 
 constexpr std::string_view kOwn[] = {"report.json", "store", "frames/frame.*.png"};

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 
@@ -87,6 +89,27 @@ TEST(Subprocess, KeepsOutputAndErrorsApart) {
 // Would wait an hour if the destructor let the child live.
 TEST(Subprocess, KillsAnAbandonedProgram) {
   const Subprocess process({"sleep", "3600"}, "coreutils");
+}
+
+// A program that reads nothing would run on for ever.
+TEST(Subprocess, DiesWithAParentThatIsKilled) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const pid_t parent = fork();
+  ASSERT_GE(parent, 0);
+  if (parent == 0) {
+    // The program holds the pipe open as long as it lives.
+    const Subprocess program(
+        {"sh", "-c", "echo >&" + std::to_string(ends[1]) + "; exec sleep 3600"}, "dash");
+    for (;;) pause();
+  }
+  close(ends[1]);
+  char byte;
+  ASSERT_EQ(read(ends[0], &byte, 1), 1);
+  kill(parent, SIGKILL);
+  waitpid(parent, nullptr, 0);
+  EXPECT_EQ(read(ends[0], &byte, 1), 0);  // would wait an hour
+  close(ends[0]);
 }
 
 // A child that inherited another child's pipe would keep it open for ever.

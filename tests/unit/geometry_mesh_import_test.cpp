@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <fstream>
@@ -202,6 +204,56 @@ TEST_F(MeshImport, SaysWhatIsWrongWithAFile) {
                "contains no triangles");
   expect_error(file("spot.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"), ErrorKind::input,
                "contains no triangle of any extent");
+}
+
+// A header whose lengths are not those of the file.
+TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
+  std::string glb = two_tetrahedra_glb().substr(0, 20);
+  const uint32_t length = 0xFFFFFFF0;
+  std::memcpy(glb.data() + 12, &length, sizeof length);
+  expect_error(file("length.glb", glb + "{}"), ErrorKind::input, "cannot be read as a mesh");
+  std::string stl(84, '\0');
+  std::memcpy(stl.data() + 80, &length, sizeof length);
+  expect_error(file("count.stl", stl), ErrorKind::input, "cannot be read as a mesh");
+  expect_error(file("count.ply",
+                    "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n"
+                    "property float x\nproperty float y\nproperty float z\n"
+                    "element face 4000000000\nproperty list uchar int vertex_index\nend_header\n"),
+               ErrorKind::input, "");
+  expect_error(file("count.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), ErrorKind::input, "");
+}
+
+// Devices and pipes, also as what another file names.
+TEST_F(MeshImport, ReadsRegularFilesOnly) {
+  expect_error("/dev/zero", ErrorKind::io, "expected a regular file");
+  const std::string triangle = kCorners + "f 1 2 3\n";
+  EXPECT_EQ(import_mesh(file("a.obj", "mtllib /dev/zero\n" + triangle)).triangles.size(), 1u);
+  ASSERT_EQ(mkfifo((directory_ / "pipe.mtl").c_str(), 0600), 0);
+  EXPECT_EQ(import_mesh(file("b.obj", "mtllib pipe.mtl\n" + triangle)).triangles.size(), 1u);
+}
+
+TEST_F(MeshImport, ReadsBuffersBesideTheFile) {
+  const std::string glb = two_tetrahedra_glb();
+  file("a.bin", glb.substr(glb.size() - 72));
+  std::string json = glb.substr(20, glb.size() - 72 - 8 - 20);
+  const std::string length = R"({"byteLength":72})";
+  json.replace(json.find(length), length.size(), R"({"byteLength":72,"uri":"a.bin"})");
+  EXPECT_EQ(import_mesh(file("a.gltf", json)).triangles.size(), 8u);
+  std::filesystem::remove(directory_ / "a.bin");
+  expect_error(directory_ / "a.gltf", ErrorKind::input, "cannot be read as a mesh");
+}
+
+// Cells of the welding grid counted from the origin would be more than a double can tell apart.
+TEST_F(MeshImport, FarFromTheOriginEndsToo) {
+  const TriangleMesh mesh =
+      import_mesh(file("far.obj", "v 1e30 0 0\nv 1e30 1 0\nv 1e30 0 1\nf 1 2 3\n"));
+  EXPECT_EQ(mesh.triangles.size(), 1u);
+  try {
+    import_mesh(directory_ / "far.obj", 1e30);
+    ADD_FAILURE() << "expected an error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("farther than 1e50 m"));
+  }
 }
 
 TEST_F(MeshImport, ReadsBackWhatTheWriterWrote) {

@@ -7,6 +7,7 @@
 #include <stb/stb_image.h>
 
 #include <cstdlib>
+#include <set>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -14,6 +15,7 @@
 #include "core/subprocess.h"
 #include "render/image_output.h"
 #include "support/render_fixture.h"
+#include "support/small_disk.h"
 
 namespace pilesim {
 namespace {
@@ -111,6 +113,41 @@ TEST(ContactSheet, LongLabelsAreCutAtTheEdge) {
   EXPECT_EQ(sheet.rgb.size(), 600u);
 }
 
+TEST(ContactSheet, LabelsEndInTheirPicture) {
+  const std::vector<Image> pictures(2, plain_image(120, 60, 100));
+  const Image sheet = contact_sheet(pictures, {std::string(200, 'W'), ""}, 2);
+  for (int y = 0; y < 60; ++y) {
+    for (int x = 124; x < 244; ++x) ASSERT_NEAR(test::pixel(sheet, x, y).x() * 255, 100, 0.01);
+  }
+}
+
+std::string labelled(const std::string& text) {
+  const Image image = contact_sheet({plain_image(160, 60, 100)}, {text}, 1);
+  return {image.rgb.begin(), image.rgb.end()};
+}
+
+TEST(ContactSheet, LettersOfManyAlphabetsAreThemselves) {
+  std::set<std::string> pictures;
+  const std::vector<std::string> letters = {"e",      "\u00e9", "\u0159", "\u03a9", "\u03c9",
+                                            "\u0416", "\u044f", "\u2026", "\ufffd"};
+  for (const std::string& letter : letters) pictures.insert(labelled(letter));
+  EXPECT_EQ(pictures.size(), letters.size());
+}
+
+TEST(ContactSheet, WhatHasNoLetterIsOneReplacementSign) {
+  const std::string sign = labelled("a\ufffdb");
+  // Not in the font; no UTF-8: a lone byte, a character that ends early; a control character.
+  for (const std::string text : {"a\u6f22b", "a\U0001F407b",
+                                 "a\xff"
+                                 "b",
+                                 "a\xe6\xbc"
+                                 "b",
+                                 "a\x1b"
+                                 "b"}) {
+    EXPECT_TRUE(labelled(text) == sign) << text;
+  }
+}
+
 std::string probe(const std::filesystem::path& file) {
   return run_program(
       {"ffprobe", "-v", "error", "-count_frames", "-select_streams", "v:0", "-show_entries",
@@ -144,6 +181,26 @@ TEST_F(Video, AnUnfinishedOneLeavesNothing) {
     video.append(plain_image(64, 48, 10));
   }
   EXPECT_TRUE(std::filesystem::is_empty(directory_));
+}
+
+// ffmpeg writes what it still holds when its input ends, and by itself takes no offence there.
+TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
+  for (const size_t pages : {1, 4, 16}) {
+    test::on_a_small_disk(pages * 4096, [](const test::SmallDisk& disk) {
+      const std::filesystem::path file = disk.directory / "video.mp4";
+      try {
+        VideoWriter video(file, 320, 240, 24);
+        for (int i = 0; i < 3; ++i) video.append(random_image(320, 240));  // noise, of 100 kB
+        video.finish();
+        ADD_FAILURE() << "no error was thrown";
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::io);
+        EXPECT_THAT(error.what(),
+                    testing::StartsWith(file.string() + ": cannot be written: ffmpeg"));
+      }
+      EXPECT_TRUE(std::filesystem::is_empty(disk.directory));
+    });
+  }
 }
 
 TEST_F(Video, WithoutFfmpegSaysWhatToInstall) {

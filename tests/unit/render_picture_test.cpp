@@ -74,6 +74,72 @@ TEST_P(PictureOfASphere, ShowsItOnItsShadowBelowTheSky) {
   }
 }
 
+// What a shadow takes of the light on the ground, everywhere.
+class ShadowOnTheGround : public testing::TestWithParam<std::tuple<float, float>> {
+ protected:
+  // Boxes about (0, height, 0), at the corners of a cube: a shadow that is the same after half a
+  // turn about its middle, if nothing cuts it. Brightness beside that of the ground without boxes.
+  static void expect_whole_shadow(float edge, float height, float apart) {
+    DrawnScene scene;
+    scene.header.shapes.push_back(test::cube_shape(edge));
+    for (int i = 0; i < (apart > 0 ? 8 : 1); ++i) {
+      const Vec3f corner(i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f);
+      scene.add(3, Vec3f(0, height, 0) + apart * corner, test::kRed, true);
+    }
+    // From the side that the shadow falls to, above it: the boxes are not in the way.
+    const Vec3f light = key_light_direction();
+    const Vec3f middle = -height / light.y() * Vec3f(light.x(), 0, light.z());
+    const float size = edge + apart;
+    const Vec3f eye = middle + 7 * size * Vec3f(-light.x(), 1.3f * light.y(), -light.z());
+    const CameraKey camera = {.position = eye.cast<double>(), .target = middle.cast<double>()};
+    const Picture with = draw(scene, camera, {240, 180}, 4);
+    for (size_t body = 1; body < scene.frame.state.size(); ++body) scene.frame.state[body] = 0;
+    const Picture without = draw(scene, camera, {240, 180}, 4);
+    const auto share = [&](const Vec3f& offset) {
+      return mean_around(with, middle + offset) / mean_around(without, middle + offset);
+    };
+
+    const std::string which = "edge " + std::to_string(edge) + ", height " +
+                              std::to_string(height) + ", apart " + std::to_string(apart);
+    const float reach = 1.6f * size;
+    float darkest = 1;
+    for (float x = -reach; x <= reach; x += 0.16f * size) {
+      for (float z = -reach; z <= reach; z += 0.16f * size) {
+        const float here = share({x, 0, z});
+        darkest = std::min(darkest, here);
+        EXPECT_NEAR(here, share({-x, 0, -z}), 0.06f) << which << " at " << x << ", " << z;
+        if (std::hypot(x, z) > 1.5f * size) {
+          EXPECT_NEAR(here, 1, 0.02f) << which << " at " << x << ", " << z;
+        }
+      }
+    }
+    EXPECT_LT(darkest, 0.9f) << which;
+  }
+
+  static float mean_around(const Picture& picture, const Vec3f& point) {
+    const View view = make_view(picture.camera, 4.0f / 3, 0.1f, 100);
+    const Eigen::Vector2f p = view.project(point, 240, 180);
+    float sum = 0;
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        const int column = std::clamp(static_cast<int>(p.x()) + x, 0, 239);
+        const int row = std::clamp(static_cast<int>(p.y()) + y, 0, 179);
+        sum += brightness(pixel(picture.image, column, row)) / 9;
+      }
+    }
+    return sum;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Boxes, ShadowOnTheGround,
+                         testing::Combine(testing::Values(0.001f, 0.2f, 100.0f),
+                                          testing::Values(2.0f, 3.0f, 5.0f, 50.0f)));
+
+TEST_P(ShadowOnTheGround, IsWholeAndAloneThere) {
+  const auto [edge, heights] = GetParam();
+  expect_whole_shadow(edge, heights * edge, 0);
+  expect_whole_shadow(edge, heights * 3.5f * edge, 2.5f * edge);
+}
+
 TEST(Picture, TheLitSideIsBrighter) {
   const Picture picture = draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 4), {160, 120}, 4);
   const Vec3f centre(0, 0.5f, 0);
@@ -106,7 +172,8 @@ TEST(Picture, MoreSamplesComeCloserToTheTruth) {
     }
     return sum;
   };
-  const double one = error(1), four = error(4), eight = error(8);
+  const double one = error(1), two = error(2), four = error(4), eight = error(8);
+  EXPECT_LT(two, 0.75 * one);
   EXPECT_LT(four, 0.5 * one);
   EXPECT_LT(eight, 1.05 * four);
 }
@@ -126,6 +193,18 @@ TEST(Picture, IsTheSameAgainAndFromAnotherRenderer) {
   first.draw(scene.frame, test::front_camera({0, 3, 0}, 4));
   EXPECT_EQ(first.draw(scene.frame, camera).rgb, once.rgb);
   EXPECT_EQ(second.draw(scene.frame, camera).rgb, once.rgb);
+}
+
+TEST(Picture, SizesBeyondTheDriversAreRefused) {
+  for (const std::array<int, 2> size : {std::array{1 << 20, 16}, {16, 1 << 20}}) {
+    try {
+      draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 3), size, 1);
+      FAIL() << "no error was thrown";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::usage);
+      EXPECT_EQ(error.problems().front().pointer, "/render/size");
+    }
+  }
 }
 
 TEST(Picture, OddAndTinySizes) {

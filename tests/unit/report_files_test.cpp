@@ -7,8 +7,10 @@
 #include <sstream>
 
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "report/report_json.h"
 #include "report/report_writer.h"
+#include "support/small_disk.h"
 
 namespace pilesim {
 namespace {
@@ -80,6 +82,33 @@ TEST(TimingCsvTest, HasAColumnForEachNumberAndARowForEachFrame) {
   }
   EXPECT_FALSE(std::getline(lines, line));
   fs::remove(file);
+}
+
+TEST(TimingCsvTest, AFullDiskCutsNoRow) {
+  test::on_a_small_disk(64 << 10, [](const test::SmallDisk& disk) {
+    const fs::path file = disk.directory / "timing.csv";
+    TimingCsv csv(file);
+    const FrameRow row = ten_frames().rows.back();
+    size_t rows = 0;
+    const auto fill = [&] {
+      for (; rows < 5000; ++rows) csv.append(row);
+    };
+    EXPECT_THROW(fill(), Error);
+    EXPECT_GT(rows, 100u);
+    const auto whole_rows = [&] {
+      const std::string text = read_file(file);
+      EXPECT_TRUE(text.ends_with('\n'));
+      EXPECT_EQ(text.find('\0'), text.npos);  // no hole either
+      const auto lines = std::ranges::count(text, '\n');
+      EXPECT_EQ(std::ranges::count(text, ','),
+                lines * std::ranges::count(text.substr(0, text.find('\n')), ','));
+      return static_cast<size_t>(lines) - 1;
+    };
+    EXPECT_EQ(whole_rows(), rows);
+    disk.make_room();
+    csv.append(row);
+    EXPECT_EQ(whole_rows(), rows + 1);
+  });
 }
 
 TEST(PeakMemory, GrowsWithWhatIsUsedAndStays) {

@@ -2,8 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
+#include <sstream>
+#include <vector>
 
 #include "core/atomic_file.h"
 #include "scene/scene_loader.h"
@@ -35,12 +39,73 @@ bool has_word(const std::string& text, const std::string& word) {
   return false;
 }
 
-TEST(SceneDocuments, ReferenceHasEveryKey) {
+// The text of `## title`, up to the next such heading.
+std::string section(const std::string& text, const std::string& title) {
+  const size_t begin = text.find("\n## " + title + "\n");
+  EXPECT_NE(begin, text.npos) << title;
+  if (begin == text.npos) return "";
+  return text.substr(begin, text.find("\n## ", begin + 1) - begin);
+}
+
+// Of the tables' rows whose first column has keys: each, without the object it belongs to
+// ("simulator/mode"). Values in quotes are none.
+std::set<std::string> keys_in_tables(const std::string& text) {
   std::set<std::string> keys;
-  collect_keys(nlohmann::json::parse(scene_schema()), keys);
-  EXPECT_GT(keys.size(), 50u);
+  const std::regex key("`([^`]+)`");
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| ")) continue;
+    const std::string cell = line.substr(1, line.find('|', 1) - 1);
+    for (std::sregex_iterator match(cell.begin(), cell.end(), key), end; match != end; ++match) {
+      const std::string name = (*match)[1];
+      if (!name.starts_with('"')) keys.insert(name.substr(name.rfind('/') + 1));
+    }
+  }
+  return keys;
+}
+
+// The sections of docs/scene.md, and the keys of a scene whose objects each describes.
+const std::map<std::string, std::vector<std::string>> kSections = {
+    {"Materials", {"materials"}}, {"Shapes", {"shapes"}},
+    {"Bodies", {"bodies"}},       {"Emitters", {"emitters"}},
+    {"Events", {"events"}},       {"Piles", {"piles"}},
+    {"Guide", {"guide"}},         {"Simulator, camera, render", {"simulator", "camera", "render"}}};
+
+void expect_subset(const std::set<std::string>& keys, const std::set<std::string>& all,
+                   const std::string& where) {
+  for (const std::string& key : keys) EXPECT_TRUE(all.contains(key)) << key << ": " << where;
+}
+
+TEST(SceneDocuments, TopLevelHasTheKeysOfAScene) {
+  const nlohmann::json schema = nlohmann::json::parse(scene_schema());
+  std::set<std::string> keys;
+  for (const auto& [key, property] : schema["properties"].items()) keys.insert(key);
+  const std::string text = section(read_file(kRoot / "docs/scene.md"), "Top level");
+  expect_subset(keys, keys_in_tables(text), "not at the top level of docs/scene.md");
+  expect_subset(keys_in_tables(text), keys, "not in the schema");
+}
+
+TEST(SceneDocuments, EachSectionHasTheKeysOfItsObjects) {
+  const nlohmann::json schema = nlohmann::json::parse(scene_schema());
   const std::string reference = read_file(kRoot / "docs/scene.md");
-  for (const std::string& key : keys) EXPECT_TRUE(has_word(reference, key)) << key;
+  std::set<std::string> described;
+  for (const auto& [title, objects] : kSections) {
+    std::set<std::string> keys;
+    for (const std::string& object : objects) {
+      collect_keys(schema["properties"][object], keys);
+      described.insert(object);
+    }
+    const std::string text = section(reference, title);
+    for (const std::string& key : keys) {
+      EXPECT_TRUE(has_word(text, key)) << key << " is not in the section " << title;
+    }
+    expect_subset(keys_in_tables(text), keys, "in the section " + title + ", not in the schema");
+  }
+  for (const auto& [key, property] : schema["properties"].items()) {
+    std::set<std::string> inside;
+    collect_keys(property, inside);
+    EXPECT_TRUE(inside.empty() || described.contains(key)) << key << " has no section";
+  }
 }
 
 TEST(SceneDocuments, WorkedExampleLoads) {

@@ -10,6 +10,7 @@
 #include "../support/trajectory_fixture.h"
 #include "core/atomic_file.h"
 #include "core/subprocess.h"
+#include "trajectory/zarr_array.h"
 
 namespace pilesim {
 namespace {
@@ -178,7 +179,11 @@ TEST_F(DamagedTrajectory, OtherFormatOrVersion) {
   change(".zattrs", [](auto& json) { json["format"] = "xarray"; });
   EXPECT_THAT(open_error(), HasSubstr("format is \"xarray\"; expected \"pilesim-trajectory\""));
   write_file_atomically(store_ / ".zattrs", "[1, 2");
+  EXPECT_THAT(open_error(), HasSubstr(".zattrs:1:6: is no valid JSON"));
+  write_file_atomically(store_ / ".zattrs", "[1, 2]");
   EXPECT_THAT(open_error(), HasSubstr(".zattrs: is not a JSON object"));
+  write_file_atomically(store_ / ".zattrs", std::string(200'000, '['));
+  EXPECT_THAT(open_error(), HasSubstr("is nested too deeply; expected at most 64 levels"));
 }
 
 TEST_F(DamagedTrajectory, AttributesOfAWrongKind) {
@@ -244,6 +249,34 @@ TEST_F(DamagedTrajectory, TruncatedOrChangedChunk) {
   EXPECT_THAT(read_error(), HasSubstr("not a zstd frame"));
   write_file_atomically(chunk, read_file(store_ / "orientation" / "0.0.0"));
   EXPECT_THAT(read_error(), HasSubstr("holds 12288 bytes"));
+}
+
+// Zeros compress by thousands: a frame of zstd may promise, and hold, far more than its file.
+TEST_F(DamagedTrajectory, SizesThatAreNotThereTakeNoMemory) {
+  change("position/.zarray", [](auto& json) { json["chunks"][0] = 1'000'000'000; });
+  EXPECT_THAT(open_error(), HasSubstr("has chunks of 1000000000 rows; expected at most 256"));
+  change("position/.zarray", [](auto& json) { json["chunks"][0] = 256; });
+
+  const fs::path array = store_ / "shapes" / "0" / "vertices";
+  constexpr uint64_t kRows = 100'000'000;
+  change("shapes/0/vertices/.zarray", [](auto& json) {
+    json["shape"][0] = kRows;
+    json["chunks"][0] = kRows;
+  });
+  EXPECT_THAT(open_error(), AllOf(HasSubstr("vertices/0.0: holds "),
+                                  HasSubstr("expected the 100000000 rows that .zarray tells of")));
+  const ZarrArray zeros{
+      .directory = array, .layout = {"<f4", {3}}, .rows_per_chunk = 10'000'000, .rows = 10'000'000};
+  write_zarr_chunk(zeros, 0, {});  // 120 MB of zeros in some 4 KB
+  write_zarr_shape(zeros);
+  EXPECT_THAT(open_error(), HasSubstr("expected the 10000000 rows that .zarray tells of"));
+
+  change("body_colour/.zarray", [](auto& json) {
+    json["shape"][0] = kRows;
+    json["chunks"][0] = kRows;
+  });
+  change("shapes/0/vertices/.zarray", [](auto& json) { json["shape"][0] = json["chunks"][0] = 1; });
+  EXPECT_THAT(open_error(), HasSubstr("vertices/0.0: holds 120000000 bytes"));
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ struct RestPose {
 inline constexpr double kFamilyBarrier = 0.03;
 
 // All stable faces of `hull` (closed, convex, outward, the centre of mass at the origin and
-// inside), coplanar triangles taken as one face, by falling probability; they sum to 1.
+// inside), what is flat within its rounding taken as one face (geometry/hull_faces.h), by falling
+// probability; they sum to 1.
 std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull);
 
 // The same of the hull of `mesh` about its centre of mass.

@@ -1,0 +1,34 @@
+// What is not yet whole lies under a name of its own, ".pilesim.PID.N.tmp", beside its place, and
+// is locked while somebody works on it: what nobody holds was left by a process that was killed.
+#pragma once
+
+#include <filesystem>
+
+namespace pilesim {
+
+class TemporaryFile {
+ public:
+  // Makes an empty file beside `path`. The first one of this process in a directory removes what
+  // killed processes left there. Throws Error(io), naming `path`.
+  explicit TemporaryFile(std::filesystem::path path);
+  // Removes the file unless it took its place.
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::filesystem::path& name() const { return name_; }
+  int descriptor() const { return descriptor_; }  // open for writing
+  // Replaces what is at `path`, in one go. Call once; throws Error(io), naming `path`.
+  void take_place();
+
+ private:
+  std::filesystem::path path_, name_;
+  int descriptor_ = -1;
+};
+
+// Removes a file, or a directory with all that is in it: a directory first gets a temporary name,
+// so that a process killed here leaves it whole or not at all. Of a symbolic link the link only.
+// Throws Error(io), naming `path`.
+void remove_in_one_go(const std::filesystem::path& path);
+
+}  // namespace pilesim

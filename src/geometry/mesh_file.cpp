@@ -1,0 +1,266 @@
+#include "geometry/mesh_file.h"
+
+#include <assimp/MemoryIOWrapper.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <assimp/IOSystem.hpp>
+
+#include <algorithm>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "core/atomic_file.h"
+#include "core/isolated.h"
+#include "geometry/coordinate_rounding.h"
+
+namespace pilesim {
+namespace {
+
+// What assimp may take for reading: compressed and text formats need many times their size.
+constexpr uint64_t kBaseMemory = uint64_t{256} << 20, kMemoryPerByte = 64;
+// Of processor time; text is read at some 10 MB/s.
+constexpr int kBaseSeconds = 6;
+constexpr uint64_t kBytesPerSecond = 500'000;
+constexpr int kMostDepth = 1000;  // of nodes
+
+// Why a file is refused, where its name is not at hand.
+struct Refusal {
+  std::string found;
+};
+
+Eigen::Affine3d transform_of(const aiMatrix4x4& m) {
+  Eigen::Affine3d transform;
+  transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4,
+      m.d1, m.d2, m.d3, m.d4;
+  return transform;
+}
+
+// Gathers the triangles of a node and its children; each node that has some becomes a group.
+class Gatherer {
+ public:
+  explicit Gatherer(const aiScene& scene) : scene_(scene) {}
+
+  void add(const aiNode& node, const Eigen::Affine3d& parent, int depth = 0) {
+    if (depth > kMostDepth) {
+      throw Refusal{"nests its nodes deeper than " + std::to_string(kMostDepth) + " levels"};
+    }
+    const Eigen::Affine3d transform = parent * transform_of(node.mTransformation);
+    const auto first = static_cast<uint32_t>(mesh_.triangles.size());
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      add_triangles(*scene_.mMeshes[node.mMeshes[i]], transform);
+    }
+    const auto count = static_cast<uint32_t>(mesh_.triangles.size()) - first;
+    if (count > 0) mesh_.groups.push_back({node.mName.C_Str(), first, count});
+    for (unsigned i = 0; i < node.mNumChildren; ++i) add(*node.mChildren[i], transform, depth + 1);
+  }
+
+  TriangleMesh take() { return std::move(mesh_); }
+
+ private:
+  void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
+    const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
+    CoordinateRounding rounding;
+    for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
+      const aiVector3D& v = mesh.mVertices[i];
+      for (const float coordinate : {v.x, v.y, v.z}) rounding.add(coordinate);
+      mesh_.vertices.push_back(transform * Vec3(v.x, v.y, v.z));
+      if (!mesh_.vertices.back().allFinite()) {
+        throw Refusal{"vertex " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
+                      "' has a coordinate that is not a finite number"};
+      }
+    }
+    const double stretch = transform.linear().norm() / std::sqrt(3.0);
+    mesh_.rounding_m = std::max(mesh_.rounding_m, stretch * rounding.bound());
+    const bool mirrors = transform.linear().determinant() < 0;
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const aiFace& face = mesh.mFaces[i];
+      if (face.mNumIndices != 3) continue;  // a point or a line
+      Triangle triangle;
+      for (unsigned corner = 0; corner < 3; ++corner) {
+        if (face.mIndices[corner] >= mesh.mNumVertices) {
+          throw Refusal{"face " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
+                        "' names a vertex that does not exist"};
+        }
+        triangle[corner] = offset + face.mIndices[corner];
+      }
+      if (mirrors) std::swap(triangle[1], triangle[2]);
+      mesh_.triangles.push_back(triangle);
+    }
+  }
+
+  const aiScene& scene_;
+  TriangleMesh mesh_;
+};
+
+// The files that assimp asks for: the mesh, which is in memory, and what it names (buffers,
+// materials), if they are regular files.
+class MeshFiles : public Assimp::IOSystem {
+ public:
+  MeshFiles(std::string main_name, const std::string& main_bytes)
+      : main_name_(std::move(main_name)), main_bytes_(main_bytes) {}
+
+  bool Exists(const char* name) const override { return bytes_of(name) != nullptr; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    const std::string* bytes = *mode == 'r' ? bytes_of(name) : nullptr;
+    if (bytes == nullptr) return nullptr;
+    return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes->data()),
+                                      bytes->size());
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  // Null where there is no such file. What is read is kept: formats ask again and again.
+  const std::string* bytes_of(const std::string& name) const {
+    if (name == main_name_) return &main_bytes_;
+    const auto [place, is_new] = others_.try_emplace(name);
+    if (is_new) {
+      std::error_code fault;
+      const uint64_t size = std::filesystem::file_size(name, fault);
+      try {
+        if (!fault && size <= kMostFileBytes) {
+          allow_isolated_memory((kMemoryPerByte + 1) * size);
+          place->second = read_file(name);
+        }
+      } catch (const Error&) {
+        // As if it were not there: the format says whether it can do without.
+      }
+    }
+    return place->second ? &*place->second : nullptr;
+  }
+
+  std::string main_name_;
+  const std::string& main_bytes_;
+  mutable std::map<std::string, std::optional<std::string>> others_;
+};
+
+// --- The mesh on its way out of the process that read it -----------------------------------------
+
+constexpr char kMesh = 'm', kRefusal = 'r';
+
+template <typename T>
+void put(std::string& bytes, const T* values, size_t count) {
+  const uint64_t number = count;
+  bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+  bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+// Of what put() wrote. That process may have been damaged by what it read.
+class Parcel {
+ public:
+  explicit Parcel(std::string_view bytes) : bytes_(bytes) {}
+
+  template <typename Container>
+  Container take() {
+    using T = typename Container::value_type;
+    uint64_t number = 0;
+    std::memcpy(&number, cut(sizeof number).data(), sizeof number);
+    if (number > bytes_.size() / sizeof(T)) throw Refusal{kBroken};
+    Container values;
+    values.resize(number);
+    const std::string_view from = cut(number * sizeof(T));
+    if (number > 0) std::memcpy(static_cast<void*>(values.data()), from.data(), from.size());
+    return values;
+  }
+  static constexpr const char* kBroken = "breaks its reader";
+
+ private:
+  std::string_view cut(size_t size) {
+    if (size > bytes_.size()) throw Refusal{kBroken};
+    const std::string_view head = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return head;
+  }
+
+  std::string_view bytes_;
+};
+
+std::string pack(const TriangleMesh& mesh) {
+  std::string bytes(1, kMesh);
+  put(bytes, &mesh.rounding_m, 1);
+  put(bytes, mesh.vertices.data(), mesh.vertices.size());
+  put(bytes, mesh.triangles.data(), mesh.triangles.size());
+  std::vector<uint32_t> counts;
+  for (const MeshGroup& group : mesh.groups) counts.push_back(group.triangle_count);
+  put(bytes, counts.data(), counts.size());
+  for (const MeshGroup& group : mesh.groups) put(bytes, group.name.data(), group.name.size());
+  return bytes;
+}
+
+TriangleMesh unpack(std::string_view bytes) {
+  Parcel parcel(bytes);
+  TriangleMesh mesh;
+  const auto rounding = parcel.take<std::vector<double>>();
+  if (rounding.size() != 1 || !std::isfinite(rounding[0])) throw Refusal{Parcel::kBroken};
+  mesh.rounding_m = rounding[0];
+  mesh.vertices = parcel.take<std::vector<Vec3>>();
+  mesh.triangles = parcel.take<std::vector<Triangle>>();
+  uint64_t first = 0;
+  for (const uint32_t count : parcel.take<std::vector<uint32_t>>()) {
+    mesh.groups.push_back({"", static_cast<uint32_t>(first), count});
+    first += count;
+  }
+  for (MeshGroup& group : mesh.groups) group.name = parcel.take<std::string>();
+  const bool in_range = std::ranges::all_of(mesh.triangles, [&](const Triangle& triangle) {
+    return std::ranges::max(triangle) < mesh.vertices.size();
+  });
+  const bool finite =
+      std::ranges::all_of(mesh.vertices, [](const Vec3& v) { return v.allFinite(); });
+  if (!in_range || !finite || first != mesh.triangles.size()) throw Refusal{Parcel::kBroken};
+  return mesh;
+}
+
+// Runs in the other process.
+std::string parse(const std::string& name, const std::string& bytes, double scale) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new MeshFiles(name, bytes));  // which it owns
+  const aiScene* scene = importer.ReadFile(name, aiProcess_Triangulate);
+  try {
+    if (scene == nullptr || scene->mRootNode == nullptr) {
+      const std::string fault = importer.GetErrorString();
+      if (fault.find("bad_alloc") != fault.npos) throw std::bad_alloc();
+      throw Refusal{"cannot be read as a mesh (" + fault + ")"};
+    }
+    Gatherer gatherer(*scene);
+    gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
+    return pack(gatherer.take());
+  } catch (const Refusal& refusal) {
+    return kRefusal + refusal.found;
+  }
+}
+
+}  // namespace
+
+Error no_mesh(const std::filesystem::path& file, std::string found) {
+  return {ErrorKind::input,
+          Problem{.file = file.string(),
+                  .found = std::move(found),
+                  .expected = "a triangle mesh in a format assimp reads (obj, stl, ply, glb, ...)",
+                  .remedy = "Export the mesh again as one of these"}};
+}
+
+TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale) {
+  const std::string bytes = read_file(file);
+  const IsolationLimits limits{
+      .memory_bytes = kBaseMemory + kMemoryPerByte * bytes.size(),
+      .cpu_s = kBaseSeconds + static_cast<int>(bytes.size() / kBytesPerSecond)};
+  const IsolatedResult result =
+      run_isolated([&] { return parse(file.string(), bytes, scale); }, limits);
+  try {
+    if (!result.fault.empty()) {
+      throw Refusal{"cannot be read as a mesh: the reader of its format " + result.fault};
+    }
+    if (result.bytes.empty()) throw Refusal{Parcel::kBroken};
+    const auto content = std::string_view(result.bytes).substr(1);
+    if (result.bytes[0] == kRefusal) throw Refusal{std::string(content)};
+    return unpack(content);
+  } catch (const Refusal& refusal) {
+    throw no_mesh(file, refusal.found);
+  }
+}
+
+}  // namespace pilesim

@@ -1,0 +1,151 @@
+"""README.md and docs/: what they tell users to write works, and their links lead somewhere."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import unittest
+
+from support import SOURCE, CommandTest
+
+DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
+# What a fragment of a scene is put into to become one.
+BASE = {
+    "version": 1,
+    "materials": {"wood": {}},
+    "shapes": {"ground": {"type": "plane"}, "box": {"type": "box", "size": [0.1, 0.1, 0.1]}},
+    "bodies": [{"name": "ground", "shape": "ground", "material": "wood", "role": "static"}],
+}
+
+
+def blocks(document, language):
+    """(line, text) of the fenced blocks of one language; "" also has the indented ones."""
+    text = document.read_text()
+    for match in re.finditer(r"^```(\w*)\n(.*?)^```$", text, re.M | re.S):
+        if match[1] == language:
+            yield text.count("\n", 0, match.start()) + 1, match[2]
+    if language == "":
+        for match in re.finditer(r"(?:^    .*\n)+", text, re.M):
+            yield text.count("\n", 0, match.start()) + 1, match[0]
+
+
+def commands(document):
+    """(place, words) of every pilesim command in a document's blocks."""
+    for language in ("", "sh"):
+        for line, text in blocks(document, language):
+            variables = {}
+            for command in text.replace("\\\n", " ").splitlines():
+                command = command.strip()
+                for name, value in re.findall(r"(?:^|; )([A-Z]+)=(\S+)", command):
+                    variables[name] = value.rstrip(";")
+                command = re.sub(r"\$([A-Z]+)", lambda m: variables.get(m[1], m[0]), command)
+                if command.startswith("pilesim "):
+                    words = shlex.split(command, comments=True)[1:]
+                    yield f"{document.name}:{line}: {command}", words
+
+
+def anchor(heading):
+    """The anchor of a heading, as GitHub makes it."""
+    text = re.sub(r"[`*]|\[|\]\([^)]*\)", "", heading.strip()).lower()
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+class Documents(CommandTest):
+    def test_every_block_of_json_is_a_scene_or_a_part_of_one(self):
+        count = 0
+        for document in DOCUMENTS:
+            for line, text in blocks(document, "json"):
+                text = text.replace('"../assets/', f'"{SOURCE}/assets/')
+                if text.lstrip().startswith('"'):
+                    scene = {**BASE, **json.loads("{" + text + "}")}
+                else:
+                    scene = json.loads(text)
+                    if "version" not in scene:
+                        self.fail(f"{document.name}:{line}: neither a scene nor keys of one")
+                (self.dir / "scene.json").write_text(json.dumps(scene))
+                result = self.run_pilesim("validate", "scene.json")
+                self.assertEqual(result.returncode, 0, f"{document.name}:{line}: {result.stderr}")
+                count += 1
+        self.assertGreater(count, 3)
+
+    def test_an_example_that_fills_its_guide_fills_it(self):
+        for document in DOCUMENTS:
+            for line, text in blocks(document, "json"):
+                if "upside_down" not in text:
+                    continue
+                text = text.replace('"../assets/', f'"{SOURCE}/assets/')
+                (self.dir / "scene.json").write_text(text)
+                # A few bodies are enough to see that the guide takes any.
+                quick = ["--set", "/duration_s=0.05", "--set", "/emitters/0/count=10"]
+                self.succeed("direct-pile", "scene.json", "-o", f"out{line}", *quick)
+
+    def test_commands_have_the_options_that_are_there(self):
+        helps = {}
+        count = 0
+        for document in DOCUMENTS:
+            for place, words in commands(document):
+                if words[0].startswith("-"):
+                    continue
+                if words[0] not in helps:
+                    helps[words[0]] = self.succeed(words[0], "--help").stdout
+                for word in words[1:]:
+                    if re.match(r"--?[a-z]", word):
+                        self.assertRegex(helps[words[0]], rf"{re.escape(word)}[\s,]", place)
+                count += 1
+        self.assertGreater(count, 30)
+
+    def test_overrides_of_presets_are_valid(self):
+        tried = set()
+        for document in DOCUMENTS:
+            for place, words in commands(document):
+                if words[0] not in ("simulate", "direct-pile", "compare"):
+                    continue
+                if not words[1].startswith("presets/") or "$" in " ".join(words):
+                    continue
+                sets = [w for i, w in enumerate(words) if "--set" in (w, words[i - 1])]
+                if not sets or (words[1], *sets) in tried:
+                    continue
+                tried.add((words[1], *sets))
+                result = self.run_pilesim("validate", SOURCE / words[1], *sets)
+                # Signatures are measured by ninja signatures, not here.
+                missing = result.stderr.count("pilesim: ") == result.stderr.count(".sig: /shapes/")
+                self.assertTrue(result.returncode == 0 or missing, f"{place}: {result.stderr}")
+        self.assertGreater(len(tried), 5)
+
+    def test_scripts_run(self):
+        names = subprocess.run(["git", "ls-files"], cwd=SOURCE, capture_output=True, text=True)
+        files = [SOURCE / name for name in names.stdout.splitlines()]
+        for pattern in ("presets/**/*.py", "presets/**/*.sh", "tests/**/*.py", "*.sh"):
+            files += SOURCE.glob(pattern)
+        scripts = {file for file in files if file.is_file() and file.read_bytes()[:2] == b"#!"}
+        self.assertGreater(len(scripts), 2)
+        for script in sorted(scripts):
+            self.assertTrue(os.access(script, os.X_OK), script)
+
+    def test_links_lead_somewhere(self):
+        for document in DOCUMENTS:
+            text = re.sub(r"^```.*?^```$", "", document.read_text(), flags=re.M | re.S)
+            for target in re.findall(r"\]\(([^)\s]+)\)", text):
+                if re.match(r"[a-z]+:", target):
+                    continue
+                path, _, part = target.partition("#")
+                file = document.parent / path if path else document
+                self.assertTrue(file.exists(), f"{document.name}: {target}")
+                if part:
+                    headings = re.findall(r"^#+ (.*)$", file.read_text(), re.M)
+                    anchors = [anchor(heading) for heading in headings]
+                    self.assertIn(part, anchors, f"{document.name}: {target}")
+
+    def test_measurements_name_what_they_were_measured_of(self):
+        """A page with measured times or errors says of which version, and how to measure again."""
+        for document in sorted(SOURCE.glob("docs/*.md")):
+            text = document.read_text()
+            measured = re.search(r"^\|.*\d (?:s|ms|µs|mm) \|", text, re.M)
+            if measured:
+                found = re.search(r"[Mm]easured at [0-9a-f]{7}", text)
+                self.assertTrue(found, f"{document.name}: {measured[0]}")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,53 @@
+// Every file of the corpus through its reader, as libFuzzer would: what once crashed a reader, took
+// all memory or hung is among them.
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <vector>
+
+#include "core/atomic_file.h"
+#include "targets.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kCorpus = PILESIM_SOURCE_DIR "/tests/fuzz/corpus";
+
+class Corpus : public testing::TestWithParam<fuzz::Target> {};
+
+TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(kCorpus / GetParam().name)) {
+    files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  EXPECT_GT(files.size(), 1u);
+  for (const fs::path& file : files) {
+    SCOPED_TRACE(file.string());
+    EXPECT_NO_THROW(GetParam().run(read_file(file)));
+  }
+  GetParam().run("");
+}
+
+// Files of some kilobytes: none of them may take much.
+TEST_P(Corpus, TakesLittleMemory) {
+  for (const auto& entry : fs::directory_iterator(kCorpus / GetParam().name)) {
+    GetParam().run(read_file(entry.path()));
+  }
+  rusage usage{}, of_children{};
+  getrusage(RUSAGE_SELF, &usage);
+  getrusage(RUSAGE_CHILDREN, &of_children);
+  constexpr long kMostKilobytes = 1 << 20;  // that of sanitizers included
+  EXPECT_LT(usage.ru_maxrss, kMostKilobytes);
+  EXPECT_LT(of_children.ru_maxrss, kMostKilobytes);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Corpus,
+                         testing::ValuesIn(fuzz::targets().begin(), fuzz::targets().end()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace pilesim

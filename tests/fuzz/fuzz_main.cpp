@@ -1,0 +1,14 @@
+// A libFuzzer program of the target PILESIM_FUZZ_TARGET.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "targets.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  using pilesim::fuzz::Target;
+  static const Target& target = *std::ranges::find(
+      pilesim::fuzz::targets(), std::string_view(PILESIM_FUZZ_TARGET), &Target::name);
+  target.run({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

@@ -1,0 +1,243 @@
+#!/usr/bin/env python3
+"""Writes tests/fuzz/corpus: small files of every kind that pilesim reads, whole ones and broken ones.
+
+    tests/fuzz/make_corpus.py build/release/commands/pilesim
+
+Files that are there already are replaced; others, such as what libFuzzer found, stay.
+"""
+
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CORPUS = ROOT / "tests" / "fuzz" / "corpus"
+
+
+def put(target, name, data):
+    folder = CORPUS / target
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(data.encode() if isinstance(data, str) else data)
+
+
+def head(kind, value):
+    if value < 24:
+        return bytes([kind << 5 | value])
+    return bytes([kind << 5 | 26]) + struct.pack(">I", value)
+
+
+def cbor(value):
+    if isinstance(value, bool):
+        return b"\xf5" if value else b"\xf4"
+    if isinstance(value, int):
+        return head(0, value)
+    if isinstance(value, float):
+        return b"\xfb" + struct.pack(">d", value)
+    if isinstance(value, str):
+        return head(3, len(value.encode())) + value.encode()
+    if isinstance(value, bytes):
+        return head(2, len(value)) + value
+    if isinstance(value, Typed):
+        data = struct.pack(f"<{len(value.values)}{value.code}", *value.values)
+        return head(6, value.tag) + head(2, len(data)) + data
+    if isinstance(value, list):
+        return head(4, len(value)) + b"".join(map(cbor, value))
+    return head(5, len(value)) + b"".join(cbor(k) + cbor(v) for k, v in value.items())
+
+
+class Typed:
+    def __init__(self, code, values):
+        self.code, self.values = code, values
+        self.tag = {"f": 85, "B": 64, "I": 70, "b": 72}[code]
+
+
+def axis(name, nodes, period=0.0):
+    return {"name": name, "unit": "rad", "period": period, "nodes": nodes}
+
+
+def table_signature():
+    floats = lambda count: Typed("f", [0.1] * count)
+    axes = [axis("theta", [0.0, 1.0]), axis("phi", [0.0, 1.0]), axis("psi", [-1.0, 1.0], 6.0),
+            axis("alpha", [0.0, 1.0])]
+    return {
+        "format": "pilesim signature",
+        "version": 4,
+        "body": {"mesh": "a.obj", "mesh_hash": "0", "scale": 1.0, "hull_vertices": 8,
+                 "volume_m3": 1.0, "centre_of_mass_m": [0.0, 0.0, 0.0],
+                 "principal_inertia_m2": [1.0, 1.0, 1.0], "principal_axes_wxyz": [1.0, 0.0, 0.0, 0.0],
+                 "gyration_m": 0.5, "outer_radius_m": 1.0},
+        "material": {"restitution": 0.25, "friction": 0.5, "restitution_threshold_m_s": 0.0},
+        "kind": "macro",
+        "seed": 1,
+        "sampling": {"trials_per_cell": 2, "target_error": 0.0},
+        "heights": {"layout": "scale-free", "spin": axis("spin", [0.0, 1.0]),
+                    "tilt": axis("tilt", [0.0, 1.0]), "trials": floats(4), "mean_m": floats(4),
+                    "deviation_m": floats(4), "error_m": floats(4)},
+        "responses": {"layout": "scale-free", "axes": axes, "trials": floats(16),
+                      "mean": floats(96), "spread": floats(336), "mean_error": floats(96),
+                      "most_growth": 1.5, "exemplar_count": 1, "exemplar_unit": 0.01,
+                      "exemplars": Typed("b", [1] * 96)},
+        "rest_poses": {"count": 1, "up": Typed("f", [0.0, 1.0, 0.0]), "height_m": Typed("f", [0.5]),
+                       "probability": Typed("f", [1.0]), "simulated": Typed("B", [1]),
+                       "family": Typed("I", [0])},
+        "rest_drops": 100,
+    }
+
+
+SEAL = b"\x50" + bytes(16)  # the document of it is read whatever the checksum says
+
+
+def signatures(pilesim):
+    put("signature", "table", cbor(table_signature()) + SEAL)
+    bomb = table_signature()
+    bomb["responses"]["axes"] = [axis("theta", [0.001 * i for i in range(200)])] * 4
+    put("signature", "cells_without_end", cbor(bomb) + SEAL)
+    put("signature", "nested", b"\x81" * 5000)
+    put("signature", "nested_tags", b"\xc1" * 5000)
+    put("signature", "length", b"\x9b\x00\x00\x00\xff\xff\xff\xff\xff" + bytes(20))
+    put("signature", "version_3", cbor({"format": "pilesim signature", "version": 3}))
+    with tempfile.TemporaryDirectory() as folder:
+        table, fitted = f"{folder}/box.sig", f"{folder}/box.fit.sig"
+        box = ROOT / "assets" / "box.obj"
+        subprocess.run([pilesim, "sample-signature", box, "-o", table, "--trials", "2", "--exemplars",
+                        "0", "--no-accuracy", "--quiet"], check=True)
+        subprocess.run([pilesim, "fit-bspline", table, "-o", fitted, "--max-bytes", "2500",
+                        "--quiet"], check=True)
+        whole = pathlib.Path(fitted).read_bytes()
+    put("signature", "fitted", whole)
+    put("signature", "truncated", whole[: len(whole) // 2])
+    partial = {"format": "pilesim partial signature", "version": 4, "fingerprint": "0", "cells": 2,
+               "trials": 1, "launched": Typed("I", [1, 2]), "wanted": Typed("I", [2, 2]),
+               "first_node": Typed("I", [0]), "keys": Typed("f", [0.1] * 3),
+               "responses": Typed("f", [0.1] * 6)}
+    put("partial_signature", "whole", cbor(partial) + SEAL)
+    partial["trials"] = 2**31
+    put("partial_signature", "trials_without_end", cbor(partial) + SEAL)
+
+
+def scenes():
+    for name in ("impulse/tower_of_boxes", "hard/arch", "mixed/crosses", "repose/rabbit_matrix_35"):
+        put("scene", name.replace("/", "_"), (ROOT / "presets" / f"{name}.json").read_bytes())
+    put("scene", "all_keys_wrong", '{"version": 1, "bodies": 3, "materials": [], "camera": {"keys": 1}}')
+    put("scene", "nested", "[" * 5000)
+    put("scene", "nested_objects", '{"a":' * 2000)
+    put("json", "kinds", '// a\n{"a": [1, -2.5e3, true, null, "\\u00e9\\n"], "b/~": {}, "a": 1}')
+    put("json", "nested", "[" * 5000)
+    put("json", "nested_closed", "[" * 3000 + "]" * 3000)
+    put("json", "number", "1e999")
+    put("json", "bytes", b'"\xff\xfe\x80"')
+
+
+def meshes():
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    obj = "".join("v %g %g %g\n" % c for c in corners)
+    obj_faces = "".join("f %d %d %d\n" % tuple(i + 1 for i in f) for f in faces)
+    put("mesh_obj", "whole", "mtllib /dev/zero\no a\n" + obj + obj_faces)
+    put("mesh_obj", "index", obj + "f 1 2 900000000\nf -9 -8 -7\n")
+    put("mesh_obj", "far", "v 1e30 0 0\nv 1e30 1 0\nv 1e30 0 1\nf 1 2 3\n")
+    put("mesh_obj", "numbers", "v nan inf 1e999\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+    put("mesh_off", "whole", "OFF\n4 4 0\n" + "".join("%g %g %g\n" % c for c in corners)
+        + "".join("3 %d %d %d\n" % f for f in faces))
+    put("mesh_off", "counts", "OFF\n4000000000 4000000000 0\n0 0 0\n")
+    ply = ("ply\nformat %s 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
+           "property float z\nelement face %d\nproperty list uchar int vertex_index\nend_header\n")
+    put("mesh_ply", "ascii", ply % ("ascii", 4, 4) + "".join("%g %g %g\n" % c for c in corners)
+        + "".join("3 %d %d %d\n" % f for f in faces))
+    binary = b"".join(struct.pack("<3f", *c) for c in corners)
+    put("mesh_ply", "binary", (ply % ("binary_little_endian", 4, 4)).encode() + binary
+        + b"".join(b"\x03" + struct.pack("<3i", *f) for f in faces))
+    put("mesh_ply", "counts", ply % ("binary_little_endian", 4_000_000_000, 4_000_000_000))
+    put("mesh_ply", "list", (ply % ("binary_little_endian", 4, 1)).encode() + binary
+        + b"\xff" + struct.pack("<3i", 0, 1, 2_000_000_000))
+    stl = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0)
+                   for a, b, c in faces)
+    put("mesh_stl", "binary", bytes(80) + struct.pack("<I", 4) + stl)
+    put("mesh_stl", "count", bytes(80) + struct.pack("<I", 0xFFFFFFF0))
+    put("mesh_stl", "ascii", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+        "vertex 0 1 0\nendloop\nendfacet\nendsolid a\n")
+    indices = struct.pack("<12H", *[i for f in faces for i in f])
+    gltf = ('{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],'
+            '"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],'
+            '"buffers":[{"byteLength":72%s}],"bufferViews":[{"buffer":0,"byteLength":48},'
+            '{"buffer":0,"byteOffset":48,"byteLength":24}],"accessors":[{"bufferView":0,'
+            '"componentType":5126,"count":%d,"type":"VEC3"},{"bufferView":1,"componentType":5123,'
+            '"count":12,"type":"SCALAR"}]}')
+
+    def glb(text, data, length=None):
+        text = text.encode() + b" " * (-len(text) % 4)
+        chunks = struct.pack("<II", length or len(text), 0x4E4F534A) + text
+        chunks += struct.pack("<II", len(data), 0x004E4942) + data
+        return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+    import base64
+    uri = ',"uri":"data:application/octet-stream;base64,%s"'
+    inline = uri % base64.b64encode(binary + indices).decode()
+    put("mesh_glb", "whole", glb(gltf % ("", 4), binary + indices))
+    put("mesh_glb", "length", glb(gltf % ("", 4), b"", 0xFFFFFFF0)[:22])
+    put("mesh_glb", "count", glb(gltf % ("", 4_000_000_000), binary + indices))
+    put("mesh_gltf", "inline", gltf % (inline, 4))
+    put("mesh_gltf", "device", gltf % (',"uri":"/dev/zero"', 4))
+    put("mesh_gltf", "count", gltf % (inline, 4_000_000_000))
+    put("mesh_gltf", "cycle", '{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],'
+        '"nodes":[{"children":[0]}]}')
+    put("mesh_fbx", "empty", b"Kaydara FBX Binary  \x00\x1a\x00" + struct.pack("<I", 7400) + bytes(64))
+    put("mesh_fbx", "length", b"Kaydara FBX Binary  \x00\x1a\x00" + struct.pack(
+        "<IIIIB", 7400, 0xFFFFFFF0, 0xFFFFFFF0, 0xFFFFFFF0, 4) + b"Node")
+    put("mesh_fbx", "ascii", "; FBX 7.4.0 project file\nFBXHeaderExtension: {\n}\n")
+    put("mesh_dae", "mesh", '<?xml version="1.0"?><COLLADA version="1.4.1"><library_geometries>'
+        '<geometry id="g"><mesh><source id="p"><float_array id="a" count="9">0 0 0 1 0 0 0 1 0'
+        '</float_array><technique_common><accessor source="#a" count="3" stride="3"><param name="X" '
+        'type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor>'
+        '</technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>'
+        '</vertices><triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2'
+        '</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene '
+        'id="s"><node><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>'
+        '<scene><instance_visual_scene url="#s"/></scene></COLLADA>')
+    put("mesh_dae", "nested", '<COLLADA version="1.4.1">' + "<node>" * 700)
+
+
+def others():
+    zattrs = ('{"format":"pilesim-trajectory","format_version":1,"frame_rate":60.0,"seed":1,"scene":'
+              '{"version":1},"shapes":[{"name":"t","plane":false},{"name":"g","plane":true}],'
+              '"body_name":["a","b"]}')
+    array = ('{"zarr_format":2,"shape":%s,"chunks":%s,"dtype":"<f4","order":"C","fill_value":0,'
+             '"compressor":{"id":"zstd","level":1},"filters":null}')
+    put("trajectory", "attributes", b"\x00" + zattrs.encode())
+    put("trajectory", "nested", b"\x00" + b"[" * 5000)
+    put("trajectory", "position", b"\x01" + (array % ("[3,2,3]", "[256,2,3]")).encode())
+    put("trajectory", "long_chunk", b"\x01" + (array % ("[3,2,3]", "[1000000000,2,3]")).encode())
+    put("trajectory", "vertices", b"\x07" + (array % ("[4,3]", "[4,3]")).encode())
+    put("trajectory", "many_vertices",
+        b"\x07" + (array % ("[100000000,3]", "[100000000,3]")).encode())
+    # A frame of zstd whose header promises a terabyte.
+    put("trajectory", "content_size", b"\x02\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 40) + bytes(8))
+    put("trajectory", "no_frame", b"\x02 no frame of zstd")
+    put("piles", "whole", '{"changes":[{"frame":0,"piles":[{"core":[[0,0],[1,0],[0,1]],"walls":[],'
+        '"layers":[{"bottom_m":0,"top_m":1,"radius_m":2}]}]}]}')
+    put("piles", "no_core", '{"changes":[{"frame":0,"piles":[{"core":[],"walls":[],"layers":[]}]}]}')
+    put("piles", "nested", "[" * 5000)
+    put("guide", "whole", '{"guide":{"vertices":[[0,0,0],[1,0,0],[0,1,0]],"triangles":[[0,1,2]]},'
+        '"constraints":[{"frame":0,"points":[[0,0,0]]}]}')
+    put("guide", "index", '{"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[]}')
+    put("guide", "nested", '{"guide":' + "[" * 5000)
+    piece = {"vertices": struct.pack("<9d", 0, 0, 0, 1, 0, 0, 0, 1, 0),
+             "triangles": struct.pack("<3I", 0, 1, 2)}
+    whole = {"pieces": [piece], "mesh_volume_m3": 1.0, "union_volume_m3": 1.0,
+             "excess_volume_m3": 0.0, "missing_volume_m3": 0.0, "surface_error_m": 0.0,
+             "mean_surface_error_m": 0.0, "from_groups": False}
+    put("decomposition", "whole", cbor(whole))
+    piece["triangles"] = struct.pack("<3I", 0, 1, 900)
+    put("decomposition", "index", cbor(whole))
+    put("decomposition", "kind", cbor(["pieces"]))
+    put("decomposition", "nested", b"\x81" * 5000)
+
+
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
+scenes()
+meshes()
+others()
+signatures(sys.argv[1])

@@ -1,0 +1,263 @@
+"""Signals: what asks politely gets a shorter, whole result; what is impatient, an end at once."""
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
+from bench import adopt_orphans, reap_orphans  # noqa: E402
+from invariants import Trajectory, check_png, check_video, temporaries  # noqa: E402
+from support import PILESIM, CommandTest, tree_bytes  # noqa: E402
+
+
+def long_scene(scene):
+    scene["duration_s"] = 600
+    scene["simulator"] = {"sleeping": False}
+
+
+def children(pid):
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+class SignalTest(CommandTest):
+    @classmethod
+    def setUpClass(cls):
+        adopt_orphans()
+
+    def start(self, *arguments, **options):
+        process = subprocess.Popen(
+            [PILESIM, *map(str, arguments)],
+            cwd=self.dir,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            **options,
+        )
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def wait_until(self, condition, process):
+        for _ in range(12000):
+            if condition():
+                return
+            self.assertIsNone(process.poll(), "it ended too early")
+            time.sleep(0.01)
+        self.fail("it did not come so far")
+
+    def rows(self, file):
+        """Of timing.csv, without the header."""
+        return file.read_text().count("\n") - 1 if file.exists() else 0
+
+    def end_of(self, process):
+        _, errors = process.communicate(timeout=300)
+        reap_orphans()
+        return process.returncode, errors
+
+
+class Simulate(SignalTest):
+    def interrupted_by(self, *signals, **options):
+        process = self.start("simulate", self.write_scene(long_scene), "-o", "out", **options)
+        self.wait_until(lambda: self.rows(self.dir / "out/timing.csv") > 20, process)
+        for number in signals:
+            process.send_signal(number)
+        return self.end_of(process)
+
+    def check_shorter(self):
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertTrue(report["interrupted"])
+        frames = Trajectory(self.dir / "out/trajectory.zarr").count
+        with open(self.dir / "out/timing.csv") as file:
+            self.assertEqual(len(list(csv.DictReader(file))), frames)
+        self.assertGreater(frames, 20)
+        self.assertEqual(temporaries(self.dir), [])
+
+    def test_each_polite_signal_leaves_a_report(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with self.subTest(number.name):
+                code, errors = self.interrupted_by(number)
+                self.assertEqual(code, 130, errors)
+                self.assertIn("interrupted", errors)
+                self.check_shorter()
+                shutil.rmtree(self.dir / "out")
+
+    def test_a_terminal_that_closes_says_so_twice(self):
+        code, errors = self.interrupted_by(signal.SIGHUP, signal.SIGHUP)
+        self.assertEqual(code, 130, errors)
+        self.check_shorter()
+
+    def test_nohup(self):
+        code, errors = self.interrupted_by(
+            signal.SIGHUP,
+            signal.SIGTERM,
+            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+        )
+        self.assertEqual(code, 130, errors)
+        process = self.start(
+            "simulate", "scene.json", "-o", "out", "--force", "--set", "/duration_s=2",
+            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+        )
+        self.wait_until(lambda: self.rows(self.dir / "out/timing.csv") > 0, process)
+        process.send_signal(signal.SIGHUP)
+        code, errors = self.end_of(process)
+        self.assertEqual(code, 0, errors)
+
+    def test_while_it_is_set_up_it_ends_at_once_and_touches_nothing(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            os.mkfifo(self.dir / "scene.json")  # it waits for the scene
+            process = self.start("simulate", "scene.json", "-o", "out")
+            with open(self.dir / "scene.json", "w"):
+                process.send_signal(number)
+                self.assertEqual(self.end_of(process)[0], -number)
+            self.assertFalse((self.dir / "out").exists())
+            os.unlink(self.dir / "scene.json")
+
+
+class Render(SignalTest):
+    def setUp(self):
+        super().setUp()
+        self.succeed("simulate", self.write_scene(), "-o", "run", "--set", "/frame_rate=1000")
+
+    def start_rendering(self):
+        process = self.start("render", "run", "-o", "out", "--size", "32x24")
+        self.wait_until(lambda: (self.dir / "out/frames/frame.0002.png").exists(), process)
+        return process
+
+    def test_ctrl_c_while_ffmpeg_encodes(self):
+        process = self.start_rendering()
+        process.send_signal(signal.SIGINT)
+        code, errors = self.end_of(process)
+        self.assertEqual(code, 130, errors)
+        check_video(self.dir / "out/video.mp4")
+        for picture in (self.dir / "out/frames").iterdir():
+            check_png(picture.read_bytes(), picture)
+        self.assertEqual(temporaries(self.dir), [])
+
+    def stopped_ffmpeg(self):
+        """One that will never end by itself, so that pilesim waits for it."""
+        process = self.start_rendering()
+        (ffmpeg,) = children(process.pid)
+        os.kill(ffmpeg, signal.SIGSTOP)
+        return process, ffmpeg
+
+    def check_that_nothing_half_written_is_taken_for_whole(self):
+        self.assertFalse((self.dir / "out/video.mp4").exists())
+        for picture in (self.dir / "out/frames").glob("frame*"):
+            check_png(picture.read_bytes(), picture)
+        self.succeed("render", "run", "-o", "out", "--size", "32x24", "--force", "--frames", "0-9")
+        check_video(self.dir / "out/video.mp4")
+        self.assertEqual(temporaries(self.dir), [])
+
+    def test_ctrl_c_twice_ends_at_once(self):
+        for first, second in (("SIGINT", "SIGINT"), ("SIGTERM", "SIGINT")):
+            process, _ = self.stopped_ffmpeg()
+            process.send_signal(signal.Signals[first])
+            # The first one has been taken when it is no longer pending.
+            self.wait_until(lambda: self.caught_all(process), process)
+            process.send_signal(signal.Signals[second])
+            code, _ = self.end_of(process)  # which waits for ffmpeg, too
+            self.assertEqual(code, -signal.Signals[second])
+            self.check_that_nothing_half_written_is_taken_for_whole()
+            shutil.rmtree(self.dir / "out")
+
+    def caught_all(self, process):
+        status = Path(f"/proc/{process.pid}/status").read_text()
+        return "ShdPnd:\t0000000000000000" in status and "SigPnd:\t0000000000000000" in status
+
+    def test_kill_9_takes_ffmpeg_with_it(self):
+        process, ffmpeg = self.stopped_ffmpeg()
+        process.kill()
+        self.end_of(process)
+        self.assertFalse(Path(f"/proc/{ffmpeg}").exists())
+        self.check_that_nothing_half_written_is_taken_for_whole()
+
+
+class Compare(SignalTest):
+    COMMAND = ("compare", "scene.json", "-o", "out", "--runs", "3", "--modes", "impulse")
+    FIRST = "out/runs/impulse_decomposition/seed3"
+
+    def start_comparing(self):
+        self.write_scene(long_scene)
+        process = self.start(*self.COMMAND)
+        self.wait_until(lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5, process)
+        return process
+
+    def check_and_resume(self):
+        self.assertFalse((self.dir / "out/compare.json").exists())
+        self.write_scene(lambda scene: scene.update(duration_s=0.2))
+        self.succeed(*self.COMMAND, "--resume", env={**os.environ, "PATH": str(self.dir)})
+        self.assertEqual(temporaries(self.dir), [])
+
+    def test_the_run_that_is_asked_to_stop_stops_in_good_order(self):
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            process = self.start_comparing()
+            process.send_signal(number)
+            code, errors = self.end_of(process)
+            self.assertEqual(code, 130, errors)
+            self.assertIn("--resume", errors)
+            report = json.loads((self.dir / self.FIRST / "report.json").read_text())
+            self.assertTrue(report["interrupted"])
+            self.check_and_resume()
+            shutil.rmtree(self.dir / "out")
+
+    def test_kill_9_takes_the_run_with_it(self):
+        process = self.start_comparing()
+        (run,) = children(process.pid)
+        process.kill()
+        self.end_of(process)  # would wait for 600 s of simulation
+        self.assertFalse(Path(f"/proc/{run}").exists())
+        self.check_and_resume()
+
+    def test_an_old_report_does_not_stand_beside_new_runs(self):
+        self.write_scene(lambda scene: scene.update(duration_s=0.2))
+        self.succeed(*self.COMMAND, env={**os.environ, "PATH": str(self.dir)})
+        self.assertTrue((self.dir / "out/compare.json").exists())
+        self.write_scene(long_scene)
+        (self.dir / self.FIRST / "timing.csv").unlink()
+        process = self.start(*self.COMMAND, "--resume")
+        self.wait_until(lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5, process)
+        process.kill()
+        self.end_of(process)
+        self.assertFalse((self.dir / "out/compare.json").exists())
+
+
+class SampleSignature(SignalTest):
+    MESH = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+
+    def test_asked_to_stop_again_and_again_it_gets_there_all_the_same(self):
+        (self.dir / "a.obj").write_text(self.MESH)
+        settings = ("--trials", "60", "--exemplars", "2", "--no-accuracy")
+        self.succeed("sample-signature", "a.obj", "-o", "whole.sig", *settings)
+        partial = self.dir / "a.sig.partial"
+        stops = 0
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            process = self.start("sample-signature", "a.obj", "-o", "a.sig", *settings)
+            # Asked while it measures: its handler is there then.
+            self.wait_until(lambda process=process: self.is_caught(process, number), process)
+            process.send_signal(number)
+            code, errors = self.end_of(process)
+            self.assertEqual(code, 130, errors)
+            stops += partial.exists()
+        self.assertEqual(stops, 3)
+        self.succeed("sample-signature", "a.obj", "-o", "a.sig", *settings)
+        files = tree_bytes(self.dir)
+        self.assertEqual(files["a.sig"], files["whole.sig"])
+        self.assertFalse(partial.exists())
+
+    def is_caught(self, process, number):
+        for line in Path(f"/proc/{process.pid}/status").read_text().splitlines():
+            if line.startswith("SigCgt:"):
+                return int(line.split()[1], 16) >> (number - 1) & 1 == 1
+        return False
+
+
+if __name__ == "__main__":
+    unittest.main()

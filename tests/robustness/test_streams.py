@@ -1,0 +1,129 @@
+"""Standard streams and files that cannot take what is written, and outputs that vanish."""
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
+from invariants import check_volatile  # noqa: E402
+from support import PILESIM, SOURCE, CommandTest, tree_bytes  # noqa: E402
+
+BOX = SOURCE / "assets/box.obj"
+QUICK = ("--trials", "4", "--exemplars", "2", "--no-accuracy")
+
+
+class Streams(CommandTest):
+    def shell(self, line):
+        """$P is pilesim. Gives its exit code, also of the first command of a pipe."""
+        return subprocess.run(
+            ["bash", "-c", f"set -o pipefail; {line}"],
+            cwd=self.dir,
+            env={**os.environ, "P": PILESIM},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300,
+        )
+
+    def test_what_cannot_be_printed_is_an_error(self):
+        self.write_scene()
+        for command in ("schema", "--help", "--version", "simulate --help", "validate scene.json",
+                        "simulate scene.json -o out --force"):
+            result = self.shell(f'"$P" {command} > /dev/full')
+            self.assertEqual(result.returncode, 4, command)
+            self.assertIn("standard output: cannot be written: No space left", result.stderr)
+            result = self.shell(f'"$P" {command} >&-')
+            self.assertEqual(result.returncode, 4, command)
+        self.assertTrue((self.dir / "out/report.json").exists())
+
+    def test_a_reader_that_has_enough(self):
+        result = self.shell('"$P" schema | true')
+        self.assertEqual(result.returncode, 128 + signal.SIGPIPE)
+        self.assertEqual(result.stderr, "")
+        self.write_scene()
+        self.shell('"$P" simulate scene.json -o out | true')
+        self.assertTrue((self.dir / "out/report.json").exists())
+
+    def test_closed_streams_end_in_no_file(self):
+        """The next file to be opened would get their numbers."""
+        self.write_scene()
+        self.shell('"$P" simulate scene.json -o open')
+        # What cannot be printed is an error; what cannot be complained of is not.
+        for name, closing, code in (("a", "2>&-", 0), ("b", "<&- >&- 2>&-", 4)):
+            line = f'"$P" simulate scene.json -o {name} --progress json {closing}'
+            self.assertEqual(self.shell(line).returncode, code)
+            self.assertEqual(
+                tree_bytes(self.dir / name / "trajectory.zarr"),
+                tree_bytes(self.dir / "open/trajectory.zarr"),
+            )
+            for file in ("timing.csv", "report.json", "report.html"):
+                check_volatile(file, (self.dir / name / file).read_bytes())
+        line = '"$P" render a --frames 0-3 --quiet <&- >&- 2>&-'
+        self.assertEqual(self.shell(line).returncode, 0)
+
+    def test_a_reader_of_progress_that_goes_away_ends_no_run(self):
+        self.write_scene(lambda scene: scene.update(duration_s=1))
+        self.shell('"$P" simulate scene.json -o out --progress json 2> >(true) > /dev/null; wait')
+        self.assertTrue((self.dir / "out/report.html").exists())
+
+
+class Places(CommandTest):
+    def test_what_is_no_file_is_no_output(self):
+        """A pipe in place of /dev/full, which root would lose."""
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        os.mkfifo(self.dir / "pipe")
+        for command in (["sample-signature", BOX, *QUICK], ["fit-bspline", "box.sig"]):
+            result = self.expect_exit(2, *command, "-o", "pipe", "--force")
+            self.assertIn("pipe: exists and is not a regular file", result.stderr)
+        self.assertTrue((self.dir / "pipe").is_fifo())
+
+    def test_a_place_that_cannot_be_written_is_found_before_any_work(self):
+        result = self.expect_exit(4, "sample-signature", "nowhere.obj", "-o", "none/box.sig")
+        self.assertIn("none/box.sig: cannot be created: No such file", result.stderr)
+
+    def test_an_output_that_is_removed_under_the_run(self):
+        def long_scene(scene):
+            scene["duration_s"] = 600
+            scene["simulator"] = {"sleeping": False}
+
+        self.write_scene(long_scene)
+        process = subprocess.Popen(
+            [PILESIM, "simulate", "scene.json", "-o", "out"],
+            cwd=self.dir,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.addCleanup(process.kill)
+        while not (self.dir / "out/timing.csv").exists():
+            self.assertIsNone(process.poll())
+            time.sleep(0.01)
+        shutil.rmtree(self.dir / "out", ignore_errors=True)
+        shutil.rmtree(self.dir / "out", ignore_errors=True)
+        _, errors = process.communicate(timeout=300)
+        self.assertEqual(process.returncode, 4)
+        self.assertRegex(errors, r"out/trajectory\.zarr.*cannot be created: No such file")
+
+    def test_a_limit_on_file_sizes_is_a_full_disk(self):
+        self.write_scene(lambda scene: scene.update(duration_s=20))
+        result = self.run_pilesim(
+            "simulate", "scene.json", "-o", "out", "--quiet", preexec_fn=limit_file_sizes
+        )
+        self.assertEqual(result.returncode, 4)
+        self.assertIn("File too large", result.stderr)
+        timing = self.dir / "out/timing.csv"
+        check_volatile("timing.csv", timing.read_bytes())
+
+
+def limit_file_sizes():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10000, 10000))
+
+
+if __name__ == "__main__":
+    unittest.main()

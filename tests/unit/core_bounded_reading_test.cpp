@@ -1,0 +1,136 @@
+// Files, CBOR and other people's readers that ask for more than there is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <new>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/isolated.h"
+#include "json/cbor.h"
+#include "json/json_text.h"
+
+namespace pilesim {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+template <typename Action>
+std::string error_text(ErrorKind kind, const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind);
+    return error.what();
+  }
+  ADD_FAILURE() << "no error was thrown";
+  return {};
+}
+
+TEST(ReadFile, RefusesWhatIsNoRegularFile) {
+  const auto text = [](const std::string& file) {
+    return error_text(ErrorKind::io, [&] { read_file(file); });
+  };
+  EXPECT_EQ(text("/dev/zero"),
+            "/dev/zero: is a device, a pipe or a socket; expected a regular file. Save what it "
+            "gives in a file");
+  const std::string pipe = testing::TempDir() + "a_pipe";
+  std::filesystem::remove(pipe);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);  // that nobody writes into
+  EXPECT_THAT(text(pipe), HasSubstr("is a device, a pipe or a socket"));
+  std::filesystem::remove(pipe);
+  EXPECT_THAT(text("/tmp"), HasSubstr("cannot be read: Is a directory"));
+  EXPECT_THAT(text("/no/where"), HasSubstr("cannot be read: No such file"));
+}
+
+TEST(ReadFile, HoldsToItsLimit) {
+  const std::string file = testing::TempDir() + "limited";
+  write_file_atomically(file, "0123456789");
+  EXPECT_EQ(read_file(file, 10), "0123456789");
+  EXPECT_EQ(error_text(ErrorKind::input, [&] { read_file(file, 9); }),
+            file + ": has 10 bytes or more; expected at most 9");
+  std::filesystem::resize_file(file, uint64_t{1} << 40);  // a hole, which takes no room
+  EXPECT_THAT(error_text(ErrorKind::input, [&] { read_file(file); }), HasSubstr("1099511627776"));
+  EXPECT_THAT(error_text(ErrorKind::input, [&] { read_json_file(file); }), HasSubstr("at most"));
+  std::filesystem::remove(file);
+  EXPECT_FALSE(read_file("/proc/self/status").empty());  // whose size is said to be 0
+}
+
+std::string cbor_error(const std::string& bytes) {
+  return error_text(ErrorKind::input, [&] { parse_cbor(bytes); });
+}
+
+TEST(ParseCbor, ReadsWhatIsWritten) {
+  using nlohmann::json;
+  const json document = {{"a", {1, -2, 3.5, nullptr, true}},
+                         {"b", json::binary({1, 2, 3}, 64)},
+                         {"c", {{"text", "\u00e9"}, {"empty", json::array()}}}};
+  const std::vector<uint8_t> bytes = json::to_cbor(document);
+  EXPECT_EQ(parse_cbor(std::string(bytes.begin(), bytes.end())), document);
+  // Whatever is cut off or added.
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    cbor_error(std::string(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(size)));
+  }
+  cbor_error(std::string(bytes.begin(), bytes.end()) + '\0');
+}
+
+TEST(ParseCbor, RefusesDepthAndLengthsThatAreNotThere) {
+  EXPECT_THAT(cbor_error(std::string(200'000, '\x81')),
+              HasSubstr("is nested too deeply; expected at most 64 levels"));
+  EXPECT_THAT(cbor_error(std::string(200'000, '\xc1')), HasSubstr("is nested too deeply"));  // tags
+  for (const std::string head : {"\x5b", "\x7b", "\x9b", "\xbb"}) {
+    const std::string bytes = head + std::string("\x00\x00\x00\xff\xff\xff\xff\xff", 8);
+    EXPECT_THAT(cbor_error(bytes), AllOf(HasSubstr("byte 0 asks for 1099511627775 more"),
+                                         HasSubstr("at most the 0 bytes that are left")));
+    EXPECT_THAT(cbor_error(head + std::string(8, '\xff')), HasSubstr("asks for"));
+  }
+  EXPECT_THAT(cbor_error("\x9f\x01\xff"), HasSubstr("no definite length"));
+}
+
+TEST(Isolated, GivesWhatTheWorkGivesOrWhyNot) {
+  const IsolationLimits limits{.memory_bytes = 64 << 20, .cpu_s = 5};
+  const std::string large(5 << 20, 'x');
+  EXPECT_EQ(run_isolated([&] { return large; }, limits).bytes, large);
+  const auto fault = [&](const std::function<void()>& work) {
+    const IsolatedResult result = run_isolated(
+        [&] {
+          work();
+          return std::string("bytes");
+        },
+        limits);
+    EXPECT_EQ(result.bytes, "");
+    return result.fault;
+  };
+  EXPECT_THAT(fault([] { raise(SIGSEGV); }), AnyOf(StartsWith("crashes ("), "fails"));
+  EXPECT_THAT(fault([] { throw std::bad_alloc(); }), "needs more than 64 MB of memory");
+  EXPECT_THAT(fault([] { throw 1; }), "fails");
+  EXPECT_THAT(fault([] { _exit(7); }), "fails");
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Isolated, HoldsItsMemory) {
+  const IsolationLimits limits{.memory_bytes = 64 << 20, .cpu_s = 5};
+  const auto take = [](size_t bytes) { return std::string(bytes, 'x').substr(0, 1); };
+  EXPECT_EQ(run_isolated([&] { return take(16 << 20); }, limits).bytes, "x");
+  EXPECT_EQ(run_isolated([&] { return take(1 << 30); }, limits).fault,
+            "needs more than 64 MB of memory");
+  EXPECT_EQ(run_isolated(
+                [&] {
+                  allow_isolated_memory(uint64_t{1} << 30);
+                  return take(100 << 20);
+                },
+                limits)
+                .bytes,
+            "x");
+}
+#endif
+
+}  // namespace
+}  // namespace pilesim

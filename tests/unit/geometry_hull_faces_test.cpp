@@ -1,0 +1,72 @@
+#include "geometry/hull_faces.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "../geometry_shapes.h"
+#include "geometry/convex_hull.h"
+#include "geometry/coordinate_rounding.h"
+#include "geometry/primitives.h"
+
+namespace pilesim {
+namespace {
+
+TEST(HullFaces, AreThoseOfACubeWithRoundedPointsOnItsFaces) {
+  for (uint64_t trial = 0; trial < 20; ++trial) {
+    Philox random(3, Stream::test, trial);
+    const Quat turn = random.rotation();
+    std::vector<Vec3> points;
+    for (int i = 0; i < 125; ++i) {
+      const Vec3 grid(i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2);
+      if (grid.cwiseAbs().maxCoeff() < 2) continue;
+      points.push_back(((turn * grid) * 1e5).array().round() / 1e5);
+    }
+    TriangleMesh hull = convex_hull(points);
+    hull.rounding_m = 1e-5;
+    const std::vector<HullFace> faces = flat_faces(hull);
+    ASSERT_EQ(faces.size(), 6) << trial;
+    for (const HullFace& face : faces) {
+      EXPECT_NEAR(face.offset_m, 2, 2e-5);
+      EXPECT_NEAR((turn.conjugate() * face.normal).cwiseAbs().maxCoeff(), 1, 1e-9);
+    }
+  }
+}
+
+// Neighbours differ by less than the tolerance, but a face stays within it as a whole.
+TEST(HullFaces, DoNotBendRoundSides) {
+  const TriangleMesh hull = cylinder_mesh(0.5, 1, 5000);
+  const std::vector<HullFace> faces = flat_faces(hull);
+  EXPECT_LT(faces.size(), 2000);
+  EXPECT_GT(faces.size(), 400);
+  for (const HullFace& face : faces) {
+    double lowest = face.offset_m;
+    for (const uint32_t v : face.vertices) {
+      lowest = std::min(lowest, face.normal.dot(hull.vertices[v]));
+    }
+    EXPECT_LE(face.offset_m - lowest, 2.001 * face_tolerance(hull));
+  }
+}
+
+// A sheet is much thinner than it is wide, and its sides are faces all the same.
+TEST(HullFaces, KeepTheSidesOfASheet) {
+  EXPECT_EQ(flat_faces(box_mesh({0.3, 1e-5, 0.2})).size(), 6);
+}
+
+TEST(CoordinateRounding, IsHalfAUnitInTheLastOfFiveToSevenDigits) {
+  const auto bound = [](std::vector<float> coordinates) {
+    CoordinateRounding rounding;
+    for (const float c : coordinates) rounding.add(c);
+    return rounding.bound() / (std::sqrt(3.0) / 2);
+  };
+  EXPECT_EQ(bound({}), 0);
+  EXPECT_NEAR(bound({1.5F, -2.0F}), 1e-4, 1e-12);
+  EXPECT_NEAR(bound({0.12346F, -0.000123F, 0}), 1e-5, 1e-12);
+  EXPECT_NEAR(bound({1234.56F, 0.125F}), 1e-2, 1e-9);
+  EXPECT_NEAR(bound({0.1234567F, 0.76543F}), 1e-7, 1e-12);
+}
+
+}  // namespace
+}  // namespace pilesim
