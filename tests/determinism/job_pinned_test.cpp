@@ -137,12 +137,11 @@ TEST_P(PinnedRuns, GiveTheseBytes) {
   expect_pinned([&](const auto& expect) {
     const Scene scene = load_scene(file, overrides).scene;
     Model model = build_model(scene);
-    const GuideFilling filling = fill_guide(scene, model);
+    fill_guide(scene, model);
     std::optional<ReposeDirector> director;
-    std::optional<GuideJob> guide;
     std::unique_ptr<Simulator> simulator;
     if (run.directed == Directed::guide) {
-      simulator = guide.emplace(file, scene, model, filling).make_simulator();
+      simulator = std::make_unique<GuidedSimulator>(scene, model);
     } else if (run.directed != Directed::no) {
       const Waking waking = run.directed == Directed::piles ? Waking::local : Waking::whole_pile;
       director.emplace(scene, model, waking);
