@@ -98,6 +98,13 @@ def signatures(pilesim):
     put("signature", "nested_tags", b"\xc1" * 5000)
     put("signature", "length", b"\x9b\x00\x00\x00\xff\xff\xff\xff\xff" + bytes(20))
     put("signature", "version_3", cbor({"format": "pilesim signature", "version": 3}))
+    partial = {"format": "pilesim partial signature", "version": 4, "fingerprint": "0", "cells": 2,
+               "trials": 1, "launched": Typed("I", [1, 2]), "wanted": Typed("I", [2, 2]),
+               "first_node": Typed("I", [0]), "keys": Typed("f", [0.1] * 3),
+               "responses": Typed("f", [0.1] * 6)}
+    put("partial_signature", "whole", cbor(partial) + SEAL)
+    partial["trials"] = 2**31
+    put("partial_signature", "trials_without_end", cbor(partial) + SEAL)
     with tempfile.TemporaryDirectory() as folder:
         table, fitted = f"{folder}/box.sig", f"{folder}/box.fit.sig"
         box = ROOT / "assets" / "box.obj"
@@ -108,13 +115,6 @@ def signatures(pilesim):
         whole = pathlib.Path(fitted).read_bytes()
     put("signature", "fitted", whole)
     put("signature", "truncated", whole[: len(whole) // 2])
-    partial = {"format": "pilesim partial signature", "version": 4, "fingerprint": "0", "cells": 2,
-               "trials": 1, "launched": Typed("I", [1, 2]), "wanted": Typed("I", [2, 2]),
-               "first_node": Typed("I", [0]), "keys": Typed("f", [0.1] * 3),
-               "responses": Typed("f", [0.1] * 6)}
-    put("partial_signature", "whole", cbor(partial) + SEAL)
-    partial["trials"] = 2**31
-    put("partial_signature", "trials_without_end", cbor(partial) + SEAL)
 
 
 def scenes():
