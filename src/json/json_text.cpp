@@ -1,8 +1,4 @@
-<<<<<<<< HEAD:src/json/json_text.cpp
 #include "json/json_text.h"
-========
-#include "json/json_text.h"
->>>>>>>> origin2/main:src/core/json_text.cpp
 
 #include <algorithm>
 #include <set>

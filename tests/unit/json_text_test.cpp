@@ -1,8 +1,4 @@
-<<<<<<<< HEAD:tests/unit/json_text_test.cpp
 #include "json/json_text.h"
-========
-#include "json/json_text.h"
->>>>>>>> origin2/main:tests/unit/core_json_text_test.cpp
 
 #include <gmock/gmock.h>
 
