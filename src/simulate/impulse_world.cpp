@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/bullet_closest_points.h"
 #include "simulate/bullet_hits.h"
 #include "simulate/bullet_nail.h"
 #include "simulate/kinematic_motion.h"
@@ -48,6 +49,7 @@ ImpulseWorld::ImpulseWorld(const Scene& scene, const Model& model)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
+      shapes_(bullet_shapes(model)),
       solver_(scene.gravity.norm()),
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
@@ -66,8 +68,6 @@ ImpulseWorld::ImpulseWorld(const Scene& scene, const Model& model)
   info.m_erp2 = -std::expm1(-step_s_ / position_time_s(scene, model));
   info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;  // BulletContactSolver bounces
   solver_.setRandSeed(0);
-
-  for (const ModelShape& shape : model.shapes) shapes_.emplace_back(shape);
 }
 
 ImpulseWorld::~ImpulseWorld() {
@@ -249,7 +249,7 @@ double ImpulseWorld::reach_below_m(uint32_t body, const Quat& orientation) const
     if (most <= reach) continue;
     const btVector3 lowest =
         piece.pose * piece.shape->localGetSupportingVertex(down * piece.pose.getBasis());
-    reach = std::max(reach, down.dot(lowest));
+    reach = std::max<double>(reach, down.dot(lowest) - skin_m(*piece.shape));
   }
   return reach;
 }
