@@ -1,5 +1,7 @@
 #include "simulate/bullet_contacts_ahead.h"
 
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -64,8 +66,9 @@ class ContactsAhead::Pair {
   // Of the closest points of two shapes, where those of body a's piece are to be stopped.
   std::optional<ClosestPoints> closest(const ConvexPiece& piece, const btConvexShape& other,
                                        const btTransform& other_pose) const {
+    btGjkEpaPenetrationDepthSolver depth_solver;  // what a tip is in already stops the rest
     return closest_points(*piece.shape, a_.getWorldTransform() * piece.pose, other, other_pose,
-                          way_m_);
+                          way_m_, &depth_solver);
   }
 
   void add_pieces(const ConvexPiece& piece, const ConvexPiece& other) {

@@ -17,8 +17,8 @@ namespace pilesim {
 namespace {
 
 // The largest gap at rest, and what a contact may be sunk in, as a share of the smaller body's
-// smallest extent.
-constexpr double kGap = 1e-3;
+// smallest extent; a ten-thousandth of it more for rounding.
+constexpr double kGap = 1.0001e-3;
 
 enum class Ground { room, terrain, hulls, box };
 constexpr Ground kGrounds[] = {Ground::room, Ground::terrain, Ground::hulls, Ground::box};
