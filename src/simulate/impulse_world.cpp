@@ -18,6 +18,11 @@ namespace {
 constexpr double kRestSpeed = 0.03;
 constexpr double kRestTime = 3.0;
 
+// Nor does it rest if it strays by more than this share of its radius in that time and nothing but
+// its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
+// of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
+constexpr double kRestDrift = 0.003;
+
 // Share of the smallest extent that a body may move in a step and meet others at a small depth.
 constexpr double kFastMotion = 0.4;
 
@@ -133,6 +138,8 @@ void ImpulseWorld::set_up_dynamic(uint32_t index, const BodyMotion& start, btRig
     dynamic.rest_reach[i] = radius * std::sqrt(inertia[i] / inertia[inertia.maxAxis()]);
   }
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
+  dynamic.rest_drift_m = kRestDrift * radius;
+  dynamic.rest_place = to_bullet(start.position);
   dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();
   body.setUserPointer(&dynamic);
@@ -199,6 +206,12 @@ Vec3 ImpulseWorld::solver_spin(uint32_t body) const {
 
 void ImpulseWorld::change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   solver_.change_velocity(*records_[body].body, to_bullet(linear), to_bullet(angular));
+}
+
+void ImpulseWorld::carry(uint32_t body) {
+  DynamicBody& dynamic = dynamic_[body];
+  dynamic.supported = dynamic.sticks = true;
+  dynamic.loads += 2;
 }
 
 void ImpulseWorld::keep_apart(const std::vector<uint32_t>& bodies) {
