@@ -44,7 +44,7 @@ class ImpulseWorld {
   Vec3 solver_velocity(uint32_t body) const;
   Vec3 solver_spin(uint32_t body) const;
   void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
-  void carry(uint32_t body) { dynamic_[body].supported = true; }  // as a contact would
+  void carry(uint32_t body);  // as contacts would that hold it
 
   // `before_solver` is called when the step's contacts are known.
   void step(StageTimer& timer, const std::function<void()>& before_solver);

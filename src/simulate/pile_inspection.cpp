@@ -87,10 +87,9 @@ class Inspection {
 };
 
 Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
-    : model_(model), gravity_(gravity) {
+    : model_(model), gravity_(gravity), shapes_(bullet_shapes(model)) {
   trees_.resize(model.shapes.size());
   for (size_t i = 0; i < model.shapes.size(); ++i) {
-    shapes_.emplace_back(model.shapes[i]);
     if (model.shapes[i].collides_as_mesh) {
       trees_[i] = std::make_unique<TriangleTree>(model.shapes[i].mesh);
     }
@@ -179,7 +178,8 @@ double Inspection::distance_to_plane(const Placed& body, const Placed& plane) co
     const btTransform pose = body.pose * piece.pose;
     const btVector3 lowest =
         pose * piece.shape->localGetSupportingVertex(-normal * pose.getBasis());
-    nearest = std::min<double>(nearest, normal.dot(lowest - plane.pose.getOrigin()));
+    const double height = normal.dot(lowest - plane.pose.getOrigin()) + skin_m(*piece.shape);
+    nearest = std::min(nearest, height);
   }
   return nearest;
 }
