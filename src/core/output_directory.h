@@ -15,14 +15,20 @@ inline constexpr std::string_view kVideoFile = "video.mp4";
 inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
 // All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
 inline constexpr std::string_view kSimulationEntries[] = {
-    "trajectory.zarr", "timing.csv", "report.json", "report.html",
-    "piles.json",      "guide.json", kFrameFiles,   kVideoFile,    kSheetFile};
+    "trajectory.zarr", "timing.csv", "report.json", "report.html", "piles.json",
+    "guide.json",      kFrameFiles,  kVideoFile,    kSheetFile};
 
 // The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)
-// where `directory` is empty text or no directory, or where there is such an entry and `force` is
-// false; the message names --force.
+// where `directory` is empty text or "-", or where there is such an entry and `force` is false (the
+// message names --force), and Error(io) where it is no directory, has a name that is too long or
+// cannot be written to.
 std::vector<std::filesystem::path> claim_output(const std::filesystem::path& directory,
                                                 std::span<const std::string_view> own, bool force);
+
+// For a single file of results: refuses a name that is empty or "-" and, without `force`, a file
+// that is there (Error usage), and what can be no such file: a directory, a name that is too long,
+// a place where nothing can be written (Error io). Touches nothing.
+void claim_output_file(const std::filesystem::path& file, bool force);
 
 // Removes `entries`, which claim_output() gave, with all that is in them; of a symbolic link the
 // link only. Throws Error(io).
