@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "options.h"
 
 namespace {
@@ -37,7 +39,13 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
-    app.exit(error);
+    if (asked_for) {
+      app.exit(error);
+    } else {
+      // The arguments that are wrong are in what it says.
+      std::fprintf(stderr, "%s\nRun with --help for more information.\n",
+                   pilesim::printable(error.what()).c_str());
+    }
     return asked_for ? 0 : static_cast<int>(pilesim::ErrorKind::usage);
   }
   // What was printed must have arrived: a full disk behind stdout is an error too.
@@ -55,10 +63,15 @@ int main(int argc, char** argv) {
   } catch (const pilesim::Error& error) {
     std::fprintf(stderr, "pilesim: %s\n", error.what());
     return static_cast<int>(error.kind());
+  } catch (const std::filesystem::filesystem_error& error) {
+    const pilesim::Error fault =
+        pilesim::io_error(error.path1().string(), "cannot be used", error.code().value());
+    std::fprintf(stderr, "pilesim: %s\n", fault.what());
+    return static_cast<int>(fault.kind());
   } catch (const std::bad_alloc&) {
     std::fputs("pilesim: not enough memory\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "pilesim: internal fault: %s\n", error.what());
+    std::fprintf(stderr, "pilesim: internal fault: %s\n", pilesim::printable(error.what()).c_str());
   }
   return static_cast<int>(pilesim::ErrorKind::internal);
 }
