@@ -37,7 +37,7 @@ struct SimulationSummary {
 };
 
 // An `output` with results in it is refused first of all. Loads and checks everything before it is
-// touched, then takes over SIGINT and SIGTERM, removes the earlier results and writes
+// touched, then takes over SIGINT, SIGTERM and SIGHUP, removes the earlier results and writes
 // trajectory.zarr and timing.csv frame by frame and report.json and report.html at the end. Ctrl-C
 // between frames ends the run early with a complete, shorter result and then throws
 // Error(interrupted). A gate that the pile fails throws Error(quality), with all results written.

@@ -42,7 +42,7 @@ struct RenderSummary {
 // trajectory's speed whatever frames are left out. Drawing, PNG compression and video encoding
 // overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
 // stays until a new one takes its place, and what is left of them at the end is removed. Takes over
-// SIGINT and SIGTERM: Ctrl-C finishes the video with the frames so far and throws
+// SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far and throws
 // Error(interrupted).
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
 

@@ -41,7 +41,7 @@ struct SignatureRun {
 // The defaults of a layout: trials a cell (the dissertation's 30) and exemplars.
 TableSampling default_sampling(TableLayout layout);
 
-// Checks everything, then takes over SIGINT and SIGTERM and measures.
+// Checks everything, then takes over SIGINT, SIGTERM and SIGHUP and measures.
 // Throws Error(usage) for settings out of range or that contradict each other, Error(input) for a
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
 // `partial_file`.

@@ -304,6 +304,8 @@ class Accidents(CommandTest):
         rows = (self.dir / "out/timing.csv").read_text().count("\n")
         more = lambda: (self.dir / "out/timing.csv").read_text().count("\n") > rows + 100
         self.wait_until(process, more)
+        process.kill()
+        process.communicate(timeout=HANGING)
 
     def test_kill_9_leaves_a_valid_shorter_trajectory(self):
         process = self.start(self.write_scene(long_scene))

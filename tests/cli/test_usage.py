@@ -261,7 +261,7 @@ class Validate(CommandTest):
         self.assertEqual(json.loads(config)["name"], evil)
         shown.append(config)
         shown.append(self.succeed("simulate", scene, "-o", "out").stdout)
-        for arguments in (["validate", evil], ["validate", scene, "--set", evil], [evil]):
+        for arguments in (["validate", evil], ["validate", scene, "--set", evil]):
             result = self.run_pilesim(*arguments)
             self.assertIn(result.returncode, (2, 4))
             shown.append(result.stderr)
