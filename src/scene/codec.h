@@ -17,12 +17,14 @@
 #include "core/json_text.h"
 #include "scene/problem_log.h"
 #include "scene/scene.h"
+#include "scene/scene_loader.h"
 
 namespace pilesim {
 
 struct ReadContext {
   ProblemLog log;
   std::filesystem::path directory;  // absolute; relative paths start there
+  std::vector<SceneFile> files;     // all that were read, in order
 };
 
 template <class T>
@@ -37,7 +39,7 @@ struct Codec {
 // "is \"oak\"", "is an array of 2 values": what was found, cut to a readable length.
 std::string describe_value(const Json& json);
 std::string number_text(double number);
-// "is 3, one of \"a\", \"b\"": quoted and joined by commas.
+// "\"a\", \"b\"": quoted and joined by commas; after 40 of them how many more there are.
 std::string quoted_list(const std::vector<std::string>& words);
 
 // Finite by the limit on its size, beyond which squares and cubes would overflow in the physics.

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/hash.h"
 #include "trajectory/trajectory.h"
 #include "trajectory/trajectory_layout.h"
 
@@ -16,7 +15,6 @@ using nlohmann::ordered_json;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr Clock::duration kLongestInMemory = std::chrono::seconds(1);
 
 ordered_json attributes(const TrajectoryHeader& header) {
   ordered_json json;
@@ -24,7 +22,7 @@ ordered_json attributes(const TrajectoryHeader& header) {
   json["format_version"] = layout::kVersion;
   json["frame_rate"] = header.frame_rate;
   json["seed"] = header.seed;
-  json["scene_hash"] = content_hash(header.resolved_scene);
+  json["scene_hash"] = header.scene_hash;
   json["scene"] = ordered_json::parse(header.resolved_scene);
   json["shapes"] = ordered_json::array();
   for (const TrajectoryShape& shape : header.shapes) {
@@ -88,6 +86,7 @@ struct TrajectoryWriter::State {
   uint64_t chunk = 0;            // index of the current chunk
   uint64_t frames_in_chunk = 0;  // in memory
   uint64_t frames_on_disk = 0;
+  Clock::duration longest_in_memory;
   Clock::time_point last_write = Clock::now();
 
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
@@ -115,7 +114,8 @@ struct TrajectoryWriter::State {
   }
 };
 
-TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header)
+TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header,
+                                   Clock::duration longest_in_memory)
     : state_(std::make_unique<State>()) {
   check(header);
   std::error_code fault;
@@ -129,6 +129,7 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
                      .rows_per_chunk = layout::frames_per_chunk(bodies)};
   };
   state_->body_count = bodies;
+  state_->longest_in_memory = longest_in_memory;
   state_->state = frames_of("state", layout::state(bodies));
   state_->orientation = frames_of("orientation", layout::orientation(bodies));
   state_->position = frames_of("position", layout::position(bodies));
@@ -169,7 +170,7 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
   s.state_rows.insert(s.state_rows.end(), frame.state.begin(), frame.state.end());
   ++s.frames_in_chunk;
   if (s.frames_in_chunk == s.frames_per_chunk() ||
-      Clock::now() - s.last_write >= kLongestInMemory) {
+      Clock::now() - s.last_write >= s.longest_in_memory) {
     s.write();
   }
 }
