@@ -1,9 +1,10 @@
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "job/comparison_job.h"
+#include "numbers.h"
 #include "options.h"
+#include "print.h"
 
 namespace pilesim {
 namespace {
@@ -15,14 +16,14 @@ struct CompareArguments {
   std::string output;
 };
 
-void print_line(const ComparisonSummary::Line& line) {
-  std::printf("%-32s %8.3g (%.3g to %.3g)", line.mode.c_str(), line.speed_up, line.speed_up_low,
-              line.speed_up_high);
+void print_mode(const ComparisonSummary::Line& line) {
+  print("%-32s %8.3g (%.3g to %.3g)", line.mode.c_str(), line.speed_up, line.speed_up_low,
+        line.speed_up_high);
   if (std::isfinite(line.error)) {
-    std::printf("   %8.3g (%.3g to %.3g), %s", line.error, line.error_low, line.error_high,
-                line.quantity.c_str());
+    print("   %8.3g (%.3g to %.3g), %s", line.error, line.error_low, line.error_high,
+          line.quantity.c_str());
   }
-  std::printf("\n");
+  print("\n");
 }
 
 void compare(CompareArguments& options) {
@@ -35,12 +36,10 @@ void compare(CompareArguments& options) {
   job.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
   const ComparisonSummary summary = run_comparison(job);
   if (options.run.quiet) return;
-  for (const std::string& line : summary.warnings) {
-    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
-  }
-  std::printf("mode, speed-up, largest error (1: as far as the reference is from itself)\n");
-  for (const ComparisonSummary::Line& line : summary.lines) print_line(line);
-  std::printf("%s/compare.html has it all\n", options.output.c_str());
+  for (const std::string& line : summary.warnings) warn(line);
+  print("mode, speed-up, largest error (1: as far as the reference is from itself)\n");
+  for (const ComparisonSummary::Line& line : summary.lines) print_mode(line);
+  print("%s/compare.html has it all\n", options.output.c_str());
 }
 
 }  // namespace
@@ -60,18 +59,20 @@ void add_compare_command(CLI::App& app) {
                    "MODE[:COLLISION[COUNT]][@STEP][+/POINTER=VALUE], with commas in between")
       ->required()
       ->type_name("MODES");
-  command->add_option("--reference", job.reference, "The mode that the others are measured by")
-      ->type_name("MODE")
-      ->capture_default_str();
-  command->add_option("--runs", job.runs, "Seeds of each mode, from the scene's on")
-      ->check(CLI::Range(3, 1000))
-      ->type_name("N")
-      ->capture_default_str();
   command
-      ->add_option("--times", job.times, "Moments at which distributions are compared, to the end")
-      ->check(CLI::Range(1, 1000))
-      ->type_name("N")
-      ->capture_default_str();
+      ->add_option("--reference", job.reference,
+                   "The mode that the others are measured by (default: impulse:decomposition, or "
+                   "impulse where no dynamic body has a mesh)")
+      ->check([](const std::string& text) { return text.empty() ? "the mode is empty" : ""; }, "")
+      ->type_name("MODE");
+  add_whole_number(
+      *command, "--runs", {3, 1000}, [&job](uint64_t runs) { job.runs = static_cast<int>(runs); },
+      "Seeds of each mode, from the scene's on; default: " + std::to_string(job.runs));
+  add_whole_number(
+      *command, "--times", {1, 1000},
+      [&job](uint64_t times) { job.times = static_cast<int>(times); },
+      "Moments at which distributions are compared, to the end; default: " +
+          std::to_string(job.times));
   add_run_options(*command, options->run);
   command
       ->add_flag("--resume", job.resume,

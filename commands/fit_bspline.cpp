@@ -1,16 +1,16 @@
-#include <cstdio>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
 
 #include "core/atomic_file.h"
-#include "core/error.h"
 #include "core/output_directory.h"
+#include "numbers.h"
 #include "options.h"
+#include "print.h"
 #include "signature/signature_file.h"
 #include "signature/signature_fitting.h"
 #include "signature/signature_summary.h"
+#include "signature/spline/bspline.h"
 
 namespace pilesim {
 namespace {
@@ -21,9 +21,25 @@ struct FitBsplineArguments {
   std::string output;
   std::string plots;
   std::optional<int> degree;
-  std::vector<int> control_points = {SplineSize{}.control_points[0]};
+  std::vector<int> control_points = {SplineSize{}.control_points[0]};  // of all axes, or of four
   double precision = 1e-3;
 };
+
+// "4" or "4,5,4,6".
+std::vector<int> parse_points(const std::string& text) {
+  constexpr char kOption[] = "--control-points";
+  std::vector<int> points;
+  std::string_view rest = text;
+  for (;;) {
+    const size_t comma = rest.find(',');
+    points.push_back(
+        static_cast<int>(parse_whole_number(rest.substr(0, comma), {1, 1000}, kOption)));
+    if (comma == rest.npos) break;
+    rest.remove_prefix(comma + 1);
+  }
+  if (points.size() == 1 || points.size() == 4) return points;
+  throw CLI::ValidationError(kOption, "'" + text + "' is not one number for all axes, or four");
+}
 
 SplineSize size_of(const FitBsplineArguments& options) {
   SplineSize size;
@@ -35,11 +51,6 @@ SplineSize size_of(const FitBsplineArguments& options) {
 
 void fit(FitBsplineArguments& options) {
   claim_output_file(options.output, options.run.force);
-  if (options.control_points.size() != 1 && options.control_points.size() != 4) {
-    throw Error(ErrorKind::usage,
-                {.found = std::to_string(options.control_points.size()) + " --control-points",
-                 .expected = "one number for all axes, or four"});
-  }
   FitOptions& f = options.fit;
   f.settings.mean = f.settings.spread = size_of(options);
   f.settings.mean_step = f.settings.spread_step = options.precision;
@@ -52,15 +63,15 @@ void fit(FitBsplineArguments& options) {
     remove_output(claim_output(options.plots, kPictures, options.run.force));
     make_output_directory(options.plots);
     for (const auto& picture : plot_fit(run, options.plots)) {
-      if (!options.run.quiet) std::printf("%s\n", picture.c_str());
+      if (!options.run.quiet) print_line(picture.string());
     }
   }
   if (options.run.quiet) return;
-  std::printf("%s: %zu bytes, from %zu; fitted in %.2f s", options.output.c_str(), run.fitted_bytes,
-              run.table_bytes, run.fit_s);
-  if (!run.curve.empty()) std::printf(", searched in %.2f s", run.search_s);
-  if (run.fitted.accuracy) std::printf(", accuracy measured in %.2f s", run.accuracy_s);
-  std::printf("\n%s%s", fit_report_text(run).c_str(), summary_text(run.fitted).c_str());
+  print("%s: %zu bytes, from %zu; fitted in %.2f s", options.output.c_str(), run.fitted_bytes,
+        run.table_bytes, run.fit_s);
+  if (!run.curve.empty()) print(", searched in %.2f s", run.search_s);
+  if (run.fitted.accuracy) print(", accuracy measured in %.2f s", run.accuracy_s);
+  print("\n%s%s", fit_report_text(run).c_str(), summary_text(run.fitted).c_str());
 }
 
 }  // namespace
@@ -74,36 +85,40 @@ void add_fit_bspline_command(CLI::App& app) {
   FitOptions& f = options->fit;
   CLI::App* command = app.add_subcommand(
       "fit-bspline", "Make a signature a thousand times smaller: B-splines in place of its tables");
-  command->add_option("signature", f.signature, "A file of pilesim sample-signature")->required();
+  command->add_option("signature", f.signature, "A file of pilesim sample-signature")
+      ->required()
+      ->check(named(), "");
   command->add_option("-o,--output", options->output, "The fitted signature to write, NAME.fit.sig")
       ->required();
-  command->add_option("--mesh", f.mesh,
-                      "The mesh that was sampled, to measure the fit against fresh true responses");
-  auto* bytes = command
-                    ->add_option("--max-bytes", f.max_bytes,
-                                 "Choose the fit of least error in a file of this size")
-                    ->type_name("N");
-  auto* error = command
-                    ->add_option("--max-error", f.max_error,
-                                 "Choose the smallest fit with this distance from true "
-                                 "responses or less (with --mesh)")
-                    ->type_name("E");
-  command->add_option("--degree", options->degree,
-                      "Of the splines (default " + std::to_string(SplineSize{}.degree[0]) +
-                          "); with --max-bytes or --max-error, the highest to try (default " +
-                          std::to_string(f.most_degree) + ", quicker to query)");
   command
-      ->add_option("--control-points", options->control_points,
-                   "On each axis, or four numbers by axis (default " +
-                       std::to_string(SplineSize{}.control_points[0]) + ")")
-      ->delimiter(',')
+      ->add_option("--mesh", f.mesh,
+                   "The mesh that was sampled, to measure the fit against fresh true responses")
+      ->check(named(), "");
+  auto* bytes = add_whole_number(
+      *command, "--max-bytes", {1, 1'000'000'000}, [&f](uint64_t most) { f.max_bytes = most; },
+      "Choose the fit of least error in a file of this size");
+  auto* error = add_real_number(
+      *command, "--max-error", {.excludes_least = true}, [&f](double most) { f.max_error = most; },
+      "Choose the smallest fit with this distance from true responses or less; with --mesh");
+  add_whole_number(
+      *command, "--degree", {0, kMostDegree},
+      [options](uint64_t degree) { options->degree = static_cast<int>(degree); },
+      "Of the splines, default " + std::to_string(SplineSize{}.degree[0]) +
+          "; with --max-bytes or --max-error the highest to try, from 1, default " +
+          std::to_string(f.most_degree) + ", quicker to query");
+  command
+      ->add_option_function<std::string>(
+          "--control-points",
+          [options](const std::string& text) { options->control_points = parse_points(text); },
+          "On each axis, or four numbers by axis; default " +
+              std::to_string(SplineSize{}.control_points[0]) + " (1 to 1000)")
       ->type_name("N[,N,N,N]")
       ->excludes(bytes)
       ->excludes(error);
-  command
-      ->add_option("--precision", options->precision,
-                   "Rounding of control points, in units of the speed before")
-      ->capture_default_str()
+  add_real_number(
+      *command, "--precision", {.excludes_least = true},
+      [options](double step) { options->precision = step; },
+      "Rounding of control points, in units of the speed before; default 0.001")
       ->excludes(bytes)
       ->excludes(error);
   command
@@ -119,7 +134,8 @@ void add_fit_bspline_command(CLI::App& app) {
       ->type_name("NAME")
       ->default_str("uniform");
   command->add_option("--plot", options->plots, "Draw the fit, too, into this directory (PNG)")
-      ->type_name("DIRECTORY");
+      ->type_name("DIRECTORY")
+      ->check(named(), "");
   add_run_options(*command, options->run);
   command->footer(R"(
 Examples:

@@ -2,23 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 
 #include "core/error.h"
+#include "numbers.h"
 
 namespace pilesim {
 
 namespace {
-
-// Takes a number off the front of `text`; nullopt if there is none.
-std::optional<uint64_t> take_number(std::string_view& text) {
-  uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc()) return std::nullopt;
-  text.remove_prefix(static_cast<size_t>(end - text.data()));
-  return number;
-}
 
 bool take(char letter, std::string_view& text) {
   if (!text.starts_with(letter)) return false;
@@ -28,7 +19,7 @@ bool take(char letter, std::string_view& text) {
 
 std::optional<FrameRange> read_range(std::string_view text) {
   FrameRange range;
-  const std::optional<uint64_t> first = take_number(text);
+  const std::optional<uint64_t> first = take_whole_number(text);
   if (!first) return std::nullopt;
   range.first = *first;
   if (text.empty()) {
@@ -36,9 +27,9 @@ std::optional<FrameRange> read_range(std::string_view text) {
     return range;
   }
   if (!take('-', text)) return std::nullopt;
-  range.last = take_number(text);
+  range.last = take_whole_number(text);
   if (take('x', text)) {
-    const std::optional<uint64_t> step = take_number(text);
+    const std::optional<uint64_t> step = take_whole_number(text);
     if (!step) return std::nullopt;
     range.step = *step;
   }

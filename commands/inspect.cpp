@@ -7,6 +7,7 @@
 
 #include "core/output_directory.h"
 #include "options.h"
+#include "print.h"
 #include "render/image_output.h"
 #include "render/pose_sheet.h"
 #include "signature/rest/known_rest_poses.h"
@@ -54,7 +55,7 @@ void inspect(const InspectArguments& options) {
   const Signature signature = read_signature(options.file);
   std::optional<TriangleMesh> mesh;
   if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
-  std::fputs(summary_text(signature).c_str(), stdout);
+  print("%s", summary_text(signature).c_str());
   if (options.plots.empty()) return;
   constexpr std::array<std::string_view, 1> kKnown = {"collision_height.png"};
   remove_output(claim_output(options.plots, kKnown, options.force));
@@ -64,7 +65,7 @@ void inspect(const InspectArguments& options) {
     pictures.push_back(
         draw_rest_poses(signature, *mesh, fs::path(options.plots) / "rest_pose_bodies.png"));
   }
-  for (const fs::path& picture : pictures) std::printf("%s\n", picture.c_str());
+  for (const fs::path& picture : pictures) print_line(picture.string());
 }
 
 }  // namespace
@@ -72,14 +73,18 @@ void inspect(const InspectArguments& options) {
 void add_inspect_command(CLI::App& app) {
   auto options = std::make_shared<InspectArguments>();
   CLI::App* command = app.add_subcommand("inspect", "Print what a signature holds");
-  command->add_option("signature", options->file, "A file of pilesim sample-signature")->required();
+  command->add_option("signature", options->file, "A file of pilesim sample-signature")
+      ->required()
+      ->check(named(), "");
   CLI::Option* plot =
       command->add_option("--plot", options->plots, "Draw it, too, into this directory (PNG)")
-          ->type_name("DIRECTORY");
+          ->type_name("DIRECTORY")
+          ->check(named(), "");
   command
       ->add_option("--mesh", options->mesh,
                    "With --plot: the mesh that was sampled, to draw it in its rest poses")
       ->type_name("MESH")
+      ->check(named(), "")
       ->needs(plot);
   command->add_flag("--force", options->force, "Replace pictures that are there already");
   command->footer(R"(

@@ -9,8 +9,10 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "core/error.h"
+#include "core/printable.h"
 #include "options.h"
 
 namespace {
@@ -68,8 +70,14 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const bool asked_for = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success);
-    app.exit(error);
-    if (!asked_for) return static_cast<int>(pilesim::ErrorKind::usage);
+    if (asked_for) {
+      app.exit(error);
+    } else {
+      // The arguments that are wrong are in what it says.
+      std::fprintf(stderr, "%s\nRun with --help for more information.\n",
+                   pilesim::printable(error.what()).c_str());
+      return static_cast<int>(pilesim::ErrorKind::usage);
+    }
   }
   require_printed();
   return 0;
@@ -88,10 +96,15 @@ int main(int argc, char** argv) {
   } catch (const pilesim::Error& error) {
     std::fprintf(stderr, "pilesim: %s\n", error.what());
     return static_cast<int>(error.kind());
+  } catch (const std::filesystem::filesystem_error& error) {
+    const pilesim::Error fault =
+        pilesim::io_error(error.path1().string(), "cannot be used", error.code().value());
+    std::fprintf(stderr, "pilesim: %s\n", fault.what());
+    return static_cast<int>(fault.kind());
   } catch (const std::bad_alloc&) {
     std::fputs("pilesim: not enough memory\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "pilesim: internal fault: %s\n", error.what());
+    std::fprintf(stderr, "pilesim: internal fault: %s\n", pilesim::printable(error.what()).c_str());
   }
   return static_cast<int>(pilesim::ErrorKind::internal);
 }

@@ -2,12 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "core/parallel_for.h"
+#include "numbers.h"
 
 namespace pilesim {
+
+std::function<std::string(const std::string&)> named() {
+  return [](const std::string& path) {
+    return path.empty() ? "the name of a file or directory is empty" : "";
+  };
+}
 
 void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
                          const std::string& description) {
@@ -26,11 +34,13 @@ void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
-  command.add_option("scene", options.file, "The scene file (JSON)")->required();
+  command.add_option("scene", options.file, "The scene file (JSON)")
+      ->required()
+      ->check(named(), "");
   add_override_option(command, options.overrides,
                       "Override a value: --set /simulator/sleeping=false (repeatable)");
-  command.add_option_function<uint64_t>(
-      "--seed",
+  add_whole_number(
+      command, "--seed", {},
       [&options](uint64_t seed) { options.overrides.push_back("/seed=" + std::to_string(seed)); },
       "Seed of every random choice; the same as --set /seed=N");
 }
@@ -60,23 +70,26 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->default_str("auto");
   command.add_flag("--quiet,-q", options.quiet, "Print nothing but errors");
   command.add_flag("--force", options.force, "Replace output that is there already");
-  command
-      .add_option_function<int>(
-          "--threads", [](int threads) { set_thread_count(threads); },
-          "Threads to use; the results do not depend on it (default: all " +
-              std::to_string(available_threads()) + ")")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+  add_whole_number(
+      command, "--threads", {1, 1024},
+      [](uint64_t threads) { set_thread_count(static_cast<int>(threads)); },
+      "Threads to use; the results do not depend on it; default: all " +
+          std::to_string(available_threads()));
 }
 
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
-  std::array<int, 2> pair{};
-  int length = 0;
-  if (std::sscanf(text.c_str(), "%6dx%6d%n", &pair[0], &pair[1], &length) != 2 ||
-      static_cast<size_t>(length) != text.size() || pair[0] < 1 || pair[1] < 1) {
-    throw CLI::ValidationError(option, "'" + text + "' is not two numbers such as 4x3");
+  std::string_view rest = text;
+  const std::optional<uint64_t> first = take_whole_number(rest);
+  const bool has_cross = first && rest.starts_with('x');
+  if (has_cross) rest.remove_prefix(1);
+  const std::optional<uint64_t> second = has_cross ? take_whole_number(rest) : std::nullopt;
+  constexpr uint64_t kMost = 999'999;
+  const auto fits = [](uint64_t number) { return number >= 1 && number <= kMost; };
+  if (!second || !rest.empty() || !fits(*first) || !fits(*second)) {
+    throw CLI::ValidationError(option, "'" + text + "' is not two integers from 1 to " +
+                                           std::to_string(kMost) + " such as 4x3");
   }
-  return pair;
+  return {static_cast<int>(*first), static_cast<int>(*second)};
 }
 
 }  // namespace pilesim

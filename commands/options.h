@@ -3,12 +3,16 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
 
 namespace pilesim {
+
+// A check for options that take a path: refuses an empty one.
+std::function<std::string(const std::string&)> named();
 
 // --set, whose form is checked while parsing.
 void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
@@ -43,7 +47,7 @@ void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 
-// "4x3" as two numbers from 1 on. Throws CLI::ValidationError.
+// "4x3" as two numbers from 1 to 999,999. Throws CLI::ValidationError.
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option);
 
 }  // namespace pilesim

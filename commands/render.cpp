@@ -1,14 +1,15 @@
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "core/counted.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "frame_range.h"
 #include "options.h"
+#include "print.h"
 #include "render/render_job.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
@@ -76,7 +77,8 @@ void render(const RenderArguments& options) {
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
   if (options.run.quiet) return;
-  std::printf("%s: %zu frames in %.1f s\n", summary.result.c_str(), summary.frames, summary.wall_s);
+  print("%s: %s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
+        summary.wall_s);
 }
 
 }  // namespace
@@ -85,7 +87,9 @@ void add_render_command(CLI::App& app) {
   auto options = std::make_shared<RenderArguments>();
   CLI::App* command =
       app.add_subcommand("render", "Draw a trajectory to PNG frames and an MP4, off screen");
-  command->add_option("input", options->input, "What simulate wrote: a directory")->required();
+  command->add_option("input", options->input, "What simulate wrote: a directory")
+      ->required()
+      ->check(named(), "");
   command->add_option("-o,--output", options->output,
                       "Directory for frames/, video.mp4 and sheet.png (default: the input)");
   command
@@ -127,6 +131,7 @@ void add_render_command(CLI::App& app) {
                    "Another directory that simulate wrote: drawn on the right of each picture with "
                    "the same camera, under the directories' names")
       ->type_name("DIRECTORY")
+      ->check(named(), "")
       ->excludes(overlay);
   CLI::Option* sheet =
       command

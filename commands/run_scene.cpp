@@ -1,10 +1,11 @@
 #include "run_scene.h"
 
-#include <cstdio>
 #include <memory>
 #include <optional>
 
+#include "core/counted.h"
 #include "job/simulation_job.h"
+#include "print.h"
 #include "scene/scene_loader.h"
 
 namespace pilesim {
@@ -21,7 +22,7 @@ struct Options {
 
 void run(const Options& options) {
   if (options.print_config) {
-    std::puts(load_scene(options.scene.file, options.scene.overrides).resolved.c_str());
+    print("%s\n", load_scene(options.scene.file, options.scene.overrides).resolved.c_str());
     return;
   }
   std::vector<QualityGate> gates;
@@ -35,25 +36,20 @@ void run(const Options& options) {
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
   if (options.run.quiet) return;
-  for (const std::string& line : summary.warnings) {
-    std::fprintf(stderr, "pilesim: warning: %s\n", line.c_str());
-  }
-  for (const std::string& line : summary.collision_shapes) std::printf("%s\n", line.c_str());
-  for (const std::string& line : summary.signatures) std::printf("%s\n", line.c_str());
-  for (const std::string& line : summary.piles) std::printf("%s\n", line.c_str());
-  std::printf(
-      "%s: %llu frames (%.2f s) of %llu bodies in %.1f s; %u awake at the end; deepest penetration "
-      "%.2g m\n",
-      options.output.c_str(), static_cast<unsigned long long>(summary.frames), summary.simulated_s,
-      static_cast<unsigned long long>(summary.bodies), summary.wall_s, summary.awake_at_end,
-      summary.deepest_penetration_m);
+  for (const std::string& line : summary.warnings) warn(line);
+  for (const std::string& line : summary.collision_shapes) print_line(line);
+  for (const std::string& line : summary.signatures) print_line(line);
+  for (const std::string& line : summary.piles) print_line(line);
+  print("%s: %s (%.2f s) of %s in %.1f s; %u awake at the end; deepest penetration %.2g m\n",
+        options.output.c_str(), counted(summary.frames, "frame").c_str(), summary.simulated_s,
+        counted(summary.bodies, "body", "bodies").c_str(), summary.wall_s, summary.awake_at_end,
+        summary.deepest_penetration_m);
   const PileQuality& quality = summary.quality;
-  std::printf(
-      "at the end: penetration %.2g D, %llu unsettled, %llu escaped, %llu floating\n",
-      quality.body_diameter_m > 0 ? quality.deepest_penetration_m / quality.body_diameter_m : 0,
-      static_cast<unsigned long long>(quality.unsettled),
-      static_cast<unsigned long long>(quality.escaped),
-      static_cast<unsigned long long>(quality.floating));
+  print("at the end: penetration %.2g D, %llu unsettled, %llu escaped, %llu floating\n",
+        quality.body_diameter_m > 0 ? quality.deepest_penetration_m / quality.body_diameter_m : 0,
+        static_cast<unsigned long long>(quality.unsettled),
+        static_cast<unsigned long long>(quality.escaped),
+        static_cast<unsigned long long>(quality.floating));
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include "core/output_directory.h"
 #include "core/temporary_file.h"
+#include "core/text.h"
 #include "job/rest_drops.h"
+#include "numbers.h"
 #include "options.h"
+#include "print.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
 #include "signature/signature_summary.h"
@@ -26,6 +29,13 @@ struct SampleSignatureArguments {
   uint32_t rest_drops = 0;
 };
 
+// "60, or 30 in the dissertation's layout".
+std::string defaults(uint32_t TableSampling::*number) {
+  return std::to_string(default_sampling(TableLayout::scale_free).*number) + ", or " +
+         std::to_string(default_sampling(TableLayout::dissertation).*number) +
+         " in the dissertation's layout";
+}
+
 std::vector<ObservedRest> drop(const SampleSignatureArguments& options, const TriangleMesh& mesh) {
   const SignatureOptions& s = options.sampling;
   RestDrops drops = drop_to_rest(mesh, {.drops = options.rest_drops,
@@ -33,8 +43,8 @@ std::vector<ObservedRest> drop(const SampleSignatureArguments& options, const Tr
                                         .seed = s.seed,
                                         .progress = s.progress});
   if (drops.unsettled > 0) {
-    std::fprintf(stderr, "warning: %u of %u drops did not come to rest and do not count\n",
-                 drops.unsettled, options.rest_drops);
+    warn(std::to_string(drops.unsettled) + " of " + std::to_string(options.rest_drops) +
+         " drops did not come to rest and do not count");
   }
   return std::move(drops.rests);
 }
@@ -43,17 +53,19 @@ void warn_of_disagreement(const Signature& signature) {
   for (const RestPoseComparison& pose :
        compare_rest_poses(signature.rest_poses, signature.rest_drops)) {
     if (pose.agrees) continue;
-    std::fprintf(stderr,
-                 "warning: the rest pose with up (%.3f, %.3f, %.3f) has %.1f%% by geometry, but "
-                 "%.1f%% (%.1f to %.1f) by simulation\n",
-                 pose.up.x(), pose.up.y(), pose.up.z(), 100 * pose.by_geometry,
-                 100 * pose.by_simulation, 100 * pose.simulation_low, 100 * pose.simulation_high);
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the rest pose with up (%.3f, %.3f, %.3f) has %.1f%% by geometry, but %.1f%% "
+                  "(%.1f to %.1f) by simulation",
+                  pose.up.x(), pose.up.y(), pose.up.z(), 100 * pose.by_geometry,
+                  100 * pose.by_simulation, 100 * pose.simulation_low, 100 * pose.simulation_high);
+    warn(text);
   }
 }
 
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
-  claim_output_file(options.output, options.run.force);
+  claim_output_file(output, options.run.force);
   SignatureOptions& s = options.sampling;
   const double target_error = s.sampling.target_error;
   s.mesh = options.mesh;
@@ -74,10 +86,10 @@ void sample(SampleSignatureArguments& options) {
   remove_in_one_go(s.partial_file);
   warn_of_disagreement(run.signature);
   if (options.run.quiet) return;
-  std::printf("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
-              options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
-              run.sampling_s, run.accuracy_s, run.drops_s);
-  std::fputs(summary_text(run.signature).c_str(), stdout);
+  print("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
+        options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
+        run.sampling_s, run.accuracy_s, run.drops_s);
+  print("%s", summary_text(run.signature).c_str());
 }
 
 }  // namespace
@@ -87,13 +99,12 @@ void add_sample_signature_command(CLI::App& app) {
       {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
   auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
-  const TableSampling scale_free = default_sampling(TableLayout::scale_free);
-  const TableSampling dissertation = default_sampling(TableLayout::dissertation);
   CLI::App* command = app.add_subcommand(
       "sample-signature",
       "Measure what an object does when it collides, for statistical simulation");
   command->add_option("mesh", options->mesh, "The object: a closed mesh (obj, stl, ply, glb, ...)")
-      ->required();
+      ->required()
+      ->check(named(), "");
   command->add_option("-o,--output", options->output, "The signature to write, NAME.sig")
       ->required();
   command->add_option("--layout", s.layout, "scale-free (default) or dissertation")
@@ -102,43 +113,41 @@ void add_sample_signature_command(CLI::App& app) {
       ->default_str("scale-free");
   command->add_flag("--micro", options->micro,
                     "One impact a trial, not flight and impacts until the body leaves the plane");
-  command->add_option("--restitution", s.material.restitution, "0 to 1")->capture_default_str();
-  command->add_option("--friction", s.material.friction, "At least 0")->capture_default_str();
-  command
-      ->add_option("--restitution-threshold", s.material.restitution_threshold_m_s,
-                   "Contacts slower than this, m/s, do not bounce (dissertation layout only)")
-      ->capture_default_str();
-  command->add_option("--scale", s.scale, "Metres per unit of the mesh file")
-      ->capture_default_str();
-  command
-      ->add_option("--trials", options->trials,
-                   "Trials a cell of the table (default " +
-                       std::to_string(scale_free.trials_per_cell) + "; " +
-                       std::to_string(dissertation.trials_per_cell) +
-                       " in the dissertation's layout)")
-      ->check(CLI::Range(2, 1000000))
-      ->type_name("N");
-  command
-      ->add_option("--target-error", s.sampling.target_error,
-                   "Go on until no cell's mean has a larger standard error, in units of the "
-                   "speed before")
-      ->type_name("E");
-  command
-      ->add_option("--exemplars", options->exemplars,
-                   "Whole responses to keep a cell (default " +
-                       std::to_string(scale_free.exemplars) + "; " +
-                       std::to_string(dissertation.exemplars) +
-                       " in the dissertation's layout; best for long bodies)")
-      ->check(CLI::Range(0, 1000))
-      ->type_name("K");
-  command
-      ->add_option("--rest-drops", options->rest_drops,
-                   "Drop the object so often in a simulation, too, to find its rest poses (the "
-                   "dissertation: 100)")
-      ->check(CLI::Range(0, 1000000))
-      ->type_name("N");
+  add_real_number(
+      *command, "--restitution", {0, 1}, [&s](double e) { s.material.restitution = e; },
+      "Of the object against the plane; default " + with_digits(s.material.restitution, 6));
+  add_real_number(
+      *command, "--friction", {}, [&s](double mu) { s.material.friction = mu; },
+      "Of the object against the plane; default " + with_digits(s.material.friction, 6));
+  add_real_number(
+      *command, "--restitution-threshold", {},
+      [&s](double speed) { s.material.restitution_threshold_m_s = speed; },
+      "Contacts slower than this, m/s, do not bounce; dissertation layout only; default 0");
+  add_real_number(
+      *command, "--scale", {.excludes_least = true}, [&s](double scale) { s.scale = scale; },
+      "Metres per unit of the mesh file; default 1");
+  add_whole_number(
+      *command, "--trials", {2, 1'000'000},
+      [options](uint64_t trials) { options->trials = static_cast<int>(trials); },
+      "Trials a cell of the table; default " + defaults(&TableSampling::trials_per_cell));
+  add_real_number(
+      *command, "--target-error", {.excludes_least = true},
+      [&s](double error) { s.sampling.target_error = error; },
+      "Go on until no cell's mean has a larger standard error, in units of the speed before");
+  add_whole_number(
+      *command, "--exemplars", {0, 1000},
+      [options](uint64_t kept) { options->exemplars = static_cast<int>(kept); },
+      "Whole responses to keep a cell, best for long bodies; default " +
+          defaults(&TableSampling::exemplars));
+  add_whole_number(
+      *command, "--rest-drops", {0, 1'000'000},
+      [options](uint64_t drops) { options->rest_drops = static_cast<uint32_t>(drops); },
+      "Drop the object so often in a simulation, too, to find its rest poses; the dissertation: "
+      "100");
   command->add_flag("--no-accuracy", options->no_accuracy, "Leave the accuracy report out");
-  command->add_option("--seed", s.seed, "Seed of every random choice")->capture_default_str();
+  add_whole_number(
+      *command, "--seed", {}, [&s](uint64_t seed) { s.seed = seed; },
+      "Seed of every random choice; default " + std::to_string(s.seed));
   add_run_options(*command, options->run);
   command->footer(R"(
 Examples:

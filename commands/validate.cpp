@@ -1,9 +1,10 @@
-#include <cstdio>
 #include <memory>
 #include <string>
 
+#include "core/counted.h"
 #include "model/model.h"
 #include "options.h"
+#include "print.h"
 #include "scene/scene_loader.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
@@ -28,7 +29,7 @@ Examples:
   command->callback([options] {
     const LoadedScene loaded = load_scene(options->scene.file, options->scene.overrides);
     if (options->print_config) {
-      std::puts(loaded.resolved.c_str());
+      print("%s\n", loaded.resolved.c_str());
       return;
     }
     const Model model = build_model(loaded.scene);
@@ -37,15 +38,15 @@ Examples:
     size_t dynamic = 0;
     for (const ModelBody& body : model.bodies) dynamic += body.role == Role::dynamic ? 1 : 0;
     // How many a guide takes only its filling tells.
-    std::printf("%s: valid; %s%zu bodies (%zu dynamic), %d frames\n", options->scene.file.c_str(),
-                model.guide_fill ? "at most " : "", model.bodies.size(), dynamic,
-                loaded.scene.frame_count());
+    print_line(options->scene.file + ": valid; " + (model.guide_fill ? "at most " : "") +
+               counted(model.bodies.size(), "body", "bodies") + " (" + std::to_string(dynamic) +
+               " dynamic), " + counted(static_cast<uint64_t>(loaded.scene.frame_count()), "frame"));
     for (const ModelShape& shape : model.shapes) {
       if (!shape.collision_report.empty()) {
-        std::printf("  %s: %s\n", shape.name.c_str(), shape.collision_report.c_str());
+        print_line("  " + shape.name + ": " + shape.collision_report);
       }
     }
-    for (const std::string& line : simulator->signatures()) std::printf("  %s\n", line.c_str());
+    for (const std::string& line : simulator->signatures()) print_line("  " + line);
   });
 }
 

@@ -1,29 +1,45 @@
 #include "core/error.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
+#include "core/counted.h"
+#include "core/printable.h"
+
 namespace pilesim {
 
+namespace {
+
+// A message is read by people: a file may hold a name of a megabyte, and a problem in each line.
+constexpr size_t kLongestPart = 1000;  // bytes
+constexpr size_t kMostLines = 50;
+
+std::string shown(const std::string& part) { return printable(shortened(part, kLongestPart)); }
+
+std::string join(const std::vector<Problem>& problems) {
+  std::string text;
+  const size_t lines = std::min(problems.size(), kMostLines);
+  for (size_t i = 0; i < lines; ++i) text += (i == 0 ? "" : "\n") + to_string(problems[i]);
+  if (problems.size() > lines) {
+    text += "\nand " + counted(problems.size() - lines, "more problem", "more problems");
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string to_string(const Problem& problem) {
-  std::string text = problem.file;
+  std::string text = shown(problem.file);
   if (problem.line > 0) {
     text += ":" + std::to_string(problem.line) + ":" + std::to_string(problem.column);
   }
-  if (!problem.pointer.empty()) text += (text.empty() ? "" : ": ") + problem.pointer;
-  if (!problem.found.empty()) text += (text.empty() ? "" : ": ") + problem.found;
-  if (!problem.expected.empty()) text += "; expected " + problem.expected;
-  if (!problem.remedy.empty()) text += ". " + problem.remedy;
+  if (!problem.pointer.empty()) text += (text.empty() ? "" : ": ") + shown(problem.pointer);
+  if (!problem.found.empty()) text += (text.empty() ? "" : ": ") + shown(problem.found);
+  if (!problem.expected.empty()) text += "; expected " + shown(problem.expected);
+  if (!problem.remedy.empty()) text += ". " + shown(problem.remedy);
   return text;
 }
-
-namespace {
-std::string join(const std::vector<Problem>& problems) {
-  std::string text;
-  for (const Problem& problem : problems) text += (text.empty() ? "" : "\n") + to_string(problem);
-  return text;
-}
-}  // namespace
 
 Error::Error(ErrorKind kind, std::vector<Problem> problems)
     : kind_(kind), problems_(std::move(problems)), text_(join(problems_)) {}

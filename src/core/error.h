@@ -29,7 +29,8 @@ struct Problem {
   std::string remedy;    // how to mend it
 };
 
-// "scene.json:12:7: /materials/wood/density_kg_m3: is -3; expected a number above 0. Remedy."
+// "scene.json:12:7: /materials/wood/density_kg_m3: is -3; expected a number above 0. Remedy." In
+// one line, safe to show on a terminal; parts of more than 1,000 bytes are cut.
 std::string to_string(const Problem& problem);
 
 class Error : public std::exception {
@@ -39,7 +40,7 @@ class Error : public std::exception {
 
   ErrorKind kind() const { return kind_; }
   const std::vector<Problem>& problems() const { return problems_; }
-  // All problems, one a line.
+  // The problems, one a line: the first 50, and how many more there are.
   const char* what() const noexcept override { return text_.c_str(); }
 
  private:

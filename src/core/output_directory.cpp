@@ -1,6 +1,10 @@
 #include "core/output_directory.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <climits>
 #include <string>
 #include <utility>
 
@@ -15,6 +19,10 @@ namespace {
 Error refusal(const fs::path& place, std::string found, std::string remedy) {
   return {ErrorKind::usage,
           Problem{.file = place.string(), .found = std::move(found), .remedy = std::move(remedy)}};
+}
+
+Error unusable(const fs::path& place, int error_number) {
+  return io_error(place.string(), "cannot be written", error_number);
 }
 
 // `pattern` has one '*', which stands for one digit or more.
@@ -42,16 +50,38 @@ void find_entries(const fs::path& directory, std::string_view own, std::vector<f
   }
 }
 
+// Before any work: can something be written at `place`, if need be after making directories?
+fs::file_type check_place(const fs::path& place) {
+  if (place.empty()) throw refusal("", "the name of the output is empty", "Name one with -o");
+  if (place == "-") {
+    throw refusal(place, "is no place for results: nothing is written to standard output",
+                  "A file or directory of that name is ./-");
+  }
+  for (const fs::path& name : place) {
+    // The system does not say so where a directory before it is missing.
+    if (name.string().size() > NAME_MAX) throw unusable(place, ENAMETOOLONG);
+  }
+  std::error_code fault;
+  const fs::file_type type = fs::status(place, fault).type();
+  if (type == fs::file_type::none) throw unusable(place, fault.value());
+  fs::path there = place;
+  for (fs::file_type found = type; found == fs::file_type::not_found;
+       found = fs::status(there, fault).type()) {
+    there = there.has_relative_path() && there.has_parent_path() ? there.parent_path() : ".";
+    if (there == ".") break;
+  }
+  if (there != place && !fs::is_directory(there, fault)) throw unusable(place, ENOTDIR);
+  if (access(there.c_str(), W_OK) != 0) throw unusable(place, errno);
+  return type;
+}
+
 }  // namespace
 
 std::vector<fs::path> claim_output(const fs::path& directory, std::span<const std::string_view> own,
                                    bool force) {
-  if (directory.empty()) {
-    throw refusal("", "the name of the output directory is empty", "Name one with -o");
-  }
-  std::error_code missing;
-  if (fs::exists(directory, missing) && !fs::is_directory(directory, missing)) {
-    throw refusal(directory, "exists and is not a directory", "Name another output directory");
+  const fs::file_type type = check_place(directory);
+  if (type != fs::file_type::not_found && type != fs::file_type::directory) {
+    throw unusable(directory, ENOTDIR);
   }
   std::vector<fs::path> found;
   for (const std::string_view name : own) find_entries(directory, name, found);
@@ -64,20 +94,18 @@ std::vector<fs::path> claim_output(const fs::path& directory, std::span<const st
 }
 
 void claim_output_file(const fs::path& file, bool force) {
-  if (file.empty()) throw refusal("", "the name of the output is empty", "Name one with -o");
-  std::error_code fault;
-  const fs::file_status status = fs::status(file, fault);
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
+  // What goes beside it, under longer names, must fit too: what is not finished yet, above all.
+  constexpr size_t kLongestName = 200;
+  if (file.filename().string().size() > kLongestName) throw unusable(file, ENAMETOOLONG);
+  const fs::file_type type = check_place(file);
+  if (type == fs::file_type::directory || !file.has_filename()) throw unusable(file, EISDIR);
+  if (type == fs::file_type::not_found) return;
+  if (type != fs::file_type::regular) {
     throw refusal(file, "exists and is not a regular file", "Name another one with -o");
   }
-  if (fs::exists(status) && !force) {
-    throw refusal(file, "the file exists already",
-                  "Choose another -o, or replace it with --force.");
+  if (!force) {
+    throw refusal(file, "the file exists already", "Choose another -o, or replace it with --force");
   }
-  if (status.type() == fs::file_type::none) {
-    throw io_error(file.string(), "cannot be created", fault.value());
-  }
-  const TemporaryFile probe(file);
 }
 
 void remove_output(std::span<const fs::path> entries) {

@@ -19,14 +19,15 @@ inline constexpr std::string_view kSimulationEntries[] = {
     "guide.json",      kFrameFiles,  kVideoFile,    kSheetFile};
 
 // The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)
-// where `directory` is empty text or no directory, or where there is such an entry and `force` is
-// false; the message names --force.
+// where `directory` is empty text or "-", or where there is such an entry and `force` is false (the
+// message names --force), and Error(io) where it is no directory, has a name that is too long or
+// cannot be written to.
 std::vector<std::filesystem::path> claim_output(const std::filesystem::path& directory,
                                                 std::span<const std::string_view> own, bool force);
 
-// The same for a result that is one file: throws Error(usage) where `file` is empty text, exists
-// and is not to be replaced, or is no regular file (a device, a directory); Error(io) where nothing
-// can be written beside it, since a result is renamed to its place.
+// For a single file of results: refuses a name that is empty or "-", what is no regular file and,
+// without `force`, a file that is there (Error usage), and what can be no such file: a directory, a
+// name that is too long, a place where nothing can be written (Error io). Touches nothing.
 void claim_output_file(const std::filesystem::path& file, bool force);
 
 // Removes `entries`, which claim_output() gave, each in one go: temporary_file.h. Throws Error(io).

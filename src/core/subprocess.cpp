@@ -114,6 +114,7 @@ int spawn(pid_t& child, const std::vector<std::string>& argv, const int (&stream
 std::string last_words(std::string text) {
   constexpr size_t kLongest = 500;
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+  for (size_t at = 0; (at = text.find('\n', at)) != text.npos; at += 2) text.replace(at, 1, "; ");
   if (text.size() > kLongest) text = "... " + text.substr(text.size() - kLongest);
   return text;
 }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -19,6 +20,8 @@
 #include "model/model.h"
 #include "pile/guide/upside_down.h"
 #include "report/comparison_writer.h"
+#include "scene/overrides.h"
+#include "scene/scene_files.h"
 #include "scene/scene_loader.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
@@ -55,20 +58,16 @@ std::vector<std::string> joined(std::vector<std::string> first,
 
 // Changes with anything that the result of a run depends on: the program, the scene, its files.
 std::string run_key(const std::string& program_hash, const LoadedScene& loaded) {
-  std::string text = program_hash + loaded.resolved;
-  for (const auto& [name, shape] : loaded.scene.shapes) {
-    const auto* mesh = std::get_if<MeshShape>(&shape);
-    if (mesh == nullptr) continue;
-    text += content_hash(read_file(mesh->file));
-    if (mesh->signature) text += content_hash(read_file(*mesh->signature));
-  }
-  return content_hash(text);
+  return content_hash(program_hash + scene_hash(loaded));
 }
 
 std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene) {
-  std::vector<ModeSpec> modes = {resolve_mode(job.reference, scene)};
+  const std::string reference = !job.reference.empty()          ? job.reference
+                                : dynamic_meshes(scene).empty() ? "impulse"
+                                                                : "impulse:decomposition";
+  std::vector<ModeSpec> modes = {resolve_mode(reference, scene)};
   for (const std::string& name : split_modes(job.modes)) {
-    if (name == job.reference) continue;
+    if (name == reference) continue;
     modes.push_back(resolve_mode(name, scene));
   }
   std::set<std::string> directories;
@@ -89,10 +88,37 @@ void require_simulator(const Scene& scene) {
   make_simulator(scene, model);
 }
 
+// Problems that come from the mode name it: the user has not written its overrides.
+LoadedScene load_in_mode(const ComparisonJob& job, const ModeSpec& mode,
+                         const std::vector<std::string>& overrides) {
+  try {
+    return load_scene(job.scene_file, overrides);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      for (const std::string& own : mode.overrides) {
+        if (problem.file != parse_override(own).place()) continue;
+        problem.file = "mode \"" + mode.name + '"';
+        if (problem.pointer.empty()) problem.pointer = parse_override(own).pointer;
+      }
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
 Plan make_plan(const ComparisonJob& job) {
   Plan plan;
   plan.scene = load_scene(job.scene_file, job.overrides);
   plan.modes = resolve_modes(job, plan.scene.scene);
+  const uint64_t last_first = UINT64_MAX - static_cast<uint64_t>(job.runs - 1);
+  if (plan.scene.scene.seed > last_first) {
+    throw Error(ErrorKind::usage,
+                Problem{.file = job.scene_file.string(),
+                        .pointer = "/seed",
+                        .found = "is " + std::to_string(plan.scene.scene.seed),
+                        .expected = "at most " + std::to_string(last_first) + ", as each of " +
+                                    std::to_string(job.runs) + " runs takes the next one"});
+  }
   const std::string program_hash = content_hash(read_file(job.program));
   for (int i = 0; i < job.runs; ++i) {
     const uint64_t seed = plan.scene.scene.seed + static_cast<uint64_t>(i);
@@ -101,7 +127,7 @@ Plan make_plan(const ComparisonJob& job) {
       run.directory = job.output / kRuns / mode.directory / ("seed" + std::to_string(seed));
       run.overrides = joined(job.overrides, mode.overrides);
       run.overrides.push_back("/seed=" + std::to_string(seed));
-      const LoadedScene loaded = load_scene(job.scene_file, run.overrides);
+      const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
       if (i == 0) require_simulator(loaded.scene);
       run.key = run_key(program_hash, loaded);
@@ -148,11 +174,13 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
   if (result.exit_status != 0) {
     const bool known = result.exit_status == static_cast<int>(ErrorKind::input) ||
                        result.exit_status == static_cast<int>(ErrorKind::io);
+    std::vector<Problem> problems = {{.file = run.directory.string(),
+                                      .found = "mode " + run.mode->name + " with seed " +
+                                               std::to_string(run.seed) + " failed:"}};
+    std::istringstream errors(result.errors);
+    for (std::string line; std::getline(errors, line);) problems.push_back({.found = line});
     throw Error(known ? static_cast<ErrorKind>(result.exit_status) : ErrorKind::internal,
-                Problem{.file = run.directory.string(),
-                        .found = "mode " + run.mode->name + " with seed " +
-                                 std::to_string(run.seed) + " failed with exit status " +
-                                 std::to_string(result.exit_status) + ": " + result.errors});
+                std::move(problems));
   }
   write_file_atomically(run.directory / kKeyFile, run.key);
 }
@@ -228,7 +256,7 @@ ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Mode
 Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   Comparison comparison;
   comparison.scene_name = plan.scene.scene.name;
-  comparison.scene_file = job.scene_file.string();
+  comparison.scene_file = job.scene_file.filename().string();
   comparison.threads = thread_count();
   Model judge_model = build_model(plan.reference_scene);
   fill_guide(plan.reference_scene, judge_model);

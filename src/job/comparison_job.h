@@ -16,11 +16,11 @@ struct ComparisonJob {
   std::filesystem::path program;       // pilesim itself, which runs each simulation
   std::vector<std::string> overrides;  // "/json/pointer=value", of all modes
   std::string modes;                   // "impulse:spheres7,statistical": mode_spec.h
-  std::string reference = "impulse:decomposition";
-  int runs = 5;         // >= 3: seeds scene.seed, scene.seed + 1, ...
-  int times = 5;        // >= 1: moments at which distributions are compared
-  bool force = false;   // replace an earlier comparison
-  bool resume = false;  // keep the runs that an earlier comparison finished
+  std::string reference;  // empty: impulse:decomposition, or impulse where no body has a mesh
+  int runs = 5;           // >= 3: seeds scene.seed, scene.seed + 1, ...
+  int times = 5;          // >= 1: moments at which distributions are compared
+  bool force = false;     // replace an earlier comparison
+  bool resume = false;    // keep the runs that an earlier comparison finished
   ProgressMode progress = ProgressMode::automatic;
 };
 

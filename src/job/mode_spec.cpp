@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "json/json_text.h"
 
 namespace pilesim {
 namespace {
@@ -51,7 +52,36 @@ double parse_step(const std::string& text, const std::string& step) {
   return value;
 }
 
-// Names of the meshes that dynamic bodies have, also as parts of compounds.
+void add_collision(const std::string& text, const std::string& collision, const Scene& scene,
+                   std::vector<std::string>& overrides) {
+  static const std::map<std::string, std::string> kCounts = {
+      {"hull", "hull_max_vertices"},
+      {"decomposition", "decomposition_max_pieces"},
+      {"spheres", "sphere_count"},
+      {"sphere", ""}};
+  const size_t digits = std::min(collision.find_first_of("0123456789"), collision.size());
+  const std::string kind = collision.substr(0, digits);
+  const std::string count = collision.substr(digits);
+  const auto known = kCounts.find(kind);
+  if (known == kCounts.end() || count.find_first_not_of("0123456789") != count.npos ||
+      (!count.empty() && known->second.empty())) {
+    throw mode_error(text, "the collision is \"" + collision + '"',
+                     "hull, decomposition, spheres, each with a count if wanted, or sphere");
+  }
+  const std::set<std::string> meshes = dynamic_meshes(scene);
+  if (meshes.empty()) {
+    throw mode_error(text, "the collision is \"" + collision + "\", but no dynamic body has a mesh",
+                     "a mode without collision: only meshes have one to choose");
+  }
+  for (const std::string& name : meshes) {
+    const std::string shape = "/shapes/" + escape_pointer_token(name) + '/';
+    overrides.push_back(shape + "collision=" + kind);
+    if (!count.empty()) overrides.push_back(shape + known->second + '=' + count);
+  }
+}
+
+}  // namespace
+
 std::set<std::string> dynamic_meshes(const Scene& scene) {
   std::set<std::string> used;
   for (const Body& body : scene.bodies) {
@@ -74,37 +104,6 @@ std::set<std::string> dynamic_meshes(const Scene& scene) {
   }
   return meshes;
 }
-
-std::string pointer_token(const std::string& name) {
-  std::string token;
-  for (const char c : name) token += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-  return token;
-}
-
-void add_collision(const std::string& text, const std::string& collision, const Scene& scene,
-                   std::vector<std::string>& overrides) {
-  static const std::map<std::string, std::string> kCounts = {
-      {"hull", "hull_max_vertices"},
-      {"decomposition", "decomposition_max_pieces"},
-      {"spheres", "sphere_count"},
-      {"sphere", ""}};
-  const size_t digits = std::min(collision.find_first_of("0123456789"), collision.size());
-  const std::string kind = collision.substr(0, digits);
-  const std::string count = collision.substr(digits);
-  const auto known = kCounts.find(kind);
-  if (known == kCounts.end() || count.find_first_not_of("0123456789") != count.npos ||
-      (!count.empty() && known->second.empty())) {
-    throw mode_error(text, "the collision is \"" + collision + '"',
-                     "hull, decomposition, spheres, each with a count if wanted, or sphere");
-  }
-  for (const std::string& name : dynamic_meshes(scene)) {
-    const std::string shape = "/shapes/" + pointer_token(name) + '/';
-    overrides.push_back(shape + "collision=" + kind);
-    if (!count.empty()) overrides.push_back(shape + known->second + '=' + count);
-  }
-}
-
-}  // namespace
 
 std::vector<std::string> split_modes(const std::string& text) {
   std::vector<std::string> modes(1);

@@ -4,6 +4,7 @@
 // nothing here.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct ModeSpec {
   std::vector<std::string> overrides;  // "/json/pointer=value"
 };
 
+// Names of the meshes that dynamic bodies have, also as parts of compounds: those whose collision a
+// mode may choose.
+std::set<std::string> dynamic_meshes(const Scene& scene);
+
 // "a,b,c" apart, at the commas that are not inside brackets. Throws Error(usage) for an empty name.
 std::vector<std::string> split_modes(const std::string& text);
 
@@ -24,7 +29,8 @@ std::vector<std::string> split_modes(const std::string& text);
 //   MODE       /simulator/mode. Another than the scene's own gets the defaults of step and sweeps,
 //              as the scene's are chosen for its own mode
 //   COLLISION  of every mesh that dynamic bodies have: hull, decomposition, spheres or sphere.
-//              COUNT: vertices of the hull, most pieces, spheres
+//              COUNT: vertices of the hull, most pieces, spheres. Not in a scene without such
+//              meshes
 //   STEP       /step_s, in seconds, as a number or a fraction
 // Throws Error(usage) naming the part that is wrong.
 ModeSpec resolve_mode(const std::string& text, const Scene& scene);

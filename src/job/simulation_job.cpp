@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/clock.h"
+#include "core/counted.h"
 #include "core/error.h"
-#include "core/hash.h"
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
@@ -13,6 +13,7 @@
 #include "job/guide_direction.h"
 #include "model/model.h"
 #include "report/report_writer.h"
+#include "scene/scene_files.h"
 #include "scene/scene_loader.h"
 #include "simulate/simulator.h"
 #include "trajectory/trajectory.h"
@@ -20,11 +21,13 @@
 namespace pilesim {
 namespace {
 
-TrajectoryHeader make_header(const LoadedScene& loaded, const Model& model) {
+TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene_hash,
+                             const Model& model) {
   TrajectoryHeader header;
   header.frame_rate = loaded.scene.frame_rate;
   header.seed = loaded.scene.seed;
-  header.resolved_scene = loaded.resolved;
+  header.resolved_scene = loaded.portable;
+  header.scene_hash = scene_hash;
   for (const ModelShape& shape : model.shapes) {
     TrajectoryShape& stored = header.shapes.emplace_back();
     stored.name = shape.name;
@@ -71,8 +74,8 @@ SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loade
   SimulationReport report;
   report.command = job.direct_piles ? "direct-pile" : "simulate";
   report.scene_name = loaded.scene.name;
-  report.scene_file = job.scene_file.string();
-  report.scene_hash = content_hash(loaded.resolved);
+  report.scene_file = job.scene_file.filename().string();
+  report.scene_hash = scene_hash(loaded);
   report.mode = mode_name(loaded.scene.simulator.mode);
   report.changed_options = loaded.changed_options;
   report.seed = loaded.scene.seed;
@@ -132,8 +135,8 @@ void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>&
                                             uint64_t frames) {
   std::vector<Problem> problems = error.problems();
   problems.push_back({.file = (output / "trajectory.zarr").string(),
-                      .found = "holds the " + std::to_string(frames) +
-                               " frames that were complete before; they are valid"});
+                      .found = "holds the " + counted(frames, "frame") +
+                               " that were complete before; they are valid"});
   throw Error(error.kind(), std::move(problems));
 }
 
@@ -158,7 +161,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   install_interrupt_handler();
   remove_output(replaced);
   make_output_directory(job.output);
-  TrajectoryWriter writer(job.output / "trajectory.zarr", make_header(loaded, model));
+  TrajectoryWriter writer(job.output / "trajectory.zarr",
+                          make_header(loaded, report.scene_hash, model));
   TimingCsv timing(job.output / "timing.csv");
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),

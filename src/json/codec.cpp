@@ -26,6 +26,14 @@ bool check_array(const Json& json, size_t size, const std::string& expected, con
   return false;
 }
 
+// What should have been in place of `found`: the limit on all numbers is told to who exceeds it.
+std::string expected_number(const Range& range, const Json& found) {
+  const std::string phrase = range.phrase("a number");
+  const bool is_unlimited = range.maximum == kLargestNumber && range.minimum != -kLargestNumber;
+  const bool exceeds = found.is_number() && found.get<double>() > kLargestNumber;
+  return is_unlimited && exceeds ? phrase + " and at most 1e9" : phrase;
+}
+
 // Reads all `values.size()` numbers or reports each that is none.
 template <size_t N>
 bool read_numbers(const Json& json, const Path& path, const std::string& expected, Range range,
@@ -34,7 +42,7 @@ bool read_numbers(const Json& json, const Path& path, const std::string& expecte
   bool is_sound = true;
   for (size_t i = 0; i < N; ++i) {
     if (!json[i].is_number() || !range.contains(json[i].get<double>())) {
-      context.log.report(path / i, describe_value(json[i]), range.phrase("a number"));
+      context.log.report(path / i, describe_value(json[i]), expected_number(range, json[i]));
       is_sound = false;
       continue;
     }
@@ -99,8 +107,11 @@ std::string describe_value(const Json& json) {
 }
 
 std::string quoted_list(const std::vector<std::string>& words) {
+  constexpr size_t kMost = 40;
   std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "\"" : ", \"") + word + '"';
+  const size_t shown = std::min(words.size(), kMost);
+  for (size_t i = 0; i < shown; ++i) text += (i == 0 ? "\"" : ", \"") + words[i] + '"';
+  if (words.size() > shown) text += " and " + std::to_string(words.size() - shown) + " more";
   return text;
 }
 
@@ -134,10 +145,9 @@ Codec<double> number(Range range) {
   codec.expected = range.phrase("a number");
   codec.schema = plain_schema("number");
   range.add_to_schema(codec.schema);
-  codec.read = [range, expected = codec.expected](const Json& json, const Path& path, double& value,
-                                                  ReadContext& context) {
+  codec.read = [range](const Json& json, const Path& path, double& value, ReadContext& context) {
     if (!json.is_number() || !range.contains(json.get<double>())) {
-      context.log.report(path, describe_value(json), expected);
+      context.log.report(path, describe_value(json), expected_number(range, json));
       return;
     }
     value = json.get<double>();
@@ -201,9 +211,15 @@ Codec<uint64_t> unsigned_integer() {
   codec.schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", UINT64_MAX}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path, uint64_t& value,
                                            ReadContext& context) {
-    // A non-negative integer is always kept unsigned by the parser.
-    if (!json.is_number_unsigned()) {
-      context.log.report(path, describe_value(json), expected);
+    // 1e3 is 1000; a non-negative integer without exponent is always kept unsigned by the parser.
+    constexpr double kEndOfExact = 1ULL << 53U;
+    const bool is_whole = json.is_number_float() && is_integer(json) &&
+                          between(0, kEndOfExact).contains(json.get<double>());
+    if (!json.is_number_unsigned() && !is_whole) {
+      const bool is_too_coarse =
+          json.is_number_float() && is_integer(json) && json.get<double>() > 0;
+      context.log.report(path, describe_value(json), expected,
+                         is_too_coarse ? "Write large ones with all their digits" : "");
       return;
     }
     value = json.get<uint64_t>();
@@ -359,6 +375,7 @@ Codec<std::filesystem::path> file_path() {
       return;
     }
     value = (context.directory / json.get<std::string>()).lexically_normal();
+    context.files.push_back({path.pointer(), value, json.get<std::string>()});
   };
   codec.write = [](const std::filesystem::path& value) { return Json(value.string()); };
   return codec;

@@ -17,6 +17,7 @@
 #include "core/colour.h"
 #include "core/types.h"
 #include "json/json_text.h"
+#include "json/named_file.h"
 #include "json/problem_log.h"
 
 namespace pilesim {
@@ -24,6 +25,7 @@ namespace pilesim {
 struct ReadContext {
   ProblemLog log;
   std::filesystem::path directory;  // absolute; relative paths start there
+  std::vector<NamedFile> files;     // all that were read, in order
 };
 
 template <class T>
@@ -38,7 +40,7 @@ struct Codec {
 // "is \"oak\"", "is an array of 2 values": what was found, cut to a readable length.
 std::string describe_value(const Json& json);
 std::string number_text(double number);
-// "is 3, one of \"a\", \"b\"": quoted and joined by commas.
+// "\"a\", \"b\"": quoted and joined by commas; after 40 of them how many more there are.
 std::string quoted_list(const std::vector<std::string>& words);
 
 // Finite by the limit on its size, beyond which squares and cubes would overflow in the physics.

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "core/counted.h"
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mesh_import.h"
@@ -30,9 +31,6 @@ std::string format(const char* pattern, double value) {
 
 std::string percent(double share) { return format("%.1f %%", 100 * share); }
 std::string metres(double length) { return format("%.3g m", length); }
-std::string counted(size_t count, const std::string& noun) {
-  return std::to_string(count) + ' ' + noun + (count == 1 ? "" : "s");
-}
 
 void move(TriangleMesh& mesh, const Vec3& offset) {
   for (Vec3& vertex : mesh.vertices) vertex += offset;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/counted.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -88,11 +89,11 @@ std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQ
 }
 
 std::string describe_failure(const GateResult& result) {
-  const bool is_length = result.gate.figure == "penetration";
-  return result.gate.figure + " is " + with_digits(result.value, 3) +
-         (!is_length                 ? " bodies"
-          : result.gate.in_diameters ? " D"
-                                     : " m");
+  const std::string found = result.gate.figure + " is ";
+  if (result.gate.figure == "penetration") {
+    return found + with_digits(result.value, 3) + (result.gate.in_diameters ? " D" : " m");
+  }
+  return found + counted(static_cast<uint64_t>(result.value), "body", "bodies");
 }
 
 }  // namespace pilesim

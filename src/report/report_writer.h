@@ -31,8 +31,8 @@ struct FrameRow {
 struct SimulationReport {
   std::string command;  // "simulate"
   std::string scene_name;
-  std::string scene_file;
-  std::string scene_hash;  // of the resolved scene
+  std::string scene_file;  // its name, without directories
+  std::string scene_hash;  // of the scene and its files
   std::string mode;
   std::string changed_options;  // JSON object of scene values that differ from defaults
   uint64_t seed = 0;

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/counted.h"
 #include "core/error.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
@@ -280,10 +281,9 @@ RunMeasures Measurement::run() {
 
 void require_two_frames(const TrajectoryReader& trajectory) {
   if (trajectory.frame_count() >= 2) return;
-  throw Error(
-      ErrorKind::input,
-      Problem{.found = "the trajectory has " + std::to_string(trajectory.frame_count()) + " frames",
-              .expected = "at least 2"});
+  throw Error(ErrorKind::input,
+              Problem{.found = "the trajectory has " + counted(trajectory.frame_count(), "frame"),
+                      .expected = "at least 2"});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "core/counted.h"
 #include "json/codec.h"
 #include "scene/detail_checks.h"
 #include "scene/guide_checks.h"
@@ -274,7 +275,7 @@ class Checker {
     if (!depends_on_mesh && static_cast<double>(emitted->index) >= count) {
       log_.report(path,
                   "is " + quoted(name) + ", but " + quoted(emitter.name) + " has " +
-                      number_text(count) + " bodies",
+                      counted(static_cast<uint64_t>(count), "body", "bodies"),
                   "an index below " + number_text(count) + " (they count from 0)");
     }
   }
@@ -333,13 +334,15 @@ class Checker {
 
 void check_mesh_file(const std::filesystem::path& file, const Path& path, ProblemLog& log) {
   if (file.empty()) return;  // reported when it was read
-  std::error_code ignored;
-  const auto status = std::filesystem::status(file, ignored);
+  std::error_code fault;
+  const auto status = std::filesystem::status(file, fault);
   const std::string found = "is " + quoted(file.lexically_normal().string());
   if (status.type() == std::filesystem::file_type::not_found) {
     log.report(path, found + ", which does not exist", "a mesh file");
   } else if (std::filesystem::is_directory(status)) {
     log.report(path, found + ", a directory", "a mesh file");
+  } else if (status.type() == std::filesystem::file_type::none) {
+    log.report(path, found + ", which cannot be read: " + fault.message(), "a mesh file");
   }
 }
 

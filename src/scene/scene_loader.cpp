@@ -4,11 +4,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "json/json_text.h"
+#include "scene/overrides.h"
 #include "scene/scene_checks.h"
 #include "scene/scene_format.h"
 
@@ -16,95 +18,21 @@ namespace pilesim {
 
 namespace {
 
-const std::string kOverride = "--set";  // stands for the file in messages about overrides
-
-struct Override {
-  std::string pointer;
-  Json value;
-};
-
-bool is_at_or_below(const std::string& pointer, const std::string& ancestor) {
-  return pointer == ancestor || pointer.starts_with(ancestor + '/');
-}
-
 std::string parent_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(0, pointer.rfind('/'));
-}
-
-Error override_error(const std::string& pointer, std::string found, std::string expected,
-                     std::string remedy = "") {
-  return {ErrorKind::input, Problem{.file = kOverride,
-                                    .pointer = pointer,
-                                    .found = std::move(found),
-                                    .expected = std::move(expected),
-                                    .remedy = std::move(remedy)}};
-}
-
-Override parse_override(const std::string& argument) {
-  const size_t equals = argument.find('=');
-  if (equals == argument.npos || !argument.starts_with('/')) {
-    throw override_error("", "is \"" + argument + '"', "/json/pointer=value",
-                         "Write for example /simulator/sleeping=false");
-  }
-  const std::string text = argument.substr(equals + 1);
-  Json value;
-  try {
-    value = parse_json(text, kOverride);
-  } catch (const Error&) {
-    value = text;
-  }
-  return {argument.substr(0, equals), std::move(value)};
-}
-
-// The keys and indices of a JSON pointer, from the root on.
-std::vector<std::string> pointer_tokens(const std::string& pointer) {
-  std::vector<std::string> tokens;
-  try {
-    for (Json::json_pointer rest(pointer); !rest.empty(); rest.pop_back()) {
-      tokens.insert(tokens.begin(), rest.back());
-    }
-  } catch (const Json::exception&) {
-    throw override_error("", "is \"" + pointer + '"', "a JSON pointer with ~0 for ~ and ~1 for /");
-  }
-  return tokens;
-}
-
-// Sets the value. Objects on the way are made where missing; array entries must be there.
-void apply(Json& document, Override& change) {
-  Json* place = &document;
-  std::string reached;
-  for (const std::string& token : pointer_tokens(change.pointer)) {
-    if (place->is_null()) *place = Json::object();
-    if (place->is_object()) {
-      place = &(*place)[token];
-    } else if (place->is_array()) {
-      const bool is_index = !token.empty() && token.size() < 10 &&
-                            token.find_first_not_of("0123456789") == token.npos;
-      const size_t index = is_index ? std::stoul(token) : place->size();
-      if (index >= place->size()) {
-        const std::string size = std::to_string(place->size());
-        throw override_error(change.pointer, reached + " has " + size + " entries",
-                             "an index below " + size);
-      }
-      place = &(*place)[index];
-    } else {
-      throw override_error(change.pointer, reached + ' ' + describe_value(*place),
-                           "an object or an array there");
-    }
-    reached += '/' + escape_pointer_token(token);
-  }
-  *place = std::move(change.value);
 }
 
 // Turns findings into problems with file, line and column.
 class Locator {
  public:
-  Locator(const std::string& text, std::string file, const std::vector<Override>& overrides,
-          const std::vector<Finding>& findings)
-      : lines_(text), file_(std::move(file)), overrides_(overrides) {
-    for (const Finding& finding : findings) {
+  // `causes`: for each finding the override that it comes from, null where it is the file's.
+  Locator(const std::string& text, std::string file, const std::vector<Finding>& findings,
+          const std::vector<const Override*>& causes)
+      : lines_(text), file_(std::move(file)) {
+    for (size_t i = 0; i < findings.size(); ++i) {
+      if (causes[i] != nullptr) continue;
       // With all ancestors: what is missing is shown where it should be.
-      for (std::string pointer = finding.pointer;; pointer = parent_of(pointer)) {
+      for (std::string pointer = findings[i].pointer;; pointer = parent_of(pointer)) {
         offsets_[pointer];
         if (pointer.empty()) break;
       }
@@ -115,18 +43,16 @@ class Locator {
     });
   }
 
-  Problem locate(const Finding& finding) const {
+  Problem locate(const Finding& finding, const Override* cause) const {
     Problem problem{.file = file_,
                     .pointer = finding.pointer,
                     .found = finding.found,
                     .expected = finding.expected,
                     .remedy = finding.remedy};
-    for (const Override& change : overrides_) {
-      if (is_at_or_below(finding.pointer, change.pointer) ||
-          (is_at_or_below(change.pointer, finding.pointer) && !offsets_.at(finding.pointer))) {
-        problem.file = kOverride;
-        return problem;
-      }
+    if (cause != nullptr) {
+      problem.file = cause->place();
+      if (finding.pointer == cause->pointer) problem.pointer.clear();
+      return problem;
     }
     std::string pointer = finding.pointer;
     while (!offsets_.at(pointer)) pointer = parent_of(pointer);
@@ -140,7 +66,6 @@ class Locator {
  private:
   LineIndex lines_;
   std::string file_;
-  const std::vector<Override>& overrides_;
   std::map<std::string, std::optional<std::pair<size_t, size_t>>> offsets_;  // of key and value
 };
 
@@ -175,32 +100,73 @@ void collect_changes(const Json& json, const Json& defaults, const std::string& 
 
 enum class MeshFiles { must_exist, may_be_elsewhere };
 
+struct Reading {
+  Scene scene;
+  ReadContext context;
+};
+
+Reading read_document(const Json& document, const std::filesystem::path& file,
+                      MeshFiles mesh_files) {
+  Reading reading;
+  reading.context.directory = std::filesystem::absolute(file).parent_path();
+  scene_codec().read(document, Path(), reading.scene, reading.context);
+  check_scene(reading.scene, document, reading.context.log);
+  if (mesh_files == MeshFiles::must_exist) check_mesh_files(reading.scene, reading.context.log);
+  return reading;
+}
+
+// For each finding the override that it comes from: the last one that sets its place, else the last
+// one without which it is not there. Null: it is the file's own.
+std::vector<const Override*> find_causes(const Json& document, const std::filesystem::path& file,
+                                         MeshFiles mesh_files,
+                                         const std::vector<Override>& overrides,
+                                         const std::vector<Finding>& findings) {
+  std::vector<const Override*> causes(findings.size());
+  Json changed = document;
+  for (size_t i = 0; i < overrides.size(); ++i) {
+    const Reading reading = read_document(changed, file, mesh_files);
+    std::set<std::pair<std::string, std::string>> there;  // pointer, what was found
+    for (const Finding& finding : reading.context.log.findings()) {
+      there.emplace(finding.pointer, finding.found);
+    }
+    for (size_t j = 0; j < findings.size(); ++j) {
+      const Finding& finding = findings[j];
+      if (is_at_or_below(finding.pointer, overrides[i].pointer)) causes[j] = &overrides[i];
+      if (there.contains({finding.pointer, finding.found})) continue;
+      if (causes[j] == nullptr || !is_at_or_below(finding.pointer, causes[j]->pointer)) {
+        causes[j] = &overrides[i];
+      }
+    }
+    apply_override(overrides[i], changed);
+  }
+  return causes;
+}
+
 LoadedScene read_scene(const std::string& text, const std::filesystem::path& file,
                        std::span<const std::string> overrides, MeshFiles mesh_files) {
-  Json document = parse_json(text, file.string());
+  const Json document = parse_json(text, file.string());
   std::vector<Problem> problems = repeated_keys(text, file.string());
 
+  Json changed = document;
   std::vector<Override> changes;
   for (const std::string& argument : overrides) {
     try {
-      changes.push_back(parse_override(argument));
-      apply(document, changes.back());
+      const Override change = parse_override(argument);
+      apply_override(change, changed);
+      changes.push_back(change);
     } catch (const Error& error) {
       problems.insert(problems.end(), error.problems().begin(), error.problems().end());
     }
   }
 
-  ReadContext context;
-  context.directory = std::filesystem::absolute(file).parent_path();
-  LoadedScene loaded;
-  scene_codec().read(document, Path(), loaded.scene, context);
-  check_scene(loaded.scene, document, context.log);
-  if (mesh_files == MeshFiles::must_exist) check_mesh_files(loaded.scene, context.log);
-
-  if (!context.log.findings().empty()) {
-    const Locator locator(text, file.string(), changes, context.log.findings());
-    for (const Finding& finding : context.log.findings())
-      problems.push_back(locator.locate(finding));
+  Reading reading = read_document(changed, file, mesh_files);
+  const std::vector<Finding>& findings = reading.context.log.findings();
+  if (!findings.empty()) {
+    const auto causes = find_causes(document, file, mesh_files, changes, findings);
+    const Locator locator(text, file.string(), findings, causes);
+    for (size_t i = 0; i < findings.size(); ++i) {
+      problems.push_back(locator.locate(findings[i], causes[i]));
+    }
   }
   if (!problems.empty()) {
     std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
@@ -209,6 +175,7 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
     throw Error(ErrorKind::input, std::move(problems));
   }
 
+  LoadedScene loaded{.scene = std::move(reading.scene), .files = std::move(reading.context.files)};
   std::stable_sort(loaded.scene.events.begin(), loaded.scene.events.end(),
                    [](const Event& a, const Event& b) { return a.time_s < b.time_s; });
   const Json resolved = scene_codec().write(loaded.scene);
@@ -218,6 +185,11 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
   };
   loaded.resolved = to_text(resolved);
+  Json portable = resolved;
+  for (const NamedFile& named : loaded.files) {
+    portable.at(Json::json_pointer(named.pointer)) = named.written;
+  }
+  loaded.portable = to_text(portable);
   loaded.changed_options = to_text(differences);
   return loaded;
 }

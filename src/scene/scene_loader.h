@@ -6,15 +6,19 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "json/named_file.h"
 #include "scene/scene.h"
 
 namespace pilesim {
 
 struct LoadedScene {
   Scene scene;
-  std::string resolved;         // the scene with every default written out, as JSON text
-  std::string changed_options;  // JSON object: pointer -> value, of what differs from the defaults
+  std::string resolved;  // the scene with every default written out and absolute paths, JSON text
+  std::string portable;  // the same with paths as the scene has them: what is stored with results
+  std::string changed_options;   // JSON object: pointer -> value, of what differs from the defaults
+  std::vector<NamedFile> files;  // that the scene names
 };
 
 // `overrides` are "/json/pointer=value" (value as JSON, or taken as a string if it is none),

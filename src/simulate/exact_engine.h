@@ -37,7 +37,7 @@ class ExactEngine {
   virtual Vec3 solver_velocity(uint32_t body) const = 0;
   virtual Vec3 solver_spin(uint32_t body) const = 0;
   virtual void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;
-  virtual void carry(uint32_t body) = 0;  // as a contact would
+  virtual void carry(uint32_t body) = 0;  // as contacts would that hold it
 
   // `before_solver` is called when the step's contacts are known.
   virtual void step(StageTimer& timer, const std::function<void()>& before_solver) = 0;

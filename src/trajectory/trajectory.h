@@ -39,6 +39,7 @@ struct TrajectoryHeader {
   double frame_rate = 60;  // frames a second
   uint64_t seed = 1;
   std::string resolved_scene;  // JSON text
+  std::string scene_hash;      // of the scene and its files
   std::vector<TrajectoryShape> shapes;
   std::vector<std::string> body_name;               // (B)
   std::vector<uint32_t> body_shape;                 // (B) index into shapes
@@ -59,14 +60,15 @@ class TrajectoryWriter {
   // `directory` is `…/trajectory.zarr` and does not exist; missing parents are made. A trajectory
   // without frames is there afterwards. `header` is consistent: resolved_scene is a JSON object,
   // the body arrays have one length, indices are in range. Throws Error(io).
-  TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header);
+  TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header,
+                   double longest_in_memory_s = 1);
   ~TrajectoryWriter();  // closes, swallowing errors: call close() to hear of them
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
   // Takes the next frame, and writes what is not yet on disk when the chunk is full or the last
-  // write was a second ago: a kill loses no more than the last second's frames. Throws Error(io),
-  // after which the frames written before are still valid on disk.
+  // write was `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws
+  // Error(io), after which the frames written before are still valid on disk.
   void append(const TrajectoryFrame& frame);
   // Writes what is left of the last chunk. Throws Error(io).
   void close();

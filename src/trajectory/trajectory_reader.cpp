@@ -2,6 +2,7 @@
 #include <cassert>
 #include <nlohmann/json.hpp>
 
+#include "core/counted.h"
 #include "core/error.h"
 #include "trajectory/trajectory.h"
 #include "trajectory/trajectory_layout.h"
@@ -27,6 +28,9 @@ fs::path find_store(const fs::path& directory) {
   std::error_code fault;
   for (const fs::path& store : {directory, directory / "trajectory.zarr"}) {
     if (fs::exists(store / ".zattrs", fault)) return store;
+  }
+  if (fs::status(directory, fault).type() == fs::file_type::none) {
+    throw io_error(directory.string(), "cannot be read", fault.value());
   }
   throw Error(
       ErrorKind::input,
@@ -72,7 +76,7 @@ void check_indices(const fs::path& array, const std::vector<uint32_t>& indices, 
 
 void check_size(const fs::path& array, size_t found, size_t bodies) {
   if (found == bodies) return;
-  reject(array, "has " + std::to_string(found) + " entries",
+  reject(array, "has " + counted(found, "entry", "entries"),
          std::to_string(bodies) + ", the number of bodies");
 }
 
@@ -102,6 +106,7 @@ TrajectoryHeader read_header(const fs::path& store) {
     reject(file, "frame_rate is " + std::to_string(header.frame_rate), "a number above 0");
   }
   header.seed = attribute<uint64_t>(file, attributes, "seed", "a whole number");
+  header.scene_hash = attribute<std::string>(file, attributes, "scene_hash", "a hash");
   header.resolved_scene =
       attribute<ordered_json>(file, attributes, "scene", "the resolved scene").dump(2);
   header.body_name =

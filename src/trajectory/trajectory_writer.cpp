@@ -4,7 +4,6 @@
 
 #include "core/clock.h"
 #include "core/error.h"
-#include "core/hash.h"
 #include "trajectory/trajectory.h"
 #include "trajectory/trajectory_layout.h"
 
@@ -15,15 +14,13 @@ using nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kLongestInMemory_s = 1;
-
 ordered_json attributes(const TrajectoryHeader& header) {
   ordered_json json;
   json["format"] = layout::kFormat;
   json["format_version"] = layout::kVersion;
   json["frame_rate"] = header.frame_rate;
   json["seed"] = header.seed;
-  json["scene_hash"] = content_hash(header.resolved_scene);
+  json["scene_hash"] = header.scene_hash;
   json["scene"] = ordered_json::parse(header.resolved_scene);
   json["shapes"] = ordered_json::array();
   for (const TrajectoryShape& shape : header.shapes) {
@@ -87,6 +84,7 @@ struct TrajectoryWriter::State {
   uint64_t chunk = 0;            // index of the current chunk
   uint64_t frames_in_chunk = 0;  // in memory
   uint64_t frames_on_disk = 0;
+  double longest_in_memory_s;
   Stopwatch since_write;
 
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
@@ -114,7 +112,8 @@ struct TrajectoryWriter::State {
   }
 };
 
-TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header)
+TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header,
+                                   double longest_in_memory_s)
     : state_(std::make_unique<State>()) {
   check(header);
   std::error_code fault;
@@ -128,6 +127,7 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
                      .rows_per_chunk = layout::frames_per_chunk(bodies)};
   };
   state_->body_count = bodies;
+  state_->longest_in_memory_s = longest_in_memory_s;
   state_->state = frames_of("state", layout::state(bodies));
   state_->orientation = frames_of("orientation", layout::orientation(bodies));
   state_->position = frames_of("position", layout::position(bodies));
@@ -167,7 +167,8 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
   }
   s.state_rows.insert(s.state_rows.end(), frame.state.begin(), frame.state.end());
   ++s.frames_in_chunk;
-  if (s.frames_in_chunk == s.frames_per_chunk() || s.since_write.seconds() >= kLongestInMemory_s) {
+  if (s.frames_in_chunk == s.frames_per_chunk() ||
+      s.since_write.seconds() >= s.longest_in_memory_s) {
     s.write();
   }
 }

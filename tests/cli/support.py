@@ -6,11 +6,15 @@ import os
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
 PILESIM = os.environ["PILESIM"]
 SOURCE = Path(os.environ["PILESIM_SOURCE"])
+
+# Seconds after which a program counts as hanging. Nothing is judged by it.
+HANGING = 600
 
 BOXES = {
     "version": 1,
@@ -46,11 +50,11 @@ class CommandTest(unittest.TestCase):
     def run_pilesim(self, *arguments, **options):
         return subprocess.run(
             [PILESIM, *map(str, arguments)],
-            cwd=self.dir,
+            cwd=options.pop("cwd", self.dir),
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=HANGING,
             **options,
         )
 
@@ -63,6 +67,14 @@ class CommandTest(unittest.TestCase):
         result = self.run_pilesim(*arguments, **options)
         self.assertEqual(result.returncode, code, result.stderr)
         return result
+
+    def wait_until(self, process, condition):
+        """Returns once `condition()` holds, which it must do before `process` ends."""
+        end = time.monotonic() + HANGING
+        while not condition():
+            self.assertIsNone(process.poll(), "the program ended before")
+            self.assertLess(time.monotonic(), end, "the program hangs")
+            time.sleep(0.02)
 
     def write_scene(self, change=None, name="scene.json"):
         """Writes BOXES, after `change(scene)`, and returns its path relative to self.dir."""

@@ -1,16 +1,24 @@
 """simulate: what it writes, that it repeats, and that no accident leaves a broken result."""
 
 import csv
+import fcntl
 import json
 import os
+import pty
 import resource
+import shutil
 import signal
+import struct
 import subprocess
-import time
+import termios
 import unittest
 
 import zarr
-from support import PILESIM, SOURCE, CommandTest, tree_bytes
+from support import HANGING, PILESIM, SOURCE, CommandTest, tree_bytes
+
+
+# What sample-signature measures with where it is not told otherwise.
+MATERIAL_OF_SIGNATURES = {"restitution": 0.3, "friction": 0.5}
 
 
 def long_scene(scene):
@@ -46,6 +54,61 @@ class Output(CommandTest):
         self.assertEqual(
             tree_bytes(self.dir / "a/trajectory.zarr"), tree_bytes(self.dir / "b/trajectory.zarr")
         )
+
+    def test_same_scene_same_bytes_wherever_it_lies(self):
+        """Two copies of a scene with its files, run from two directories into two others."""
+        first, second = self.dir / "a/scenes", self.dir / "b/elsewhere/deep"
+        (first / "meshes").mkdir(parents=True)
+        shutil.copy(SOURCE / "assets/box.obj", first / "meshes")
+        self.succeed(
+            "sample-signature", "meshes/box.obj", "-o", "box.sig", "--trials", "4",
+            "--exemplars", "2", "--no-accuracy", "--seed", "7",
+            cwd=first,
+        )  # fmt: skip
+
+        def change(scene):
+            box = {"type": "mesh", "file": "meshes/../meshes/box.obj", "signature": "box.sig"}
+            scene["shapes"]["box"] = box
+            scene["simulator"] = {"mode": "statistical"}
+            scene["materials"]["wood"].update(MATERIAL_OF_SIGNATURES)
+            heap = {"type": "volume", "file": "meshes/box.obj", "scale": 4, "spacing": 1.5}
+            heap.update(shape="box", material="wood", mesh_position=[0, 8, 0])
+            scene["emitters"].append(heap)
+
+        self.write_scene(change, "a/scenes/scene.json")
+        shutil.copytree(first, second)
+        self.succeed("simulate", "scene.json", "-o", "../out", cwd=first)
+        self.succeed("simulate", "b/elsewhere/deep/scene.json", "-o", self.dir / "b/out")
+        trees = [tree_bytes(self.dir / name / "out/trajectory.zarr") for name in ("a", "b")]
+        self.assertEqual(*trees)
+        self.assertNotIn(str(self.dir).encode(), trees[0][".zattrs"])
+        reports = [
+            json.loads((self.dir / name / "out/report.json").read_text()) for name in ("a", "b")
+        ]
+        for report in reports:
+            for key in ("time", "machine", "threads", "peak_memory_bytes"):
+                del report[key]
+        self.assertEqual(*reports)
+        scene_hash = reports[0]["scene"]["hash"]
+        self.assertEqual(json.loads(trees[0][".zattrs"])["scene_hash"], scene_hash)
+
+        # What the files hold counts, and not what they are called.
+        (second / "meshes/box.obj").rename(second / "cube.obj")
+        text = (second / "scene.json").read_text()
+        text = text.replace("meshes/../meshes/box.obj", "cube.obj").replace("meshes/box.obj", "cube.obj")
+        (second / "scene.json").write_text(text)
+        self.assertEqual(self.hash_of_run("b/elsewhere/deep/scene.json"), scene_hash)
+        with open(second / "cube.obj", "a") as mesh:
+            mesh.write("# changed\n")
+        self.assertNotEqual(self.hash_of_run("b/elsewhere/deep/scene.json"), scene_hash)
+
+        # A trajectory is drawn without its scene.
+        shutil.rmtree(self.dir / "a/scenes")
+        self.succeed("render", "a/out", "-o", "pictures", "--frames", "0", "--no-video")
+
+    def hash_of_run(self, scene):
+        self.succeed("simulate", scene, "-o", "again", "--force")
+        return json.loads((self.dir / "again/report.json").read_text())["scene"]["hash"]
 
     def test_another_seed_another_result(self):
         scene = self.write_scene()
@@ -108,6 +171,31 @@ class Refusals(CommandTest):
         result = self.expect_exit(2, "simulate", self.write_scene(), "-o", "")
         self.assertIn("output", result.stderr)
 
+    def test_a_bar_fits_into_a_narrow_terminal(self):
+        def scene(document):
+            document.update(duration_s=30, simulator={"sleeping": False})
+
+        main, terminal = pty.openpty()
+        fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 40, 0, 0))
+        process = subprocess.Popen(
+            [PILESIM, "simulate", self.write_scene(scene), "-o", "out"],
+            cwd=self.dir,
+            stdout=subprocess.DEVNULL,
+            stderr=terminal,
+        )
+        self.addCleanup(process.kill)
+        os.close(terminal)
+        shown = b""
+        try:
+            while piece := os.read(main, 65536):
+                shown += piece
+        except OSError:  # the terminal has closed
+            pass
+        os.close(main)
+        self.assertEqual(process.wait(timeout=HANGING), 0)
+        for line in shown.decode().replace("\n", "\r").split("\r"):
+            self.assertLess(len(line.replace("\033[K", "")), 40, line)
+
     def test_an_invalid_scene_touches_nothing(self):
         def spoil(scene):
             scene["emitters"][0]["material"] = "gold"
@@ -122,23 +210,21 @@ class Refusals(CommandTest):
 
 
 class Accidents(CommandTest):
-    def start(self, scene):
+    def start(self, scene, **options):
         process = subprocess.Popen(
             [PILESIM, "simulate", scene, "-o", "out", "--progress", "none"],
             cwd=self.dir,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            **options,
         )
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.stderr.close)
         timing = self.dir / "out/timing.csv"
-        for _ in range(600):
-            if timing.exists() and timing.read_text().count("\n") > 200:
-                return process
-            time.sleep(0.05)
-        process.kill()
-        raise AssertionError("the run did not start")
+        self.addCleanup(process.kill)
+        self.wait_until(process, lambda: timing.exists() and timing.read_text().count("\n") > 200)
+        return process
 
     def test_ctrl_c_during_set_up_ends_at_once_and_leaves_nothing(self):
         def slow_to_set_up(scene):
@@ -158,10 +244,11 @@ class Accidents(CommandTest):
             env={**os.environ, "XDG_CACHE_HOME": str(cache)},
         )
         self.addCleanup(process.kill)
-        time.sleep(1)
-        self.assertIsNone(process.poll())
+        # The place for what is decomposed is made just before.
+        self.wait_until(process, (cache / "pilesim").exists)
         process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(timeout=10), -signal.SIGINT)
+        # Ended by the signal itself, which waits for nothing.
+        self.assertEqual(process.wait(timeout=HANGING), -signal.SIGINT)
         self.assertFalse((self.dir / "out").exists())
         self.assertEqual(tree_bytes(cache), {})
 
@@ -181,10 +268,8 @@ class Accidents(CommandTest):
         self.assertGreater(float(abs(store["position"][:count]).sum()), 0)
         return count
 
-    def test_ctrl_c_leaves_a_complete_shorter_result(self):
-        process = self.start(self.write_scene(long_scene))
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=60)
+    def expect_complete_shorter_result(self, process):
+        _, errors = process.communicate(timeout=HANGING)
         self.assertEqual(process.returncode, 130, errors)
         self.assertIn("interrupted", errors)
         frames = self.frames_on_disk()
@@ -192,13 +277,42 @@ class Accidents(CommandTest):
         self.assertTrue(json.loads((self.dir / "out/report.json").read_text())["interrupted"])
         with open(self.dir / "out/timing.csv") as file:
             self.assertEqual(len(list(csv.DictReader(file))), frames)
+        return frames
+
+    def test_ctrl_c_leaves_a_complete_shorter_result(self):
+        process = self.start(self.write_scene(long_scene))
+        process.send_signal(signal.SIGINT)
+        frames = self.expect_complete_shorter_result(process)
         self.succeed("render", "out", "--frames", f"{frames - 1}")
+
+    def test_a_polite_kill_and_a_terminal_that_closes_do_so_too(self):
+        process = self.start(self.write_scene(long_scene))
+        process.send_signal(signal.SIGTERM)
+        self.expect_complete_shorter_result(process)
+        shutil.rmtree(self.dir / "out")
+        process = self.start("scene.json")
+        for _ in range(3):  # by the terminal, the shell and the session
+            process.send_signal(signal.SIGHUP)
+        self.expect_complete_shorter_result(process)
+
+    def test_nohup_holds(self):
+        process = self.start(
+            self.write_scene(long_scene),
+            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+        )
+        process.send_signal(signal.SIGHUP)
+        rows = (self.dir / "out/timing.csv").read_text().count("\n")
+        more = lambda: (self.dir / "out/timing.csv").read_text().count("\n") > rows + 100
+        self.wait_until(process, more)
+        process.kill()
+        process.communicate(timeout=HANGING)
 
     def test_kill_9_leaves_a_valid_shorter_trajectory(self):
         process = self.start(self.write_scene(long_scene))
-        time.sleep(1.2)
+        shape = self.dir / "out/trajectory.zarr/position/.zarray"
+        self.wait_until(process, lambda: json.loads(shape.read_text())["shape"][0] > 0)
         process.kill()
-        process.communicate(timeout=60)
+        process.communicate(timeout=HANGING)
         frames = self.frames_on_disk()
         self.assertGreater(frames, 0)
         self.succeed("render", "out", "--frames", "0")

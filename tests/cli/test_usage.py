@@ -4,9 +4,10 @@ import json
 import os
 import pathlib
 import re
+import subprocess
 import unittest
 
-from support import CommandTest
+from support import PILESIM, SOURCE, CommandTest
 
 
 class Usage(CommandTest):
@@ -58,16 +59,123 @@ class Usage(CommandTest):
             self.assertNotEqual(result.stderr, "", arguments)
         self.assertFalse((self.dir / "out").exists())
 
+    def test_numbers_are_digits_within_their_range_and_nothing_else(self):
+        """Every option that takes a number, of every command; the help states each range."""
+        seen = 0
+        for command, inputs in (
+            ("validate", ["scene.json"]),
+            ("simulate", ["scene.json", "-o", "out"]),
+            ("direct-pile", ["scene.json", "-o", "out"]),
+            ("render", ["out"]),
+            ("compare", ["scene.json", "-o", "out", "--modes", "impulse"]),
+            ("sample-signature", ["a.obj", "-o", "a.sig"]),
+            ("fit-bspline", ["a.sig", "-o", "b.sig"]),
+        ):
+            text = self.succeed(command, "--help").stdout
+            options = re.findall(r"--([a-z-]+) (?:N|NUMBER|N\[,N,N,N\])(?= |$)", text, re.M)
+            for option in (f"--{name}" for name in options if name != "samples"):
+                seen += 1
+                values = ["", "-1", "99999999999999999999", "0x10", "nan"]
+                if option in ("--seed", "--max-error"):
+                    values += [" ", "1e999", "inf", "+1", "1 ", " 1", "1x", "one", "1_000"]
+                for value in values:
+                    result = self.expect_exit(2, command, *inputs, option, value)
+                    self.assertIn(f"{option}: '{value}' is not a", result.stderr)
+                    self.assertRegex(result.stderr, r"\d to \d|above 0")
+        self.assertGreater(seen, 20)
+        self.assertFalse((self.dir / "out").exists())
+
+    def test_zero_is_refused_where_it_means_nothing(self):
+        for arguments in (
+            ["fit-bspline", "a.sig", "-o", "b.sig", "--max-bytes", "0"],
+            ["fit-bspline", "a.sig", "-o", "b.sig", "--max-error", "0"],
+            ["fit-bspline", "a.sig", "-o", "b.sig", "--precision", "0"],
+            ["fit-bspline", "a.sig", "-o", "b.sig", "--control-points", "4,0,4,4"],
+            ["fit-bspline", "a.sig", "-o", "b.sig", "--control-points", "4,4"],
+            ["sample-signature", "a.obj", "-o", "a.sig", "--target-error", "0"],
+            ["sample-signature", "a.obj", "-o", "a.sig", "--scale", "0"],
+            ["sample-signature", "a.obj", "-o", "a.sig", "--restitution", "1.01"],
+            ["render", "out", "--sheet", "0x3"],
+            ["render", "out", "--sheet", " 4x3"],
+            ["render", "out", "--sheet", "+4x3"],
+        ):
+            self.assertIn(arguments[-2], self.expect_exit(2, *arguments).stderr)
+
+    def test_places_for_results_that_are_none(self):
+        """Of each command that writes, before it reads anything."""
+        (self.dir / "file").write_text("mine")
+        long = "x" * 300
+        for place, code, why in (
+            ("", 2, "empty"),
+            ("-", 2, "./-"),
+            (long, 4, "name too long"),
+            (f"new/{long}", 4, "name too long"),
+            ("file/below", 4, "Not a directory"),
+        ):
+            for command, inputs in (
+                ("simulate", ["nowhere.json"]),
+                ("direct-pile", ["nowhere.json"]),
+                ("compare", ["nowhere.json", "--modes", "impulse"]),
+                ("sample-signature", ["nowhere.obj"]),
+                ("fit-bspline", ["nowhere.sig"]),
+            ):
+                result = self.expect_exit(code, command, *inputs, "-o", place)
+                self.assertRegex(result.stderr, why)
+                if place:
+                    self.assertIn(place[-100:], result.stderr)
+        for command, inputs in (
+            ("sample-signature", ["nowhere.obj"]),
+            ("fit-bspline", ["nowhere.sig"]),
+        ):
+            for place in (".", "new/"):
+                result = self.expect_exit(4, command, *inputs, "-o", place)
+                self.assertIn("directory", result.stderr)
+        for command in ("simulate", "direct-pile"):
+            result = self.expect_exit(4, command, "nowhere.json", "-o", "file")
+            self.assertIn("file: cannot be written: Not a directory", result.stderr)
+        self.assertEqual([path.name for path in self.dir.iterdir()], ["file"])
+
+    def test_a_place_without_permission_is_refused_before_any_work(self):
+        locked = self.dir / "locked"
+        locked.mkdir(mode=0o555)
+        # Root without its powers is a user like others.
+        powerless = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+        if subprocess.run([*powerless, "true"], capture_output=True).returncode != 0:
+            self.skipTest("no user without power over permissions")
+        for command, place in (("simulate", "locked"), ("sample-signature", "locked/new/a.sig")):
+            result = subprocess.run(
+                [*powerless, PILESIM, command, "nowhere", "-o", place],
+                cwd=self.dir,
+                capture_output=True,
+                text=True,
+            )
+            self.assertEqual(result.returncode, 4, result.stderr)
+            self.assertIn(f"{place}: cannot be written: Permission denied", result.stderr)
+
+    def test_inputs_that_are_none(self):
+        long = "x" * 300
+        for command, more in (
+            ("validate", []),
+            ("simulate", ["-o", "out"]),
+            ("direct-pile", ["-o", "out"]),
+            ("compare", ["-o", "out", "--modes", "impulse"]),
+            ("sample-signature", ["-o", "a.sig"]),
+            ("fit-bspline", ["-o", "a.sig"]),
+            ("inspect", []),
+            ("render", []),
+        ):
+            self.assertIn("empty", self.expect_exit(2, command, "", *more).stderr)
+            result = self.expect_exit(4, command, long, *more)
+            self.assertIn("name too long", result.stderr)
+            self.assertIn("xxx:", result.stderr)
+        self.assertEqual(list(self.dir.iterdir()), [])
+
     def test_a_wrong_value_names_its_option_once(self):
         result = self.expect_exit(2, "render", "out", "--frames", "5-1")
         self.assertEqual(result.stderr.count("--frames"), 1, result.stderr)
 
     def test_a_full_disk_behind_stdout_is_an_error(self):
         with open("/dev/full", "w") as full:
-            import subprocess
-
-            from support import PILESIM
-
             result = subprocess.run([PILESIM, "schema"], stdout=full, stderr=subprocess.PIPE)
         self.assertEqual(result.returncode, 4)
 
@@ -132,6 +240,53 @@ class Validate(CommandTest):
         (self.dir / "scene.json").write_text('{\n  "version": 1,\n  "name" "x"\n}\n')
         result = self.expect_exit(3, "validate", "scene.json")
         self.assertRegex(result.stderr, r"scene\.json:3:\d+")
+
+    def test_nothing_in_a_scene_reaches_the_terminal_as_a_command(self):
+        evil = "\x1b[2J\x9b31m\u202e\x7f\nall is well"
+
+        def spoil(scene):
+            scene[evil] = 1
+            scene["bodies"][0]["shape"] = evil
+            scene["shapes"][evil] = {"type": evil}
+
+        def rename(scene):
+            scene["shapes"][evil] = {"type": "mesh", "file": str(SOURCE / "assets/box.obj")}
+            scene["emitters"][0]["shape"] = evil
+            scene["name"] = evil
+
+        shown = [self.expect_exit(3, "validate", self.write_scene(spoil)).stderr]
+        scene = self.write_scene(rename)
+        shown.append(self.succeed("validate", scene).stdout)
+        config = self.succeed("validate", scene, "--print-config").stdout
+        self.assertEqual(json.loads(config)["name"], evil)
+        shown.append(config)
+        shown.append(self.succeed("simulate", scene, "-o", "out").stdout)
+        for arguments in (["validate", evil], ["validate", scene, "--set", evil]):
+            result = self.run_pilesim(*arguments)
+            self.assertIn(result.returncode, (2, 4))
+            shown.append(result.stderr)
+        for text in shown:
+            self.assertRegex(text, r"\\u001b")
+            self.assertNotRegex(text, "[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]")
+            self.assertNotRegex(text, "(?m)^all is well")
+
+    def test_many_problems_are_counted_and_not_all_shown(self):
+        def spoil(scene):
+            scene["bodies"] *= 60000
+            for number, body in enumerate(scene["bodies"]):
+                scene["bodies"][number] = {**body, "name": str(number), "shape": "grund"}
+
+        result = self.expect_exit(3, "validate", self.write_scene(spoil))
+        lines = result.stderr.strip().splitlines()
+        self.assertEqual(len(lines), 51)
+        self.assertEqual(lines[-1], "and 59950 more problems")
+
+    def test_set_is_named_for_what_it_does(self):
+        result = self.expect_exit(
+            3, "validate", self.write_scene(), "--set", "/emitters/0/count=[2000,2000,2000]"
+        )
+        self.assertIn("--set /emitters/0/count=[2000,2000,2000]: has 8", result.stderr)
+        self.assertNotIn("1:1", result.stderr)
 
     def test_missing_file(self):
         result = self.expect_exit(4, "validate", "nowhere.json")

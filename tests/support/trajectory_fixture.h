@@ -20,6 +20,7 @@ inline TrajectoryHeader make_header(size_t bodies) {
   header.seed = 0xFEDCBA9876543210u;
   header.resolved_scene =
       R"({"name": "a \"pile\" é", "duration_s": 0.1, "bodies": [{"z": 1, "a": 2}]})";
+  header.scene_hash = "0123456789abcdef0123456789abcdef";
   header.shapes = {
       {.name = "tetrahedron",
        .vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.1f}},

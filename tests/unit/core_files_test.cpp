@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
-#include "core/progress.h"
 #include "core/temporary_file.h"
 
 namespace pilesim {
@@ -167,26 +166,6 @@ TEST_F(Files, OutputIsADirectory) {
   EXPECT_THROW(make_output_directory(directory_ / "a" / "b"), Error);
   make_output_directory(directory_ / "b" / "c");
   EXPECT_TRUE(fs::is_directory(directory_ / "b" / "c"));
-}
-
-TEST(ProgressTest, IsSilentWhereNobodyLooks) {
-  testing::internal::CaptureStderr();  // stderr is no terminal now
-  {
-    Progress progress(ProgressMode::automatic, "simulate", 100, "frames");
-    for (uint64_t i = 0; i <= 100; ++i) progress.update(i);
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(ProgressTest, JsonTellsTheEndAndNotEveryStep) {
-  testing::internal::CaptureStderr();
-  {
-    Progress progress(ProgressMode::json, "simulate", 100000, "frames");
-    for (uint64_t i = 0; i <= 100000; ++i) progress.update(i);
-  }
-  const std::string text = testing::internal::GetCapturedStderr();
-  EXPECT_THAT(text, testing::HasSubstr("100000"));
-  EXPECT_LT(std::ranges::count(text, '\n'), 1000);
 }
 
 TEST(ParallelFor, GivesTheSameForAnyNumberOfThreadsAndPassesErrorsOn) {

@@ -55,6 +55,15 @@ TEST(ModeSpecTest, ListsAreCutAtCommas) {
               ElementsAre("impulse", "statistical+/gravity=[0,-1,0]", "x"));
 }
 
+TEST(ModeSpecTest, ACollisionNeedsAMesh) {
+  Scene boxes = scene();
+  boxes.bodies.clear();
+  boxes.emitters[0].shapes = {"box"};
+  EXPECT_TRUE(dynamic_meshes(boxes).empty());
+  EXPECT_NO_THROW(resolve_mode("impulse", boxes));
+  EXPECT_THROW(resolve_mode("impulse:hull", boxes), Error);
+}
+
 class BadMode : public testing::TestWithParam<std::pair<std::string, std::string>> {};
 
 TEST_P(BadMode, IsAUsageErrorThatSaysWhy) {

@@ -4,13 +4,19 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene/scene_files.h"
 #include "scene_test_support.h"
 
 namespace pilesim {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+using ::testing::StartsWith;
 
 // A scene with the given entries after "version".
 std::string scene(const std::string& entries) { return "{\"version\": 1, " + entries + "}"; }
@@ -106,15 +112,74 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
       problems_of(scene("\"bodies\": []"), {"/simulator/solver_iteratons=5", "/bodies/0/held=true",
                                             "/seed=-1", "foo=3", "/name/x=1", "/frame_rate/~5=1"}),
       ElementsAre(
-          "--set: /bodies/0/held: /bodies has 0 entries; expected an index below 0",
+          "--set /bodies/0/held=true: /bodies is empty; expected an array with that entry",
           "--set: is \"foo=3\"; expected /json/pointer=value. Write for example "
           "/simulator/sleeping=false",
           "--set: is \"/frame_rate/~5\"; expected a JSON pointer with ~0 for ~ and ~1 for /",
-          "--set: /name: is an object; expected a string",
-          "--set: /seed: is -1; expected an integer from 0 to 18446744073709551615",
-          "--set: /simulator/solver_iteratons: is no key of the simulator; expected one of "
-          "\"mode\", \"sleeping\", \"rest_control\", \"solver_iterations\", \"level_of_detail\", \"budget_ms_per_step\", \"max_error\". Did you mean "
+          "--set /name/x=1: /name: is an object; expected a string",
+          "--set /seed=-1: is -1; expected an integer from 0 to 18446744073709551615",
+          "--set /simulator/solver_iteratons=5: is no key of the simulator; expected one of "
+          "\"mode\", \"sleeping\", \"rest_control\", \"solver_iterations\", \"level_of_detail\", "
+          "\"budget_ms_per_step\", \"max_error\". Did you mean "
           "\"solver_iterations\"?"));
+}
+
+TEST(SceneLoader, AnOverrideIsBlamedForWhatItDoesElsewhere) {
+  const std::string whole = scene(R"("shapes": {"box": {"type": "box", "size": [1, 1, 1]}},
+    "materials": {"wood": {"restitution": 0, "friction": 1, "density_kg_m3": 700}},
+    "bodies": [{"name": "a", "shape": "box", "material": "wood"},
+               {"name": "a", "shape": "box", "material": "wood"}],
+    "emitters": [{"name": "e", "type": "grid", "shape": "box", "material": "wood",
+                  "centre": [0, 9, 0], "count": [2, 2, 2], "spacing": [3, 3, 3]}])");
+  EXPECT_THAT(problems_of(whole, {"/seed=4", "/emitters/0/count=[999,999,999]", "/bodies/2/held=1",
+                                  "/shapes={}", "/name=pile"}),
+              IsSupersetOf({
+                  "--set /emitters/0/count=[999,999,999]: has 997003001 bodies; expected at most "
+                  "2000000",
+                  "--set /bodies/2/held=1: /bodies has 2 entries; expected an index from 0 to 1",
+              }));
+  // What the file has wrong by itself stays the file's.
+  EXPECT_THAT(problems_of(whole, {"/seed=4"}), ElementsAre(StartsWith("s.json:")));
+  const auto shapes = problems_of(whole, {"/shapes={}"});
+  EXPECT_THAT(shapes, Contains(AllOf(StartsWith("--set /shapes={}: /bodies/0/shape: "),
+                                     HasSubstr("no shape of the scene"))));
+}
+
+TEST(SceneLoader, OverridesAreNoDeeperThanFiles) {
+  std::string pointer;
+  for (int i = 0; i < 20000; ++i) pointer += "/bodies";
+  for (const std::string& deep :
+       {pointer + "=1", "/bodies=" + std::string(60000, '[') + std::string(60000, ']')}) {
+    EXPECT_THAT(problems_of("{\"version\": 1}", {deep}),
+                ElementsAre("--set: is nested too deeply; expected at most 64 levels"));
+  }
+}
+
+TEST(SceneLoader, NumbersAreWholeHoweverTheyAreWritten) {
+  EXPECT_EQ(parse(scene("\"seed\": 1e3")).scene.seed, 1000u);
+  EXPECT_EQ(parse("{\"version\": 1}", {"/seed=2.0"}).scene.seed, 2u);
+  for (const std::string seed : {"1e17", "-1e3", "1.5", "99999999999999999999"}) {
+    EXPECT_THAT(problems_of("{\"version\": 1}", {"/seed=" + seed}),
+                ElementsAre(HasSubstr("expected an integer from 0 to 18446744073709551615")));
+  }
+}
+
+TEST(SceneLoader, TheLimitOfAllNumbersIsToldToWhoExceedsIt) {
+  EXPECT_THAT(problems_of(scene(R"("shapes": {"box": {"type": "box", "size": [1e30, 1, -1]}})")),
+              ElementsAre(HasSubstr("is 1e+30; expected a number above 0 and at most 1e9"),
+                          EndsWith("is -1; expected a number above 0")));
+}
+
+TEST(SceneLoader, PortableSceneHasPathsAsTheyAreWritten) {
+  const std::string text = scene(R"("shapes": {"a": {"type": "mesh", "file": "m/../m/x.obj"},
+                                               "b": {"type": "mesh", "file": "/abs/y.obj"}})");
+  const LoadedScene here = parse_scene(text, "/one/s.json"),
+                    there = parse_scene(text, "/two/s.json");
+  EXPECT_EQ(here.portable, there.portable);
+  EXPECT_NE(here.resolved, there.resolved);
+  EXPECT_THAT(here.portable, AllOf(HasSubstr("\"m/../m/x.obj\""), HasSubstr("\"/abs/y.obj\"")));
+  EXPECT_THAT(here.resolved, HasSubstr("\"/one/m/x.obj\""));
+  EXPECT_EQ(scene_hash(here), scene_hash(there));
 }
 
 TEST(SceneLoader, ChangedOptionsAreTheSettingsThatDifferFromDefaults) {

@@ -15,6 +15,10 @@ struct Receiver final : btDiscreteCollisionDetectorInterface::Result {
 
 }  // namespace
 
+double skin_m(const btConvexShape& shape) {
+  return shape.getShapeType() == CUSTOM_CONVEX_SHAPE_TYPE ? shape.getMarginNonVirtual() : 0;
+}
+
 std::optional<ClosestPoints> closest_points(const btConvexShape& a, const btTransform& pose_a,
                                             const btConvexShape& b, const btTransform& pose_b,
                                             double reach_m,
@@ -30,7 +34,12 @@ std::optional<ClosestPoints> closest_points(const btConvexShape& a, const btTran
   Receiver receiver;
   detector.getClosestPoints(input, receiver, nullptr);
   if (apart != nullptr) *apart = detector.getCachedSeparatingAxis();
-  return receiver.found;
+  if (!receiver.found) return std::nullopt;
+  ClosestPoints found = *receiver.found;
+  found.distance += skin_m(a) + skin_m(b);
+  found.point_on_b -= skin_m(b) * found.normal_on_b;
+  if (found.distance > reach_m) return std::nullopt;
+  return found;
 }
 
 }  // namespace pilesim

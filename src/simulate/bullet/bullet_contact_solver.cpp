@@ -1,8 +1,40 @@
 #include "simulate/bullet/bullet_contact_solver.h"
 
+#include <cmath>
 #include <limits>
 
 namespace pilesim {
+namespace {
+
+// In a step a point of a turning body goes along the chord of its arc; its velocity at the start is
+// along the tangent. What the chord's mean velocity adds to that, to second order.
+btVector3 towards_chord(const btSolverBody& body, const btVector3& point, double step_s) {
+  const btVector3& spin = body.m_angularVelocity;
+  return step_s / 2 * spin.cross(spin.cross(point - body.m_worldTransform.getOrigin()));
+}
+
+// What lies on a turning kinematic body is to follow the arcs of its points: along the tangents it
+// would spiral outwards, by w^2 r / 2 steps in a second, and leave what friction can hold it on.
+void follow_arcs(btConstraintArray& rows, const btConstraintArray& contacts,
+                 const btAlignedObjectArray<btSolverBody>& bodies, double step_s) {
+  const auto turns = [](const btSolverBody& body) {
+    return body.m_originalBody != nullptr && body.m_originalBody->isKinematicObject() &&
+           !body.m_angularVelocity.isZero();
+  };
+  for (int i = 0; i < rows.size(); ++i) {
+    btSolverConstraint& row = rows[i];
+    const btSolverBody& a = bodies[row.m_solverBodyIdA];
+    const btSolverBody& b = bodies[row.m_solverBodyIdB];
+    if (!turns(a) && !turns(b)) continue;
+    const btSolverConstraint& contact = &rows == &contacts ? row : contacts[row.m_frictionIndex];
+    const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
+    const btVector3& place = point.getPositionWorldOnB();
+    const btVector3 more = towards_chord(a, place, step_s) - towards_chord(b, place, step_s);
+    row.m_rhs -= row.m_contactNormal1.dot(more) * row.m_jacDiagABInv;
+  }
+}
+
+}  // namespace
 
 // Of the two bodies along the contact's normal, before this step's forces; negative: closing.
 double BulletContactSolver::approach_velocity(const btSolverConstraint& contact) {
@@ -17,6 +49,11 @@ double BulletContactSolver::approach_velocity(const btSolverConstraint& contact)
 void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int count,
                                           const btContactSolverInfo& info) {
   btSequentialImpulseConstraintSolver::convertContacts(manifolds, count, info);
+  const btConstraintArray& contacts = m_tmpSolverContactConstraintPool;
+  for (btConstraintArray* rows :
+       {&m_tmpSolverContactConstraintPool, &m_tmpSolverContactFrictionConstraintPool}) {
+    follow_arcs(*rows, contacts, m_tmpSolverBodyPool, info.m_timeStep);
+  }
   bouncing_.assign(static_cast<size_t>(m_tmpSolverContactConstraintPool.size()), 0);
   const double step_gravity = gravity_ * info.m_timeStep;
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
@@ -79,6 +116,17 @@ void BulletContactSolver::release_unloaded_friction() {
   }
 }
 
+// Of a contact that is loaded, when all is solved.
+bool BulletContactSolver::sticks(const btSolverConstraint& contact) const {
+  constexpr double kAtLimit = 1 - 1e-6;
+  for (int i = contact.m_frictionIndex; i < contact.m_frictionIndex + 2; ++i) {
+    const btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[i];
+    const double limit = friction.m_friction * contact.m_appliedImpulse;
+    if (std::abs(friction.m_appliedImpulse) >= kAtLimit * limit) return false;
+  }
+  return true;
+}
+
 btScalar BulletContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                             const btContactSolverInfo& info) {
   for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
@@ -89,6 +137,8 @@ btScalar BulletContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject** 
       if (body == nullptr || body->getUserPointer() == nullptr) continue;
       DynamicBody& dynamic = *static_cast<DynamicBody*>(body->getUserPointer());
       dynamic.supported = true;
+      dynamic.sticks = dynamic.sticks || sticks(contact);
+      ++dynamic.loads;
       const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
       if (-point.getDistance() > dynamic.rest_depth_m) dynamic.sunk = true;
     }

@@ -17,9 +17,17 @@ struct DynamicBody {
   btVector3 rest_reach = {0, 0, 0};  // m, principal axes: speeds of the rim for 1 rad/s
   double time_to_sleep_s = 0;        // of rest before it may sleep
   double rest_depth_m = 0;           // the deepest contact that it may sleep with
+  double rest_drift_m = 0;  // how far its centre may stray in that time, if nothing holds it
+  btVector3 rest_place = {0, 0, 0};  // m, world: where it was held last, or the time began
   bool hinged = false;
   bool supported = false;  // some contact pushed it in the last step
   bool sunk = false;       // some contact was deeper than rest_depth_m
+  bool sticks = false;     // friction of some contact was below its limit
+  int loads = 0;           // contacts that pushed it
+
+  // Whether contacts can keep it where it is: on one it may roll, and where friction is at its
+  // limit in all of them it slides.
+  bool is_held() const { return hinged || (sticks && loads >= 2); }
 };
 
 // Stock Bullet takes the approach speed of a bounce with the step's gravity already in it, adds the
@@ -58,6 +66,7 @@ class BulletContactSolver : public btSequentialImpulseConstraintSolver {
 
  private:
   double approach_velocity(const btSolverConstraint& contact);
+  bool sticks(const btSolverConstraint& contact) const;
   void release_unloaded_friction();
 
   double gravity_;                 // m/s^2, magnitude

@@ -1,5 +1,7 @@
 #include "simulate/bullet/bullet_contacts_ahead.h"
 
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -31,8 +33,8 @@ bool is_plane(const btRigidBody& body) {
 bool is_triangles(const btRigidBody& body) {
   return body.getCollisionShape()->getShapeType() == TRIANGLE_MESH_SHAPE_PROXYTYPE;
 }
-const std::vector<ConvexPiece>& pieces_of(const btRigidBody& body) {
-  return static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer())->pieces;
+const ConvexPieces& pieces_of(const btRigidBody& body) {
+  return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());
 }
 
 }  // namespace
@@ -49,13 +51,13 @@ class ContactsAhead::Pair {
       : owner_(owner), a_(a), b_(b), way_m_(way_m), step_s_(step_s) {}
 
   void add() {
-    for (const ConvexPiece& piece : pieces_of(a_)) {
+    for (const ConvexPiece& piece : pieces_of(a_).pieces) {
       if (is_plane(b_)) {
         add_facing(a_, piece, b_, world_plane(b_));
       } else if (is_triangles(b_)) {
         add_triangles(piece);
       } else {
-        for (const ConvexPiece& other : pieces_of(b_)) add_pieces(piece, other);
+        for (const ConvexPiece& other : pieces_of(b_).pieces) add_pieces(piece, other);
       }
     }
   }
@@ -64,8 +66,9 @@ class ContactsAhead::Pair {
   // Of the closest points of two shapes, where those of body a's piece are to be stopped.
   std::optional<ClosestPoints> closest(const ConvexPiece& piece, const btConvexShape& other,
                                        const btTransform& other_pose) const {
+    btGjkEpaPenetrationDepthSolver depth_solver;  // what a tip is in already stops the rest
     return closest_points(*piece.shape, a_.getWorldTransform() * piece.pose, other, other_pose,
-                          way_m_);
+                          way_m_, &depth_solver);
   }
 
   void add_pieces(const ConvexPiece& piece, const ConvexPiece& other) {
@@ -74,10 +77,12 @@ class ContactsAhead::Pair {
     const std::optional<ClosestPoints> c = closest(piece, *other.shape, other_pose);
     if (!c) return;
     const btVector3& normal = c->normal_on_b;
+    const double height = normal.dot(c->point_on_b);
+    const double gap = resting_gap_m(pieces_of(a_), piece, pieces_of(b_), other);
     if (piece.half_extent.length2() <= other.half_extent.length2()) {
-      add_facing(a_, piece, b_, {normal, normal.dot(c->point_on_b)});
+      add_facing(a_, piece, b_, {normal, height + gap});
     } else {
-      add_facing(b_, other, a_, {-normal, -normal.dot(c->point_on_b) - c->distance});
+      add_facing(b_, other, a_, {-normal, gap - height - c->distance});
     }
   }
 
@@ -103,7 +108,7 @@ class ContactsAhead::Pair {
         const auto c = pair.closest(piece, triangle, pair.b_.getWorldTransform());
         if (!c) return;
         pair.add_facing(pair.a_, piece, pair.b_,
-                        {c->normal_on_b, c->normal_on_b.dot(c->point_on_b)});
+                        {c->normal_on_b, c->normal_on_b.dot(c->point_on_b) + skin_m(*piece.shape)});
       }
       Pair& pair;
       const ConvexPiece& piece;

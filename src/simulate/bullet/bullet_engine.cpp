@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "simulate/bullet/bullet.h"
+#include "simulate/bullet/bullet_closest_points.h"
 #include "simulate/bullet/bullet_hits.h"
 #include "simulate/bullet/bullet_nail.h"
 #include "simulate/kinematic_motion.h"
@@ -17,6 +18,11 @@ namespace {
 // scale with the body, so that a pile of beads sleeps as a pile of boulders does.
 constexpr double kRestSpeed = 0.03;
 constexpr double kRestTime = 3.0;
+
+// Nor does it rest if it strays by more than this share of its radius in that time and nothing but
+// its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
+// of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
+constexpr double kRestDrift = 0.003;
 
 // Share of the smallest extent that a body may move in a step and meet others at a small depth.
 constexpr double kFastMotion = 0.4;
@@ -49,6 +55,7 @@ BulletEngine::BulletEngine(const Scene& scene, const Model& model)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
+      shapes_(bullet_shapes(model)),
       solver_(scene.gravity.norm()),
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
@@ -67,8 +74,6 @@ BulletEngine::BulletEngine(const Scene& scene, const Model& model)
   info.m_erp2 = -std::expm1(-step_s_ / position_time_s(scene, model));
   info.m_restitutionVelocityThreshold = BT_LARGE_FLOAT;  // BulletContactSolver bounces
   solver_.setRandSeed(0);
-
-  for (const ModelShape& shape : model.shapes) shapes_.emplace_back(shape);
 }
 
 BulletEngine::~BulletEngine() {
@@ -134,6 +139,8 @@ void BulletEngine::set_up_dynamic(uint32_t index, const BodyMotion& start, btRig
     dynamic.rest_reach[i] = radius * std::sqrt(inertia[i] / inertia[inertia.maxAxis()]);
   }
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
+  dynamic.rest_drift_m = kRestDrift * radius;
+  dynamic.rest_place = to_bullet(start.position);
   dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();
   body.setUserPointer(&dynamic);
@@ -202,6 +209,12 @@ void BulletEngine::change_solver_velocity(uint32_t body, const Vec3& linear, con
   solver_.change_velocity(*records_[body].body, to_bullet(linear), to_bullet(angular));
 }
 
+void BulletEngine::carry(uint32_t body) {
+  DynamicBody& dynamic = dynamic_[body];
+  dynamic.supported = dynamic.sticks = true;
+  dynamic.loads += 2;
+}
+
 void BulletEngine::keep_apart(const std::vector<uint32_t>& bodies) {
   for (const uint32_t body : bodies) records_[body].kept_apart = true;
 }
@@ -250,7 +263,7 @@ double BulletEngine::reach_below_m(uint32_t body, const Quat& orientation) const
     if (most <= reach) continue;
     const btVector3 lowest =
         piece.pose * piece.shape->localGetSupportingVertex(down * piece.pose.getBasis());
-    reach = std::max(reach, down.dot(lowest));
+    reach = std::max<double>(reach, down.dot(lowest) - skin_m(*piece.shape));
   }
   return reach;
 }

@@ -34,7 +34,7 @@ class BulletEngine final : public ExactEngine {
   Vec3 solver_velocity(uint32_t body) const override;
   Vec3 solver_spin(uint32_t body) const override;
   void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override;
-  void carry(uint32_t body) override { dynamic_[body].supported = true; }
+  void carry(uint32_t body) override;
   void step(StageTimer& timer, const std::function<void()>& before_solver) override;
   BodyMotion motion(uint32_t body) const override;
   void boxes(uint32_t body, std::vector<Bounds>& boxes) const override;

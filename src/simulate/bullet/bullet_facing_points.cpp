@@ -17,9 +17,9 @@ class Collector {
             std::vector<FacingPoint>& points)
       : pose_(pose), plane_(plane), most_height_(most_height), id_(first_id), points_(points) {}
 
-  // A point of the shape, which a skin of `margin` lies on.
-  void add(const btVector3& local, double margin) {
-    const btVector3 point = pose_ * local - margin * plane_.normal;
+  // A point of the shape, or with a radius the lowest one of a ball about it.
+  void add(const btVector3& local, double radius) {
+    const btVector3 point = pose_ * local - radius * plane_.normal;
     const double height = plane_.height(point);
     if (height <= most_height_) points_.push_back({point, height, id_});
     ++id_;
@@ -84,7 +84,7 @@ void append_facing_points(const ConvexPiece& piece, const btTransform& pose, con
     default: {
       const auto& hull = static_cast<const btConvexHullShape&>(*piece.shape);
       for (int i = 0; i < hull.getNumPoints(); ++i) {
-        collector.add(hull.getUnscaledPoints()[i], hull.getMarginNonVirtual());
+        collector.add(hull.getUnscaledPoints()[i], 0);
       }
     }
   }

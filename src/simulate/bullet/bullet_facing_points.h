@@ -15,7 +15,7 @@ struct Plane {
 };
 
 struct FacingPoint {
-  btVector3 point;      // m, world, on the piece's surface, margin included
+  btVector3 point;      // m, world, on the piece's surface
   double height;        // m above the plane, negative below
   int id;               // the same point of the piece keeps its id from step to step
   double favour_m = 0;  // a base narrower by this is as good if it keeps the point

@@ -28,6 +28,11 @@ btVector3 turned_extent(const btMatrix3x3& absolute, const btVector3& half) {
 
 }  // namespace
 
+double resting_gap_m(const ConvexPieces& body_a, const ConvexPiece& a, const ConvexPieces& body_b,
+                     const ConvexPiece& b) {
+  return std::min({skin_m(*a.shape) + skin_m(*b.shape), body_a.most_gap_m, body_b.most_gap_m});
+}
+
 PieceCollisionAlgorithm::PieceCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObject& a,
                                                  const btCollisionObject& b,
@@ -144,13 +149,15 @@ void PieceCollisionAlgorithm::collide(PiecePair& pair, const btTransform& a, con
     return;
   }
   pair.slack_m = 0;
+  const double gap = resting_gap_m(a_, piece_a, b_, piece_b);
   const std::optional<ClosestPoints> closest = closest_points(
-      *piece_a.shape, pose_a, *piece_b.shape, pose_b, reach_, &depth_solver_, &pair.apart);
+      *piece_a.shape, pose_a, *piece_b.shape, pose_b, reach_ + gap, &depth_solver_, &pair.apart);
   pair.apart = pair.apart * a.getBasis();
   if (closest) {
     if (pair.manifold == nullptr) pair.manifold = m_dispatcher->getNewManifold(&body_a_, &body_b_);
     result.setPersistentManifold(pair.manifold);
-    result.addContactPoint(closest->normal_on_b, closest->point_on_b, closest->distance);
+    const btVector3& normal = closest->normal_on_b;
+    result.addContactPoint(normal, closest->point_on_b + gap * normal, closest->distance - gap);
   }
   if (pair.manifold == nullptr) return;
   result.setPersistentManifold(pair.manifold);

@@ -17,7 +17,14 @@ struct ConvexPiece {
 struct ConvexPieces {
   std::vector<ConvexPiece> pieces;
   btVector3 centre, half_extent;  // m, of the box about all pieces
+  double most_gap_m = 0;          // to what it rests on
 };
+
+// The gap that contacts leave between the surfaces of two pieces, m. Hulls keep one: with none
+// between them the direction in which they touch is lost in rounding. It does not grow with the
+// larger body.
+double resting_gap_m(const ConvexPieces& body_a, const ConvexPiece& a, const ConvexPieces& body_b,
+                     const ConvexPiece& b);
 
 // Pairs of pieces whose boxes nearly meet are listed; the list holds until the bodies have moved so
 // far against each other that a new pair could touch. Each pair keeps how far it was apart, less

@@ -8,9 +8,11 @@ namespace pilesim {
 namespace {
 
 // Bullet rounds what it collides by a margin: a skin about a hull, a rounding of edges within a box
-// or a cylinder. As a share of the smallest extent it stays below what can be seen, and above what
-// GJK needs in double precision.
-constexpr double kMarginShare = 1e-3;
+// or a cylinder. As shares of the smallest extent they stay below what can be seen, and above what
+// GJK needs in double precision. Triangles have none: what meets them brings its own.
+constexpr double kRoundingShare = 1e-3;
+constexpr double kSkinShare = 5e-4;
+constexpr double kGapShare = 2 * kSkinShare;  // between two hulls of one size
 
 // Products of inertia below this share of the trace are rounding errors: such a body keeps its own
 // axes, so that a box stays a box to Bullet.
@@ -54,7 +56,7 @@ class ConvexHull final : public btConvexHullShape {
 
 }  // namespace
 
-BulletShape::BulletShape(const ModelShape& shape) {
+BulletShape::BulletShape(const ModelShape& shape, double smallest_body_m) {
   if (shape.is_plane) {
     collision_ = std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), 0.0);
     return;
@@ -78,15 +80,14 @@ BulletShape::BulletShape(const ModelShape& shape) {
                               to_bullet(turn * shape.mesh.vertices[t[2]]));
     }
     collision_ = std::make_unique<btBvhTriangleMeshShape>(triangles_.get(), true);
-    collision_->setMargin(kMarginShare * shape.smallest_extent);
+    collision_->setMargin(0);
   } else {
-    add_pieces(shape);
+    add_pieces(shape, std::min(shape.smallest_extent, smallest_body_m));
   }
 }
 
-void BulletShape::add_pieces(const ModelShape& shape) {
+void BulletShape::add_pieces(const ModelShape& shape, double extent_m) {
   assert(!shape.pieces.empty());
-  const double margin = kMarginShare * shape.smallest_extent;
   const Quat turn = body_from_bullet_.conjugate();
   std::vector<btTransform> poses;
   for (const CollisionPiece& piece : shape.pieces) {
@@ -112,11 +113,16 @@ void BulletShape::add_pieces(const ModelShape& shape) {
             btVector3(piece.size.x(), piece.size.y() / 2, piece.size.z()));
         break;
     }
-    if (piece.kind != CollisionPiece::Kind::sphere) part->setMargin(margin);
+    if (piece.kind == CollisionPiece::Kind::hull) {
+      part->setMargin(kSkinShare * extent_m);
+    } else if (piece.kind != CollisionPiece::Kind::sphere) {
+      part->setMargin(kRoundingShare * extent_m);
+    }
     poses.push_back(to_bullet(pose));
     parts_.push_back(std::move(part));
   }
   pieces_ = std::make_unique<ConvexPieces>();
+  pieces_->most_gap_m = kGapShare * extent_m;
   btVector3 low(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
   btVector3 high = -low;
   for (size_t i = 0; i < parts_.size(); ++i) {
@@ -140,9 +146,25 @@ void BulletShape::add_pieces(const ModelShape& shape) {
   }
   auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts_.size()));
   for (size_t i = 0; i < parts_.size(); ++i) compound->addChildShape(poses[i], parts_[i].get());
-  compound->setMargin(margin);
+  compound->setMargin(0);  // its pieces have theirs
   collision_ = std::move(compound);
   collision_->setUserPointer(pieces_.get());
+}
+
+std::vector<BulletShape> bullet_shapes(const Model& model) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::vector<uint8_t> is_dynamic(model.shapes.size());
+  double smallest_m = kNone;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    is_dynamic[body.shape] = 1;
+    smallest_m = std::min(smallest_m, model.shapes[body.shape].smallest_extent);
+  }
+  std::vector<BulletShape> shapes;
+  for (size_t i = 0; i < model.shapes.size(); ++i) {
+    shapes.emplace_back(model.shapes[i], is_dynamic[i] != 0 ? kNone : smallest_m);
+  }
+  return shapes;
 }
 
 }  // namespace pilesim

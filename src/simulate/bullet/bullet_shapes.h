@@ -1,6 +1,7 @@
 // Collision shapes of Bullet for the shapes of a model, one of each, shared by all bodies of it.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -15,7 +16,9 @@ namespace pilesim {
 // is the centre of mass in both.
 class BulletShape {
  public:
-  explicit BulletShape(const ModelShape& shape);
+  // Margins are a share of the shape's smallest extent, or of `smallest_body_m` where that is less.
+  explicit BulletShape(const ModelShape& shape,
+                       double smallest_body_m = std::numeric_limits<double>::infinity());
 
   // Bullet's shapes are never written by a world, but it asks for pointers to non-const.
   btCollisionShape* collision() const { return collision_.get(); }
@@ -24,7 +27,7 @@ class BulletShape {
   btVector3 inertia(double mass_kg) const { return inertia_per_kg_ * mass_kg; }
 
  private:
-  void add_pieces(const ModelShape& shape);
+  void add_pieces(const ModelShape& shape, double extent_m);
 
   Quat body_from_bullet_ = Quat::Identity();
   btVector3 inertia_per_kg_{0, 0, 0};
@@ -34,5 +37,9 @@ class BulletShape {
   std::unique_ptr<ConvexPieces> pieces_;
   std::unique_ptr<btCollisionShape> collision_;
 };
+
+// Of all shapes of a model, in their order. Those that no dynamic body has may be as large as a
+// landscape: their margins are those of the smallest dynamic body.
+std::vector<BulletShape> bullet_shapes(const Model& model);
 
 }  // namespace pilesim

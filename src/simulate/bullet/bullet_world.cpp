@@ -31,6 +31,25 @@ void near_callback(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
   }
 }
 
+// The turn by a rotation vector, in rad. Of a small part of the angle by a series, then doubled:
+// a rotation to rounding at any angle, and the same bits with every C library.
+btQuaternion turn_by(btVector3 rotation) {
+  constexpr double kSmall = 0.25;     // of half the angle: the next term of the series is 3e-7
+  constexpr int kMostDoublings = 64;  // of any finite turn that is worth the name
+  int doublings = 0;
+  rotation /= 2;
+  while (rotation.length2() > kSmall * kSmall && doublings < kMostDoublings) {
+    rotation /= 2;
+    ++doublings;
+  }
+  const double x2 = rotation.length2();
+  rotation *= 1 + x2 * (1.0 / 3 + x2 * (2.0 / 15 + x2 * (17.0 / 315)));  // tan(x) / x
+  btQuaternion turn(rotation.x(), rotation.y(), rotation.z(), 1);
+  turn.normalize();
+  for (; doublings > 0; --doublings) turn *= turn;
+  return turn;
+}
+
 }  // namespace
 
 void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer,
@@ -59,6 +78,7 @@ void BulletWorld::step(double step_s, bool sleeping, StageTimer& timer,
     applyGravity();
     calculateSimulationIslands();
     solveConstraints(getSolverInfo());
+    turn_normals(step_s);
     clearForces();
     contacts_ahead_.clear();
   }
@@ -138,6 +158,27 @@ void BulletWorld::calculateSimulationIslands() {
   m_islandManager->storeIslandActivationState(this);
 }
 
+// Algorithms leave the normal of a contact as it was until they find the contact anew, which may
+// be never: those of two boxes say nothing while there is the slightest gap. On a board that tilts
+// under a box it would go on pushing straight up. So normals turn with the slower of the two
+// bodies: the one whose face it is, or both where one carries the other.
+void BulletWorld::turn_normals(double step_s) {
+  for (int m = 0; m < m_dispatcher1->getNumManifolds(); ++m) {
+    btPersistentManifold& manifold = *m_dispatcher1->getManifoldByIndexInternal(m);
+    const auto spin = [](const btCollisionObject* body) {
+      return static_cast<const btRigidBody*>(body)->getAngularVelocity();
+    };
+    const btVector3 a = spin(manifold.getBody0()), b = spin(manifold.getBody1());
+    const btVector3& slower = a.length2() < b.length2() ? a : b;
+    if (slower.isZero()) continue;
+    const btQuaternion turn = turn_by(slower * step_s);
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      btVector3& normal = manifold.getContactPoint(p).m_normalWorldOnB;
+      normal = quatRotate(turn, normal).normalized();
+    }
+  }
+}
+
 void BulletWorld::integrateTransforms(btScalar step_s) {
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
     btRigidBody& body = *m_nonStaticRigidBodies[i];
@@ -173,7 +214,9 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     DynamicBody& dynamic = *dynamic_of(body);
     const bool supported = dynamic.supported || dynamic.hinged;
     const bool sunk = dynamic.sunk;  // position corrections move it still
-    dynamic.supported = dynamic.sunk = false;
+    const bool held = dynamic.is_held();
+    dynamic.supported = dynamic.sunk = dynamic.sticks = false;
+    dynamic.loads = 0;
     if (body.getActivationState() == ISLAND_SLEEPING) {
       body.setLinearVelocity(btVector3(0, 0, 0));
       body.setAngularVelocity(btVector3(0, 0, 0));
@@ -183,8 +226,12 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     const double limit2 = dynamic.rest_speed * dynamic.rest_speed;
     const bool slow = body.getLinearVelocity().length2() < limit2 &&
                       (spin * dynamic.rest_reach).length2() < limit2;
-    if (!sleeping_ || !slow || sunk) {
+    const btVector3& place = body.getWorldTransform().getOrigin();
+    if (held) dynamic.rest_place = place;
+    const bool strays = (place - dynamic.rest_place).length() > dynamic.rest_drift_m;
+    if (!sleeping_ || !slow || sunk || strays) {
       body.setDeactivationTime(0);
+      dynamic.rest_place = place;
     } else if (supported) {
       body.setDeactivationTime(body.getDeactivationTime() + step_s);
     }
@@ -194,25 +241,6 @@ void BulletWorld::updateActivationState(btScalar step_s) {
 }
 
 namespace {
-
-// The turn by a rotation vector, in rad. Of a small part of the angle by a series, then doubled:
-// a rotation to rounding at any angle, and the same bits with every C library.
-btQuaternion turn_by(btVector3 rotation) {
-  constexpr double kSmall = 0.25;     // of half the angle: the next term of the series is 3e-7
-  constexpr int kMostDoublings = 64;  // of any finite turn that is worth the name
-  int doublings = 0;
-  rotation /= 2;
-  while (rotation.length2() > kSmall * kSmall && doublings < kMostDoublings) {
-    rotation /= 2;
-    ++doublings;
-  }
-  const double x2 = rotation.length2();
-  rotation *= 1 + x2 * (1.0 / 3 + x2 * (2.0 / 15 + x2 * (17.0 / 315)));  // tan(x) / x
-  btQuaternion turn(rotation.x(), rotation.y(), rotation.z(), 1);
-  turn.normalize();
-  for (; doublings > 0; --doublings) turn *= turn;
-  return turn;
-}
 
 // Lets one term of the energy, rate L^2 / 2 along a principal axis, act for h: the body turns about
 // that axis and the momentum, seen from the body, turns against it.

@@ -48,6 +48,7 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
  private:
   void integrate(DynamicBody& dynamic, double step_s);
+  void turn_normals(double step_s);
 
   ContactsAhead contacts_ahead_{*m_dispatcher1};
   bool sleeping_ = true;

@@ -1,0 +1,30 @@
+// Values of a scene that the command line sets: --set /json/pointer=value.
+#pragma once
+
+#include <string>
+
+#include "core/error.h"
+#include "json/json_text.h"
+
+namespace pilesim {
+
+struct Override {
+  std::string text;  // "/seed=3"
+  std::string pointer;
+  Json value;
+
+  // What stands for the file in messages: "--set /seed=3".
+  std::string place() const;
+};
+
+// Throws Error(input) where `text` is not /POINTER=VALUE. A VALUE that is no JSON is a string.
+Override parse_override(const std::string& text);
+
+// Sets the value. Objects on the way are made where missing; array entries must be there, else
+// throws Error(input).
+void apply_override(const Override& change, Json& document);
+
+// Of JSON pointers: `pointer` is `ancestor` or inside it.
+bool is_at_or_below(const std::string& pointer, const std::string& ancestor);
+
+}  // namespace pilesim

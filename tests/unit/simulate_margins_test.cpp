@@ -1,0 +1,273 @@
+// How close bodies lie to what carries them: surface on surface, however large the one below is.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "inspect/pile_inspection.h"
+#include "simulate/simulator.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim {
+namespace {
+
+// The largest gap at rest, and what a contact may be sunk in, as a share of the smaller body's
+// smallest extent; a ten-thousandth of it more for rounding.
+constexpr double kGap = 1.0001e-3;
+
+enum class Ground { room, terrain, hulls, box };
+constexpr Ground kGrounds[] = {Ground::room, Ground::terrain, Ground::hulls, Ground::box};
+const char* name_of(Ground ground) {
+  constexpr const char* kNames[] = {"room", "terrain", "hulls", "box"};
+  return kNames[static_cast<size_t>(ground)];
+}
+
+// A rectangle of `cells` x `cells` squares, each of two triangles, from a corner along two edges;
+// outward is u x v.
+void add_grid(const Vec3& corner, const Vec3& u, const Vec3& v, uint32_t cells,
+              TriangleMesh& mesh) {
+  const auto first = static_cast<uint32_t>(mesh.vertices.size());
+  for (uint32_t i = 0; i <= cells; ++i) {
+    for (uint32_t j = 0; j <= cells; ++j) {
+      mesh.vertices.emplace_back(corner + static_cast<double>(i) / cells * u +
+                                 static_cast<double>(j) / cells * v);
+    }
+  }
+  for (uint32_t i = 0; i < cells; ++i) {
+    for (uint32_t j = 0; j < cells; ++j) {
+      const uint32_t a = first + i * (cells + 1) + j, b = a + cells + 1;
+      mesh.triangles.push_back({a, b, b + 1});
+      mesh.triangles.push_back({a, b + 1, a + 1});
+    }
+  }
+}
+
+// The inside of a cube of that edge, its floor at y = 0 about the origin.
+TriangleMesh room_mesh(double size) {
+  TriangleMesh mesh;
+  const double half = size / 2;
+  const Vec3 x(size, 0, 0), y(0, size, 0), z(0, 0, size);
+  add_grid({-half, 0, -half}, z, x, 6, mesh);
+  add_grid({-half, size, -half}, x, z, 1, mesh);
+  add_grid({-half, 0, -half}, x, y, 1, mesh);
+  add_grid({-half, 0, half}, y, x, 1, mesh);
+  add_grid({-half, 0, -half}, y, z, 1, mesh);
+  add_grid({half, 0, -half}, z, y, 1, mesh);
+  return mesh;
+}
+
+// Hills as high as a tenth of the size, level about the origin.
+TriangleMesh terrain_mesh(double size) {
+  TriangleMesh mesh;
+  const double half = size / 2;
+  add_grid({-half, 0, -half}, {0, 0, size}, {size, 0, 0}, 16, mesh);
+  for (Vec3& v : mesh.vertices) {
+    const double far = std::max(std::abs(v.x()), std::abs(v.z())) / half;
+    v.y() = far > 0.3 ? 0.1 * size * (far - 0.3) * (1 + std::sin(9 * v.x() / half)) : 0;
+  }
+  return mesh;
+}
+
+uint32_t mesh_shape(SmallModel& m, TriangleMesh mesh) {
+  const uint32_t index = m.box(mesh.bounds().sizes());
+  ModelShape& shape = m.model.shapes[index];
+  shape.mesh = std::move(mesh);
+  shape.collides_as_mesh = true;
+  shape.pieces.clear();
+  return index;
+}
+
+// What carries bodies about `origin`, its surface there as high as that.
+void add_ground(SmallModel& m, Ground ground, double size, uint32_t material, const Vec3& origin) {
+  switch (ground) {
+    case Ground::room:
+      m.body(mesh_shape(m, room_mesh(size)), material, origin, Role::fixed);
+      return;
+    case Ground::terrain:
+      m.body(mesh_shape(m, terrain_mesh(size)), material, origin, Role::fixed);
+      return;
+    case Ground::hulls: {  // two, that meet beside the origin
+      const uint32_t shape = m.box(Vec3::Constant(size));
+      m.model.shapes[shape].pieces.clear();
+      for (const double side : {-1.0, 1.0}) {
+        TriangleMesh half = box_mesh({size / 2, size, size});
+        for (Vec3& v : half.vertices) v.x() += side * size / 4;
+        m.model.shapes[shape].pieces.push_back({CollisionPiece::Kind::hull, {}, {}, half});
+      }
+      m.body(shape, material, origin - Vec3(0.003, size / 2, 0), Role::fixed);
+      return;
+    }
+    case Ground::box:
+      m.body(m.box(Vec3::Constant(size)), material, origin - Vec3(0, size / 2, 0), Role::fixed);
+  }
+}
+
+// A seat with a back, of two hulls.
+uint32_t chair(SmallModel& m, double size) {
+  const uint32_t index = m.box(Vec3::Constant(size));
+  ModelShape& shape = m.model.shapes[index];
+  shape.pieces.clear();
+  MassProperties parts[2];
+  const Vec3 sizes[] = {{size, 0.4 * size, size}, {0.4 * size, 0.6 * size, size}};
+  const Vec3 places[] = {{0, 0.2 * size, 0}, {-0.3 * size, 0.7 * size, 0}};
+  for (int i = 0; i < 2; ++i) {
+    parts[i] = transformed(box_mass_properties(sizes[i]), {places[i], Quat::Identity()});
+  }
+  shape.mass = combine({parts[0], parts[1]});
+  const Vec3 centre = shape.mass.centre_of_mass;
+  shape.mass.centre_of_mass.setZero();
+  shape.bounding_radius = 0;
+  for (int i = 0; i < 2; ++i) {
+    TriangleMesh hull = box_mesh(sizes[i]);
+    for (Vec3& v : hull.vertices) {
+      v += places[i] - centre;
+      shape.bounding_radius = std::max(shape.bounding_radius, v.norm());
+    }
+    shape.pieces.push_back({CollisionPiece::Kind::hull, {}, {}, hull});
+  }
+  return index;
+}
+
+uint32_t pyramid(SmallModel& m, double size) {
+  const double h = size / 2;
+  return m.hull({{-h, 0, -h}, {h, 0, -h}, {-h, 0, h}, {h, 0, h}, {0, size, 0}});
+}
+
+// The height of a body's lowest point.
+double lowest_m(const ModelShape& shape, const Pose& pose) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const CollisionPiece& piece : shape.pieces) {
+    const Pose placed{pose.apply(piece.pose.position), pose.orientation * piece.pose.orientation};
+    switch (piece.kind) {
+      case CollisionPiece::Kind::hull:
+        for (const Vec3& v : piece.hull.vertices) lowest = std::min(lowest, placed.apply(v).y());
+        break;
+      case CollisionPiece::Kind::box:
+        for (const Vec3& v : box_mesh(piece.size).vertices) {
+          lowest = std::min(lowest, placed.apply(v).y());
+        }
+        break;
+      default:
+        lowest = std::min(lowest, placed.position.y() - piece.size.x());
+    }
+  }
+  return lowest;
+}
+
+// Bodies of one size on a ground: their true gaps, judged without any collision detection.
+void expect_surface_on_surface(Ground ground, double ground_m, double size, const Vec3& origin) {
+  SCOPED_TRACE(std::string(name_of(ground)) + " of " + std::to_string(ground_m) + " m, bodies of " +
+               std::to_string(size) + " m");
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.6);
+  add_ground(m, ground, ground_m, material, origin);
+  const std::vector<uint32_t> shapes = {m.box(Vec3::Constant(size)), m.sphere(size / 2),
+                                        pyramid(m, size), chair(m, size)};
+  // Across edges of the ground's triangles, which go through the origin.
+  for (size_t i = 0; i < shapes.size(); ++i) {
+    const ModelShape& shape = m.model.shapes[shapes[i]];
+    const double reach = -lowest_m(shape, {});
+    m.body(shapes[i], material,
+           origin + size * Vec3(1.5 * static_cast<double>(i % 2), 0.02 + reach / size,
+                                1.5 * static_cast<double>(i / 2)));
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  const FrameStatistics end = run(*simulator, 120);
+  EXPECT_EQ(end.bodies_awake, 0);
+  const BodyStates& states = simulator->states();
+  for (size_t i = 1; i < states.size(); ++i) {
+    const ModelShape& shape = m.model.shapes[m.model.bodies[i].shape];
+    const double gap = lowest_m(shape, {states.position[i], states.orientation[i]}) - origin.y();
+    EXPECT_LT(gap, kGap * shape.smallest_extent) << "body " << i;
+    EXPECT_GT(gap, -kGap * shape.smallest_extent) << "body " << i;
+  }
+  const PileQuality quality = inspect_pile(m.model, m.scene.gravity, states);
+  EXPECT_EQ(quality.floating + quality.escaped + quality.unsettled, 0);
+  EXPECT_LT(quality.largest_gap_m, kGap * size);
+  EXPECT_LT(quality.deepest_penetration_m, kGap * size);
+}
+
+TEST(Margins, BodiesOfAllSizesLieOnGroundOfAllSizes) {
+  for (const Ground ground : kGrounds) {
+    for (const double ground_m : {1.0, 10.0, 100.0, 1000.0}) {
+      for (const double size : {0.01, 0.1, 1.0}) {
+        if (size > 0.05 * ground_m) continue;
+        expect_surface_on_surface(ground, ground_m, size, Vec3::Zero());
+      }
+    }
+  }
+}
+
+TEST(Margins, BodiesLieInARoomFarFromTheOrigin) {
+  for (const Ground ground : kGrounds) {
+    expect_surface_on_surface(ground, 40, 0.1, {8000, -3000, 5000});
+  }
+}
+
+// A small body on a large one, and the other way round.
+TEST(Margins, TheSmallerOfTwoBodiesTellsTheGap) {
+  for (const bool hulls : {true, false}) {
+    for (const bool small_below : {true, false}) {
+      SmallModel m;
+      const uint32_t material = m.material(0, 0.6);
+      m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+      const auto cube = [&](double size) {
+        const uint32_t shape = m.box(Vec3::Constant(size));
+        if (!hulls) return shape;
+        ModelShape& s = m.model.shapes[shape];
+        s.pieces = {{CollisionPiece::Kind::hull, {}, {}, s.mesh}};
+        return shape;
+      };
+      const double low = small_below ? 0.02 : 1, high = small_below ? 1 : 0.02;
+      const uint32_t lower = cube(low), upper = cube(high);
+      m.model.materials.push_back({0, 0.6, 1});  // light: nothing is pressed in
+      m.body(lower, material, {0, low / 2, 0}, small_below ? Role::fixed : Role::dynamic);
+      m.body(upper, material + 1, {0, low + high / 2 + 1e-3, 0});
+      const auto simulator = make_simulator(m.scene, m.model);
+      run(*simulator, 240);
+      const auto& position = simulator->states().position;
+      const double gap = position[2].y() - position[1].y() - (low + high) / 2;
+      EXPECT_LT(gap, kGap * 0.02) << hulls << small_below;
+      EXPECT_GT(gap, -kGap * 0.02) << hulls << small_below;
+      EXPECT_NEAR(position[1].y(), low / 2, kGap * low) << hulls << small_below;
+      const PileQuality quality = inspect_pile(m.model, m.scene.gravity, simulator->states());
+      EXPECT_EQ(quality.floating, 0);
+      EXPECT_NEAR(quality.largest_gap_m, std::max(gap, 0.0), kGap * 0.02);
+    }
+  }
+}
+
+// Over the edges between triangles, large and small, at some speed.
+TEST(Margins, NothingThatSlidesFallsThroughEdges) {
+  for (const double size : {0.01, 0.1}) {
+    SmallModel m;
+    const uint32_t material = m.material(0, 0.02);
+    TriangleMesh floor;
+    add_grid({-50, 0, -50}, {0, 0, 100}, {100, 0, 0}, 300, floor);
+    m.body(mesh_shape(m, floor), material, Vec3::Zero(), Role::fixed);
+    const std::vector<uint32_t> shapes = {m.box(Vec3::Constant(size)), m.sphere(size / 2),
+                                          pyramid(m, size), chair(m, size)};
+    for (size_t i = 0; i < 16; ++i) {
+      const uint32_t shape = shapes[i % 4];
+      const double reach = -lowest_m(m.model.shapes[shape], {});
+      const double angle = 0.4 * static_cast<double>(i);
+      m.body(shape, material, {1.0 * static_cast<double>(i), reach, 0}).linear_velocity =
+          2 * Vec3(std::cos(angle), 0, std::sin(angle));
+    }
+    const auto simulator = make_simulator(m.scene, m.model);
+    for (int frame = 0; frame < 120; ++frame) {
+      simulator->step_frame();
+      for (size_t i = 1; i < simulator->states().size(); ++i) {
+        ASSERT_GT(simulator->states().position[i].y(), 0.1 * size) << "body " << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
