@@ -88,7 +88,7 @@ TEST_F(TrajectoryStore, ChunksStayNearTwoMegabytes) {
 
 TEST_F(TrajectoryStore, FlushesWhatIsTooOldAndCountsHonestly) {
   {
-    TrajectoryWriter writer(store_, make_header(2), std::chrono::seconds(0));
+    TrajectoryWriter writer(store_, make_header(2), 0);
     for (uint64_t frame = 0; frame < 3; ++frame) {
       writer.append(make_frame(2, frame));
       EXPECT_EQ(writer.frames_on_disk(), frame + 1);
@@ -96,7 +96,7 @@ TEST_F(TrajectoryStore, FlushesWhatIsTooOldAndCountsHonestly) {
     }
   }
   fs::remove_all(store_);
-  TrajectoryWriter writer(store_, make_header(2), std::chrono::hours(1000));
+  TrajectoryWriter writer(store_, make_header(2), 1e9);
   for (uint64_t frame = 0; frame < 3; ++frame) writer.append(make_frame(2, frame));
   EXPECT_EQ(writer.frames_on_disk(), 0u);
   EXPECT_EQ(TrajectoryReader(store_).frame_count(), 0u);
