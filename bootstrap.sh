@@ -3,6 +3,7 @@
 #   ./bootstrap.sh demo   install what is needed, build, simulate and render the default preset
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
+#   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -15,9 +16,13 @@ packages=(
   libgtest-dev libgmock-dev python3 python3-zarr
 )
 
+# Of `check` alone.
+check_packages=(clang clang-tidy)
+
+# install_packages [PACKAGE...]: those of every stage, and these.
 install_packages() {
   local missing=()
-  for package in "${packages[@]}"; do
+  for package in "${packages[@]}" "$@"; do
     dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
       missing+=("$package")
   done
@@ -57,6 +62,41 @@ demo() {
   $pilesim render $out --force
 }
 
+# stage NAME COMMAND...: a line with the result; of a failure all that it printed.
+stage() {
+  local name=$1 start=$SECONDS log
+  shift
+  log=$(mktemp)
+  if "$@" >"$log" 2>&1; then
+    echo "$name: passed in $((SECONDS - start)) s"
+  else
+    cat "$log"
+    echo "$name: FAILED after $((SECONDS - start)) s"
+    failed=1
+  fi
+  rm -f "$log"
+}
+
+# Programs that read what others wrote, geometry, and loops on several threads.
+sanitized=(unit_core unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
+
+sanitize() {
+  cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "${sanitized[@]}" || return
+  local program
+  for program in "${sanitized[@]}"; do
+    UBSAN_OPTIONS=print_stacktrace=1 build/asan-ubsan/tests/"$program" --gtest_brief=1 || return
+  done
+}
+
+check() {
+  install_packages "${check_packages[@]}"
+  local failed=0
+  stage configure cmake --preset release
+  stage clang-tidy tests/lint/lint.py build/release
+  stage sanitizers sanitize
+  return $failed
+}
+
 case "${1:-}" in
   build) build ;;
   demo) demo ;;
@@ -64,8 +104,9 @@ case "${1:-}" in
     build
     ctest --preset release -j "$(nproc)"
     ;;
+  check) check ;;
   *)
-    sed -n '3,5s/^#   //p' "$0" >&2
+    sed -n '3,6s/^#   //p' "$0" >&2
     exit 2
     ;;
 esac
