@@ -3,6 +3,7 @@
 #   ./bootstrap.sh demo   install what is needed, build, simulate and render the default preset
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
+#   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers
 #   ./bootstrap.sh fuzz [SECONDS]  install what is needed and clang, feed every reader broken files for
 #                                  so long each (20)
 set -euo pipefail
@@ -18,9 +19,13 @@ packages=(
   libgtest-dev libgmock-dev python3 python3-zarr
 )
 
+# Of `check` alone.
+check_packages=(clang clang-tidy)
+
+# install_packages [PACKAGE...]: those of every stage, and these.
 install_packages() {
   local missing=()
-  for package in "${packages[@]}"; do
+  for package in "${packages[@]}" "$@"; do
     dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
       missing+=("$package")
   done
@@ -63,11 +68,8 @@ demo() {
 # What crashes, hangs or takes too much memory is kept in build/fuzz/found/ and named.
 fuzz() {
   local seconds=$1
-  packages+=(clang libclang-rt-14-dev)
-  install_packages
-  cmake --preset fuzz >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
-  rm -f build-configure.log
-  cmake --build --preset fuzz
+  install_packages clang libclang-rt-14-dev
+  cmake --preset fuzz && cmake --build --preset fuzz || return
   local found=build/fuzz/found failed=0
   mkdir -p $found
   for folder in tests/fuzz/corpus/*/; do
@@ -84,6 +86,42 @@ fuzz() {
   return $failed
 }
 
+# stage NAME COMMAND...: a line with the result; of a failure all that it printed.
+stage() {
+  local name=$1 start=$SECONDS log
+  shift
+  log=$(mktemp)
+  if "$@" >"$log" 2>&1; then
+    echo "$name: passed in $((SECONDS - start)) s"
+  else
+    cat "$log"
+    echo "$name: FAILED after $((SECONDS - start)) s"
+    failed=1
+  fi
+  rm -f "$log"
+}
+
+# Programs that read what others wrote, geometry, and loops on several threads.
+sanitized=(unit_core unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
+
+sanitize() {
+  cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "${sanitized[@]}" || return
+  local program
+  for program in "${sanitized[@]}"; do
+    UBSAN_OPTIONS=print_stacktrace=1 build/asan-ubsan/tests/"$program" --gtest_brief=1 || return
+  done
+}
+
+check() {
+  install_packages "${check_packages[@]}"
+  local failed=0
+  stage configure cmake --preset release
+  stage clang-tidy tests/lint/lint.py build/release
+  stage sanitizers sanitize
+  stage fuzzers fuzz 5
+  return $failed
+}
+
 case "${1:-}" in
   build) build ;;
   demo) demo ;;
@@ -91,9 +129,10 @@ case "${1:-}" in
     build
     ctest --preset release -j "$(nproc)"
     ;;
+  check) check ;;
   fuzz) fuzz "${2:-20}" ;;
   *)
-    sed -n '3,7s/^#   //p' "$0" >&2
+    sed -n '3,8s/^#   //p' "$0" >&2
     exit 2
     ;;
 esac

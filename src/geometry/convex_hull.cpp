@@ -164,7 +164,8 @@ void triangulate(std::span<const Vec3> points, Polygon polygon, std::vector<Tria
       return Triangle{polygon[(i + count - 1) % count], polygon[i], polygon[(i + 1) % count]};
     };
     const auto is_ear = [&](size_t i) {
-      const auto [a, b, c] = corner(i);
+      const Triangle at = corner(i);
+      const uint32_t a = at[0], b = at[1], c = at[2];
       if (turn(a, b, c) <= 0) return false;
       return std::none_of(polygon.begin(), polygon.end(), [&](uint32_t p) {
         return p != a && p != b && p != c && turn(a, b, p) >= 0 && turn(b, c, p) >= 0 &&

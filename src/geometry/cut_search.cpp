@@ -35,7 +35,7 @@ struct Scratch {
   std::vector<Vec3> below, above;
 };
 
-double hull_volume_of_cut(const CutProblem& problem, const Plane& plane, Scratch& scratch,
+double hull_volume_of_cut(const CutProblem& problem, const ClipPlane& plane, Scratch& scratch,
                           double coarseness = kSearchCoarseness) {
   scratch.below.clear();
   scratch.above.clear();
@@ -131,8 +131,8 @@ std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid, double ext
   return result;
 }
 
-std::vector<Plane> candidate_planes(const FacetedSolid& solid, double extent) {
-  std::vector<Plane> planes;
+std::vector<ClipPlane> candidate_planes(const FacetedSolid& solid, double extent) {
+  std::vector<ClipPlane> planes;
   for (const Vec3& direction : cutting_directions(solid.vertices)) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
@@ -160,7 +160,7 @@ std::vector<Plane> candidate_planes(const FacetedSolid& solid, double extent) {
 }
 
 // Turns the plane about the point `pivot` on it.
-Plane tilted(const Plane& plane, const Vec3& pivot, const Vec3& change) {
+ClipPlane tilted(const ClipPlane& plane, const Vec3& pivot, const Vec3& change) {
   const Vec3 normal = (plane.normal + change).normalized();
   const Vec3 point = pivot - plane.distance(pivot) * plane.normal;
   return {normal, normal.dot(point)};
@@ -175,8 +175,8 @@ Cut improved(const CutProblem& problem, Cut cut, const Vec3& pivot, Scratch& scr
     const Vec3 v = cut.plane.normal.cross(u);
     Cut best = cut;
     for (const double sign : {-1.0, 1.0}) {
-      for (const Plane& plane :
-           {Plane{cut.plane.normal, cut.plane.offset + sign * shift},
+      for (const ClipPlane& plane :
+           {ClipPlane{cut.plane.normal, cut.plane.offset + sign * shift},
             tilted(cut.plane, pivot, sign * tilt * u), tilted(cut.plane, pivot, sign * tilt * v)}) {
         const double volume = hull_volume_of_cut(problem, plane, scratch);
         if (volume < best.hull_volume_m3 * (1 - kTie)) best = {plane, volume};
@@ -222,7 +222,7 @@ Cut best_cut(const FacetedSolid& solid) {
     if (edge.from < edge.to) problem.edges.push_back(edge);
   }
   std::vector<Cut> cuts;
-  for (const Plane& plane : candidate_planes(solid, problem.extent)) cuts.push_back({plane, 0});
+  for (const ClipPlane& plane : candidate_planes(solid, problem.extent)) cuts.push_back({plane, 0});
   parallel_for(cuts.size(), 8, [&](size_t begin, size_t end) {
     Scratch scratch;
     for (size_t k = begin; k < end; ++k) {

@@ -6,7 +6,7 @@
 namespace pilesim {
 
 struct Cut {
-  Plane plane;
+  ClipPlane plane;
   double hull_volume_m3 = 0;  // of both sides together
 };
 

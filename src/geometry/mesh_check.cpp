@@ -197,7 +197,7 @@ Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {
 void find_self_touching(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) {
   const TouchingTriangles touching = find_touching_triangles(mesh);
   if (touching.count == 0) return;
-  const auto& [first, second] = touching.first;
+  const uint32_t first = touching.first.first, second = touching.first.second;
   Finding finding(MeshDefectKind::self_touching);
   finding.add([&] {
     return triangle_text(mesh, first) + " touches or crosses " + triangle_text(mesh, second);

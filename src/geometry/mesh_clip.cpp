@@ -76,7 +76,7 @@ double FacetedSolid::volume() const {
   return six_volumes / 6.0;
 }
 
-double FacetedSolid::volume_above(const Plane& plane) const {
+double FacetedSolid::volume_above(const ClipPlane& plane) const {
   std::vector<double> distance(vertices.size());
   for (size_t v = 0; v < distance.size(); ++v) distance[v] = plane.distance(vertices[v]);
   // Seen from a point of the plane the cap has no volume, and seen from a point of the line in
@@ -119,7 +119,7 @@ FacetedSolid faceted_solid(const TriangleMesh& mesh) {
   return solid;
 }
 
-SplitSolid split(const FacetedSolid& solid, const Plane& plane) {
+SplitSolid split(const FacetedSolid& solid, const ClipPlane& plane) {
   SplitSolid result;
   SideBuilder below(solid, result.below);
   SideBuilder above(solid, result.above);

@@ -11,7 +11,7 @@
 
 namespace pilesim {
 
-struct Plane {
+struct ClipPlane {
   Vec3 normal = Vec3::UnitX();  // unit
   double offset = 0;            // m, along the normal
   // > 0 above the plane.
@@ -32,8 +32,8 @@ struct FacetedSolid {
   std::vector<Edge> edges;  // each edge of the solid once in both directions
   std::vector<Face> faces;  // disjoint runs of `edges`, in order, covering all
 
-  double volume() const;                          // m^3
-  double volume_above(const Plane& plane) const;  // m^3, of the part above
+  double volume() const;                              // m^3
+  double volume_above(const ClipPlane& plane) const;  // m^3, of the part above
   bool empty() const { return faces.empty(); }
 };
 
@@ -47,7 +47,7 @@ struct SplitSolid {
 // The parts of `solid` on both sides of `plane`. Vertices on the plane count as above, so a face
 // that lies in the plane goes there whichever side its solid is on: where that matters, move the
 // plane a little off the face. Both parts get the same coordinates along the cut.
-SplitSolid split(const FacetedSolid& solid, const Plane& plane);
+SplitSolid split(const FacetedSolid& solid, const ClipPlane& plane);
 
 // Both solids as one. Where they touched along a cut the two caps stay, back to back.
 FacetedSolid united(const FacetedSolid& a, const FacetedSolid& b);

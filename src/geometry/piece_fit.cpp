@@ -25,7 +25,7 @@ struct Trimmed {
   FacetedSolid hull, part;
 
   // Of cutting off what is above the plane, m^3: air saved less solid lost.
-  double gain(const Plane& plane) const {
+  double gain(const ClipPlane& plane) const {
     return hull.volume_above(plane) - 2 * part.volume_above(plane);
   }
 };
@@ -101,7 +101,7 @@ void trim(Trimmed& trimmed, const PieceFitOptions& options) {
     if (promised <= options.min_gain_m3) return;
     *best = best_depth(trimmed, best->normal, options.max_trim_m);
     if (best->gain < 0.9 * promised) continue;
-    const Plane plane{best->normal, best->offset};
+    const ClipPlane plane{best->normal, best->offset};
     trimmed.hull = split(trimmed.hull, plane).below;
     trimmed.part = split(trimmed.part, plane).below;
     best->gain = 0;

@@ -15,8 +15,8 @@ constexpr double kSamples = 40'000;  // on each surface
 using Polygon = std::vector<Vec3>;  // convex, in order
 
 struct ConvexPiece {
-  std::vector<Plane> planes;  // of its facets, normals outward
-  Bounds bounds;              // with the margin
+  std::vector<ClipPlane> planes;  // of its facets, normals outward
+  Bounds bounds;                  // with the margin
 };
 
 Vec3 facet_normal(const TriangleMesh& mesh, const Triangle& t) {
@@ -40,7 +40,7 @@ struct SplitPolygon {
   Polygon below, above;
 };
 
-SplitPolygon split(const Polygon& polygon, const Plane& plane) {
+SplitPolygon split(const Polygon& polygon, const ClipPlane& plane) {
   SplitPolygon result;
   for (size_t k = 0; k < polygon.size(); ++k) {
     const Vec3& from = polygon[k];
@@ -75,7 +75,7 @@ bool thinner_than(const Polygon& polygon, double width) {
   return doubled_area.norm() < width * perimeter;
 }
 
-bool touches(const Polygon& polygon, const Plane& plane, double tolerance) {
+bool touches(const Polygon& polygon, const ClipPlane& plane, double tolerance) {
   return std::ranges::any_of(
       polygon, [&](const Vec3& p) { return std::abs(plane.distance(p)) <= tolerance; });
 }
@@ -92,9 +92,9 @@ void subtract(const Facet& facet, const ConvexPiece& piece, double margin, bool 
     outside.push_back(facet);
     return;
   }
-  std::vector<Plane> planes;  // that cut the facet
+  std::vector<ClipPlane> planes;  // that cut the facet
   Polygon covered = polygon;
-  for (Plane plane : piece.planes) {
+  for (ClipPlane plane : piece.planes) {
     plane.offset += keep_flush && plane.normal.dot(normal) > 1 - 1e-9 ? -margin : margin;
     SplitPolygon parts = split(covered, plane);
     if (!parts.above.empty()) planes.push_back(plane);
@@ -107,7 +107,7 @@ void subtract(const Facet& facet, const ConvexPiece& piece, double margin, bool 
   }
   // Only the planes that bound the covered part in the end cut pieces off.
   Polygon rest = polygon;
-  for (const Plane& plane : planes) {
+  for (const ClipPlane& plane : planes) {
     if (!touches(covered, plane, 1e-3 * margin)) continue;
     SplitPolygon parts = split(rest, plane);
     if (!parts.above.empty()) outside.push_back({std::move(parts.above), normal});

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <set>
 #include <thread>
+#include <vector>
 
 namespace pilesim {
 namespace {
@@ -18,7 +20,7 @@ TEST(ParallelFor, HasAsManyThreadsAsAreAskedForWhateverTheProcessors) {
     std::set<std::thread::id> seen;
     for (int round = 0; round < 500 && seen.size() < threads; ++round) {
       parallel_for(3 * threads, 1, [&](size_t, size_t) {
-        std::this_thread::sleep_for(std::chrono::microseconds(200));
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
         const std::lock_guard lock(mutex);
         seen.insert(std::this_thread::get_id());
       });
@@ -26,6 +28,21 @@ TEST(ParallelFor, HasAsManyThreadsAsAreAskedForWhateverTheProcessors) {
     EXPECT_EQ(seen.size(), threads);
   }
   set_thread_count(available_threads());
+}
+
+TEST(ParallelFor, ComesToEachIndexOnceInChunksOfTheGrain) {
+  for (const size_t count : {0U, 1U, 7U, 20U, 21U}) {
+    for (const size_t grain : {1U, 3U, 7U, 40U}) {
+      std::vector<int> visits(count, 0);
+      parallel_for(count, grain, [&](size_t begin, size_t end) {
+        EXPECT_EQ(begin % grain, 0U);
+        EXPECT_LT(begin, end);
+        EXPECT_LE(end, std::min(count, begin + grain));
+        for (size_t i = begin; i < end; ++i) ++visits[i];
+      });
+      EXPECT_EQ(visits, std::vector<int>(count, 1)) << count << ", " << grain;
+    }
+  }
 }
 
 TEST(ParallelFor, ThrowsWhatAChunkThrowsWithMoreThreadsThanProcessors) {

@@ -4,10 +4,10 @@
 
 #include <numeric>
 
-#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/philox.h"
 #include "geometry/primitives.h"
+#include "support/geometry_concave_shapes.h"
 
 namespace pilesim {
 namespace {
@@ -94,7 +94,7 @@ TEST(MeshClip, RandomCutsKeepTheVolume) {
     std::vector<FacetedSolid> parts{faceted_solid(mesh)};
     const double volume = parts[0].volume();
     for (int cut = 0; cut < 6; ++cut) {
-      const Plane plane{random.direction(), random.uniform(-0.4, 0.6)};
+      const ClipPlane plane{random.direction(), random.uniform(-0.4, 0.6)};
       std::vector<FacetedSolid> next;
       for (const FacetedSolid& part : parts) {
         SplitSolid halves = split(part, plane);
@@ -120,7 +120,7 @@ TEST(MeshClip, UnitedHalvesCanBeCutAgain) {
   const auto [below, above] = split(blob, {Vec3::UnitX(), 0.1});
   const FacetedSolid whole = united(below, above);
   EXPECT_NEAR(whole.volume(), blob.volume(), 1e-12);
-  const Plane plane{Vec3(1, 2, 3).normalized(), 0.2};
+  const ClipPlane plane{Vec3(1, 2, 3).normalized(), 0.2};
   EXPECT_NEAR(split(whole, plane).below.volume(), split(blob, plane).below.volume(), 1e-12);
 }
 

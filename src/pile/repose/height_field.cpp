@@ -109,9 +109,8 @@ std::vector<Column> columns_of(const std::vector<Vec3>& points, const Pose& pose
   std::ranges::sort(columns, [](const Column& a, const Column& b) {
     return std::tuple(a.z, a.x, b.top_m) < std::tuple(b.z, b.x, a.top_m);
   });
-  const auto rest = std::ranges::unique(
-      columns, [](const Column& a, const Column& b) { return a.x == b.x && a.z == b.z; });
-  columns.erase(rest.begin(), rest.end());
+  const auto is_same = [](const Column& a, const Column& b) { return a.x == b.x && a.z == b.z; };
+  columns.erase(std::unique(columns.begin(), columns.end(), is_same), columns.end());
   return columns;
 }
 

@@ -89,7 +89,7 @@ class SphereGrid {
   }
 
  private:
-  static constexpr size_t kCellsOfBlock = kBlock * kBlock * kBlock;
+  static constexpr size_t kCellsOfBlock = size_t{kBlock} * kBlock * kBlock;
   static constexpr float kLargeRatio = 1.6F;
 
   void choose_box(std::span<const Vec3f> centres);
@@ -103,7 +103,8 @@ class SphereGrid {
            static_cast<size_t>(x / kBlock);
   }
   static size_t cell_in_block(int x, int y, int z) {
-    return static_cast<size_t>(((z % kBlock) * kBlock + y % kBlock) * kBlock + x % kBlock);
+    const int cell = ((z % kBlock) * kBlock + y % kBlock) * kBlock + x % kBlock;
+    return static_cast<size_t>(cell);
   }
   size_t key_of(int x, int y, int z) const {
     return slot_[box_block(x, y, z)] * kCellsOfBlock + cell_in_block(x, y, z);
