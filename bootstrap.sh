@@ -102,7 +102,7 @@ stage() {
 }
 
 # Programs that read what others wrote, geometry, and loops on several threads.
-sanitized=(unit_core unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
+sanitized=(unit_core unit_json unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
 
 sanitize() {
   cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "${sanitized[@]}" || return
