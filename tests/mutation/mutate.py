@@ -3,7 +3,7 @@
 
     tests/mutation/mutate.py --files src/simulate/sphere_*.cpp --sample 200
     tests/mutation/mutate.py --files src/pile/*.cpp --seconds 3600       # goes on where it stopped
-    tests/mutation/mutate.py --files src/signature/rest_poses.cpp --list
+    tests/mutation/mutate.py --files src/signature/rest/rest_poses.cpp --list
 
 Changes a copy of the last commit (a git worktree under build/mutation), builds the test programs of
 the file's folder and of those above it, and runs them until one fails. Pinned hashes are left out:
@@ -30,7 +30,9 @@ PROGRAMS = {
     "signature": ["property_signature", "unit_signature", "unit_simulate"],
     "simulate": ["unit_simulate", "property_simulate", "unit_pile", "unit_job"],
     "pile": ["unit_pile", "property_pile", "unit_job"],
-    "geometry": ["unit_geometry", "property_geometry", "unit_scene", "unit_signature"],
+    "inspect": ["unit_inspect"],
+    "geometry": ["unit_geometry", "property_geometry", "unit_inspect", "unit_model", "unit_signature"],
+    "model": ["unit_model", "unit_simulate"],
     "scene": ["unit_scene", "property_scene"],
 }
 FILTER = "--gtest_filter=-*Pinned*"
