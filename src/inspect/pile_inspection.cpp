@@ -91,7 +91,7 @@ class Inspection {
 };
 
 Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
-    : model_(model), gravity_(gravity), shapes_(bullet_shapes(model)) {
+    : model_(model), gravity_(gravity) {
   trees_.resize(model.shapes.size());
   cores_.resize(model.shapes.size());
   for (size_t i = 0; i < model.shapes.size(); ++i) {

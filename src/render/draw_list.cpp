@@ -95,7 +95,7 @@ class ShadowReach {
       if (scene.drawn(frame, body)) {
         lowest_ = std::min(lowest_, frame.position[body].y() - scene.radius(body));
       } else if (scene.is_plane[scene.shape[body]] != 0 &&
-                 (frame.state[body] & kStatePresent) != 0) {
+                 (frame.state[body] & kPresent) != 0) {
         const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
         if (normal.dot(light_) > 0) planes_.emplace_back(normal, frame.position[body]);
       }

@@ -481,7 +481,7 @@ void MixedSimulator::set_friction(uint32_t body, double friction) {
   if (exact_.contains(body)) exact_.set_friction(body, friction);
   if (!is_sphere(body)) return;
   spheres_.set_friction(body, friction);
-  if (friction_.empty()) friction_.assign(states.size(), -1);
+  if (friction_.empty()) friction_.assign(states().size(), -1);
   friction_[body] = friction;
 }
 
