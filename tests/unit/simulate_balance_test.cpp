@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"

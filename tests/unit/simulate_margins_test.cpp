@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "inspect/pile_inspection.h"
+#include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
