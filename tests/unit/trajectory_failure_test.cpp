@@ -258,7 +258,7 @@ TEST_F(DamagedTrajectory, SizesThatAreNotThereTakeNoMemory) {
   change("position/.zarray", [](auto& json) { json["chunks"][0] = 256; });
 
   const fs::path array = store_ / "shapes" / "0" / "vertices";
-  constexpr uint64_t kRows = 100'000'000;
+  static constexpr uint64_t kRows = 100'000'000;
   change("shapes/0/vertices/.zarray", [](auto& json) {
     json["shape"][0] = kRows;
     json["chunks"][0] = kRows;
