@@ -47,7 +47,7 @@ TEST_P(Corpus, TakesLittleMemory) {
 
 INSTANTIATE_TEST_SUITE_P(All, Corpus,
                          testing::ValuesIn(fuzz::targets().begin(), fuzz::targets().end()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace
 }  // namespace pilesim
