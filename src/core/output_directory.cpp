@@ -99,7 +99,12 @@ void claim_output_file(const fs::path& file, bool force) {
   if (file.filename().string().size() > kLongestName) throw unusable(file, ENAMETOOLONG);
   const fs::file_type type = check_place(file);
   if (type == fs::file_type::directory || !file.has_filename()) throw unusable(file, EISDIR);
-  if (type == fs::file_type::not_found) return;
+  if (type == fs::file_type::not_found) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    std::error_code fault;
+    if (!fs::is_directory(folder, fault)) throw unusable(file, ENOENT);
+    return;
+  }
   if (type != fs::file_type::regular) {
     throw refusal(file, "exists and is not a regular file", "Name another one with -o");
   }

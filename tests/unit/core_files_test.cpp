@@ -115,7 +115,7 @@ TEST_F(Files, AResultThatIsOneFileIsClaimedBeforeAnyWork) {
   };
   // A rename would put a file in the device's place.
   EXPECT_EQ(kind_of("/dev/null"), ErrorKind::usage);
-  EXPECT_EQ(kind_of(directory_), ErrorKind::usage);
+  EXPECT_EQ(kind_of(directory_), ErrorKind::io);
   EXPECT_EQ(kind_of(""), ErrorKind::usage);
   EXPECT_EQ(kind_of(directory_ / "none" / "a.sig"), ErrorKind::io);
   EXPECT_EQ(kind_of(directory_ / std::string(300, 'x')), ErrorKind::io);
