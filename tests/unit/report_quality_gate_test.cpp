@@ -39,7 +39,7 @@ TEST(QualityGateTest, FailsWhatIsAboveItsLimit) {
 TEST(QualityGateTest, SaysWhatFailed) {
   const auto results = judge(parse_quality_gates("penetration>0.02D,escaped>0"), shaky_pile());
   EXPECT_EQ(describe_failure(results[0]), "penetration is 0.06 D");
-  EXPECT_EQ(describe_failure(results[1]), "escaped is 1 bodies");
+  EXPECT_EQ(describe_failure(results[1]), "escaped is 1 body");
 }
 
 TEST(QualityGateTest, AFigureThatIsNoNumberFails) {

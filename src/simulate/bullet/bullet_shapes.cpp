@@ -35,6 +35,7 @@ class ConvexHull final : public btConvexHullShape {
       addPoint(to_bullet(points[i]), false);
       coordinates_.row(static_cast<Eigen::Index>(i)) = points[i];
     }
+    setMargin(0);  // else the box would keep the 4 cm that Bullet begins with
     recalcLocalAabb();
   }
 
