@@ -34,14 +34,19 @@ std::vector<uint8_t> sealed(json document, const char* format) {
   return bytes;
 }
 
+// Whether there is a checksum, right or wrong.
+bool has_seal(std::string_view bytes) {
+  return bytes.size() > kSealBytes &&
+         static_cast<uint8_t>(bytes[bytes.size() - kSealBytes]) == kChecksumHead;
+}
+
 // The document's bytes, where all are as they were written.
 std::optional<std::string_view> unsealed(std::string_view bytes) {
-  if (bytes.size() <= kSealBytes) return std::nullopt;
+  if (!has_seal(bytes)) return std::nullopt;
   const std::string_view content = bytes.substr(0, bytes.size() - kSealBytes);
   const std::string_view seal = bytes.substr(content.size());
   const Checksum checksum = checksum_of(std::as_bytes(std::span(content)));
-  const bool whole = static_cast<uint8_t>(seal[0]) == kChecksumHead &&
-                     std::memcmp(seal.data() + 1, checksum.data(), checksum.size()) == 0;
+  const bool whole = std::memcmp(seal.data() + 1, checksum.data(), checksum.size()) == 0;
   return whole ? std::optional(content) : std::nullopt;
 }
 
@@ -76,10 +81,13 @@ auto read_sealed(const std::filesystem::path& file, const char* format, const Pa
   const std::string bytes = read_file(file);
   try {
     const auto content = unsealed(bytes);
+    if (!content && has_seal(bytes)) {
+      damaged("its checksum is not that of its content", "the file as it was written");
+    }
     // Versions up to 3 had no checksum: they are told from what is damaged.
     const json document = parse_cbor(content.value_or(bytes));
     check_format(document, format);
-    if (!content) damaged("its checksum is not that of its content", "the file as it was written");
+    if (!content) damaged("its checksum is not there", "the file as it was written");
     return parse(document);
   } catch (const json::exception& error) {
     throw damaged_file(file, std::string("a damaged signature: ") + error.what(), "a complete one");

@@ -78,7 +78,7 @@ class FitBspline(CommandTest):
             (2, ["box.sig", "--max-error", "0.1"], "--mesh"),
             (5, ["box.sig", "--max-error", "0.0001", "--mesh", BOX], "--max-error"),
             (3, ["box.sig", "--mesh", RING], "the mesh that was sampled, box.obj"),
-            (2, ["box.sig", "--precision", "0"], "rounding step"),
+            (2, ["box.sig", "--precision", "0"], "--precision: '0' is not a number above 0"),
         ]
         for code, arguments, words in cases:
             result = self.expect_exit(code, "fit-bspline", *arguments, "-o", "x.sig")

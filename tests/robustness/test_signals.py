@@ -181,8 +181,8 @@ class Render(SignalTest):
 
 
 class Compare(SignalTest):
-    COMMAND = ("compare", "scene.json", "-o", "out", "--runs", "3", "--modes", "impulse")
-    FIRST = "out/runs/impulse_decomposition/seed3"
+    COMMAND = ("compare", "scene.json", "-o", "out", "--runs", "3", "--modes", "impulse@1/120")
+    FIRST = "out/runs/impulse/seed3"
 
     def start_comparing(self):
         self.write_scene(long_scene)

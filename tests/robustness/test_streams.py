@@ -86,7 +86,7 @@ class Places(CommandTest):
 
     def test_a_place_that_cannot_be_written_is_found_before_any_work(self):
         result = self.expect_exit(4, "sample-signature", "nowhere.obj", "-o", "none/box.sig")
-        self.assertIn("none/box.sig: cannot be created: No such file", result.stderr)
+        self.assertIn("none/box.sig: cannot be written: No such file", result.stderr)
 
     def test_an_output_that_is_removed_under_the_run(self):
         def long_scene(scene):

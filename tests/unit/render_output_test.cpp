@@ -190,7 +190,7 @@ TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
       const std::filesystem::path file = disk.directory / "video.mp4";
       try {
         VideoWriter video(file, 320, 240, 24);
-        for (int i = 0; i < 3; ++i) video.append(random_image(320, 240));  // noise, of 100 kB
+        for (int i = 0; i < 12; ++i) video.append(random_image(320, 240));  // noise, of 100 kB
         video.finish();
         ADD_FAILURE() << "no error was thrown";
       } catch (const Error& error) {
