@@ -52,7 +52,7 @@ class SampleSignature(CommandTest):
                                    "--micro", "--layout", layout).stdout
             trials = re.search(r" (\d+) \.\. \1 effective trials a cell", sampled)
             exemplars = re.search(r"(\d+) exemplars a cell", sampled)
-            for option, taken in (("--trials N", trials), ("--exemplars K", exemplars)):
+            for option, taken in (("--trials N", trials), ("--exemplars N", exemplars)):
                 number = taken[1] if taken else "0"
                 pattern = rf"{option}.*?default " + (
                     rf"{number}," if layout == "scale-free" else rf"\d+, or {number} in"

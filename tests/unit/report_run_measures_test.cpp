@@ -211,7 +211,7 @@ TEST_F(RunMeasuresTest, RefusesWhatCannotBeMeasured) {
   const auto still = [](size_t, double) { return Pose{}; };
   const auto one = write("one", 1, 1, still);
   EXPECT_THAT(test::error_text([&] { measure(one); }, ErrorKind::input),
-              testing::HasSubstr("1 frames"));
+              testing::HasSubstr("has 1 frame; expected at least 2"));
   const auto fixed = write("fixed", 1, 3, still, R"({"bodies": [{"role": "kinematic"}]})");
   EXPECT_THAT(test::error_text([&] { measure(fixed); }, ErrorKind::input),
               testing::HasSubstr("no dynamic body"));
