@@ -89,7 +89,9 @@ class SignatureFile : public testing::Test {
     return {};
   }
 
-  std::filesystem::path file_ = std::filesystem::path(testing::TempDir()) / "file_test.sig";
+  std::filesystem::path file_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + ".sig");
 };
 
 TEST_F(SignatureFile, ComesBack) {

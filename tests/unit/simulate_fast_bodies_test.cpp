@@ -98,11 +98,12 @@ int fallen_through(bool triangles, uint64_t seed) {
 // Turning is followed to first order: after a hit at 60 m/s a stick turns by radians in a step, and
 // its other tip may come round unseen.
 TEST(FastBodies, WhatSpinsHardlyEverFallsThroughAThinFloor) {
+  constexpr int kSeeds = 16;  // four of them have 5 to 15 of 600, by chance
   for (const bool triangles : {false, true}) {
     int through = 0;
-    for (uint64_t seed = 1; seed <= 4; ++seed) through += fallen_through(triangles, seed);
+    for (uint64_t seed = 1; seed <= kSeeds; ++seed) through += fallen_through(triangles, seed);
     testing::Test::RecordProperty(triangles ? "through_triangles" : "through_box", through);
-    EXPECT_LE(through, 4 * kThrown / 50) << (triangles ? "triangles" : "box");
+    EXPECT_LE(through, kSeeds * kThrown / 50) << (triangles ? "triangles" : "box");
   }
 }
 
