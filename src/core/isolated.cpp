@@ -33,7 +33,7 @@ namespace {
 constexpr int kOutOfMemory = 3, kFailed = 4;
 
 // Bytes of address space that this process has now.
-uint64_t address_space() {
+[[maybe_unused]] uint64_t address_space() {
   uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   return pages * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));

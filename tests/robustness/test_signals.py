@@ -111,14 +111,16 @@ class Simulate(SignalTest):
         self.assertEqual(code, 0, errors)
 
     def test_while_it_is_set_up_it_ends_at_once_and_touches_nothing(self):
+        def many(scene):  # which takes seconds to set up
+            scene["emitters"] = [{**scene["emitters"][0], "count": [100, 100, 50]}]
+
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            os.mkfifo(self.dir / "scene.json")  # it waits for the scene
-            process = self.start("simulate", "scene.json", "-o", "out")
-            with open(self.dir / "scene.json", "w"):
-                process.send_signal(number)
-                self.assertEqual(self.end_of(process)[0], -number)
+            process = self.start("simulate", self.write_scene(many), "-o", "out")
+            name = Path(f"/proc/{process.pid}/comm")
+            self.wait_until(lambda: name.read_text() == "pilesim\n", process)
+            process.send_signal(number)
+            self.assertEqual(self.end_of(process)[0], -number)
             self.assertFalse((self.dir / "out").exists())
-            os.unlink(self.dir / "scene.json")
 
 
 class Render(SignalTest):
