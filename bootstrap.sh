@@ -3,7 +3,9 @@
 #   ./bootstrap.sh demo   install what is needed, build, simulate and render the default preset
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
-#   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers
+#   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers, short fuzzing
+#   ./bootstrap.sh sanitize [PROGRAM...]  these test programs under AddressSanitizer and
+#                                  UndefinedBehaviorSanitizer
 #   ./bootstrap.sh fuzz [SECONDS]  install what is needed and clang, feed every reader broken files for
 #                                  so long each (20)
 set -euo pipefail
@@ -105,9 +107,10 @@ stage() {
 sanitized=(unit_core unit_json unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
 
 sanitize() {
-  cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "${sanitized[@]}" || return
+  install_packages
+  cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "$@" || return
   local program
-  for program in "${sanitized[@]}"; do
+  for program in "$@"; do
     UBSAN_OPTIONS=print_stacktrace=1 build/asan-ubsan/tests/"$program" --gtest_brief=1 || return
   done
 }
@@ -117,7 +120,7 @@ check() {
   local failed=0
   stage configure cmake --preset release
   stage clang-tidy tests/lint/lint.py build/release
-  stage sanitizers sanitize
+  stage sanitizers sanitize "${sanitized[@]}"
   stage fuzzers fuzz 5
   return $failed
 }
@@ -130,9 +133,14 @@ case "${1:-}" in
     ctest --preset release -j "$(nproc)"
     ;;
   check) check ;;
+  sanitize)
+    shift
+    [ $# -gt 0 ] || set -- "${sanitized[@]}"
+    sanitize "$@"
+    ;;
   fuzz) fuzz "${2:-20}" ;;
   *)
-    sed -n '3,8s/^#   //p' "$0" >&2
+    sed -n '3,10s/^#   //p' "$0" >&2
     exit 2
     ;;
 esac
