@@ -161,15 +161,18 @@ void BulletWorld::calculateSimulationIslands() {
 // Algorithms leave the normal of a contact as it was until they find the contact anew, which may
 // be never: those of two boxes say nothing while there is the slightest gap. On a board that tilts
 // under a box it would go on pushing straight up. So normals turn with the slower of the two
-// bodies: the one whose face it is, or both where one carries the other. In a world with joints
-// only those on kinematic bodies do: with all of them columns that nails hold fell.
+// bodies: the one whose face it is, or both where one carries the other. Those of two dynamic boxes
+// stay: with them a tower of 30 leaned by more than 0.05 D and columns that nails hold fell.
 void BulletWorld::turn_normals(double step_s) {
   for (int m = 0; m < m_dispatcher1->getNumManifolds(); ++m) {
     btPersistentManifold& manifold = *m_dispatcher1->getManifoldByIndexInternal(m);
     const auto& body_a = static_cast<const btRigidBody&>(*manifold.getBody0());
     const auto& body_b = static_cast<const btRigidBody&>(*manifold.getBody1());
-    const bool on_kinematic = body_a.isKinematicObject() || body_b.isKinematicObject();
-    if (getNumConstraints() > 0 && !on_kinematic) continue;
+    const auto is_dynamic_box = [](const btRigidBody& body) {
+      return !body.isKinematicObject() &&
+             body.getCollisionShape()->getShapeType() == BOX_SHAPE_PROXYTYPE;
+    };
+    if (is_dynamic_box(body_a) && is_dynamic_box(body_b)) continue;
     const btVector3 &a = body_a.getAngularVelocity(), &b = body_b.getAngularVelocity();
     const btVector3& slower = a.length2() < b.length2() ? a : b;
     if (slower.isZero()) continue;
