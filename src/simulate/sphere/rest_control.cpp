@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "signature/rest/rest_poses.h"
+#include "simulate/sphere/sphere_constants.h"
 
 namespace pilesim {
 namespace {
@@ -110,7 +111,7 @@ bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity,
   const float most = kTurnRate * std::sqrt(gravity / outer_radius_m) * step_s;
   const bool there = turn_up(target.up, most, orientation);
   if (there) spin = Vec3f(0, spin.y(), 0);
-  const float change = kEaseSpeed * std::sqrt(gravity * outer_radius_m) * step_s;
+  const float change = sphere_constants::kEaseSpeed * std::sqrt(gravity * outer_radius_m) * step_s;
   const bool low = std::abs(target.height_m - radius_m) <= change;
   radius_m = low ? target.height_m : radius_m + std::copysign(change, target.height_m - radius_m);
   return there && low;

@@ -11,12 +11,6 @@
 
 namespace pilesim {
 
-// In sqrt(g r): bodies slower than the first are turned; radii change at the second.
-inline constexpr float kControlSpeed = 0.4F;
-inline constexpr float kEaseSpeed = 0.1F;
-// In sqrt(g / r): how fast bodies rock that others lean on, until they sleep.
-inline constexpr float kRockRate = 0.05F;
-
 // Body frame. A body turns to the pose for which up . axis + offset is largest: of bodies in
 // uniformly random orientations as many come to each as its probability says, by small turns.
 struct RestTarget {

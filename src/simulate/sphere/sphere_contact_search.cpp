@@ -1,4 +1,4 @@
-// The part of SphereWorld that finds contacts.
+#include "simulate/sphere/sphere_contact_search.h"
 
 #include <hwy/highway.h>
 
@@ -7,140 +7,21 @@
 #include <cmath>
 
 #include "signature/table/collision_height.h"
-#include "simulate/sphere/sphere_world.h"
 
 namespace pilesim {
 namespace {
 
-// The cosine up to which a contact with a surface is the one of the step before.
-constexpr float kSameContact = 0.8F;
+using namespace sphere_constants;
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::FixedTag<float, kLanes>;
 
-}  // namespace
+constexpr uint32_t kNone = KeptImpulse::kLast;
 
-// Levels of spheres by size and speed, each with a grid of its own. A sphere is where it is in the
-// middle of the step, and reaches as far as it then may be from there, seen from the mean motion.
-void SphereWorld::sort() {
-  const size_t count = active_.size();
-  const float half_step = 0.5F * settings_.step_s;
-  body_.resize(count);
-  middle_.resize(count);
-  waiting_ = active_;
-  uint32_t offset = 0;
-  size_t level = 0;
-  while (!waiting_.empty()) {
-    if (levels_.size() <= level) levels_.emplace_back();
-    Level& here = levels_[level++];
-    sorted_middle_.resize(waiting_.size());
-    sorted_reach_.resize(waiting_.size());
-    share_out(waiting_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        const uint32_t body = waiting_[i];
-        const Vec3f& velocity = bodies_[body].velocity;
-        sorted_middle_[i] = bodies_[body].position + half_step * velocity;
-        sorted_reach_[i] =
-            radius_m_[body] * (1 + kNearby) + half_step * (velocity - mean_velocity_).norm();
-      }
-    });
-    here.grid.sort(sorted_middle_, sorted_reach_);
-    here.offset = offset;
-    const std::span<const uint32_t> order = here.grid.order();
-    share_out(here.grid.small_count(), kBodiesPerTask, [&](size_t begin, size_t end) {
-      for (size_t p = begin; p < end; ++p) {
-        body_[offset + p] = waiting_[order[p]];
-        middle_.set(offset + p, sorted_middle_[order[p]], sorted_reach_[order[p]]);
-      }
-    });
-    offset += static_cast<uint32_t>(here.grid.small_count());
-    large_.clear();
-    for (size_t p = here.grid.small_count(); p < order.size(); ++p) {
-      large_.push_back(waiting_[order[p]]);
-    }
-    waiting_.swap(large_);
-  }
-  levels_.resize(level);
-}
-
-// Brings what the step works on into the order of places.
-void SphereWorld::gather() {
-  const size_t count = body_.size();
-  for (auto* places : {&kind_, &last_touch_, &kept_of_}) places->resize(count);
-  for (auto* pushes : {&surface_push_, &body_push_}) pushes->assign(count, 0.0F);
-  centre_.resize(count);
-  motion_.resize(count);
-  shift_.resize(count);
-  radius_at_m_.resize(count);
-  share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
-    for (size_t p = begin; p < end; ++p) {
-      SphereBody& body = bodies_[body_[p]];
-      kind_[p] = kind_of_[body_[p]];
-      place_of_[body_[p]] = static_cast<uint32_t>(p);
-      const SphereKind& kind = kinds_[kind_[p]];
-      centre_[p] = body.position;
-      radius_at_m_[p] = radius_m_[body_[p]];
-      motion_[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
-                    body.asleep ? 0 : kind.inverse_inertia};
-      shift_[p] = {Vec3f::Zero(), motion_[p].inverse_mass};
-      last_touch_[p] = kNone;
-      kept_of_[p] = body.kept;
-      body.kept = kNone;
-    }
-  });
-}
-
-void SphereWorld::find_contacts() {
-  const SphereGrid& grid = levels_.front().grid;
-  colours_.resize(SphereGrid::kColours + 1);
-  uint32_t count = 0;
-  std::vector<uint32_t> block_of;
-  for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
-    colours_[colour].clear();
-    for (const uint32_t block : grid.blocks(colour)) {
-      colours_[colour].push_back(count++);
-      block_of.push_back(block);
-    }
-  }
-  colours_.back() = {count};
-  batches_.resize(count + 1);
-  share_out(count + 1, 1, [&](size_t begin, size_t end) {
-    thread_local std::vector<uint64_t> used;
-    if (used.size() < body_.size()) used.resize(body_.size());
-    for (size_t i = begin; i < end; ++i) {
-      Batch& batch = batches_[i];
-      batch.contacts.clear();
-      batch.fixed.assign(1, {});
-      batch.touches.clear();
-      batch.impacts.clear();
-      batch.hit.clear();
-      batch.left.clear();
-      batch.pressed = 0;
-      batch.deepest_m = 0;
-      if (i < count) {
-        find_of_block(block_of[i], used, batch);
-      } else {
-        find_of_coarse_levels(used, batch);
-      }
-      batch.contacts.clear_marks(used);
-    }
-  });
-  auto rows = static_cast<uint32_t>(body_.size());
-  uint32_t touches = 0;
-  for (Batch& batch : batches_) {
-    batch.kept_begin = touches;
-    touches += static_cast<uint32_t>(batch.touches.size());
-    batch.fixed_begin = rows;
-    rows += static_cast<uint32_t>(batch.fixed.size());
-  }
-  motion_.resize(rows);
-  shift_.resize(rows);
-  kept_.resize(touches);
-}
-
+// Calls visit(q) for those of the range within reach of the sphere.
 template <class Visit>
-void SphereWorld::for_each_near(const Vec3f& centre, float reach_m, const Reaches& others,
-                                const SphereGrid::Range& range, const Visit& visit) {
+void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& others,
+                   const SphereGrid::Range& range, const Visit& visit) {
   const Lanes tag;
   const auto x = hn::Set(tag, centre.x()), y = hn::Set(tag, centre.y());
   const auto z = hn::Set(tag, centre.z()), reach = hn::Set(tag, reach_m);
@@ -158,113 +39,285 @@ void SphereWorld::for_each_near(const Vec3f& centre, float reach_m, const Reache
   }
 }
 
-void SphereWorld::find_of_block(uint32_t block, std::vector<uint64_t>& used, Batch& batch) {
-  const SphereGrid& grid = levels_.front().grid;
-  grid.for_each_place(block, [&](uint32_t p, std::span<const SphereGrid::Range> ranges) {
-    const Vec3f middle = middle_.centre(p);
-    for (const SphereGrid::Range& range : ranges) {
-      for_each_near(middle, middle_.reach[p], middle_, range,
-                    [&](uint32_t q) { touch(p, q, used, batch); });
-    }
-    touch_sleepers(p, used, batch);
-  });
-  meet_surfaces(grid.places(block), used, batch);
+// Of two in one place the order decides.
+Vec3f normal_between(const Vec3f& apart, float distance) {
+  return distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
 }
 
-void SphereWorld::touch_sleepers(uint32_t p, std::vector<uint64_t>& used, Batch& batch) {
-  if (sleepers_.bodies.empty() || motion_[p].inverse_mass == 0) return;
-  const Vec3f middle = middle_.centre(p);
+}  // namespace
+
+// A sphere is where it is in the middle of the step, and reaches as far as it then may be from
+// there, seen from the mean motion.
+void SphereContactSearch::sort(const Input& input, SphereStep& step) const {
+  const size_t count = input.active.size();
+  const float half_step = 0.5F * model_.settings.step_s;
+  step.body.resize(count);
+  step.middle.resize(count);
+  std::vector<uint32_t>&waiting = step.waiting, &large = step.large;
+  std::vector<Vec3f>& middle = step.sorted_middle;
+  std::vector<float>& reach = step.sorted_reach;
+  waiting.assign(input.active.begin(), input.active.end());
+  uint32_t offset = 0;
+  size_t level = 0;
+  while (!waiting.empty()) {
+    if (step.levels.size() <= level) step.levels.emplace_back();
+    SphereStep::Level& here = step.levels[level++];
+    middle.resize(waiting.size());
+    reach.resize(waiting.size());
+    step.share_out(waiting.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const uint32_t body = waiting[i];
+        const Vec3f& velocity = input.bodies[body].velocity;
+        middle[i] = input.bodies[body].position + half_step * velocity;
+        reach[i] = input.radius_m[body] * (1 + kNearby) +
+                   half_step * (velocity - step.mean_velocity).norm();
+      }
+    });
+    here.grid.sort(middle, reach);
+    here.offset = offset;
+    const std::span<const uint32_t> order = here.grid.order();
+    step.share_out(here.grid.small_count(), kBodiesPerTask, [&](size_t begin, size_t end) {
+      for (size_t p = begin; p < end; ++p) {
+        step.body[offset + p] = waiting[order[p]];
+        step.middle.set(offset + p, middle[order[p]], reach[order[p]]);
+      }
+    });
+    offset += static_cast<uint32_t>(here.grid.small_count());
+    large.clear();
+    for (size_t p = here.grid.small_count(); p < order.size(); ++p) {
+      large.push_back(waiting[order[p]]);
+    }
+    waiting.swap(large);
+  }
+  step.levels.resize(level);
+}
+
+void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
+  const size_t count = step.body.size();
+  for (auto* places : {&step.kind, &step.last_touch, &step.kept_of}) places->resize(count);
+  for (auto* pushes : {&step.surface_push, &step.body_push}) pushes->assign(count, 0.0F);
+  step.centre.resize(count);
+  step.motion.resize(count);
+  step.shift.resize(count);
+  step.radius_m.resize(count);
+  step.share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
+    for (size_t p = begin; p < end; ++p) {
+      const uint32_t index = step.body[p];
+      SphereBody& body = input.bodies[index];
+      step.kind[p] = model_.kind_of[index];
+      step.place_of[index] = static_cast<uint32_t>(p);
+      const SphereKind& kind = model_.kinds[step.kind[p]];
+      step.centre[p] = body.position;
+      step.radius_m[p] = input.radius_m[index];
+      step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
+                        body.asleep ? 0 : kind.inverse_inertia};
+      step.shift[p] = {Vec3f::Zero(), step.motion[p].inverse_mass};
+      step.last_touch[p] = kNone;
+      step.kept_of[p] = body.kept;
+      body.kept = SphereBody::kKeepsNone;
+    }
+  });
+}
+
+// Of the contacts of one batch. `used`: see ContactGroups.
+class SphereContactSearch::Finder {
+ public:
+  Finder(const SphereModel& model, const SurfaceGeometry& surfaces, const Input& input,
+         const SleeperGrid& sleepers, SphereStep& step, std::vector<uint64_t>& used,
+         SphereBatch& batch)
+      : model_(model),
+        surfaces_(surfaces),
+        input_(input),
+        sleepers_(sleepers),
+        step_(step),
+        used_(used),
+        batch_(batch) {}
+
+  void find_of_block(uint32_t block);
+  void find_of_coarse_levels();
+
+ private:
+  // What a sphere touches: another one in the grid, or one that sleeps.
+  struct Partner {
+    uint32_t body, row;  // row: of motions, or fixed; see SphereContact
+    Vec3f centre, velocity;
+    const SphereKind& kind;
+    float radius_m;
+    uint32_t kept;  // see SphereBody
+  };
+
+  void touch_sleepers(uint32_t p);
+  void touch_if_near(uint32_t p, uint32_t q);
+  void touch(uint32_t p, uint32_t q);
+  void touch(uint32_t p, const Partner& partner);
+  void note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact, float closing);
+  void meet_surfaces(SphereGrid::Range places);
+  void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near);
+  void add_contact(const SphereContact& contact, uint32_t other, bool level);
+  ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
+  bool collides(float closing, float gap, float arm_m) const {
+    return gap <= closing * model_.settings.step_s && closing > model_.impact_speed(arm_m);
+  }
+  float friction(uint32_t body, const SphereKind& kind) const {
+    return input_.root_friction.empty() ? kind.root_friction : input_.root_friction[body];
+  }
+
+  const SphereModel& model_;
+  const SurfaceGeometry& surfaces_;
+  const Input& input_;
+  const SleeperGrid& sleepers_;
+  SphereStep& step_;
+  std::vector<uint64_t>& used_;
+  SphereBatch& batch_;
+};
+
+void SphereContactSearch::find_contacts(const Input& input, const SleeperGrid& sleepers,
+                                        SphereStep& step) const {
+  const SphereGrid& grid = step.levels.front().grid;
+  step.colours.resize(SphereGrid::kColours + 1);
+  uint32_t count = 0;
+  std::vector<uint32_t> block_of;
+  for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
+    step.colours[colour].clear();
+    for (const uint32_t block : grid.blocks(colour)) {
+      step.colours[colour].push_back(count++);
+      block_of.push_back(block);
+    }
+  }
+  step.colours.back() = {count};
+  step.batches.resize(count + 1);
+  step.share_out(count + 1, 1, [&](size_t begin, size_t end) {
+    thread_local std::vector<uint64_t> used;
+    if (used.size() < step.body.size()) used.resize(step.body.size());
+    for (size_t i = begin; i < end; ++i) {
+      SphereBatch& batch = step.batches[i];
+      batch.contacts.clear();
+      batch.fixed.assign(1, {});
+      batch.touches.clear();
+      batch.impacts.clear();
+      batch.hit.clear();
+      batch.left.clear();
+      batch.pressed = 0;
+      batch.deepest_m = 0;
+      Finder finder(model_, surfaces_, input, sleepers, step, used, batch);
+      if (i < count) {
+        finder.find_of_block(block_of[i]);
+      } else {
+        finder.find_of_coarse_levels();
+      }
+      batch.contacts.clear_marks(used);
+    }
+  });
+  auto rows = static_cast<uint32_t>(step.body.size());
+  uint32_t touches = 0;
+  for (SphereBatch& batch : step.batches) {
+    batch.kept_begin = touches;
+    touches += static_cast<uint32_t>(batch.touches.size());
+    batch.fixed_begin = rows;
+    rows += static_cast<uint32_t>(batch.fixed.size());
+  }
+  step.motion.resize(rows);
+  step.shift.resize(rows);
+  step.kept.resize(touches);
+}
+
+void SphereContactSearch::Finder::find_of_block(uint32_t block) {
+  const SphereGrid& grid = step_.levels.front().grid;
+  const SphereReaches& middles = step_.middle;
+  grid.for_each_place(block, [&](uint32_t p, std::span<const SphereGrid::Range> ranges) {
+    const Vec3f middle = middles.centre(p);
+    for (const SphereGrid::Range& range : ranges) {
+      for_each_near(middle, middles.reach[p], middles, range, [&](uint32_t q) { touch(p, q); });
+    }
+    touch_sleepers(p);
+  });
+  meet_surfaces(grid.places(block));
+}
+
+void SphereContactSearch::Finder::touch_sleepers(uint32_t p) {
+  if (sleepers_.bodies.empty() || step_.motion[p].inverse_mass == 0) return;
+  const Vec3f middle = step_.middle.centre(p);
   // Reaches are seen from the mean motion: sleepers move against it.
-  const float reach = middle_.reach[p] + 0.5F * settings_.step_s * mean_velocity_.norm();
+  const float reach =
+      step_.middle.reach[p] + 0.5F * model_.settings.step_s * step_.mean_velocity.norm();
   const Vec3f around = Vec3f::Constant(reach + sleepers_.grid.widest_m());
   sleepers_.grid.for_each_range_in(
       middle - around, middle + around, [&](const SphereGrid::Range& range) {
         for_each_near(middle, reach, sleepers_.reaches, range, [&](uint32_t q) {
           const uint32_t body = sleepers_.bodies[q];
-          if (!bodies_[body].still) return;
-          touch(p,
-                {body, ContactGroups::kFixed, bodies_[body].position, Vec3f::Zero(), kind(body),
-                 radius_m_[body], kNone},
-                used, batch);
+          if (!input_.bodies[body].still) return;
+          touch(p, {body, ContactGroups::kFixed, input_.bodies[body].position, Vec3f::Zero(),
+                    model_.kind(body), input_.radius_m[body], kNone});
         });
       });
 }
 
 // What is large or fast meets its like and all that is smaller.
-void SphereWorld::find_of_coarse_levels(std::vector<uint64_t>& used, Batch& batch) {
-  for (size_t level = 1; level < levels_.size(); ++level) {
-    const Level& here = levels_[level];
+void SphereContactSearch::Finder::find_of_coarse_levels() {
+  for (size_t level = 1; level < step_.levels.size(); ++level) {
+    const SphereStep::Level& here = step_.levels[level];
     for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
       for (const uint32_t block : here.grid.blocks(colour)) {
         here.grid.for_each_pair(block, [&](uint32_t p, uint32_t q) {
-          touch_if_near(here.offset + p, here.offset + q, used, batch);
+          touch_if_near(here.offset + p, here.offset + q);
         });
       }
     }
     const auto end = here.offset + static_cast<uint32_t>(here.grid.small_count());
     for (uint32_t p = here.offset; p < end; ++p) {
-      const Vec3f middle = middle_.centre(p);
+      const Vec3f middle = step_.middle.centre(p);
       for (size_t finer = 0; finer < level; ++finer) {
-        const Vec3f around = Vec3f::Constant(middle_.reach[p] + levels_[finer].grid.widest_m());
-        levels_[finer].grid.for_each_in(middle - around, middle + around, [&](uint32_t q) {
-          touch_if_near(p, levels_[finer].offset + q, used, batch);
-        });
+        const SphereStep::Level& there = step_.levels[finer];
+        const Vec3f around = Vec3f::Constant(step_.middle.reach[p] + there.grid.widest_m());
+        there.grid.for_each_in(middle - around, middle + around,
+                               [&](uint32_t q) { touch_if_near(p, there.offset + q); });
       }
-      touch_sleepers(p, used, batch);
+      touch_sleepers(p);
     }
-    meet_surfaces({here.offset, end}, used, batch);
+    meet_surfaces({here.offset, end});
   }
 }
 
-void SphereWorld::touch_if_near(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
-  const float reach = middle_.reach[p] + middle_.reach[q];
-  if ((middle_.centre(p) - middle_.centre(q)).squaredNorm() <= reach * reach) {
-    touch(p, q, used, batch);
+void SphereContactSearch::Finder::touch_if_near(uint32_t p, uint32_t q) {
+  const float reach = step_.middle.reach[p] + step_.middle.reach[q];
+  if ((step_.middle.centre(p) - step_.middle.centre(q)).squaredNorm() <= reach * reach) {
+    touch(p, q);
   }
 }
 
-inline void SphereWorld::touch(uint32_t p, uint32_t q, std::vector<uint64_t>& used, Batch& batch) {
-  if (motion_[p].inverse_mass == 0 && motion_[q].inverse_mass == 0) return;
-  touch(p,
-        {body_[q], q, centre_[q], motion_[q].velocity, kinds_[kind_[q]], radius_at_m_[q],
-         kept_of_[q]},
-        used, batch);
+inline void SphereContactSearch::Finder::touch(uint32_t p, uint32_t q) {
+  if (step_.motion[p].inverse_mass == 0 && step_.motion[q].inverse_mass == 0) return;
+  touch(p, {step_.body[q], q, step_.centre[q], step_.motion[q].velocity,
+            model_.kinds[step_.kind[q]], step_.radius_m[q], step_.kept_of[q]});
 }
 
-void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t>& used,
-                        Batch& batch) {
-  const SphereKind& kind = kinds_[kind_[p]];
-  const float radius = radius_at_m_[p];
-  const Vec3f apart = centre_[p] - partner.centre;
+void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
+  const SphereKind& kind = model_.kinds[step_.kind[p]];
+  const Vec3f& velocity = step_.motion[p].velocity;
+  const float radius = step_.radius_m[p];
+  const Vec3f apart = step_.centre[p] - partner.centre;
   const float distance = apart.norm();
-  // Of two in one place the order decides.
-  const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
+  const Vec3f normal = normal_between(apart, distance);
   const float gap = distance - radius - partner.radius_m;
-  const float closing = (partner.velocity - motion_[p].velocity).dot(normal);
+  const float closing = (partner.velocity - velocity).dot(normal);
   const float small = std::min(radius, partner.radius_m);
-  const uint32_t body = body_[p], other = partner.body;
-  if (has_structures_) {
-    if (leaves_behind(body, motion_[p].velocity, other, -normal)) batch.left.push_back(other);
-    if (leaves_behind(other, partner.velocity, body, normal)) batch.left.push_back(body);
+  const uint32_t body = step_.body[p], other = partner.body;
+  if (model_.has_structures) {
+    if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
+      batch_.left.push_back(other);
+    }
+    if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
+      batch_.left.push_back(body);
+    }
   }
-  if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * small) return;
-  const PairMethod method = this->method(body, other);
+  if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * small) return;
+  const PairMethod method = model_.method(body, other);
   if (!by_spheres(method)) return;
   if (collides(closing, gap, radius)) {
-    // What was put to sleep stands like a surface.
-    if (bodies_[other].put_to_sleep) {
-      batch.impacts.push_back({p, 0, body, other | kSurface, normal, Vec3f::Zero(), gap, method});
-    } else if (bodies_[body].put_to_sleep) {
-      batch.impacts.push_back(
-          {partner.row, 0, other, body | kSurface, -normal, Vec3f::Zero(), gap, method});
-    } else {
-      batch.impacts.push_back({p, partner.row, body, other, normal, Vec3f::Zero(), gap, method});
-      for (const uint32_t b : {body, other}) {
-        if (bodies_[b].asleep) batch.hit.push_back({b, closing * this->kind(b).mass_kg});
-      }
-    }
+    note_impact(p, partner, {p, partner.row, body, other, normal, Vec3f::Zero(), gap, method},
+                closing);
   }
-  ContactImpulse impulse = former_impulse(kept_of_[p], other, normal);
+  ContactImpulse impulse = former_impulse(step_.kept_of[p], other, normal);
   if (impulse.normal == 0) {
     impulse = former_impulse(partner.kept, body, normal);
     impulse.friction = -impulse.friction;
@@ -276,107 +329,192 @@ void SphereWorld::touch(uint32_t p, const Partner& partner, std::vector<uint64_t
                .gap = gap,
                .arm_a = radius,
                .arm_b = partner.radius_m,
-               .friction = root_friction(body, kind) * root_friction(other, partner.kind),
+               .friction = friction(body, kind) * friction(other, partner.kind),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
                .impulse = impulse},
-              other, false, used, batch);
+              other, false);
 }
 
-void SphereWorld::meet_surfaces(SphereGrid::Range places, std::vector<uint64_t>& used,
-                                Batch& batch) {
+// What was put to sleep stands like a surface.
+void SphereContactSearch::Finder::note_impact(uint32_t p, const Partner& partner,
+                                              const SphereImpact& impact, float closing) {
+  const uint32_t body = impact.body_a, other = impact.other;
+  if (input_.bodies[other].put_to_sleep) {
+    batch_.impacts.push_back(
+        {p, 0, body, other | kSurface, impact.normal, Vec3f::Zero(), impact.gap, impact.method});
+  } else if (input_.bodies[body].put_to_sleep) {
+    batch_.impacts.push_back({partner.row, 0, other, body | kSurface, -impact.normal, Vec3f::Zero(),
+                              impact.gap, impact.method});
+  } else {
+    batch_.impacts.push_back(impact);
+    for (const uint32_t b : {body, other}) {
+      if (input_.bodies[b].asleep) batch_.hit.push_back({b, closing * model_.kind(b).mass_kg});
+    }
+  }
+}
+
+void SphereContactSearch::Finder::meet_surfaces(SphereGrid::Range places) {
   const auto reach_of = [&](uint32_t p) {
-    return kinds_[kind_[p]].outer_m * (1 + kNearby) + motion_[p].velocity.norm() * settings_.step_s;
+    return model_.kinds[step_.kind[p]].outer_m * (1 + kNearby) +
+           step_.motion[p].velocity.norm() * model_.settings.step_s;
   };
   Eigen::AlignedBox3f box;
   float widest = 0;
   for (uint32_t p = places.begin; p < places.end; ++p) {
-    if (motion_[p].inverse_mass == 0) continue;
-    box.extend(centre_[p]);
+    if (step_.motion[p].inverse_mass == 0) continue;
+    box.extend(step_.centre[p]);
     widest = std::max(widest, reach_of(p));
   }
   if (box.isEmpty()) return;
   thread_local std::vector<uint32_t> near;
   surfaces_.select(box, widest, near);
   if (near.empty()) {
-    for (uint32_t p = places.begin; p < places.end; ++p) bodies_[body_[p]].touched = 0;
+    for (uint32_t p = places.begin; p < places.end; ++p) input_.bodies[step_.body[p]].touched = 0;
     return;
   }
   for (uint32_t p = places.begin; p < places.end; ++p) {
-    if (motion_[p].inverse_mass > 0) meet_surfaces(p, reach_of(p), near, used, batch);
+    if (step_.motion[p].inverse_mass > 0) meet_surfaces(p, reach_of(p), near);
   }
 }
 
-void SphereWorld::meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near,
-                                std::vector<uint64_t>& used, Batch& batch) {
-  const uint32_t body = body_[p];
-  const BodySignature& object = *kind(body).object;
-  const Vec3f& velocity = motion_[p].velocity;
+void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
+                                                std::span<const uint32_t> near) {
+  const uint32_t index = step_.body[p];
+  SphereBody& body = input_.bodies[index];
+  const SphereKind& kind = model_.kinds[step_.kind[p]];
+  const BodySignature& object = *kind.object;
+  const Vec3f& velocity = step_.motion[p].velocity;
   thread_local std::vector<SurfaceContact> found;
   found.clear();
-  surfaces_.find(near, centre_[p], 0, reach, found);
+  surfaces_.find(near, step_.centre[p], 0, reach, found);
   bool touches = false;
   for (const SurfaceContact& contact : found) {
-    const PairMethod method = this->method(body, contact.body);
+    const PairMethod method = model_.method(index, contact.body);
     if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     // What comes flying has the radius that it collides with; what lies keeps its own.
-    float radius = bodies_[body].surface_radius_m;
-    if (method == PairMethod::statistical && bodies_[body].touched == 0 && !bodies_[body].shared &&
-        closing > impact_speed(radius)) {
+    float radius = body.surface_radius_m;
+    if (method == PairMethod::statistical && body.touched == 0 && !body.shared &&
+        closing > model_.impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
-                                velocity - contact.velocity, motion_[p].spin)
+                                velocity - contact.velocity, step_.motion[p].spin)
                    .mean_m;
     }
     const float gap = contact.gap - radius;
-    if (gap > std::max(closing, 0.0F) * settings_.step_s + kNearby * radius) continue;
-    if (!touches && bodies_[body].touched == 0) bodies_[body].surface_radius_m = radius;
+    if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
+    if (!touches && body.touched == 0) body.surface_radius_m = radius;
     touches = true;
     const uint32_t other = contact.body | kSurface;
     if (collides(closing, gap, radius)) {
-      batch.impacts.push_back({p, 0, body, other, contact.normal, contact.velocity, gap, method});
+      batch_.impacts.push_back({p, 0, index, other, contact.normal, contact.velocity, gap, method});
     }
     // Row 0 does not move.
-    const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch.fixed.size());
-    if (row > 0) batch.fixed.push_back({.velocity = contact.velocity});
-    add_contact(
-        {.a = p,
-         .b = row | ContactGroups::kFixed,
-         .normal = contact.normal,
-         .gap = gap,
-         .arm_a = radius,
-         .arm_b = 0,
-         .friction = root_friction(body, kinds_[kind_[p]]) * kind(contact.body).root_friction,
-         .rolling_m = object.rolling * radius,
-         .lift = kinds_[kind_[p]].lift,
-         .impulse = former_impulse(kept_of_[p], other, contact.normal)},
-        other, contact.level, used, batch);
+    const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch_.fixed.size());
+    if (row > 0) batch_.fixed.push_back({.velocity = contact.velocity});
+    add_contact({.a = p,
+                 .b = row | ContactGroups::kFixed,
+                 .normal = contact.normal,
+                 .gap = gap,
+                 .arm_a = radius,
+                 .arm_b = 0,
+                 .friction = friction(index, kind) * model_.kind(contact.body).root_friction,
+                 .rolling_m = object.rolling * radius,
+                 .lift = kind.lift,
+                 .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
+                other, contact.level);
   }
-  bodies_[body].touched = touches ? 1 : 0;
+  body.touched = touches ? 1 : 0;
 }
 
-void SphereWorld::add_contact(const SphereContact& contact, uint32_t other, bool level,
-                              std::vector<uint64_t>& used, Batch& batch) {
-  uint32_t& last = last_touch_[contact.a];
-  batch.touches.push_back({.a = contact.a,
-                           .b = contact.b,
-                           .other = other,
-                           .slot = batch.contacts.add(contact, used),
-                           .next = last,
-                           .level = level});
-  last = static_cast<uint32_t>(batch.touches.size() - 1);
+void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint32_t other,
+                                              bool level) {
+  uint32_t& last = step_.last_touch[contact.a];
+  batch_.touches.push_back({.a = contact.a,
+                            .b = contact.b,
+                            .other = other,
+                            .slot = batch_.contacts.add(contact, used_),
+                            .next = last,
+                            .level = level});
+  last = static_cast<uint32_t>(batch_.touches.size() - 1);
 }
 
 // What the contact with `other` did in the step before, of those of the body that kept it.
-ContactImpulse SphereWorld::former_impulse(uint32_t kept, uint32_t other,
-                                           const Vec3f& normal) const {
-  for (; kept != kNone; kept = former_[kept].next) {
-    const KeptImpulse& former = former_[kept];
+ContactImpulse SphereContactSearch::Finder::former_impulse(uint32_t kept, uint32_t other,
+                                                           const Vec3f& normal) const {
+  for (; kept != kNone; kept = input_.kept[kept].next) {
+    const KeptImpulse& former = input_.kept[kept];
     if (former.other != other) continue;
     if ((other & kSurface) != 0 && former.normal.dot(normal) < kSameContact) continue;
     return former.impulse;
   }
   return {};
+}
+
+void SphereContactSearch::read_contacts(const SphereState& state,
+                                        std::vector<BodyContact>& contacts) const {
+  const std::vector<uint32_t>& members = state.members;
+  if (members.empty()) return;
+  std::vector<Vec3f> centres;
+  std::vector<float> reaches;
+  for (const uint32_t body : members) {
+    centres.push_back(state.bodies[body].position);
+    reaches.push_back(state.radius_m[body] * (1 + kNearby));
+  }
+  SphereGrid grid;
+  grid.sort(centres, reaches);
+  const std::span<const uint32_t> order = grid.order();
+  const auto meet = [&](uint32_t i, uint32_t j) {
+    read_contact(members[std::min(i, j)], members[std::max(i, j)], state, contacts);
+  };
+  for (size_t colour = 0; colour < SphereGrid::kColours; ++colour) {
+    for (const uint32_t block : grid.blocks(colour)) {
+      grid.for_each_pair(block, [&](uint32_t p, uint32_t q) { meet(order[p], order[q]); });
+    }
+  }
+  for (size_t p = grid.small_count(); p < order.size(); ++p) {
+    const Vec3f around = Vec3f::Constant(reaches[order[p]] + grid.widest_m());
+    const Vec3f& centre = centres[order[p]];
+    grid.for_each_in(centre - around, centre + around,
+                     [&](uint32_t q) { meet(order[p], order[q]); });
+    for (size_t q = p + 1; q < order.size(); ++q) meet(order[p], order[q]);
+  }
+  for (const uint32_t body : members) read_surface_contacts(body, state, contacts);
+}
+
+void SphereContactSearch::read_contact(uint32_t a, uint32_t b, const SphereState& state,
+                                       std::vector<BodyContact>& contacts) const {
+  const Vec3f apart = state.bodies[a].position - state.bodies[b].position;
+  const float radius_a = state.radius_m[a], radius_b = state.radius_m[b];
+  const float distance = apart.norm();
+  const float gap = distance - radius_a - radius_b;
+  if (gap > kNearby * std::min(radius_a, radius_b) || !by_spheres(model_.method(a, b))) return;
+  const Vec3f normal = normal_between(apart, distance);
+  contacts.push_back({.a = a,
+                      .b = b,
+                      .point = (state.bodies[b].position + radius_b * normal).cast<double>(),
+                      .normal = normal.cast<double>(),
+                      .distance_m = gap});
+}
+
+void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState& state,
+                                                std::vector<BodyContact>& contacts) const {
+  const Vec3f& centre = state.bodies[body].position;
+  const float radius = state.bodies[body].surface_radius_m;
+  const float reach = radius * (1 + kNearby);
+  thread_local std::vector<uint32_t> near;
+  thread_local std::vector<SurfaceContact> found;
+  surfaces_.select({centre, centre}, reach, near);
+  found.clear();
+  surfaces_.find(near, centre, 0, reach, found);
+  for (const SurfaceContact& contact : found) {
+    if (!by_spheres(model_.method(body, contact.body))) continue;
+    contacts.push_back({.a = body,
+                        .b = contact.body,
+                        .point = (centre - contact.gap * contact.normal).cast<double>(),
+                        .normal = contact.normal.cast<double>(),
+                        .distance_m = contact.gap - radius});
+  }
 }
 
 }  // namespace pilesim

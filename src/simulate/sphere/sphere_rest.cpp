@@ -1,47 +1,95 @@
-// The part of SphereWorld in which bodies come to rest, and in which they leave a structure.
+#include "simulate/sphere/sphere_rest.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "simulate/sphere/rest_control.h"
-#include "simulate/sphere/sphere_world.h"
 #include "simulate/sphere/structure_radii.h"
 
 namespace pilesim {
 namespace {
 
-constexpr float kRestTime = 3;  // in sqrt(r / g)
+using namespace sphere_constants;
+
+Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
+  const float half = 0.5F * rotation_vector.norm();
+  const float half2 = half * half;
+  // Series of sin(x) / x and cos(x), to the last bit of a float.
+  const bool small = half < 0.5F;
+  const float sine =
+      small ? 1 - half2 / 6 * (1 - half2 / 20 * (1 - half2 / 42)) : std::sin(half) / half;
+  const float cosine = small
+                           ? 1 - half2 / 2 * (1 - half2 / 12 * (1 - half2 / 30 * (1 - half2 / 56)))
+                           : std::cos(half);
+  Quatf turn;
+  turn.w() = cosine;
+  turn.vec() = 0.5F * sine * rotation_vector;
+  return (turn * orientation).normalized();
+}
 
 }  // namespace
 
+void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
+                      std::span<float> radius_m) const {
+  step.share_out(step.body.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
+      if (step.motion[p].inverse_mass == 0) continue;
+      const uint32_t index = step.body[p];
+      move_body(step, p, bodies[index]);
+      if (radius_m[index] < model_.kinds[step.kind[p]].radius_m) {
+        widen(index, bodies[index], radius_m[index]);
+      }
+      settle(step, p, bodies[index]);
+    }
+  });
+}
+
+void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body) const {
+  const SphereKind& kind = model_.kinds[step.kind[p]];
+  const Vec3f& centre = step.centre[p];
+  Vec3f way = step.shift[p].way;
+  // The centre of what is fast never passes through a surface.
+  if (way.squaredNorm() > 0.25F * kind.radius_m * kind.radius_m) {
+    const double hit = surfaces_.first_hit(centre.cast<double>(), (centre + way).cast<double>());
+    if (hit < 1) way *= static_cast<float>(0.9 * hit);
+  }
+  body.position = centre + way;
+  body.changed = true;
+  body.velocity = step.motion[p].velocity;
+  body.spin = step.motion[p].spin;
+  body.orientation = turned(body.orientation, model_.settings.step_s * step.motion[p].spin);
+}
+
 // What has left its place in a structure becomes as wide as in a heap.
-void SphereWorld::widen(uint32_t i) {
-  SphereBody& body = bodies_[i];
-  if (!has_left_place(model_.bodies[i], radius_m_[i], body.position, body.orientation)) return;
-  const SphereKind& kind = this->kind(i);
-  const float speed = kEaseSpeed * std::sqrt(settings_.gravity.norm() * kind.outer_m);
-  radius_m_[i] = std::min(kind.radius_m, radius_m_[i] + speed * settings_.step_s);
-  body.surface_radius_m = std::max(body.surface_radius_m, radius_m_[i]);
+void SphereRest::widen(uint32_t index, SphereBody& body, float& radius_m) const {
+  const ModelBody& source = model_.model.bodies[index];
+  if (!has_left_place(source, radius_m, body.position, body.orientation)) return;
+  const SphereKind& kind = model_.kind(index);
+  const float speed = kEaseSpeed * std::sqrt(model_.settings.gravity.norm() * kind.outer_m);
+  radius_m = std::min(kind.radius_m, radius_m + speed * model_.settings.step_s);
+  body.surface_radius_m = std::max(body.surface_radius_m, radius_m);
 }
 
 // False while the body turns to its pose.
-bool SphereWorld::control_rest(uint32_t p) {
-  SphereBody& body = bodies_[body_[p]];
-  const SphereKind& kind = kinds_[kind_[p]];
+bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& body) const {
+  const SphereKind& kind = model_.kinds[step.kind[p]];
   const std::vector<RestTarget>& targets = kind.object->rest_targets;
-  const float gravity = settings_.gravity.norm(), dt = settings_.step_s;
+  const float gravity = model_.settings.gravity.norm(), dt = model_.settings.step_s;
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
   const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
+  const float surface_push = step.surface_push[p], body_push = step.body_push[p];
   // Others may lean on it a little.
-  const bool stands = surface_push_[p] > 0.5F * weight && body_push_[p] < 0.25F * surface_push_[p];
-  const bool controlled = (settings_.dispatch == nullptr ||
-                           (settings_.dispatch->is_posed(body_[p]) && !body.propped)) &&
-                          speed < kControlSpeed * scale && !targets.empty();
+  const bool stands = surface_push > 0.5F * weight && body_push < 0.25F * surface_push;
+  const DispatchTable* dispatch = model_.settings.dispatch;
+  const bool controlled =
+      (dispatch == nullptr || (dispatch->is_posed(step.body[p]) && !body.propped)) &&
+      speed < kControlSpeed * scale && !targets.empty();
   if (!stands || !controlled) {
     body.rest_target = SphereBody::kNoTarget;
     // Under others, or against them, it rocks a little, as far as it gets before it sleeps.
-    if (controlled && surface_push_[p] + body_push_[p] > 0.5F * weight) {
+    if (controlled && surface_push + body_push > 0.5F * weight) {
       turn_up(targets[choose_rest_target(targets, body.orientation)].up,
               kRockRate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
     }
@@ -57,23 +105,24 @@ bool SphereWorld::control_rest(uint32_t p) {
                       body.spin, body.surface_radius_m);
 }
 
-void SphereWorld::settle_body(uint32_t p) {
-  SphereBody& body = bodies_[body_[p]];
-  const SphereKind& kind = kinds_[kind_[p]];
-  const float gravity = settings_.gravity.norm();
+void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) const {
+  const SphereKind& kind = model_.kinds[step.kind[p]];
+  const float gravity = model_.settings.gravity.norm();
   if (gravity == 0) return;
-  const float dt = settings_.step_s;
+  const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool posed = !settings_.rest_control || body.touched == 0 || control_rest(p);
+  const bool posed =
+      !model_.settings.rest_control || body.touched == 0 || control_rest(step, p, body);
+  const float rest_speed = model_.rest_speed(kind);
   const bool slow =
-      body.velocity.norm() < rest_speed(kind) && kind.outer_m * body.spin.norm() < rest_speed(kind);
-  const bool carried = surface_push_[p] + body_push_[p] > 0.5F * weight;
+      body.velocity.norm() < rest_speed && kind.outer_m * body.spin.norm() < rest_speed;
+  const bool carried = step.surface_push[p] + step.body_push[p] > 0.5F * weight;
   constexpr uint16_t kMost = std::numeric_limits<uint16_t>::max();
   body.slow_steps = !(slow && posed && carried) ? uint16_t{0}
                     : body.slow_steps < kMost   ? static_cast<uint16_t>(body.slow_steps + 1)
                                                 : kMost;
   const float rest_steps = kRestTime * std::sqrt(kind.outer_m / gravity) / dt;
-  if (settings_.sleeping &&
+  if (model_.settings.sleeping &&
       static_cast<float>(body.slow_steps) > std::min(rest_steps, kMost - 1.0F)) {
     body.asleep = true;
     body.velocity.setZero();

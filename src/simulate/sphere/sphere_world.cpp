@@ -1,111 +1,58 @@
 #include "simulate/sphere/sphere_world.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <functional>
-#include <iterator>
-#include <map>
-#include <tuple>
 
 #include "simulate/sphere/structure_radii.h"
 
 namespace pilesim {
-namespace {
 
-// With fewer awake, handing work to threads takes longer than doing it.
-constexpr size_t kBodiesForThreads = 1500;
-constexpr size_t kFewSleepers = 64;  // may stay among the awake
-constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as one turn of sorting
-// Part of the radius:
-constexpr float kSlop = 0.005F;  // spheres may stay sunk this far: contacts do not come and go
-// Of sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
-// nothing.
-constexpr float kImpactSpeed = 0.3F;
-// Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
-// sweeps.
-constexpr float kPositionTime = 0.3F;
-constexpr float kPositionTimeInFlight = 0.03F;
-constexpr int kPositionSweeps = 2;
-
-Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
-  const float half = 0.5F * rotation_vector.norm();
-  const float half2 = half * half;
-  // Series of sin(x) / x and cos(x), to the last bit of a float.
-  const bool small = half < 0.5F;
-  const float sine =
-      small ? 1 - half2 / 6 * (1 - half2 / 20 * (1 - half2 / 42)) : std::sin(half) / half;
-  const float cosine = small
-                           ? 1 - half2 / 2 * (1 - half2 / 12 * (1 - half2 / 30 * (1 - half2 / 56)))
-                           : std::cos(half);
-  Quatf turn;
-  turn.w() = cosine;
-  turn.vec() = 0.5F * sine * rotation_vector;
-  return (turn * orientation).normalized();
-}
-
-}  // namespace
+using namespace sphere_constants;
 
 SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
                          const SphereWorldSettings& settings)
-    : model_(model), settings_(settings), surfaces_(model) {
-  const float gravity = settings.gravity.norm();
-  impact_base_ = 1.2F * gravity * settings.step_s;
-  impact_rise_ = kImpactSpeed * std::sqrt(gravity);
-  const size_t count = model.bodies.size();
-  bodies_.resize(count);
-  collided_.assign(count, kNone);
-  place_of_.resize(count);
-  std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> kinds;
-  for (const ModelBody& body : model.bodies) {
-    const bool dynamic = body.role == Role::dynamic;
-    has_structures_ |= body.asleep;
-    const auto [kind, is_new] =
-        kinds.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds_.size());
-    if (is_new) kinds_.push_back(kind_of(body, dynamic ? &objects[body.shape] : nullptr));
-    kind_of_.push_back(kind->second);
-    radius_m_.push_back(kinds_[kind->second].radius_m);
+    : model_(model, objects, settings),
+      surfaces_(model),
+      sleepers_(model_),
+      search_(model_, surfaces_),
+      solver_(model_),
+      rest_(model_, surfaces_) {
+  state_.bodies.resize(model.bodies.size());
+  step_.place_of.resize(model.bodies.size());
+  for (const uint32_t kind : model_.kind_of) {
+    state_.radius_m.push_back(model_.kinds[kind].radius_m);
   }
-  if (has_structures_) radius_m_ = radii_in_structures(model, radius_m_);
-}
-
-SphereKind SphereWorld::kind_of(const ModelBody& body, const BodySignature* object) const {
-  SphereKind kind{.object = object, .mass_kg = static_cast<float>(body.mass_kg)};
-  kind.root_friction = static_cast<float>(std::sqrt(model_.materials[body.material].friction));
-  kind.root_restitution =
-      static_cast<float>(std::sqrt(model_.materials[body.material].restitution));
-  if (object == nullptr) return kind;
-  kind.root_friction *= object->interlocking;
-  const float gravity = settings_.gravity.norm();
-  const float radius = object->packing_radius_m, k = object->gyration_m;
-  const float time_s =
-      gravity > 0 ? kPositionTime * std::sqrt(radius / gravity) : kPositionTimeInFlight;
-  kind.radius_m = radius;
-  kind.outer_m = object->outer_radius_m;
-  kind.rolling_m = object->rolling * radius;
-  kind.lift = -std::expm1(-settings_.step_s / (time_s * kPositionSweeps));
-  kind.inverse_mass = 1 / kind.mass_kg;
-  kind.inverse_inertia = kind.inverse_mass / (k * k);
-  return kind;
+  if (model_.has_structures) state_.radius_m = radii_in_structures(model, state_.radius_m);
 }
 
 void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& spin,
                       bool asleep) {
-  SphereBody& added = bodies_[body];
+  SphereBody& added = state_.bodies[body];
   added = {};
   added.position = pose.position.cast<float>();
   added.orientation = pose.orientation.cast<float>();
   added.velocity = velocity.cast<float>();
   added.spin = spin.cast<float>();
-  added.surface_radius_m = asleep ? reach_below_at_start_m(model_, body) : kind(body).radius_m;
+  added.surface_radius_m =
+      asleep ? reach_below_at_start_m(model_.model, body) : kind(body).radius_m;
   added.changed = true;
   added.asleep = asleep;
-  members_.insert(std::ranges::lower_bound(members_, body), body);
-  active_.insert(std::ranges::lower_bound(active_, body), body);
+  for (std::vector<uint32_t>* bodies : {&state_.members, &state_.active}) {
+    bodies->insert(std::ranges::lower_bound(*bodies, body), body);
+  }
+}
+
+void SphereWorld::remove(uint32_t body) {
+  wake_near(body);
+  std::erase(state_.members, body);
+  std::erase(state_.active, body);
+  std::erase(state_.woken, body);
+  state_.bodies[body].still = false;
 }
 
 void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point) {
-  SphereBody& pushed = bodies_[body];
+  SphereBody& pushed = state_.bodies[body];
   const SphereKind& kind = this->kind(body);
   pushed.velocity += kind.inverse_mass * impulse.cast<float>();
   if (point) {
@@ -115,24 +62,24 @@ void SphereWorld::push(uint32_t body, const Vec3& impulse, const std::optional<V
   wake(body);
 }
 
-void SphereWorld::remove(uint32_t body) {
-  wake_near(body);
-  std::erase(members_, body);
-  std::erase(active_, body);
-  std::erase(woken_, body);
-  bodies_[body].still = false;
+void SphereWorld::put_to_sleep(uint32_t body) {
+  SphereBody& sleeper = state_.bodies[body];
+  sleeper.asleep = sleeper.put_to_sleep = sleeper.changed = true;
+  sleeper.velocity.setZero();
+  sleeper.spin.setZero();
 }
 
-uint32_t SphereWorld::contact_count() const {
-  uint32_t count = 0;
-  for (const Batch& batch : batches_) count += batch.pressed;
-  return count;
+void SphereWorld::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  state_.bodies[body].velocity = linear.cast<float>();
+  state_.bodies[body].spin = angular.cast<float>();
 }
 
-float SphereWorld::deepest_penetration_m() const {
-  float deepest = 0;
-  for (const Batch& batch : batches_) deepest = std::max(deepest, batch.deepest_m);
-  return deepest;
+void SphereWorld::set_friction(uint32_t body, double friction) {
+  std::vector<float>& roots = state_.root_friction;
+  if (roots.empty()) {
+    for (const uint32_t kind : model_.kind_of) roots.push_back(model_.kinds[kind].root_friction);
+  }
+  roots[body] = static_cast<float>(std::sqrt(friction)) * kind(body).object->interlocking;
 }
 
 void SphereWorld::step(StageTimer& timer) {
@@ -141,223 +88,141 @@ void SphereWorld::step(StageTimer& timer) {
 }
 
 void SphereWorld::begin_step(StageTimer& timer) {
-  ++steps_;
-  join_woken();
-  const auto awake = static_cast<size_t>(
-      std::ranges::count_if(active_, [&](uint32_t body) { return !bodies_[body].asleep; }));
+  ++state_.steps;
+  SphereSleepers::join_woken(state_);
+  const auto awake = static_cast<size_t>(std::ranges::count_if(
+      state_.active, [&](uint32_t body) { return !state_.bodies[body].asleep; }));
   is_idle_ = awake == 0;
-  sweeps_left_ = is_idle_ ? 0 : settings_.sweeps;
+  solver_.begin_sweeps(is_idle_);
   if (is_idle_) return;
-  // To sort all sleepers anew costs more the more there are: when those among the awake have cost
-  // as much.
-  waiting_for_sleep_ += active_.size() - awake;
-  if (active_.size() - awake > kFewSleepers &&
-      waiting_for_sleep_ > kSleepersTurn * members_.size()) {
-    lay_down();
-    waiting_for_sleep_ = 0;
-  }
-  worth_threads_ = awake > kBodiesForThreads;
+  if (SphereSleepers::is_crowded(awake, state_)) sleepers_.lay_down(state_);
+  step_.worth_threads = awake > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);
     speed_up();
   }
   search(timer);
-  if (wake_by_contacts()) {
-    join_woken();
+  if (sleepers_.wake_by_contacts(step_, state_)) {
+    SphereSleepers::join_woken(state_);
     search(timer);
   }
   StageTimer::Scope scope(timer, Stage::solver);
-  collide_bodies();
+  solver_.collide({state_.bodies, state_.radius_m, state_.root_friction, state_.steps}, step_);
+}
+
+void SphereWorld::speed_up() {
+  const Vec3f change = model_.settings.step_s * model_.settings.gravity;
+  step_.mean_velocity.setZero();
+  for (const uint32_t body : state_.active) {
+    if (!state_.bodies[body].asleep) state_.bodies[body].velocity += change;
+    step_.mean_velocity += state_.bodies[body].velocity;
+  }
+  step_.mean_velocity /= static_cast<float>(state_.active.size());
 }
 
 void SphereWorld::search(StageTimer& timer) {
+  const SphereContactSearch::Input input{state_.active, state_.bodies, state_.radius_m,
+                                         state_.root_friction, state_.kept};
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
-    sort();
-    gather();
+    search_.sort(input, step_);
+    search_.gather(input, step_);
   }
   StageTimer::Scope scope(timer, Stage::narrow_phase);
-  find_contacts();
+  search_.find_contacts(input, sleepers_.lying(), step_);
 }
 
 void SphereWorld::end_step(StageTimer& timer) {
-  is_dozing_sorted_ = false;
+  state_.is_dozing_sorted = false;
   if (is_idle_) return;
   {
     StageTimer::Scope scope(timer, Stage::solver);
     while (!is_swept()) sweep();
-    separate();
+    solver_.separate(state_.bodies, step_);
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);
-    move();
-    former_.swap(kept_);
-    join_woken();
+    rest_.move(step_, state_.bodies, state_.radius_m);
+    state_.kept.swap(step_.kept);
+    SphereSleepers::join_woken(state_);
+  }
+  count_contacts();
+}
+
+void SphereWorld::count_contacts() {
+  state_.contacts = 0;
+  state_.deepest_m = 0;
+  for (const SphereBatch& batch : step_.batches) {
+    state_.contacts += batch.pressed;
+    state_.deepest_m = std::max(state_.deepest_m, batch.deepest_m);
   }
 }
 
-void SphereWorld::join_woken() {
-  if (woken_.empty()) return;
-  std::ranges::sort(woken_);
-  const auto middle = static_cast<ptrdiff_t>(active_.size());
-  active_.insert(active_.end(), woken_.begin(), woken_.end());
-  std::ranges::inplace_merge(active_, active_.begin() + middle);
-  woken_.clear();
+namespace {
+
+void require_in_order(const std::vector<uint32_t>& bodies) {
+  StateReader::require(std::ranges::adjacent_find(bodies, std::greater_equal()) == bodies.end(),
+                       "bodies in ascending order");
 }
 
-// Takes what sleeps, and has been read since, out of the grid of the awake.
-void SphereWorld::lay_down() {
-  std::vector<uint32_t> asleep;
-  std::ranges::copy_if(members_, std::back_inserter(asleep), [&](uint32_t body) {
-    return bodies_[body].asleep && !bodies_[body].changed;
-  });
-  std::vector<Vec3f> centres;
-  std::vector<float> reaches;
-  for (const uint32_t body : asleep) {
-    centres.push_back(bodies_[body].position);
-    reaches.push_back(radius_m_[body] * (1 + kNearby));
-  }
-  SphereGrid& grid = sleepers_.grid;
-  grid.sort(centres, reaches);
-  // What is much larger than most stays active.
-  const std::span<const uint32_t> order = grid.order().first(grid.small_count());
-  for (const uint32_t body : members_) bodies_[body].still = false;
-  sleepers_.bodies.clear();
-  sleepers_.reaches.resize(order.size());
-  for (size_t p = 0; p < order.size(); ++p) {
-    const uint32_t i = order[p], body = asleep[i];
-    sleepers_.bodies.push_back(body);
-    sleepers_.reaches.set(p, centres[i], reaches[i]);
-    bodies_[body].still = true;
-    bodies_[body].kept = kNone;
-  }
-  active_.clear();
-  std::ranges::copy_if(members_, std::back_inserter(active_),
-                       [&](uint32_t body) { return !bodies_[body].still; });
-}
-
-void SphereWorld::speed_up() {
-  const Vec3f change = settings_.step_s * settings_.gravity;
-  mean_velocity_.setZero();
-  for (const uint32_t body : active_) {
-    if (!bodies_[body].asleep) bodies_[body].velocity += change;
-    mean_velocity_ += bodies_[body].velocity;
-  }
-  mean_velocity_ /= static_cast<float>(active_.size());
-}
-
-// Batches of one colour share no sphere, so that their order, and threads, change nothing. The
-// largest begin, so that threads end together.
-template <class Do>
-void SphereWorld::for_each_batch(const Do& work) {
-  for (const std::vector<uint32_t>& batches : colours_) {
-    if (!worth_threads_ || batches.size() < 2) {
-      for (const uint32_t batch : batches) work(batches_[batch]);
-      continue;
-    }
-    std::atomic<size_t> next = 0;
-    parallel_for(
-        std::min(batches.size(), static_cast<size_t>(thread_count())), 1, [&](size_t, size_t) {
-          for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < batches.size();) {
-            work(batches_[batches[i]]);
-          }
-        });
+void require_places(const LaidSpheres& laid) {
+  StateReader::require(
+      laid.centre.size() == laid.body.size() && laid.reach_m.size() == laid.body.size(),
+      "a place for each sleeper");
+  for (size_t i = 0; i < laid.body.size(); ++i) {
+    StateReader::require(laid.centre[i].allFinite() && std::isfinite(laid.reach_m[i]),
+                         "places that are finite");
   }
 }
 
-void SphereWorld::prepare_contacts() {
-  for (std::vector<uint32_t>& batches : colours_) {
-    std::erase_if(batches, [&](uint32_t batch) { return batches_[batch].touches.empty(); });
-    std::ranges::stable_sort(batches, std::greater(),
-                             [&](uint32_t batch) { return batches_[batch].touches.size(); });
+// What is used as an index, or is turned into one.
+void require_sound(const SphereModel& model, const SphereState& state) {
+  const size_t count = model.model.bodies.size();
+  StateReader::require(state.bodies.size() == count && state.radius_m.size() == count &&
+                           (state.root_friction.empty() || state.root_friction.size() == count),
+                       "an entry for each body");
+  for (const auto* bodies : {&state.members, &state.sleepers.body, &state.dozing.body}) {
+    StateReader::require_below(*bodies, count);
   }
-  for_each_batch([&](Batch& batch) {
-    batch.contacts.close(batch.fixed_begin);
-    std::ranges::copy(batch.fixed, motion_.begin() + batch.fixed_begin);
-    prepare(batch.contacts.groups(), motion_);
-  });
-}
-
-void SphereWorld::sweep() {
-  if (is_swept()) return;
-  if (sweeps_left_ == settings_.sweeps) prepare_contacts();
-  const float inverse_step = 1 / settings_.step_s;
-  const int sweeps = std::min(kSweepsAtOnce, sweeps_left_);
-  sweeps_left_ -= sweeps;
-  for_each_batch([&](Batch& batch) {
-    for (int i = 0; i < sweeps; ++i) solve(inverse_step, batch.contacts.groups(), motion_);
-    if (is_swept()) keep_impulses(batch);
-  });
-}
-
-// For the next step, and for putting to rest.
-void SphereWorld::keep_impulses(Batch& batch) {
-  for (size_t i = 0; i < batch.touches.size(); ++i) {
-    const Touch& touch = batch.touches[i];
-    const ContactGroup& group = batch.contacts.of(touch.slot);
-    const size_t lane = touch.slot % kLanes;
-    const float push = group.normal_impulse[lane];
-    kept_[batch.kept_begin + i] = {touch.other,
-                                   touch.next == kNone ? kNone : batch.kept_begin + touch.next,
-                                   group.normal_of(lane), group.impulse(lane)};
-    bodies_[body_[touch.a]].kept = batch.kept_begin + static_cast<uint32_t>(i);
-    batch.pressed += push > 0 ? 1 : 0;
-    batch.deepest_m = std::max(batch.deepest_m, -group.gap[lane]);
-    if ((touch.other & kSurface) == 0) {
-      body_push_[touch.a] += push;
-      if ((touch.b & ContactGroups::kFixed) == 0) body_push_[touch.b] += push;
-    } else {
-      (touch.level ? surface_push_ : body_push_)[touch.a] += push;
+  require_in_order(state.members);
+  require_in_order(state.active);
+  for (const auto* bodies : {&state.active, &state.woken}) {
+    for (const uint32_t body : *bodies) {
+      StateReader::require(std::ranges::binary_search(state.members, body), "a body in the world");
     }
   }
-}
-
-// How far each sphere moves: along its velocity, and apart from what it is sunk into.
-void SphereWorld::separate() {
-  const float dt = settings_.step_s;
-  share_out(motion_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-    for (size_t p = begin; p < end; ++p) {
-      if (p >= body_.size()) {
-        shift_[p] = {dt * motion_[p].velocity, 0};
-      } else if (motion_[p].inverse_mass > 0) {
-        shift_[p].way += dt * motion_[p].velocity;
-        // What flies goes by its mean velocity: along the parabola, whatever the step.
-        const bool flies = surface_push_[p] + body_push_[p] == 0 && !bodies_[body_[p]].shared;
-        if (flies) shift_[p].way -= 0.5F * dt * dt * settings_.gravity;
-      }
-    }
-  });
-  for (int sweep = 0; sweep < kPositionSweeps; ++sweep) {
-    for_each_batch(
-        [&](Batch& batch) { pilesim::separate(kSlop, batch.contacts.groups(), shift_); });
+  require_places(state.sleepers);
+  require_places(state.dozing);
+  for (size_t i = 0; i < state.kept.size(); ++i) {
+    const uint32_t next = state.kept[i].next;
+    StateReader::require(next == KeptImpulse::kLast || next < i, "impulses in their order");
+  }
+  for (const uint32_t i : state.members) {
+    const SphereBody& body = state.bodies[i];
+    const BodySignature* object = model.kind(i).object;
+    StateReader::require(object != nullptr, "members that are dynamic");
+    StateReader::require(body.kept == SphereBody::kKeepsNone || body.kept < state.kept.size(),
+                         "an impulse that is kept");
+    StateReader::require(
+        body.rest_target == SphereBody::kNoTarget || body.rest_target < object->rest_targets.size(),
+        "a pose of the object");
+    StateReader::require(body.position.allFinite() && body.velocity.allFinite() &&
+                             body.spin.allFinite() && std::isfinite(state.radius_m[i]),
+                         "a state that is finite");
   }
 }
 
-void SphereWorld::move() {
-  share_out(body_.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-    for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
-      if (motion_[p].inverse_mass == 0) continue;
-      move_body(p);
-      settle_body(p);
-    }
-  });
-}
+}  // namespace
 
-void SphereWorld::move_body(uint32_t p) {
-  const uint32_t body = body_[p];
-  Vec3f way = shift_[p].way;
-  // The centre of what is fast never passes through a surface.
-  if (way.squaredNorm() > 0.25F * kinds_[kind_[p]].radius_m * kinds_[kind_[p]].radius_m) {
-    const double hit =
-        surfaces_.first_hit(centre_[p].cast<double>(), (centre_[p] + way).cast<double>());
-    if (hit < 1) way *= static_cast<float>(0.9 * hit);
+void SphereWorld::load(StateReader& reader) {
+  std::vector<SurfaceState> surfaces;
+  reader(state_, surfaces);
+  require_sound(model_, state_);
+  for (const SurfaceState& surface : surfaces) {
+    StateReader::require(surface.body < state_.bodies.size(), "a surface of a body");
   }
-  bodies_[body].position = centre_[p] + way;
-  bodies_[body].changed = true;
-  bodies_[body].velocity = motion_[p].velocity;
-  bodies_[body].spin = motion_[p].spin;
-  bodies_[body].orientation = turned(bodies_[body].orientation, settings_.step_s * motion_[p].spin);
-  if (radius_m_[body] < kinds_[kind_[p]].radius_m) widen(body);
+  surfaces_.set_state(surfaces);
+  sleepers_.sort_anew(state_);
 }
 
 }  // namespace pilesim

@@ -46,13 +46,11 @@ void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocit
   const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
   std::unique_ptr<TriangleTree>& tree = trees_[model_.bodies[body].shape];
   if (!shape.is_plane && !tree) tree = std::make_unique<TriangleTree>(shape.mesh);
-  Placed placed{.body = body,
-                .pose = pose,
-                .velocity = velocity,
-                .turn_rate = turn_rate,
-                .is_plane = shape.is_plane,
-                .normal = pose.orientation * Vec3::UnitY(),
-                .tree = tree.get()};
+  Placed placed{{body, pose, velocity, turn_rate},
+                shape.is_plane,
+                pose.orientation * Vec3::UnitY(),
+                {},
+                tree.get()};
   if (tree) placed.box = box_around(tree->nodes().front().box, pose);
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
   if (at != placed_.end() && at->body == body) {
@@ -64,6 +62,17 @@ void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocit
 
 void SurfaceGeometry::remove(uint32_t body) {
   std::erase_if(placed_, [&](const Placed& placed) { return placed.body == body; });
+}
+
+std::vector<SurfaceState> SurfaceGeometry::state() const {
+  return {placed_.begin(), placed_.end()};
+}
+
+void SurfaceGeometry::set_state(const std::vector<SurfaceState>& state) {
+  placed_.clear();
+  for (const SurfaceState& surface : state) {
+    place(surface.body, surface.pose, surface.velocity, surface.turn_rate);
+  }
 }
 
 void SurfaceGeometry::select(const Eigen::AlignedBox3f& box, float reach,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/state_stream.h"
 #include "geometry/triangle_tree.h"
 #include "model/model.h"
 
@@ -21,6 +22,17 @@ struct SurfaceContact {
   bool level;      // the surface is horizontal and does not move
 };
 
+// A body's surface in the world: all that is known of it besides the model.
+struct SurfaceState {
+  uint32_t body = 0;
+  Pose pose;                 // body frame
+  Vec3 velocity, turn_rate;  // m/s, rad/s
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.body, self.pose, self.velocity, self.turn_rate);
+  }
+};
+
 class SurfaceGeometry {
  public:
   // `model` must outlive it.
@@ -29,6 +41,10 @@ class SurfaceGeometry {
   // Puts a body's shape at `pose` (body frame), or takes it out of the world.
   void place(uint32_t body, const Pose& pose, const Vec3& velocity, const Vec3& turn_rate);
   void remove(uint32_t body);
+
+  // In the order of bodies.
+  std::vector<SurfaceState> state() const;
+  void set_state(const std::vector<SurfaceState>& state);
 
   // The surfaces (for find) that may be nearer than `reach` to a point of the box. Any thread.
   void select(const Eigen::AlignedBox3f& box, float reach, std::vector<uint32_t>& surfaces) const;
@@ -48,10 +64,7 @@ class SurfaceGeometry {
   static constexpr size_t kMostContacts = 4;
 
  private:
-  struct Placed {
-    uint32_t body;
-    Pose pose;
-    Vec3 velocity, turn_rate;
+  struct Placed : SurfaceState {
     bool is_plane;
     Vec3 normal;               // of a plane
     Bounds box;                // of a mesh, world frame

@@ -1,0 +1,59 @@
+// Finds what touches in a step: spheres sorted into grids, their contacts with each other, with
+// sleepers and with surfaces, in batches that threads can solve side by side.
+#pragma once
+
+#include <span>
+
+#include "simulate/body_control.h"
+#include "simulate/sphere/sphere_model.h"
+#include "simulate/sphere/sphere_sleepers.h"
+#include "simulate/sphere/sphere_state.h"
+#include "simulate/sphere/sphere_step.h"
+#include "simulate/sphere/surface_geometry.h"
+
+namespace pilesim {
+
+class SphereContactSearch {
+ public:
+  // Both must outlive it.
+  SphereContactSearch(const SphereModel& model, const SurfaceGeometry& surfaces)
+      : model_(model), surfaces_(surfaces) {}
+
+  // What the search reads, and of `bodies` what it writes: `kept`, `touched`, and the
+  // surface_radius_m of what comes flying. (B) but for `active` and `kept`.
+  struct Input {
+    std::span<const uint32_t> active;
+    std::span<SphereBody> bodies;
+    std::span<const float> radius_m;
+    std::span<const float> root_friction;  // empty: of the kinds
+    std::span<const KeptImpulse> kept;
+  };
+
+  // The stages of the search; they write the step's fields that are said to be the search's.
+  // Levels of spheres by size and speed, each with a grid of its own.
+  void sort(const Input& input, SphereStep& step) const;
+  // Brings what the step works on into the order of places.
+  void gather(const Input& input, SphereStep& step) const;
+  void find_contacts(const Input& input, const SleeperGrid& sleepers, SphereStep& step) const;
+
+  // Appends the contacts of all members as they lie now, of pairs that spheres are to solve.
+  void read_contacts(const SphereState& state, std::vector<BodyContact>& contacts) const;
+
+ private:
+  class Finder;
+  void read_contact(uint32_t a, uint32_t b, const SphereState& state,
+                    std::vector<BodyContact>& contacts) const;
+  void read_surface_contacts(uint32_t body, const SphereState& state,
+                             std::vector<BodyContact>& contacts) const;
+
+  const SphereModel& model_;
+  const SurfaceGeometry& surfaces_;
+};
+
+// Of the body itself where it has one, or of its kind.
+inline float root_friction(const SphereModel& model, std::span<const float> by_body,
+                           uint32_t body) {
+  return by_body.empty() ? model.kind(body).root_friction : by_body[body];
+}
+
+}  // namespace pilesim

@@ -1,0 +1,54 @@
+#include "simulate/sphere/sphere_model.h"
+
+#include <map>
+#include <tuple>
+
+namespace pilesim {
+namespace {
+
+using namespace sphere_constants;
+
+SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
+                        const ModelBody& body, const BodySignature* object) {
+  SphereKind kind{.object = object, .mass_kg = static_cast<float>(body.mass_kg)};
+  const Material& material = model.materials[body.material];
+  kind.root_friction = static_cast<float>(std::sqrt(material.friction));
+  kind.root_restitution = static_cast<float>(std::sqrt(material.restitution));
+  if (object == nullptr) return kind;
+  kind.root_friction *= object->interlocking;
+  const float gravity = settings.gravity.norm();
+  const float radius = object->packing_radius_m, k = object->gyration_m;
+  const float time_s =
+      gravity > 0 ? kPositionTime * std::sqrt(radius / gravity) : kPositionTimeInFlight;
+  kind.radius_m = radius;
+  kind.outer_m = object->outer_radius_m;
+  kind.rolling_m = object->rolling * radius;
+  kind.lift = -std::expm1(-settings.step_s / (time_s * kPositionSweeps));
+  kind.inverse_mass = 1 / kind.mass_kg;
+  kind.inverse_inertia = kind.inverse_mass / (k * k);
+  return kind;
+}
+
+}  // namespace
+
+SphereModel::SphereModel(const Model& of_model, const std::vector<BodySignature>& objects,
+                         const SphereWorldSettings& with_settings)
+    : model(of_model), settings(with_settings) {
+  const float gravity = settings.gravity.norm();
+  impact_base = kImpactFall * gravity * settings.step_s;
+  impact_rise = kImpactSpeed * std::sqrt(gravity);
+  std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> known;
+  for (const ModelBody& body : model.bodies) {
+    const bool dynamic = body.role == Role::dynamic;
+    has_structures |= body.asleep;
+    const auto [kind, is_new] =
+        known.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds.size());
+    if (is_new) {
+      kinds.push_back(
+          kind_of_body(model, settings, body, dynamic ? &objects[body.shape] : nullptr));
+    }
+    kind_of.push_back(kind->second);
+  }
+}
+
+}  // namespace pilesim

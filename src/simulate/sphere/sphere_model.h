@@ -1,0 +1,67 @@
+// What the engine of spheres knows of a model's bodies, and how it is set: const while it steps.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "model/model.h"
+#include "simulate/sphere/body_signature.h"
+#include "simulate/sphere/dispatch_table.h"
+#include "simulate/sphere/sphere_constants.h"
+
+namespace pilesim {
+
+struct SphereWorldSettings {
+  Vec3f gravity;  // m/s^2
+  float step_s;
+  uint64_t seed;
+  bool sleeping;
+  bool rest_control;
+  int sweeps;  // of the contact solver
+  // How pairs are treated where `dispatch` is null.
+  PairMethod method = PairMethod::statistical;
+  const DispatchTable* dispatch = nullptr;  // must outlive the world
+};
+
+// Bodies of one shape, material and mass.
+struct SphereKind {
+  const BodySignature* object = nullptr;  // null for what is not dynamic
+  float mass_kg = 0;
+  float radius_m = 0;       // among bodies, unless it stands in a structure
+  float outer_m = 0;        // of the body
+  float rolling_m = 0;      // see SphereContact
+  float root_friction = 0;  // with what catches
+  float root_restitution = 0;
+  float lift = 0;                               // see SphereContact
+  float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
+};
+
+struct SphereModel {
+  // All three must outlive it. `objects`: by shape.
+  SphereModel(const Model& model, const std::vector<BodySignature>& objects,
+              const SphereWorldSettings& settings);
+
+  const SphereKind& kind(uint32_t body) const { return kinds[kind_of[body]]; }
+  PairMethod method(uint32_t body, uint32_t other) const {
+    return settings.dispatch == nullptr ? settings.method : settings.dispatch->method(body, other);
+  }
+  // m/s; what is slower may sleep
+  float rest_speed(const SphereKind& kind) const {
+    return sphere_constants::kRestSpeed * std::sqrt(settings.gravity.norm() * kind.outer_m);
+  }
+  // m/s; what approaches faster collides
+  float impact_speed(float radius_m) const {
+    return impact_base + impact_rise * std::sqrt(radius_m);
+  }
+
+  const Model& model;
+  SphereWorldSettings settings;
+  std::vector<SphereKind> kinds;
+  std::vector<uint32_t> kind_of;  // (B)
+  bool has_structures = false;    // bodies that begin asleep: what stands on them goes with them
+  float impact_base = 0, impact_rise = 0;  // m/s, sqrt(m)/s: see impact_speed()
+};
+
+}  // namespace pilesim

@@ -1,0 +1,33 @@
+// The last stage of a step: bodies move, and come to rest; what has left a structure grows.
+#pragma once
+
+#include <span>
+
+#include "simulate/sphere/sphere_model.h"
+#include "simulate/sphere/sphere_state.h"
+#include "simulate/sphere/sphere_step.h"
+#include "simulate/sphere/surface_geometry.h"
+
+namespace pilesim {
+
+class SphereRest {
+ public:
+  // Both must outlive it.
+  SphereRest(const SphereModel& model, const SurfaceGeometry& surfaces)
+      : model_(model), surfaces_(surfaces) {}
+
+  // Writes all of what is awake among `bodies` (B), and of it `radius_m` (B), by the step's
+  // motions, shifts and pushes.
+  void move(const SphereStep& step, std::span<SphereBody> bodies, std::span<float> radius_m) const;
+
+ private:
+  void move_body(const SphereStep& step, uint32_t place, SphereBody& body) const;
+  void widen(uint32_t index, SphereBody& body, float& radius_m) const;
+  bool control_rest(const SphereStep& step, uint32_t place, SphereBody& body) const;
+  void settle(const SphereStep& step, uint32_t place, SphereBody& body) const;
+
+  const SphereModel& model_;
+  const SurfaceGeometry& surfaces_;
+};
+
+}  // namespace pilesim
