@@ -7,15 +7,21 @@
 #include <memory>
 #include <vector>
 
+#include "core/state_stream.h"
 #include "core/types.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {
 
 struct BodyMotion {
-  Vec3 position;                           // m, centre of mass, world
-  Quat orientation;                        // unit, body to world
-  Vec3 linear_velocity, angular_velocity;  // m/s, rad/s, world
+  Vec3 position = Vec3::Zero();          // m, centre of mass, world
+  Quat orientation = Quat::Identity();   // unit, body to world
+  Vec3 linear_velocity = Vec3::Zero();   // m/s, world
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.position, self.orientation, self.linear_velocity, self.angular_velocity);
+  }
 };
 
 // A point where two bodies of the model are near or touch. Of two sleepers: as it was when the
@@ -25,6 +31,10 @@ struct BodyContact {
   Vec3 point;             // m, world, on b
   Vec3 normal;            // unit, world, from b to a
   double distance_m = 0;  // along the normal, < 0: they overlap
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.a, self.b, self.point, self.normal, self.distance_m);
+  }
 };
 
 // Between two steps. Bodies are indices into Model::bodies; all but is_in_world() ask for a dynamic
@@ -62,6 +72,9 @@ class StepDirector {
   virtual void direct(BodyControl& control) = 0;
   // Called at the end of every frame.
   virtual void end_frame(BodyControl& /*control*/) {}
+  // As Simulator::save() and load(), which call them. A director without a state needs none.
+  virtual void save(StateWriter& /*writer*/) const {}
+  virtual void load(StateReader& /*reader*/) {}
 };
 
 }  // namespace pilesim

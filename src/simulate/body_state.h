@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/body_flags.h"
+#include "core/state_stream.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -18,6 +19,11 @@ struct BodyStates {
   std::vector<uint8_t> flags;          // (B) BodyFlag bits
 
   size_t size() const { return position.size(); }
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.position, self.orientation, self.linear_velocity, self.angular_velocity,
+           self.flags);
+  }
 };
 
 }  // namespace pilesim

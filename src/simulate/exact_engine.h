@@ -76,6 +76,13 @@ class ExactEngine {
   virtual double kinetic_energy_j(uint32_t body) const = 0;
   // Contacts and penetration of the last step.
   virtual void add_contacts_to(FrameStatistics& statistics) const = 0;
+
+  // Between frames: all that later steps depend on, besides scene, model, pair filter and what is
+  // kept apart.
+  virtual void save(StateWriter& writer) const = 0;
+  // What was saved takes the place of all that is there; later steps give the same bytes as those
+  // of the engine that was saved. Throws Error(input) where the bytes are of no such state.
+  virtual void load(StateReader& reader) = 0;
 };
 
 }  // namespace pilesim

@@ -48,6 +48,9 @@ class ImpulseDirector {
   virtual void take_hits(ImpulseControl& /*control*/, std::span<const Hit> /*hits*/) {}
   // Called at the end of every frame.
   virtual void end_frame(ImpulseControl& /*control*/) {}
+  // As Simulator::save() and load(), which call them. A director without a state needs none.
+  virtual void save(StateWriter& /*writer*/) const {}
+  virtual void load(StateReader& /*reader*/) {}
 };
 
 }  // namespace pilesim

@@ -18,6 +18,8 @@ class PlainDirector final : public ImpulseDirector {
   explicit PlainDirector(StepDirector& director) : director_(director) {}
   void direct(ImpulseControl& control) override { director_.direct(control); }
   void end_frame(ImpulseControl& control) override { director_.end_frame(control); }
+  void save(StateWriter& writer) const override { director_.save(writer); }
+  void load(StateReader& reader) override { director_.load(reader); }
 
  private:
   StepDirector& director_;
@@ -58,6 +60,8 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void remove_constraint(ConstraintId constraint) override { exact_.remove_constraint(constraint); }
   bool holds(ConstraintId constraint) const override { return exact_.holds(constraint); }
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
+  void save(StateWriter& writer) const override;
+  void load(StateReader& reader) override;
 
  private:
   void add(uint32_t body);
@@ -183,6 +187,22 @@ FrameStatistics ImpulseSimulator::statistics() const {
   }
   exact_.add_contacts_to(statistics);
   return statistics;
+}
+
+void ImpulseSimulator::save(StateWriter& writer) const {
+  life_.save(writer);
+  exact_.save(writer);
+  if (director_ != nullptr) director_->save(writer);
+}
+
+void ImpulseSimulator::load(StateReader& reader) {
+  life_.load(reader);
+  exact_.load(reader);
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    StateReader::require(life_.has(i, kPresent) == exact_.contains(i),
+                         "each body that is present in the engine");
+  }
+  if (director_ != nullptr) director_->load(reader);
 }
 
 void ImpulseSimulator::mark(uint32_t body, uint8_t mask, uint8_t flags) {

@@ -97,4 +97,18 @@ void Lifecycle::check_finite(uint32_t body) const {
                                 "another or with extreme velocities."});
 }
 
+void Lifecycle::load(StateReader& reader) {
+  reader(state_);
+  const BodyStates& bodies = state_.bodies;
+  const size_t count = model_.bodies.size();
+  for (const size_t size :
+       {bodies.position.size(), bodies.orientation.size(), bodies.linear_velocity.size(),
+        bodies.angular_velocity.size(), bodies.flags.size()}) {
+    StateReader::require(size == count, "an entry for each body");
+  }
+  StateReader::require_below(state_.waiting, count);
+  StateReader::require(state_.next_event <= model_.events.size(), "an event of the scene");
+  for (uint32_t body = 0; body < count; ++body) check_finite(body);
+}
+
 }  // namespace pilesim

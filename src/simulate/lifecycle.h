@@ -23,8 +23,12 @@ struct LifeHandlers {
 struct LifeState {
   uint64_t steps = 0, frames = 0;  // that are done
   std::vector<uint32_t> waiting;   // bodies to come, the next one last
-  size_t next_event = 0;           // in Model::events
+  uint64_t next_event = 0;         // in Model::events
   BodyStates bodies;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.steps, self.frames, self.waiting, self.next_event, self.bodies);
+  }
 };
 
 class Lifecycle {
@@ -53,6 +57,10 @@ class Lifecycle {
 
   // Throws Error(input) naming the body and the frame where its state is not finite.
   void check_finite(uint32_t body) const;
+
+  void save(StateWriter& writer) const { writer(state_); }
+  // Throws Error(input) for a state of another model, or with a body whose state is not finite.
+  void load(StateReader& reader);
 
  private:
   void appear(uint32_t body, const LifeHandlers& handlers);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/stage_timer.h"
+#include "core/state_stream.h"
 #include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/body_state.h"
@@ -38,6 +39,13 @@ class Simulator {
   virtual std::vector<std::string> signatures() const { return {}; }
   // For the report: a JSON object of what the mode tells of itself; empty: nothing.
   virtual std::string figures() const { return {}; }
+
+  // Between frames: all that the frames to come depend on, its director's state with it.
+  virtual void save(StateWriter& writer) const = 0;
+  // Of a simulator of the same scene, model and director, made anew: goes on as the one that was
+  // saved, to the last bit. Throws Error(input) where the bytes are of no such state; it is not to
+  // be used then.
+  virtual void load(StateReader& reader) = 0;
 };
 
 }  // namespace pilesim

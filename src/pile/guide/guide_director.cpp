@@ -36,19 +36,22 @@ uint8_t flags_of(Standing standing, bool held) {
 
 }  // namespace
 
+GuideState::GuideState(size_t bodies)
+    : asleep(bodies),
+      inside(bodies),
+      tested(bodies, Vec3::Constant(std::numeric_limits<double>::infinity())),
+      held_at(bodies, Vec3::Zero()) {}
+
 GuideDirector::GuideDirector(const Scene& scene, const Model& model)
     : model_(model),
       guide_(*scene.guide),
       gravity_(scene.gravity.norm()),
+      state_(model.bodies.size()),
       analysis_(*scene.guide, scene.gravity),
       graph_(model),
       standing_(model.bodies.size(), Standing::unknown),
       chosen_(model.bodies.size()),
-      asleep_(model.bodies.size()),
-      inside_(model.bodies.size()),
-      tested_(model.bodies.size(), Vec3::Constant(std::numeric_limits<double>::infinity())),
-      held_(model.bodies.size()),
-      held_at_(model.bodies.size()) {
+      held_(model.bodies.size()) {
   if (!model.guide.triangles.empty()) shape_.emplace(model.guide);
 }
 
@@ -60,28 +63,29 @@ void GuideDirector::direct(ImpulseControl& control) {
   // At the start every step: a pile that is given has its first contacts after one, and Bullet
   // finds the rest in the next few, in which it would begin to slump. Overlaps take longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
-  const bool is_start = step_ <= period || (is_sunk_ && step_ <= kMostStart * period);
-  if (step_ > 0 && (is_start || step_ % period == 0)) {
+  const bool is_start =
+      state_.step <= period || (state_.is_sunk && state_.step <= kMostStart * period);
+  if (state_.step > 0 && (is_start || state_.step % period == 0)) {
     const Stopwatch watch;
     control_step(control);
-    counts_.control_s += watch.seconds();
+    state_.counts.control_s += watch.seconds();
   }
-  ++step_;
+  ++state_.step;
 }
 
 void GuideDirector::control_step(ImpulseControl& control) {
-  ++counts_.control_steps;
-  control.read_contacts(contacts_);
-  graph_.build(contacts_);
+  ++state_.counts.control_steps;
+  control.read_contacts(state_.contacts);
+  graph_.build(state_.contacts);
   analyse(control);
   leave_out_the_sunk();
   if (guide_.neighbours) keep_well_surrounded(control);
   std::ranges::fill(held_, uint8_t{0});
   if (guide_.control) guide_.hold == HoldKind::freeze ? freeze(control) : nail(control);
-  counts_.held = 0;
-  counts_.nails = static_cast<uint32_t>(nails_.size());
+  state_.counts.held = 0;
+  state_.counts.nails = static_cast<uint32_t>(state_.nails.size());
   for (uint32_t body = 0; body < held_.size(); ++body) {
-    counts_.held += held_[body];
+    state_.counts.held += held_[body];
     control.mark(body, kFrozen | kPassed | kFailed, flags_of(standing_[body], held_[body] != 0));
   }
 }
@@ -89,16 +93,16 @@ void GuideDirector::control_step(ImpulseControl& control) {
 bool GuideDirector::in_guide(uint32_t body, const Vec3& centre) {
   if (!shape_) return true;
   const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
-  if (!((centre - tested_[body]).norm() <= kMoved * radius)) {
-    tested_[body] = centre;
-    inside_[body] = shape_->contains(centre);
+  if (!((centre - state_.tested[body]).norm() <= kMoved * radius)) {
+    state_.tested[body] = centre;
+    state_.inside[body] = shape_->contains(centre);
   }
-  return inside_[body] != 0;
+  return state_.inside[body] != 0;
 }
 
 // Bodies outside the guide are analysed too: those inside may rest on them.
 void GuideDirector::analyse(ImpulseControl& control) {
-  counts_.in_guide = counts_.passed = counts_.filtered = counts_.failed = 0;
+  state_.counts.in_guide = state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
   for (uint32_t body = 0; body < standing_.size(); ++body) {
     standing_[body] = Standing::unknown;
     chosen_[body] = 0;
@@ -107,10 +111,10 @@ void GuideDirector::analyse(ImpulseControl& control) {
     const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
     standing_[body] = analysis_.standing(motion.position, radius, graph_.supports(body));
     if (!in_guide(body, motion.position)) continue;
-    ++counts_.in_guide;
-    counts_.passed += standing_[body] == Standing::passed;
-    counts_.filtered += standing_[body] == Standing::filtered;
-    counts_.failed += standing_[body] == Standing::failed;
+    ++state_.counts.in_guide;
+    state_.counts.passed += standing_[body] == Standing::passed;
+    state_.counts.filtered += standing_[body] == Standing::filtered;
+    state_.counts.failed += standing_[body] == Standing::failed;
     const double speed = motion.linear_velocity.norm() + motion.angular_velocity.norm() * radius;
     chosen_[body] =
         standing_[body] == Standing::passed && speed <= guide_.most_speed * free_fall_speed(body);
@@ -129,13 +133,13 @@ void GuideDirector::leave_out_the_sunk() {
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     return shape.is_plane ? std::numeric_limits<double>::infinity() : shape.bounding_radius;
   };
-  is_sunk_ = false;
-  for (const BodyContact& contact : contacts_) {
+  state_.is_sunk = false;
+  for (const BodyContact& contact : state_.contacts) {
     if (-contact.distance_m <= kMostOverlap * std::min(radius(contact.a), radius(contact.b))) {
       continue;
     }
     chosen_[contact.a] = chosen_[contact.b] = 0;
-    is_sunk_ = true;
+    state_.is_sunk = true;
   }
 }
 
@@ -171,16 +175,16 @@ void GuideDirector::freeze(ImpulseControl& control) {
   for (uint32_t body = 0; body < held_.size(); ++body) {
     if (held_[body] != 0) {
       control.put_to_sleep(body);
-    } else if (asleep_[body] != 0 && control.is_in_world(body)) {
+    } else if (state_.asleep[body] != 0 && control.is_in_world(body)) {
       control.wake(body);
     }
-    asleep_[body] = held_[body];
+    state_.asleep[body] = held_[body];
   }
 }
 
 void GuideDirector::hold(uint32_t body, const Vec3& contact) {
   held_[body] = 1;
-  held_at_[body] = contact;
+  state_.held_at[body] = contact;
   queue_.push_back(body);
 }
 
@@ -188,37 +192,39 @@ void GuideDirector::hold(uint32_t body, const Vec3& contact) {
 // stays while it holds and is wanted: one that is renewed takes what has shifted for what is meant.
 void GuideDirector::nail(ImpulseControl& control) {
   const auto pair_of = [&](uint32_t contact) {
-    return std::pair<uint32_t, uint32_t>(std::minmax({contacts_[contact].a, contacts_[contact].b}));
+    return std::pair<uint32_t, uint32_t>(
+        std::minmax({state_.contacts[contact].a, state_.contacts[contact].b}));
   };
-  std::erase_if(nails_, [&](const auto& nail) {
+  std::erase_if(state_.nails, [&](const auto& nail) {
     const bool wanted = chosen_[nail.first.first] != 0 || chosen_[nail.first.second] != 0;
     if (wanted && control.holds(nail.second.id)) return false;
     control.remove_constraint(nail.second.id);
     return true;
   });
-  queue_.resize(contacts_.size());
+  queue_.resize(state_.contacts.size());
   std::iota(queue_.begin(), queue_.end(), 0U);
   std::ranges::stable_sort(queue_, {}, pair_of);
   for (size_t first = 0, last = 0; first < queue_.size(); first = last) {
     const std::pair<uint32_t, uint32_t> pair = pair_of(queue_[first]);
     Vec3 middle = Vec3::Zero();
     for (; last < queue_.size() && pair_of(queue_[last]) == pair; ++last) {
-      middle += contacts_[queue_[last]].point;
+      middle += state_.contacts[queue_[last]].point;
     }
     middle /= static_cast<double>(last - first);
-    if ((chosen_[pair.first] == 0 && chosen_[pair.second] == 0) || nails_.contains(pair)) continue;
-    const BodyContact& contact = contacts_[*std::ranges::min_element(
+    if ((chosen_[pair.first] == 0 && chosen_[pair.second] == 0) || state_.nails.contains(pair))
+      continue;
+    const BodyContact& contact = state_.contacts[*std::ranges::min_element(
         std::span(queue_).subspan(first, last - first), {},
-        [&](uint32_t i) { return (contacts_[i].point - middle).squaredNorm(); })];
-    nails_[pair] = drive_in(control, contact);
+        [&](uint32_t i) { return (state_.contacts[i].point - middle).squaredNorm(); })];
+    state_.nails[pair] = drive_in(control, contact);
   }
-  for (const auto& [pair, driven] : nails_) {
+  for (const auto& [pair, driven] : state_.nails) {
     for (const uint32_t body : {pair.first, pair.second}) held_[body] = chosen_[body];
   }
 }
 
-GuideDirector::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
-                                                  const BodyContact& contact) {
+GuideState::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
+                                               const BodyContact& contact) {
   Nail nail{contact.a, contact.b, contact.point, contact.normal, 0};
   if (!control.is_in_world(nail.a)) std::swap(nail.a, nail.b);
   nail.breaking_impulse_ns = strength(nail.a);
@@ -230,10 +236,10 @@ GuideDirector::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
 
 std::vector<Vec3> GuideDirector::constraint_points() const {
   std::vector<Vec3> points;
-  for (uint32_t body = 0; body < asleep_.size(); ++body) {
-    if (asleep_[body] != 0) points.push_back(held_at_[body]);
+  for (uint32_t body = 0; body < state_.asleep.size(); ++body) {
+    if (state_.asleep[body] != 0) points.push_back(state_.held_at[body]);
   }
-  for (const auto& [pair, driven] : nails_) points.push_back(driven.point);
+  for (const auto& [pair, driven] : state_.nails) points.push_back(driven.point);
   return points;
 }
 
@@ -246,25 +252,41 @@ double GuideDirector::strength(uint32_t body) const {
 void GuideDirector::take_hits(ImpulseControl& control, std::span<const Hit> hits) {
   for (const Hit& hit : hits) {
     const double speed = free_fall_speed(hit.sleeper);
-    if (asleep_[hit.sleeper] == 0 || hit.closing_speed < kTouch * speed) continue;
+    if (state_.asleep[hit.sleeper] == 0 || hit.closing_speed < kTouch * speed) continue;
     double mass_kg = hit.momentum_ns / (guide_.break_speed * speed);
     if (mass_kg < model_.bodies[hit.sleeper].mass_kg) continue;
     queue_.clear();
     const auto free = [&](uint32_t body) {
-      asleep_[body] = held_[body] = 0;
+      state_.asleep[body] = held_[body] = 0;
       mass_kg -= model_.bodies[body].mass_kg;
       queue_.push_back(body);
       control.wake(body);
       control.mark(body, kFrozen, 0);
-      ++counts_.knocked_loose;
+      ++state_.counts.knocked_loose;
     };
     free(hit.sleeper);
     for (size_t next = 0; next < queue_.size() && mass_kg > 0; ++next) {
       for (const uint32_t neighbour : graph_.neighbours(queue_[next])) {
-        if (asleep_[neighbour] != 0 && mass_kg > 0) free(neighbour);
+        if (state_.asleep[neighbour] != 0 && mass_kg > 0) free(neighbour);
       }
     }
   }
+}
+
+void GuideDirector::load(StateReader& reader) {
+  reader(state_);
+  const size_t count = model_.bodies.size();
+  for (const size_t size :
+       {state_.asleep.size(), state_.inside.size(), state_.tested.size(), state_.held_at.size()}) {
+    StateReader::require(size == count, "an entry for each body");
+  }
+  for (const BodyContact& contact : state_.contacts) {
+    StateReader::require(contact.a < count && contact.b < count, "contacts of bodies");
+  }
+  for (const auto& [pair, nail] : state_.nails) {
+    StateReader::require(pair.first < pair.second && pair.second < count, "nails of two bodies");
+  }
+  graph_.build(state_.contacts);
 }
 
 }  // namespace pilesim

@@ -26,6 +26,39 @@ struct GuideCounts {
   uint64_t control_steps = 0;
   uint64_t knocked_loose = 0;  // bodies that hits woke
   double control_s = 0;        // wall time of all control steps
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.in_guide, self.passed, self.filtered, self.failed, self.held, self.nails,
+           self.control_steps, self.knocked_loose, self.control_s);
+  }
+};
+
+// What the director keeps from step to step. (B): by body of the model. Written by its control
+// steps, but for `step`, and by hits.
+struct GuideState {
+  explicit GuideState(size_t bodies);
+
+  struct DrivenNail {
+    ConstraintId id = 0;
+    Vec3 point = Vec3::Zero();  // m, world
+
+    static void fields(auto& self, auto& stream) { stream(self.id, self.point); }
+  };
+
+  uint64_t step = 0;                  // to come
+  bool is_sunk = false;               // something overlapped too far at the last control step
+  std::vector<BodyContact> contacts;  // of the last control step
+  std::vector<uint8_t> asleep;        // (B) 1: put to sleep by this director
+  std::vector<uint8_t> inside;        // (B) 1: in the guide, at `tested`
+  std::vector<Vec3> tested;           // (B) m, where `inside` was found
+  std::vector<Vec3> held_at;          // (B) m, of what sleeps
+  std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails;  // of two bodies, the lower first
+  GuideCounts counts;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.inside, self.tested,
+           self.held_at, self.nails, self.counts);
+  }
 };
 
 class GuideDirector final : public ImpulseDirector {
@@ -35,8 +68,10 @@ class GuideDirector final : public ImpulseDirector {
 
   void direct(ImpulseControl& control) override;
   void take_hits(ImpulseControl& control, std::span<const Hit> hits) override;
+  void save(StateWriter& writer) const override { writer(state_); }
+  void load(StateReader& reader) override;
 
-  const GuideCounts& counts() const { return counts_; }
+  const GuideCounts& counts() const { return state_.counts; }
   // Where bodies are held, as of the last control step, m: the nails, or of each body that is held
   // still a contact through which it is.
   std::vector<Vec3> constraint_points() const;
@@ -49,11 +84,7 @@ class GuideDirector final : public ImpulseDirector {
   void freeze(ImpulseControl& control);
   void hold(uint32_t body, const Vec3& contact);
   void nail(ImpulseControl& control);
-  struct DrivenNail {
-    ConstraintId id;
-    Vec3 point;  // m
-  };
-  DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
+  GuideState::DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
   bool in_guide(uint32_t body, const Vec3& centre);
   bool is_anchor(const ImpulseControl& control, uint32_t body) const;
@@ -63,21 +94,16 @@ class GuideDirector final : public ImpulseDirector {
   const Guide& guide_;
   double gravity_;                   // m/s^2, magnitude
   std::optional<InsideTest> shape_;  // none: everywhere
+
+  GuideState state_;
+
+  // Made anew in each control step; the graph of state_.contacts.
   CandidateAnalysis analysis_;
   SupportGraph graph_;
-  uint64_t step_ = 0;
-  bool is_sunk_ = false;               // something overlapped too far at the last control step
-  std::vector<BodyContact> contacts_;  // of the last control step
-  std::vector<Standing> standing_;     // (B)
-  std::vector<uint8_t> chosen_;        // (B) 1: may be held
-  std::vector<uint8_t> asleep_;        // (B) 1: put to sleep by this director
-  std::vector<uint8_t> inside_;        // (B) at tested_
-  std::vector<Vec3> tested_;           // (B) m, where inside_ was found
-  std::vector<uint32_t> queue_;        // of searches through the graph
-  std::vector<uint8_t> held_;          // (B) 1: sleeps or is nailed
-  std::vector<Vec3> held_at_;          // (B) m, of what sleeps
-  std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails_;  // of two bodies, the lower first
-  GuideCounts counts_;
+  std::vector<Standing> standing_;  // (B)
+  std::vector<uint8_t> chosen_;     // (B) 1: may be held
+  std::vector<uint8_t> held_;       // (B) 1: sleeps or is nailed
+  std::vector<uint32_t> queue_;     // of searches through the graph
 };
 
 }  // namespace pilesim

@@ -33,19 +33,19 @@ GuidedSimulator::GuidedSimulator(const Scene& scene, const Model& model)
       model_(model),
       director_(scene, model),
       simulator_(make_directed_simulator(scene, model, director_)),
-      start_(model.bodies.size()),
-      has_start_(model.bodies.size()) {}
+      record_{.start = std::vector<Vec3>(model.bodies.size(), Vec3::Zero()),
+              .has_start = std::vector<uint8_t>(model.bodies.size())} {}
 
 FrameStatistics GuidedSimulator::step_frame() {
   FrameStatistics statistics = simulator_->step_frame();
-  total_s_ += statistics.times.total_s;
-  steps_ += static_cast<uint64_t>(statistics.steps);
+  record_.total_s += statistics.times.total_s;
+  record_.steps += static_cast<uint64_t>(statistics.steps);
   record_frame();
   return statistics;
 }
 
 double GuidedSimulator::control_share() const {
-  return total_s_ > 0 ? director_.counts().control_s / total_s_ : 0;
+  return record_.total_s > 0 ? director_.counts().control_s / record_.total_s : 0;
 }
 
 double GuidedSimulator::control_step_s() const {
@@ -54,13 +54,13 @@ double GuidedSimulator::control_step_s() const {
 }
 
 double GuidedSimulator::simulation_step_s() const {
-  return (total_s_ - director_.counts().control_s) /
-         static_cast<double>(std::max<uint64_t>(1, steps_));
+  return (record_.total_s - director_.counts().control_s) /
+         static_cast<double>(std::max<uint64_t>(1, record_.steps));
 }
 
 void GuidedSimulator::record_frame() {
   GuideFrame frame;
-  frame.time_s = static_cast<double>(frames_.size() + 1) / scene_.frame_rate;
+  frame.time_s = static_cast<double>(record_.frames.size() + 1) / scene_.frame_rate;
   frame.counts = director_.counts();
   const BodyStates& now = states();
   double bodies = 0;
@@ -69,11 +69,11 @@ void GuidedSimulator::record_frame() {
     const bool moves = model_.bodies[body].role == Role::dynamic &&
                        (now.flags[body] & kPresent) != 0 && (now.flags[body] & kHeld) == 0;
     if (!moves) continue;
-    if (has_start_[body] == 0) {
-      start_[body] = now.position[body];
-      has_start_[body] = 1;
+    if (record_.has_start[body] == 0) {
+      record_.start[body] = now.position[body];
+      record_.has_start[body] = 1;
     }
-    const double drift = (now.position[body] - start_[body]).norm();
+    const double drift = (now.position[body] - record_.start[body]).norm();
     frame.mean_drift_m += drift;
     frame.largest_drift_m = std::max(frame.largest_drift_m, drift);
     lowest = std::min(lowest, now.position[body].y());
@@ -84,11 +84,24 @@ void GuidedSimulator::record_frame() {
     frame.mean_drift_m /= bodies;
     frame.height_m = highest - lowest;
   }
-  frames_.push_back(frame);
+  record_.frames.push_back(frame);
   std::vector<Vec3> points = director_.constraint_points();
-  if (constraints_.empty() || constraints_.back().points != points) {
-    constraints_.push_back({frames_.size(), std::move(points)});
+  if (record_.constraints.empty() || record_.constraints.back().points != points) {
+    record_.constraints.push_back({record_.frames.size(), std::move(points)});
   }
+}
+
+void GuidedSimulator::save(StateWriter& writer) const {
+  simulator_->save(writer);
+  writer(record_);
+}
+
+void GuidedSimulator::load(StateReader& reader) {
+  simulator_->load(reader);
+  reader(record_);
+  const size_t count = model_.bodies.size();
+  StateReader::require(record_.start.size() == count && record_.has_start.size() == count,
+                       "an entry for each body");
 }
 
 }  // namespace pilesim

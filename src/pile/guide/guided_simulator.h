@@ -17,12 +17,32 @@ struct GuideFrame {
   // Mean and largest way of the dynamic bodies from where they were when the pile was whole: a body
   // that appears or is released later counts from then on.
   double mean_drift_m = 0, largest_drift_m = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.time_s, self.counts, self.height_m, self.mean_drift_m, self.largest_drift_m);
+  }
 };
 
 // Where bodies are held from a frame on.
 struct GuideConstraints {
-  uint64_t frame;
+  uint64_t frame = 0;
   std::vector<Vec3> points;  // m
+
+  static void fields(auto& self, auto& stream) { stream(self.frame, self.points); }
+};
+
+// What a run under a guide notes, besides the states of simulator and director.
+struct GuideRecord {
+  std::vector<Vec3> start;         // (B) m, where drift counts from
+  std::vector<uint8_t> has_start;  // (B)
+  std::vector<GuideFrame> frames;  // without frame 0
+  std::vector<GuideConstraints> constraints;
+  double total_s = 0;  // wall time of all frames
+  uint64_t steps = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.start, self.has_start, self.frames, self.constraints, self.total_s, self.steps);
+  }
 };
 
 class GuidedSimulator final : public Simulator {
@@ -34,10 +54,12 @@ class GuidedSimulator final : public Simulator {
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return simulator_->states(); }
   FrameStatistics statistics() const override { return simulator_->statistics(); }
+  void save(StateWriter& writer) const override;
+  void load(StateReader& reader) override;
 
-  const std::vector<GuideFrame>& frames() const { return frames_; }  // without frame 0
+  const std::vector<GuideFrame>& frames() const { return record_.frames; }  // without frame 0
   // An entry for each frame in which they are others.
-  const std::vector<GuideConstraints>& constraints() const { return constraints_; }
+  const std::vector<GuideConstraints>& constraints() const { return record_.constraints; }
   double control_share() const;      // of the wall time of all frames
   double control_step_s() const;     // wall time of a control step
   double simulation_step_s() const;  // and of a step of the simulation without it
@@ -49,12 +71,7 @@ class GuidedSimulator final : public Simulator {
   const Model& model_;
   GuideDirector director_;
   std::unique_ptr<Simulator> simulator_;
-  std::vector<Vec3> start_;         // (B) m, where drift counts from
-  std::vector<uint8_t> has_start_;  // (B)
-  std::vector<GuideFrame> frames_;
-  std::vector<GuideConstraints> constraints_;
-  double total_s_ = 0;
-  uint64_t steps_ = 0;
+  GuideRecord record_;
 };
 
 }  // namespace pilesim

@@ -76,6 +76,8 @@ struct SlopeFit {
   double angle = 0;   // rad, median over azimuths
   double spread = 0;  // rad, half of the range of the middle two thirds of them
   int azimuths = 0;   // free and with enough flank to be fitted; 0: there is no slope
+
+  static void fields(auto& self, auto& stream) { stream(self.angle, self.spread, self.azimuths); }
 };
 // Of the azimuths that can be fitted; rad.
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,

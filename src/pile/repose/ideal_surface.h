@@ -43,6 +43,11 @@ class IdealSurface {
   // small to have slopes.
   double outflow(double distance_m, double round = 0) const;
 
+  static void fields(auto& self, auto& stream) {
+    stream(self.slope_, self.reach_m_, self.sections_);
+  }
+  bool has_sections() const { return !sections_.empty(); }  // false: loaded of nonsense
+
  private:
   static constexpr size_t kRings = 10;  // of equal width from the core to the foot
   using Profile = std::array<double, kRings>;
@@ -51,6 +56,10 @@ class IdealSurface {
     double reach_m = 0;
     Profile surplus_m{};  // in the middles of the rings
     Profile outflow{};    // at their outer edges
+
+    static void fields(auto& self, auto& stream) {
+      stream(self.reach_m, self.surplus_m, self.outflow);
+    }
 
     void update(const std::vector<SurfaceCell>& cells, double cell_m, double size_m, double slope,
                 const std::vector<MovingBulk>& moving);

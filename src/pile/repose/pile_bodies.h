@@ -40,6 +40,10 @@ struct PileMotion {
 
   explicit PileMotion(size_t bodies)
       : motion(bodies), present(bodies), asleep(bodies), landed(bodies) {}
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.motion, self.present, self.asleep, self.landed);
+  }
 };
 
 }  // namespace pilesim

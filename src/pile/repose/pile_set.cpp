@@ -87,7 +87,8 @@ double PileState::sleep_score(const Vec3& position, double speed) const {
 }
 
 PileSet::PileSet(const Scene& scene, const Model& model, const PileBodies& bodies)
-    : model_(model),
+    : scene_(scene),
+      model_(model),
       bodies_(bodies),
       time_unit_s_(std::sqrt(bodies.size_m / scene.gravity.norm())),
       fastest_m_s_(kFastest * std::sqrt(scene.gravity.norm() * bodies.size_m)),
@@ -95,6 +96,7 @@ PileSet::PileSet(const Scene& scene, const Model& model, const PileBodies& bodie
   check(scene, bodies);
   for (const Pile& pile : scene.piles) {
     PileState& state = piles_.emplace_back();
+    state.index = static_cast<uint32_t>(piles_.size() - 1);
     state.settings = pile;
     if (pile.centre || !pile.footprint.empty()) state.shape.emplace(pile, GroundPoint::Zero());
   }
@@ -365,6 +367,56 @@ PilePlace PileSet::place_of(const Vec3& position) const {
     if (best.pile == nullptr || over_m < best.over_m) best = {&pile, distance_m, round, over_m};
   }
   return best;
+}
+
+namespace {
+
+// A pile as it is stored: what the scene says of it is not.
+struct StoredPile {
+  uint32_t index = 0;
+  std::optional<GroundPoint> middle;  // of a core that is a point, where there is a shape
+  std::optional<StackingStructure> structure;
+  IdealSurface ideal;
+  SlopeFit slope;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.index, self.middle, self.structure, self.ideal, self.slope);
+  }
+};
+
+}  // namespace
+
+void PileSet::save(StateWriter& writer) const {
+  std::vector<StoredPile> stored;
+  for (const PileState& pile : piles_) {
+    stored.push_back({pile.index, std::nullopt, pile.structure, pile.ideal, pile.slope});
+    if (pile.shape) stored.back().middle = pile.shape->core().front();
+  }
+  writer(stored, bulk_share_);
+}
+
+void PileSet::load(StateReader& reader) {
+  std::vector<StoredPile> stored;
+  reader(stored, bulk_share_);
+  piles_.clear();
+  for (const StoredPile& pile : stored) {
+    StateReader::require(pile.index < scene_.piles.size(), "a pile of the scene");
+    StateReader::require(pile.ideal.has_sections(), "a surface with sections");
+    StateReader::require(!pile.structure || !pile.structure->layers().empty(),
+                         "a structure with layers");
+    StateReader::require(pile.middle || !pile.structure, "a place for each structure");
+    PileState& state = piles_.emplace_back();
+    state.index = pile.index;
+    state.settings = scene_.piles[pile.index];
+    if (pile.middle) {
+      StateReader::require(pile.middle->allFinite(), "a place that is finite");
+      state.shape.emplace(state.settings, *pile.middle);
+      if (state.shape->can_drift()) state.shape->move_to(*pile.middle);
+    }
+    state.structure = pile.structure;
+    state.ideal = pile.ideal;
+    state.slope = pile.slope;
+  }
 }
 
 }  // namespace pilesim

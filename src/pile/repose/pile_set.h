@@ -16,7 +16,8 @@
 namespace pilesim {
 
 struct PileState {
-  Pile settings;
+  uint32_t index = 0;              // of the scene's piles, of the first that became this one
+  Pile settings;                   // those of the scene
   std::optional<PileShape> shape;  // none: nothing has landed yet
   std::optional<StackingStructure> structure;
   IdealSurface ideal;
@@ -58,6 +59,10 @@ class PileSet {
 
   PilePlace place_of(const Vec3& position) const;
 
+  // The piles that are left, and what was learned of the bodies.
+  void save(StateWriter& writer) const;
+  void load(StateReader& reader);  // of a set of the same scene
+
  private:
   // Piles over one part of the ground.
   struct Window {
@@ -74,6 +79,7 @@ class PileSet {
   void drift(PileState& pile, const PileMotion& motion) const;
   void merge();
 
+  const Scene& scene_;
   const Model& model_;
   const PileBodies& bodies_;
   double time_unit_s_;     // sqrt(L / g)

@@ -24,6 +24,11 @@ struct SteeredBody {
   double haste = 0;     // by which share what spills goes faster than in a still pile
   double grip = 0;      // from 0, bodies are to move on, to 1, they are to stay
   double material_friction = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.body, self.drive, self.outward, self.slope, self.haste, self.grip,
+           self.material_friction);
+  }
 };
 
 class PileSteering {

@@ -53,6 +53,8 @@ inline constexpr double kInsideShare = 0.1;
 // What must be zero at the end: sleepers that hang in the air, and that are inside others.
 struct PlausibilityCounts {
   uint32_t asleep = 0, hanging = 0, inside = 0;
+
+  static void fields(auto& self, auto& stream) { stream(self.asleep, self.hanging, self.inside); }
 };
 PlausibilityCounts count_implausible(const PileBodies& bodies, const Model& model,
                                      const PileSupport& support,

@@ -44,67 +44,71 @@ constexpr double kMovedSpeed = 0.1;  // of what a hit wakes
 
 }  // namespace
 
+ReposeState::ReposeState(size_t bodies)
+    : motion(bodies),
+      calm(bodies),
+      slept(bodies, 1),
+      excess_asleep_m(bodies),
+      grace_until_s(bodies),
+      touched_s(bodies, -std::numeric_limits<double>::infinity()),
+      shaken_until_s(bodies),
+      velocity_before(bodies, Vec3::Constant(kUnknown)) {}
+
 ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking waking)
     : model_(model),
       bodies_(model),
       speed_unit_(std::sqrt(scene.gravity.norm() * bodies_.size_m)),
       time_unit_s_(std::sqrt(bodies_.size_m / scene.gravity.norm())),
       waking_(waking),
-      piles_(scene, model, bodies_),
-      support_(model, bodies_),
-      steering_(bodies_.size_m, scene.gravity.norm()),
-      motion_(model.bodies.size()),
-      calm_(model.bodies.size()),
-      slept_(model.bodies.size(), 1),
-      excess_asleep_m_(model.bodies.size()),
-      grace_until_s_(model.bodies.size()),
-      touched_s_(model.bodies.size(), -std::numeric_limits<double>::infinity()),
-      shaken_until_s_(model.bodies.size()),
       gravity_(scene.gravity),
-      velocity_before_(model.bodies.size(), Vec3::Constant(kUnknown)) {}
+      steering_(bodies_.size_m, scene.gravity.norm()),
+      state_(model.bodies.size()),
+      piles_(scene, model, bodies_),
+      support_(model, bodies_) {}
 
 void ReposeDirector::direct(BodyControl& control) {
   const auto period = static_cast<uint64_t>(
       std::max(1.0, std::round(kDecisionPeriod * time_unit_s_ / control.step_s())));
-  if (steps_++ % period == 0) decide(control);
-  steering_.steer(control, steered_);
+  if (state_.steps++ % period == 0) decide(control);
+  steering_.steer(control, state_.steered);
 }
 
 void ReposeDirector::decide(BodyControl& control) {
-  const double since_s = control.time_s() - now_s_;
-  now_s_ = control.time_s();
+  const double since_s = control.time_s() - state_.now_s;
+  state_.now_s = control.time_s();
   read_bodies(control);
   note_blows(since_s);
-  piles_.place_new(motion_, support_.on_fixed);
-  if (decisions_++ % kSurfacePeriod == 0) piles_.look_at_surfaces(motion_);
-  piles_.count(motion_);
+  piles_.place_new(state_.motion, support_.on_fixed);
+  if (state_.decisions++ % kSurfacePeriod == 0) piles_.look_at_surfaces(state_.motion);
+  piles_.count(state_.motion);
   wake_by_momentum(control);
   wake_sleepers(control);
   judge_awake(control);
-  PileSteering::set_friction(control, steered_);
+  PileSteering::set_friction(control, state_.steered);
 }
 
 void ReposeDirector::measure(BodyControl& control) {
   read_bodies(control);
-  piles_.measure_slopes(motion_);  // looks at nothing that the director acts on
-  plausibility_ = count_implausible(bodies_, model_, support_, motion_.asleep);
+  piles_.measure_slopes(state_.motion);  // looks at nothing that the director acts on
+  state_.plausibility = count_implausible(bodies_, model_, support_, state_.motion.asleep);
 }
 
 void ReposeDirector::read_bodies(BodyControl& control) {
   for (const uint32_t body : bodies_.dynamic) {
-    const bool was_asleep = motion_.asleep[body] != 0;
-    motion_.present[body] = control.is_in_world(body) ? 1 : 0;
-    motion_.asleep[body] = motion_.present[body] && control.is_asleep(body) ? 1 : 0;
-    if (motion_.present[body] && !(motion_.asleep[body] && was_asleep)) {
-      motion_.motion[body] = control.motion(body);
+    const bool was_asleep = state_.motion.asleep[body] != 0;
+    state_.motion.present[body] = control.is_in_world(body) ? 1 : 0;
+    state_.motion.asleep[body] = state_.motion.present[body] && control.is_asleep(body) ? 1 : 0;
+    if (state_.motion.present[body] && !(state_.motion.asleep[body] && was_asleep)) {
+      state_.motion.motion[body] = control.motion(body);
     }
   }
   control.read_contacts(contacts_);
-  support_.read(contacts_, motion_.asleep, motion_.motion);
+  support_.read(contacts_, state_.motion.asleep, state_.motion.motion);
   for (const uint32_t body : bodies_.dynamic) {
-    if (support_.grounded[body]) touched_s_[body] = now_s_;
-    motion_.landed[body] =
-        motion_.present[body] && (motion_.asleep[body] || support_.grounded[body]) ? 1 : 0;
+    if (support_.grounded[body]) state_.touched_s[body] = state_.now_s;
+    state_.motion.landed[body] =
+        state_.motion.present[body] && (state_.motion.asleep[body] || support_.grounded[body]) ? 1
+                                                                                               : 0;
   }
 }
 
@@ -112,63 +116,66 @@ void ReposeDirector::read_bodies(BodyControl& control) {
 // velocity counts, too: what was struck is braked until it is slow, or away from the surface.
 void ReposeDirector::note_blows(double since_s) {
   for (const uint32_t body : bodies_.dynamic) {
-    const BodyMotion& motion = motion_.motion[body];
-    const bool is_awake = motion_.present[body] && !motion_.asleep[body];
-    const Vec3 before = velocity_before_[body];
-    velocity_before_[body] = is_awake ? motion.linear_velocity : Vec3::Constant(kUnknown);
+    const BodyMotion& motion = state_.motion.motion[body];
+    const bool is_awake = state_.motion.present[body] && !state_.motion.asleep[body];
+    const Vec3 before = state_.velocity_before[body];
+    state_.velocity_before[body] = is_awake ? motion.linear_velocity : Vec3::Constant(kUnknown);
     if (!is_awake || support_.grounded[body]) continue;
     const Vec3 blow = motion.linear_velocity - before - since_s * gravity_;
     if (!(blow.norm() > kBlow * speed_unit_)) continue;
     const PilePlace place = piles_.place_of(motion.position);
     if (place.pile == nullptr) continue;
     const double surface_m = place.pile->ideal.surplus_m(place.distance_m, place.round);
-    if (place.over_m - surface_m < kBlowHeight * bodies_.size_m) touched_s_[body] = now_s_;
+    if (place.over_m - surface_m < kBlowHeight * bodies_.size_m)
+      state_.touched_s[body] = state_.now_s;
   }
 }
 
 void ReposeDirector::wake(BodyControl& control, uint32_t body, double grace_s) {
-  grace_until_s_[body] = std::max(grace_until_s_[body], now_s_ + grace_s);
-  calm_[body] = 0;
-  motion_.asleep[body] = slept_[body] = 0;
+  state_.grace_until_s[body] = std::max(state_.grace_until_s[body], state_.now_s + grace_s);
+  state_.calm[body] = 0;
+  state_.motion.asleep[body] = state_.slept[body] = 0;
   control.wake(body);
 }
 
 void ReposeDirector::put_to_sleep(BodyControl& control, uint32_t body) {
   control.put_to_sleep(body);
-  motion_.asleep[body] = slept_[body] = 1;
+  state_.motion.asleep[body] = state_.slept[body] = 1;
 }
 
 double ReposeDirector::momentum_of(uint32_t body) const {
-  const double momentum = model_.bodies[body].mass_kg * motion_.motion[body].linear_velocity.norm();
+  const double momentum =
+      model_.bodies[body].mass_kg * state_.motion.motion[body].linear_velocity.norm();
   return momentum / (bodies_.mass_kg * speed_unit_);
 }
 
 bool ReposeDirector::flies_at_a_sleeper(uint32_t body, double near_m) const {
   return std::ranges::any_of(bodies_.dynamic, [&](uint32_t other) {
-    return motion_.asleep[other] &&
-           (motion_.motion[other].position - motion_.motion[body].position).norm() < near_m;
+    return state_.motion.asleep[other] &&
+           (state_.motion.motion[other].position - state_.motion.motion[body].position).norm() <
+               near_m;
   });
 }
 
 void ReposeDirector::wake_by_momentum(BodyControl& control) {
   const double ahead_s = 2 * kDecisionPeriod * time_unit_s_;
   for (const uint32_t body : bodies_.dynamic) {
-    if (!motion_.present[body] || motion_.asleep[body]) continue;
+    if (!state_.motion.present[body] || state_.motion.asleep[body]) continue;
     const double momentum = momentum_of(body);
     if (momentum < kHeavy) continue;
-    const double speed = motion_.motion[body].linear_velocity.norm();
+    const double speed = state_.motion.motion[body].linear_velocity.norm();
     const double near_m = model_.shapes[model_.bodies[body].shape].bounding_radius +
                           speed * ahead_s + bodies_.longest_m;
     if (!flies_at_a_sleeper(body, near_m)) continue;
     // As many as it can set in motion; a pile has about a body in every L^3.
     const double reach_m = near_m + bodies_.size_m * std::cbrt(momentum / kMovedSpeed);
-    ++wakes_by_momentum_;
+    ++state_.wakes_by_momentum;
     for (const uint32_t other : bodies_.dynamic) {
-      if (!motion_.present[other]) continue;
-      const Vec3 way = motion_.motion[other].position - motion_.motion[body].position;
+      if (!state_.motion.present[other]) continue;
+      const Vec3 way = state_.motion.motion[other].position - state_.motion.motion[body].position;
       if (way.norm() > reach_m) continue;
-      shaken_until_s_[other] = now_s_ + kShakenTime * time_unit_s_;
-      if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
+      state_.shaken_until_s[other] = state_.now_s + kShakenTime * time_unit_s_;
+      if (state_.motion.asleep[other]) wake(control, other, kGrace * time_unit_s_);
     }
   }
 }
@@ -204,29 +211,29 @@ double ReposeDirector::excess_m(const PilePlace& place) const {
 void ReposeDirector::wake_sleepers(BodyControl& control) {
   if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
   for (const uint32_t body : bodies_.dynamic) {
-    const bool fell_asleep = motion_.asleep[body] && !slept_[body];
-    slept_[body] = motion_.present[body] ? motion_.asleep[body] : 1;
-    if (!motion_.asleep[body]) continue;
+    const bool fell_asleep = state_.motion.asleep[body] && !state_.slept[body];
+    state_.slept[body] = state_.motion.present[body] ? state_.motion.asleep[body] : 1;
+    if (!state_.motion.asleep[body]) continue;
     if (!support_.is_supported[body]) {
       wake(control, body, 0);
       continue;
     }
-    const Vec3& position = motion_.motion[body].position;
+    const Vec3& position = state_.motion.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     if (place.pile == nullptr) continue;
     // By the simulator's own rule: it lay still for as long as what is stuck (kStillDecisions).
-    if (fell_asleep) excess_asleep_m_[body] = std::max(0.0, excess_m(place));
+    if (fell_asleep) state_.excess_asleep_m[body] = std::max(0.0, excess_m(place));
     bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {
       const PileState& pile = *place.pile;
       const size_t layer = pile.structure->layer_at(position.y() - pile.settings.base_m);
       const bool too_dense = pile.density(layer) > kAvalancheDensity;
       const double most_m = too_dense ? 0 : kAvalancheExcess * bodies_.size_m;
-      avalanches |= excess_m(place) > excess_asleep_m_[body] + most_m;
+      avalanches |= excess_m(place) > state_.excess_asleep_m[body] + most_m;
     }
     if (!avalanches) continue;
     wake(control, body, kGrace * time_unit_s_);
-    ++woken_by_avalanches_;
+    ++state_.woken_by_avalanches;
   }
 }
 
@@ -241,16 +248,16 @@ void ReposeDirector::wake_piles_of_avalanches(BodyControl& control) {
     }
   }
   for (const uint32_t body : bodies_.dynamic) {
-    if (!motion_.asleep[body]) continue;
-    const PilePlace place = piles_.place_of(motion_.motion[body].position);
+    if (!state_.motion.asleep[body]) continue;
+    const PilePlace place = piles_.place_of(state_.motion.motion[body].position);
     if (std::ranges::find(too_dense, place.pile) == too_dense.end()) continue;
     wake(control, body, kGrace * time_unit_s_);
-    ++woken_by_avalanches_;
+    ++state_.woken_by_avalanches;
   }
 }
 
 double ReposeDirector::fastest(uint32_t body) const {
-  const BodyMotion& motion = motion_.motion[body];
+  const BodyMotion& motion = state_.motion.motion[body];
   const double turning = motion.angular_velocity.norm() * bodies_.size_m / 2;
   return std::max(motion.linear_velocity.norm(), turning) / speed_unit_;
 }
@@ -260,44 +267,46 @@ bool ReposeDirector::is_sunk(uint32_t body) const {
 }
 
 bool ReposeDirector::may_sleep(uint32_t body) const {
-  return now_s_ >= grace_until_s_[body] && support_.is_supported[body] && !is_sunk(body);
+  return state_.now_s >= state_.grace_until_s[body] && support_.is_supported[body] &&
+         !is_sunk(body);
 }
 
 // `place` is in a pile.
 bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const {
   if (!may_sleep(body)) return false;
-  if (calm_[body] >= kStillDecisions) return true;
+  if (state_.calm[body] >= kStillDecisions) return true;
   if (!support_.is_balanced[body]) return false;
-  if (calm_[body] >= kCalmDecisions) return true;
-  const double score = place.pile->sleep_score(motion_.motion[body].position, fastest(body));
+  if (state_.calm[body] >= kCalmDecisions) return true;
+  const double score = place.pile->sleep_score(state_.motion.motion[body].position, fastest(body));
   return score > place.pile->settings.tau;
 }
 
 // What is pressed into a sleeper cannot leave it alone.
 void ReposeDirector::free_from_overlap(BodyControl& control, uint32_t body) {
-  if (calm_[body] < kStillDecisions || !is_sunk(body)) return;
+  if (state_.calm[body] < kStillDecisions || !is_sunk(body)) return;
   const uint32_t other = support_.deepest_in[body];
-  if (motion_.asleep[other]) wake(control, other, kGrace * time_unit_s_);
+  if (state_.motion.asleep[other]) wake(control, other, kGrace * time_unit_s_);
 }
 
 void ReposeDirector::judge_awake(BodyControl& control) {
-  steered_.clear();
+  state_.steered.clear();
   for (const uint32_t body : bodies_.dynamic) {
-    if (!motion_.present[body] || motion_.asleep[body]) continue;
-    const Vec3& position = motion_.motion[body].position;
+    if (!state_.motion.present[body] || state_.motion.asleep[body]) continue;
+    const Vec3& position = state_.motion.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     const double friction = model_.materials[model_.bodies[body].material].friction;
-    const bool left = now_s_ - touched_s_[body] > kLeftTime * time_unit_s_;
-    const bool is_free = left || now_s_ < shaken_until_s_[body] || momentum_of(body) >= kHeavy;
+    const bool left = state_.now_s - state_.touched_s[body] > kLeftTime * time_unit_s_;
+    const bool is_free =
+        left || state_.now_s < state_.shaken_until_s[body] || momentum_of(body) >= kHeavy;
     if (!is_free) {
-      calm_[body] = fastest(body) < kRestSpeed
-                        ? static_cast<uint8_t>(std::min(200, calm_[body] + 1))
-                        : uint8_t{0};
+      state_.calm[body] = fastest(body) < kRestSpeed
+                              ? static_cast<uint8_t>(std::min(200, state_.calm[body] + 1))
+                              : uint8_t{0};
     }
     if (place.pile == nullptr || is_free) {
       control.set_friction(body, friction);
       // What has spilled over a wall is steered by nothing, but need not be simulated for ever.
-      if (!is_free && calm_[body] >= kStillDecisions && may_sleep(body)) {
+      if (!is_free && state_.calm[body] >= kStillDecisions && may_sleep(body)) {
         put_to_sleep(control, body);
       }
       continue;
@@ -311,20 +320,47 @@ void ReposeDirector::judge_awake(BodyControl& control) {
       const bool moves_on = outflow > kOutflow && is_on_top(place, kSkin);
       drive = rises_over || moves_on ? Drive::spill : Drive::hold;
     }
-    const bool stuck = drive == Drive::spill && calm_[body] >= kStillDecisions;
+    const bool stuck = drive == Drive::spill && state_.calm[body] >= kStillDecisions;
     if ((drive == Drive::hold || stuck) && ripe_for_sleep(body, place)) {
       put_to_sleep(control, body);
-      excess_asleep_m_[body] = std::max(0.0, excess);
+      state_.excess_asleep_m[body] = std::max(0.0, excess);
       continue;
     }
-    steered_.push_back({.body = body,
-                        .drive = drive,
-                        .outward = place.pile->shape->outward({position.x(), position.z()}),
-                        .slope = place.pile->shape->slope(),
-                        .haste = haste(place),
-                        .grip = std::clamp(0.5 - outflow / kGripRange, 0.0, 1.0),
-                        .material_friction = friction});
+    state_.steered.push_back({.body = body,
+                              .drive = drive,
+                              .outward = place.pile->shape->outward({position.x(), position.z()}),
+                              .slope = place.pile->shape->slope(),
+                              .haste = haste(place),
+                              .grip = std::clamp(0.5 - outflow / kGripRange, 0.0, 1.0),
+                              .material_friction = friction});
   }
+}
+
+void ReposeDirector::save(StateWriter& writer) const {
+  writer(state_);
+  piles_.save(writer);
+}
+
+void ReposeDirector::load(StateReader& reader) {
+  reader(state_);
+  const size_t count = model_.bodies.size();
+  const ReposeState& s = state_;
+  for (const size_t size : {s.motion.motion.size(), s.motion.present.size(), s.motion.asleep.size(),
+                            s.motion.landed.size(), s.calm.size(), s.slept.size(),
+                            s.excess_asleep_m.size(), s.grace_until_s.size(), s.touched_s.size(),
+                            s.shaken_until_s.size(), s.velocity_before.size()}) {
+    StateReader::require(size == count, "an entry for each body");
+  }
+  for (const SteeredBody& steered : s.steered) {
+    StateReader::require(steered.body < count && steered.drive <= Drive::settle &&
+                             model_.bodies[steered.body].role == Role::dynamic,
+                         "a body that can be steered");
+  }
+  for (const BodyMotion& motion : s.motion.motion) {
+    StateReader::require(motion.position.allFinite() && motion.linear_velocity.allFinite(),
+                         "motions that are finite");
+  }
+  piles_.load(reader);
 }
 
 }  // namespace pilesim

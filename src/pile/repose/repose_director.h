@@ -18,6 +18,35 @@ namespace pilesim {
 // section 5.2.4 (for comparison).
 enum class Waking : uint8_t { local, whole_pile };
 
+// What the director keeps from step to step, besides the piles. (B): by body of the model. Written
+// by its decisions, but for `steps`.
+struct ReposeState {
+  explicit ReposeState(size_t bodies);
+
+  uint64_t steps = 0;  // directed
+  uint64_t decisions = 0;
+  double now_s = 0;                     // of the last decision, or measurement
+  PileMotion motion;                    // as of then
+  std::vector<uint8_t> calm;            // (B) decisions in a row in which it was slow
+  std::vector<uint8_t> slept;           // (B) asleep as the last decision left it, or not there
+  std::vector<double> excess_asleep_m;  // (B) at which it fell asleep where nothing moved it on
+  std::vector<double> grace_until_s;    // (B) before which it may not be put to sleep
+  std::vector<double> touched_s;        // (B) when it was last grounded
+  std::vector<double> shaken_until_s;   // (B) before which nothing steers it
+  std::vector<Vec3> velocity_before;    // (B) m/s, at the decision before; NaN: asleep or not in
+                                        // the world
+  std::vector<SteeredBody> steered;     // until the next decision
+  PlausibilityCounts plausibility;      // as of the last measurement
+  uint32_t wakes_by_momentum = 0, woken_by_avalanches = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.steps, self.decisions, self.now_s, self.motion, self.calm, self.slept,
+           self.excess_asleep_m, self.grace_until_s, self.touched_s, self.shaken_until_s,
+           self.velocity_before, self.steered, self.plausibility, self.wakes_by_momentum,
+           self.woken_by_avalanches);
+  }
+};
+
 class ReposeDirector final : public StepDirector {
  public:
   // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
@@ -25,14 +54,16 @@ class ReposeDirector final : public StepDirector {
   ReposeDirector(const Scene& scene, const Model& model, Waking waking = Waking::local);
 
   void direct(BodyControl& control) override;
+  void save(StateWriter& writer) const override;
+  void load(StateReader& reader) override;
 
   const std::vector<PileState>& piles() const { return piles_.piles(); }
   // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
   void measure(BodyControl& control);
-  const PlausibilityCounts& plausibility() const { return plausibility_; }
+  const PlausibilityCounts& plausibility() const { return state_.plausibility; }
   // Since the start: hits that woke bodies, and bodies that avalanches woke.
-  uint32_t wakes_by_momentum() const { return wakes_by_momentum_; }
-  uint32_t woken_by_avalanches() const { return woken_by_avalanches_; }
+  uint32_t wakes_by_momentum() const { return state_.wakes_by_momentum; }
+  uint32_t woken_by_avalanches() const { return state_.woken_by_avalanches; }
 
  private:
   void decide(BodyControl& control);
@@ -62,27 +93,15 @@ class ReposeDirector final : public StepDirector {
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
   Waking waking_;
-  uint64_t steps_ = 0;
-  uint64_t decisions_ = 0;
-  double now_s_ = 0;
-
-  PileSet piles_;
-  PileSupport support_;
+  Vec3 gravity_;  // m/s^2
   PileSteering steering_;
+
+  ReposeState state_;
+  PileSet piles_;  // state, too
+
+  // Read anew before each decision.
+  PileSupport support_;
   std::vector<BodyContact> contacts_;
-  PileMotion motion_;
-  std::vector<uint8_t> calm_;            // (B) decisions in a row in which it was slow
-  std::vector<uint8_t> slept_;           // (B) asleep as the last decision left it, or not there
-  std::vector<double> excess_asleep_m_;  // (B) at which it fell asleep where nothing moved it on
-  std::vector<double> grace_until_s_;    // (B) before which it may not be put to sleep
-  std::vector<double> touched_s_;        // (B) when it was last grounded
-  std::vector<double> shaken_until_s_;   // (B) before which nothing steers it
-  Vec3 gravity_;                         // m/s^2
-  std::vector<Vec3>
-      velocity_before_;  // (B) at the decision before; NaN: asleep or not in the world
-  std::vector<SteeredBody> steered_;
-  PlausibilityCounts plausibility_;
-  uint32_t wakes_by_momentum_ = 0, woken_by_avalanches_ = 0;
 };
 
 }  // namespace pilesim

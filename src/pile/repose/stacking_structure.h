@@ -19,12 +19,18 @@ struct StackingLayer {
 
   // m_i / c_i, by volume instead of by count so that bodies of several sizes add up.
   double density() const { return occupied_m3 / volume_m3; }
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.bottom_m, self.top_m, self.reach_m, self.volume_m3, self.occupied_m3, self.bodies,
+           self.asleep);
+  }
 };
 
 inline constexpr double kMostOccupation = 0.5;  // above it the structure doubles
 
 class StackingStructure {
  public:
+  StackingStructure() = default;  // without layers: to be loaded
   // Of the given volume, cut into floor(height / layer_m) layers, at least one; `layer_m` is the
   // longest extent D of the bodies.
   StackingStructure(const PileShape& shape, double volume_m3, double layer_m);
@@ -45,9 +51,11 @@ class StackingStructure {
   // Eq. 5.2: 1 at the core, 0 at the layer's edge and beyond.
   double closeness(size_t layer, double distance_m) const;
 
+  static void fields(auto& self, auto& stream) { stream(self.reach_, self.slope_, self.layers_); }
+
  private:
-  double reach_;
-  double slope_;
+  double reach_ = 0;
+  double slope_ = 0;
   std::vector<StackingLayer> layers_;
 };
 

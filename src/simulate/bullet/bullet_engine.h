@@ -56,6 +56,8 @@ class BulletEngine final : public ExactEngine {
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;
   void add_contacts_to(FrameStatistics& statistics) const override;
+  void save(StateWriter& writer) const override;
+  void load(StateReader& reader) override;
 
  private:
   // What Bullet has of a body of the model.

@@ -123,4 +123,12 @@ double ExactBoxes::distance_m(const Vec3& point) const {
   return least;
 }
 
+void ExactBoxes::load(StateReader& reader) {
+  reader(boxes_);
+  for (const Box& box : boxes_) {
+    StateReader::require(box.body < model_.bodies.size() && world_.contains(box.body),
+                         "the box of a body in the world");
+  }
+}
+
 }  // namespace pilesim

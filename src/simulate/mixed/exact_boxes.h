@@ -42,13 +42,22 @@ class ExactBoxes {
   double distance_m(const Vec3& point) const;
   bool empty() const { return boxes_.empty(); }
 
+  // The boxes as of the last update().
+  void save(StateWriter& writer) const { writer(boxes_); }
+  void load(StateReader& reader);
+
  private:
   struct Box {
-    uint32_t body;
-    bool is_plane, moves;
-    Bounds bounds;               // of what is no plane
-    std::vector<Bounds> pieces;  // and of its convex pieces
-    Vec3 normal, point;          // of a plane
+    uint32_t body = 0;
+    bool is_plane = false, moves = false;
+    Bounds bounds;                                     // of what is no plane
+    std::vector<Bounds> pieces;                        // and of its convex pieces
+    Vec3 normal = Vec3::Zero(), point = Vec3::Zero();  // of a plane
+
+    static void fields(auto& self, auto& stream) {
+      stream(self.body, self.is_plane, self.moves, self.bounds, self.pieces, self.normal,
+             self.point);
+    }
   };
   void measure(Box& box) const;
   void map_boxes();

@@ -10,6 +10,13 @@ bool KeptContacts::has(const Pair& pair) const {
          std::ranges::binary_search(apart_, pair);
 }
 
+bool KeptContacts::is_of(size_t count) const {
+  return std::ranges::all_of(contacts_,
+                             [&](const BodyContact& c) { return c.a < count && c.b < count; }) &&
+         std::ranges::all_of(
+             apart_, [&](const Pair& pair) { return pair.first < count && pair.second < count; });
+}
+
 void KeptContacts::keep(const std::vector<BodyContact>& before,
                         const std::vector<BodyContact>& after, const PairTest& is_wanted) {
   const auto wanted = [&](const BodyContact& contact) { return is_wanted(contact.a, contact.b); };

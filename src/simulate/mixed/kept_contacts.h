@@ -24,6 +24,10 @@ class KeptContacts {
   // Puts what is kept in place of what the engines have of the same pairs.
   void put_into(std::vector<BodyContact>& contacts) const;
 
+  static void fields(auto& self, auto& stream) { stream(self.contacts_, self.apart_); }
+  // After loading: whether all bodies are below `count`.
+  bool is_of(size_t count) const;
+
  private:
   using Pair = std::pair<uint32_t, uint32_t>;
   static Pair pair_of(const BodyContact& contact) { return std::minmax(contact.a, contact.b); }

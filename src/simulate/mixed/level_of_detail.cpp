@@ -96,4 +96,20 @@ uint32_t LevelSelector::level_of(uint32_t body, const BodyStates& states, const 
   return choice.outside ? std::max(level, static_cast<uint32_t>(*detail_.out_of_view - 1)) : level;
 }
 
+void LevelSelector::load(StateReader& reader) {
+  reader(choices_, levels_);
+  StateReader::require(
+      choices_.size() == model_.bodies.size() && levels_.size() == model_.bodies.size(),
+      "a level for each body");
+  for (const uint8_t level : levels_) {
+    StateReader::require(level < detail_.levels.size(), "a level of the scene");
+  }
+  for (const Choice& choice : choices_) {
+    StateReader::require(choice.distance <= detail_.distances_m.size() &&
+                             choice.size <= size_limits_.size() &&
+                             choice.speed <= detail_.speeds.size(),
+                         "a level of the scene");
+  }
+}
+
 }  // namespace pilesim

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/state_stream.h"
 #include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/body_state.h"
@@ -44,11 +45,18 @@ class LevelSelector {
   void choose(double time_s, const BodyStates& states, std::span<const uint32_t> bodies);
   uint32_t level(uint32_t body) const { return levels_[body]; }
 
+  void save(StateWriter& writer) const { writer(choices_, levels_); }
+  void load(StateReader& reader);
+
  private:
   // By each rule.
   struct Choice {
     uint8_t distance = 0, size = 0, speed = 0;
     bool outside = false, is_known = false;
+
+    static void fields(auto& self, auto& stream) {
+      stream(self.distance, self.size, self.speed, self.outside, self.is_known);
+    }
   };
   uint32_t level_of(uint32_t body, const BodyStates& states, const Viewpoint* view);
 

@@ -180,4 +180,15 @@ void MixedCoupling::nudge(uint32_t body, const Shared& shared) {
   exact_.set_velocity(body, motion.linear_velocity, sphere.spin.cast<double>());
 }
 
+void MixedCoupling::load(StateReader& reader) {
+  reader(bodies_, shared_);
+  StateReader::require(shared_.size() == bodies_.size(), "an entry for each shared body");
+  StateReader::require(std::ranges::is_sorted(bodies_), "bodies in ascending order");
+  for (const uint32_t body : bodies_) {
+    StateReader::require(
+        std::ranges::binary_search(spheres_.members(), body) && exact_.contains(body),
+        "a body that is in both worlds");
+  }
+}
+
 }  // namespace pilesim

@@ -35,6 +35,9 @@ class MixedCoupling {
   // Of bodies()[i], before take_back(): as the step began, with all that spheres gave it since.
   BodyMotion handed_motion(size_t i) const;
 
+  void save(StateWriter& writer) const { writer(bodies_, shared_); }
+  void load(StateReader& reader);  // after both worlds
+
  private:
   // An I' body.
   struct Shared {
@@ -45,6 +48,9 @@ class MixedCoupling {
     bool asleep = false;                                // as the step begins
     bool solved = false;                                // by both in this step
     Vec3f velocity = Vec3f::Zero(), spin = Vec3f::Zero();  // as spheres see them, of a round
+
+    // What outlasts a step.
+    static void fields(auto& self, auto& stream) { stream(self.motion, self.load); }
   };
   void read(uint32_t body, Shared& shared);
   void hand_over(uint32_t body, Shared& shared);

@@ -32,6 +32,15 @@ class MixedFigures {
 
   std::string json() const;  // an object
 
+  // The counts since the beginning.
+  static void fields(auto& self, auto& stream) {
+    stream(self.entries_, self.deepest_entry_m_, self.largest_rise_j_, self.frames_,
+           self.body_frames_, self.near_frames_, self.asleep_frames_, self.most_near_,
+           self.level_frames_, self.choices_, self.modelled_ms_, self.most_ms_,
+           self.modelled_error_);
+  }
+  size_t level_count() const { return level_frames_.size(); }
+
  private:
   double energy_j(uint32_t body, const BodyMotion& motion) const;
   double exact_energy_j(const ExactEngine& world) const;

@@ -90,6 +90,9 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void set_friction(uint32_t body, double friction) override;
   void read_contacts(std::vector<BodyContact>& contacts) const override;
 
+  void save(StateWriter& writer) const override;
+  void load(StateReader& reader) override;
+
  private:
   bool has(uint32_t body, uint8_t flags) const { return life_.has(body, flags); }
   bool is_free(uint32_t body) const { return life_.is_free(body); }
@@ -489,6 +492,53 @@ void MixedSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
   exact_.read_contacts(contacts);
   spheres_.read_contacts(contacts);
   kept_contacts_.put_into(contacts);
+}
+
+void MixedSimulator::save(StateWriter& writer) const {
+  life_.save(writer);
+  dispatch_.save(writer);
+  spheres_.save(writer);
+  exact_.save(writer);
+  coupling_.save(writer);
+  boxes_.save(writer);
+  levels_.save(writer);
+  writer(afforded_, behaviours_, level_set_, figures_, kept_contacts_, friction_);
+  if (director_ != nullptr) director_->save(writer);
+}
+
+void MixedSimulator::load(StateReader& reader) {
+  const size_t afforded = afforded_.size(), levels = figures_.level_count();
+  life_.load(reader);
+  dispatch_.load(reader);
+  spheres_.load(reader);
+  exact_.load(reader);
+  coupling_.load(reader);
+  boxes_.load(reader);
+  levels_.load(reader);
+  reader(afforded_, behaviours_, level_set_, figures_, kept_contacts_, friction_);
+  const size_t count = model_.bodies.size();
+  StateReader::require(afforded_.size() == afforded && behaviours_.size() == count &&
+                           level_set_.size() == count &&
+                           (friction_.empty() || friction_.size() == count),
+                       "an entry for each body");
+  for (const std::vector<uint8_t>* of_bodies : {&afforded_, &level_set_}) {
+    for (const uint8_t level : *of_bodies) {
+      StateReader::require(level < dispatch_.level_count(), "a level of the scene");
+    }
+  }
+  StateReader::require(figures_.level_count() == levels, "a count for each level");
+  StateReader::require(kept_contacts_.is_of(count), "contacts of bodies of the scene");
+  for (uint32_t body = 0; body < count; ++body) {
+    StateReader::require(behaviours_[body] <= Behaviour::standing, "a behaviour");
+    const bool is_shared = std::ranges::binary_search(coupling_.bodies(), body);
+    StateReader::require(is_near(body) == is_shared, "each I' body in both worlds");
+    const bool is_member = std::ranges::binary_search(spheres_.members(), body);
+    StateReader::require(is_member == (is_sphere(body) && has(body, kPresent)),
+                         "each sphere that is present in the world of spheres");
+    StateReader::require(!has(body, kPresent) || is_member || exact_.contains(body),
+                         "each other body that is present in the exact world");
+  }
+  if (director_ != nullptr) director_->load(reader);
 }
 
 }  // namespace

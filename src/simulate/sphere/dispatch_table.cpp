@@ -145,4 +145,11 @@ bool DispatchTable::uses(PairMethod method) const {
          std::ranges::find(rules_, method) != rules_.end();
 }
 
+void DispatchTable::load(StateReader& reader) {
+  const size_t bodies = class_.size();
+  reader(class_);
+  StateReader::require(class_.size() == bodies, "a class for each body");
+  for (const uint16_t of_body : class_) StateReader::require(of_body < classes_, "a class");
+}
+
 }  // namespace pilesim

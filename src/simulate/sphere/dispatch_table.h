@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/state_stream.h"
 #include "model/model.h"
 #include "scene/scene.h"
 
@@ -50,6 +51,10 @@ class DispatchTable {
   bool may_solve_standing() const { return may_solve_standing_; }
   const DetailLevel& level(uint32_t index) const { return levels_[index]; }
   uint32_t level_count() const { return static_cast<uint32_t>(levels_.size()); }
+
+  // What set() has made of the bodies.
+  void save(StateWriter& writer) const { writer(class_); }
+  void load(StateReader& reader);  // throws Error(input) for that of another table
 
  private:
   static constexpr uint32_t kBehaviours = 4;

@@ -1,5 +1,6 @@
 #include "simulate/sphere/statistical_simulator.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,18 @@ class StatisticalSimulator final : public Simulator {
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
+  }
+  void save(StateWriter& writer) const override {
+    life_.save(writer);
+    world_.save(writer);
+  }
+  void load(StateReader& reader) override {
+    life_.load(reader);
+    world_.load(reader);
+    for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+      const bool is_member = std::ranges::binary_search(world_.members(), i);
+      StateReader::require(is_member == life_.is_in_world(i), "each body that is in the world");
+    }
   }
 
  private:
