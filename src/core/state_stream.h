@@ -128,7 +128,7 @@ class StateReader {
   static void require_below(const std::vector<uint32_t>& indices, size_t end) {
     for (const uint32_t index : indices) require(index < end, "an index in range");
   }
-  bool at_end() const { return left_.empty(); }
+  size_t left() const { return left_.size(); }  // bytes
 
  private:
   [[noreturn]] static void fail(const char* expected) {

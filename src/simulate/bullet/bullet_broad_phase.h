@@ -18,6 +18,9 @@ class BulletBroadPhase : public btDbvtBroadphase {
   // Before many bodies are removed: for each of them Bullet looks through all pairs.
   void remove_all_pairs(btDispatcher& dispatcher);
 
+  bool parted() const { return parted_; }
+  void set_parted(bool parted) { parted_ = parted; }
+
  private:
   bool parted_ = false;  // a box moved since the last look for parted pairs
 };

@@ -76,12 +76,16 @@ BulletEngine::BulletEngine(const Scene& scene, const Model& model)
   solver_.setRandSeed(0);
 }
 
-BulletEngine::~BulletEngine() {
+BulletEngine::~BulletEngine() { clear(); }
+
+void BulletEngine::clear() {
   broad_phase_.remove_all_pairs(dispatcher_);
   for (auto& [id, tie] : constraints_) world_.removeConstraint(tie.constraint.get());
-  for (uint32_t i = 0; i < records_.size(); ++i) {
-    if (records_[i].hinge) world_.removeConstraint(records_[i].hinge.get());
-    if (records_[i].body) world_.removeRigidBody(records_[i].body.get());
+  constraints_.clear();
+  for (Record& record : records_) {
+    if (record.hinge) world_.removeConstraint(record.hinge.get());
+    if (record.body) world_.removeRigidBody(record.body.get());
+    record = {.kept_apart = record.kept_apart};
   }
 }
 

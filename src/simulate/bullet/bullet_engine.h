@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "model/model.h"
@@ -12,6 +13,7 @@
 #include "simulate/bullet/bullet_collision_configuration.h"
 #include "simulate/bullet/bullet_contact_solver.h"
 #include "simulate/bullet/bullet_shapes.h"
+#include "simulate/bullet/bullet_state.h"
 #include "simulate/bullet/bullet_world.h"
 #include "simulate/exact_engine.h"
 
@@ -76,6 +78,13 @@ class BulletEngine final : public ExactEngine {
   void fall_asleep(uint32_t body);  // by the world's own rule, at once
   void set_up_dynamic(uint32_t index, const BodyMotion& start, btRigidBody& body);
   void remove_constraints_of(uint32_t index);
+  void clear();  // takes all out of the world
+  // In bullet_state.cpp:
+  std::vector<uint64_t> constraint_order() const;
+  std::vector<bullet_state::BodyNumbers> load_bodies(StateReader& reader);
+  void load_broad_phase(StateReader& reader, std::span<const bullet_state::BodyNumbers> bodies);
+  void load_constraints(StateReader& reader);
+  void load_pairs(StateReader& reader);
 
   const Scene& scene_;
   const Model& model_;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "simulate/bullet/bullet_state.h"
 #include "simulate/bullet/bullet_types.h"
 
 namespace pilesim {
@@ -45,6 +46,9 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
     return 1;  // fast bodies get their contacts ahead
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+  void save(StateWriter& writer) const;
+  void load(StateReader& reader, bullet_state::ManifoldPlaces& places);  // of one made anew
 
  private:
   struct PiecePair {

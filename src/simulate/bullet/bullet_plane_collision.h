@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "simulate/bullet/bullet_facing_points.h"
+#include "simulate/bullet/bullet_state.h"
 
 namespace pilesim {
 
@@ -24,6 +25,9 @@ class PlaneCollisionAlgorithm final : public btCollisionAlgorithm {
     return 1;  // fast bodies get their contacts ahead
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+  void save(StateWriter& writer) const;
+  void load(StateReader& reader, bullet_state::ManifoldPlaces& places);  // of one made anew
 
  private:
   void collect_points(const Plane& plane);

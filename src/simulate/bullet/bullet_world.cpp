@@ -99,6 +99,26 @@ void BulletWorld::wake_neighbours(const btRigidBody& body) {
   }
 }
 
+std::vector<uint32_t> BulletWorld::order_of_movable() const {
+  std::vector<uint32_t> order;
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    order.push_back(static_cast<uint32_t>(m_nonStaticRigidBodies[i]->getUserIndex()));
+  }
+  return order;
+}
+
+void BulletWorld::set_order_of_movable(const std::vector<btRigidBody*>& bodies) {
+  for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+    m_nonStaticRigidBodies[i] = bodies[static_cast<size_t>(i)];
+  }
+}
+
+void BulletWorld::set_order_of_constraints(const std::vector<btTypedConstraint*>& constraints) {
+  for (int i = 0; i < m_constraints.size(); ++i) {
+    m_constraints[i] = constraints[static_cast<size_t>(i)];
+  }
+}
+
 void BulletWorld::updateAabbs() {
   const double step_s = getSolverInfo().m_timeStep;
   for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "core/stage_timer.h"
 #include "simulate/bullet/bullet_contact_solver.h"
@@ -23,6 +24,14 @@ class FilteringDispatcher : public btCollisionDispatcher {
     return btCollisionDispatcher::needsCollision(a, b) && may_touch(*a, *b);
   }
 
+  // `manifolds` are all that there are.
+  void set_order_of_manifolds(const std::vector<btPersistentManifold*>& manifolds) {
+    for (int i = 0; i < m_manifoldsPtr.size(); ++i) {
+      m_manifoldsPtr[i] = manifolds[static_cast<size_t>(i)];
+      m_manifoldsPtr[i]->m_index1a = i;
+    }
+  }
+
   PairFilter filter;  // by user indices, asked in every step; none: all may
 };
 
@@ -39,6 +48,12 @@ class BulletWorld : public btDiscreteDynamicsWorld {
 
   // Wakes what touches `body`, which is about to leave, move or be let go.
   void wake_neighbours(const btRigidBody& body);
+
+  // The order in which bodies that are not static are stepped, by user indices, and that of the
+  // constraints. Both arguments hold all that there are.
+  std::vector<uint32_t> order_of_movable() const;
+  void set_order_of_movable(const std::vector<btRigidBody*>& bodies);
+  void set_order_of_constraints(const std::vector<btTypedConstraint*>& constraints);
 
  protected:
   void updateAabbs() override;

@@ -1,0 +1,111 @@
+// A run that is saved and loaded goes on with the same bytes as one that is not: every mode and
+// every director, at any moment and number of threads. And of a state that is damaged at random
+// nothing is left but an error or a run that goes on: no crash.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/state_stream.h"
+#include "support/small_runs.h"
+
+namespace pilesim {
+namespace {
+
+using test::RunningRun;
+using test::SmallRun;
+
+class SavedState : public test::SmallRuns, public testing::WithParamInterface<SmallRun> {};
+
+std::vector<std::byte> saved(const Simulator& simulator) {
+  StateWriter writer;
+  simulator.save(writer);
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
+// Of what goes into reports, without times.
+std::vector<double> figures_of(const FrameStatistics& s) {
+  return {static_cast<double>(s.steps),
+          static_cast<double>(s.bodies_present),
+          static_cast<double>(s.bodies_awake),
+          static_cast<double>(s.contacts),
+          s.deepest_penetration_m,
+          s.kinetic_energy_j,
+          s.potential_energy_j};
+}
+
+TEST_P(SavedState, GoesOnWithTheSameBytes) {
+  const SmallRun& run = GetParam();
+  const std::vector<std::string> overrides = overrides_of(run);
+  const RunningRun whole(run, overrides);
+  std::vector<std::string> hashes = {test::hash_of(whole.simulator->states())};
+  std::vector<std::vector<double>> figures = {figures_of(whole.simulator->statistics())};
+  std::vector<std::vector<std::byte>> states = {saved(*whole.simulator)};
+  for (int frame = 1; frame <= test::kFramesOfRun; ++frame) {
+    figures.push_back(figures_of(whole.simulator->step_frame()));
+    hashes.push_back(test::hash_of(whole.simulator->states()));
+    states.push_back(saved(*whole.simulator));
+  }
+  int threads = 1;
+  for (const size_t from : {0, 1, 6, 14, 23, 33, 44}) {
+    SCOPED_TRACE("from frame " + std::to_string(from));
+    set_thread_count(threads = threads % 4 + 1);
+    const RunningRun resumed(run, overrides);
+    StateReader reader(states[from]);
+    resumed.simulator->load(reader);
+    EXPECT_EQ(reader.left(), 0U);
+    ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[from]);
+    EXPECT_TRUE(saved(*resumed.simulator) == states[from]) << "is not all loaded";
+    EXPECT_EQ(figures_of(resumed.simulator->statistics()).back(), figures[from].back());
+    for (size_t frame = from + 1; frame < hashes.size(); ++frame) {
+      const FrameStatistics statistics = resumed.simulator->step_frame();
+      ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[frame]) << "frame " << frame;
+      ASSERT_EQ(figures_of(statistics), figures[frame]) << "frame " << frame;
+    }
+    EXPECT_EQ(resumed.simulator->figures(), whole.simulator->figures());
+  }
+}
+
+// What is left by chance is refused, or is a state like another.
+TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
+  const SmallRun& run = GetParam();
+  const std::vector<std::string> overrides = overrides_of(run);
+  const RunningRun whole(run, overrides);
+  for (int frame = 0; frame < 20; ++frame) whole.simulator->step_frame();
+  const std::vector<std::byte> state = saved(*whole.simulator);
+  std::mt19937 random(1);
+  int refused = 0;
+  const int kDamages = 60;
+  for (int damage = 0; damage < kDamages; ++damage) {
+    std::vector<std::byte> damaged = state;
+    const auto at = [&](size_t end) {
+      return std::uniform_int_distribution<size_t>(0, end)(random);
+    };
+    if (damage % 3 == 0) {
+      damaged.resize(at(damaged.size() - 1));
+    } else {
+      for (size_t count = 1 + at(8); count > 0; --count) {
+        damaged[at(damaged.size() - 1)] ^= static_cast<std::byte>(1 + at(254));
+      }
+    }
+    const RunningRun resumed(run, overrides);
+    StateReader reader(damaged);
+    try {
+      resumed.simulator->load(reader);
+      resumed.simulator->statistics();
+      saved(*resumed.simulator);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::input);
+      ++refused;
+    }
+  }
+  EXPECT_GE(refused, kDamages / 3) << "those that are cut off";
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, SavedState, testing::ValuesIn(test::small_runs()),
+                         [](const auto& run) { return run.param.name; });
+
+}  // namespace
+}  // namespace pilesim

@@ -1,0 +1,151 @@
+// Runs of all modes and directors that are small enough to be done many times.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "core/hash.h"
+#include "core/parallel_for.h"
+#include "pile/guide/guided_simulator.h"
+#include "pile/guide/upside_down.h"
+#include "pile/repose/repose_director.h"
+#include "scene/scene_loader.h"
+#include "signature/signature_file.h"
+#include "signature/signature_fitting.h"
+#include "signature/signature_sampling.h"
+#include "simulate/modes/make_simulator.h"
+
+namespace pilesim::test {
+
+enum class Directed { no, piles, whole_piles, guide };
+enum class Measured { no, table, splines };
+
+struct SmallRun {
+  std::string name, scene;
+  std::vector<std::string> overrides = {};
+  Directed directed = Directed::no;
+  Measured signature = Measured::no;  // of the shape l_shape
+};
+inline void PrintTo(const SmallRun& run, std::ostream* stream) { *stream << run.name; }
+
+inline std::vector<SmallRun> small_runs() {
+  const std::string mode = "/simulator/mode=", levels = "/simulator/level_of_detail/";
+  const std::vector<std::string> by_distance = {levels + "distances_m=[5,7]"};
+  return {
+      {"impulse_hulls", "hulls"},
+      {"impulse_pieces", "pieces"},
+      {"impulse_round_shapes", "round_shapes"},
+      {"impulse_boxes", "boxes"},
+      {"impulse_without_sleep", "boxes", {"/simulator/sleeping=false"}},
+      {"statistical_table", "spheres", {}, Directed::no, Measured::table},
+      {"statistical_splines", "spheres", {}, Directed::no, Measured::splines},
+      {"particle", "spheres", {mode + "particle"}},
+      {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
+      {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
+      {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
+      {"mixed_by_distance", "mixed", by_distance, Directed::no, Measured::table},
+      {"mixed_by_budget",
+       "mixed",
+       {"/simulator/budget_ms_per_step=0.3"},
+       Directed::no,
+       Measured::table},
+      {"mixed_by_error", "mixed", {"/simulator/max_error=2"}, Directed::no, Measured::table},
+      {"repose_impulse", "piles", {}, Directed::piles},
+      {"repose_mixed", "piles", {mode + "mixed"}, Directed::piles},
+      {"repose_whole_piles", "piles", {}, Directed::whole_piles},
+      {"guide_freeze", "guide", {}, Directed::guide},
+      {"guide_nail", "guide", {"/guide/hold=nail"}, Directed::guide},
+      {"guide_without_mesh", "guide", {"/guide={}", "/emitters=[]"}, Directed::guide},
+  };
+}
+
+inline constexpr int kFramesOfRun = 45;
+
+inline SignatureOptions coarse(const std::string& mesh) {
+  SignatureOptions options{.mesh = PILESIM_SOURCE_DIR "/assets/" + mesh};
+  options.material = {.restitution = 0.3, .friction = 0.5};
+  options.sampling = {.trials_per_cell = 3, .exemplars = 2};
+  options.accuracy.reset();
+  options.progress = ProgressMode::none;
+  return options;
+}
+
+inline std::string hash_of(const BodyStates& states) {
+  Hasher hasher;
+  hasher.add_values(std::span(states.position));
+  hasher.add_values(std::span(states.orientation));
+  hasher.add_values(std::span(states.linear_velocity));
+  hasher.add_values(std::span(states.angular_velocity));
+  hasher.add_values(std::span(states.flags));
+  return hasher.digest();
+}
+
+// A run at its beginning.
+struct RunningRun {
+  RunningRun(const SmallRun& run, const std::vector<std::string>& overrides)
+      : scene(load_scene(PILESIM_SOURCE_DIR "/tests/determinism/scenes/" + run.scene + ".json",
+                         overrides)
+                  .scene),
+        model(build_model(scene)) {
+    fill_guide(scene, model);
+    if (run.directed == Directed::guide) {
+      simulator = std::make_unique<GuidedSimulator>(scene, model);
+    } else if (run.directed != Directed::no) {
+      const Waking waking = run.directed == Directed::piles ? Waking::local : Waking::whole_pile;
+      director.emplace(scene, model, waking);
+      simulator = make_directed_simulator(scene, model, *director);
+    } else {
+      simulator = make_simulator(scene, model);
+    }
+  }
+  RunningRun(const RunningRun&) = delete;
+  RunningRun& operator=(const RunningRun&) = delete;
+
+  Scene scene;
+  Model model;
+  std::optional<ReposeDirector> director;
+  std::unique_ptr<Simulator> simulator;
+};
+
+// With a directory of their own, and no decompositions that an earlier run, perhaps of other code,
+// left.
+class SmallRuns : public testing::Test {
+ protected:
+  SmallRuns() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "small_runs.XXXXXX").string();
+    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
+    directory_ = pattern;
+    setenv("XDG_CACHE_HOME", directory_.c_str(), 1);
+  }
+  ~SmallRuns() override {
+    set_thread_count(available_threads());
+    std::filesystem::remove_all(directory_);
+  }
+
+  std::string signature_file(Measured measured) {
+    Signature signature = sample_signature(coarse("l_shape.obj")).signature;
+    if (measured == Measured::splines) signature = fitted_signature(signature, FitSettings{});
+    const std::filesystem::path file = directory_ / "l_shape.sig";
+    write_signature(signature, file);
+    return file.string();
+  }
+  // Its own, and the signature that it needs.
+  std::vector<std::string> overrides_of(const SmallRun& run) {
+    std::vector<std::string> overrides = run.overrides;
+    if (run.signature != Measured::no) {
+      overrides.push_back("/shapes/l_shape/signature=" + signature_file(run.signature));
+    }
+    return overrides;
+  }
+
+  std::filesystem::path directory_;
+};
+
+}  // namespace pilesim::test
