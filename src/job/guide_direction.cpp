@@ -1,11 +1,10 @@
 #include "job/guide_direction.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "trajectory/guide_file.h"
 
 namespace pilesim {
 namespace {
@@ -24,13 +23,6 @@ Json describe(const GuideFrame& frame) {
           {"height_m", frame.height_m},
           {"mean_drift_m", frame.mean_drift_m},
           {"largest_drift_m", frame.largest_drift_m}};
-}
-
-// In whole tenths of a millimetre, for pictures.
-Json rounded(const Vec3& point) {
-  Json json = Json::array();
-  for (const double value : point) json.push_back(std::round(value * 1e4) / 1e4);
-  return json;
 }
 
 std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
@@ -110,23 +102,25 @@ std::vector<std::string> GuideDirection::lines() const {
 }
 
 void GuideDirection::write_files(const std::filesystem::path& directory) const {
-  Json frames = Json::array();
-  for (const GuideFrame& frame : frames_) frames.push_back(describe(frame));
-  Json vertices = Json::array(), triangles = Json::array(), constraints = Json::array();
-  for (const Vec3& vertex : model_.guide.vertices) vertices.push_back(rounded(vertex));
-  for (const Triangle& triangle : model_.guide.triangles) triangles.push_back(triangle);
-  for (const GuideConstraints& change : constraints_) {
-    Json points = Json::array();
-    for (const Vec3& point : change.points) points.push_back(rounded(point));
-    constraints.push_back({{"frame", change.frame}, {"points", std::move(points)}});
+  GuideFile file{.vertices = model_.guide.vertices, .triangles = model_.guide.triangles};
+  for (const GuideFrame& frame : frames_) {
+    const GuideCounts& counts = frame.counts;
+    file.frames.push_back({.time_s = frame.time_s,
+                           .in_guide = counts.in_guide,
+                           .passed = counts.passed,
+                           .filtered = counts.filtered,
+                           .failed = counts.failed,
+                           .held = counts.held,
+                           .nails = counts.nails,
+                           .knocked_loose = counts.knocked_loose,
+                           .height_m = frame.height_m,
+                           .mean_drift_m = frame.mean_drift_m,
+                           .largest_drift_m = frame.largest_drift_m});
   }
-  const Json json = {
-      {"format", "pilesim guide"},
-      {"version", 1},
-      {"frames", std::move(frames)},
-      {"guide", {{"vertices", std::move(vertices)}, {"triangles", std::move(triangles)}}},
-      {"constraints", std::move(constraints)}};
-  write_file_atomically(directory / "guide.json", json.dump() + "\n");
+  for (const GuideConstraints& change : constraints_) {
+    file.constraints.push_back({change.frame, change.points});
+  }
+  write_guide_file(directory / "guide.json", file);
 }
 
 }  // namespace pilesim

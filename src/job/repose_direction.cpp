@@ -3,13 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/atomic_file.h"
 #include "core/clock.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "pile/repose/repose_director.h"
 #include "simulate/body_control.h"
 #include "simulate/modes/make_simulator.h"
+#include "trajectory/pile_layers.h"
 
 namespace pilesim {
 namespace {
@@ -36,26 +36,21 @@ void check(const std::filesystem::path& scene_file, const Scene& scene) {
 
 double rounded(double value, double unit) { return std::round(value / unit) * unit; }
 
-constexpr double kDrawnUnit = 1e-4;  // m, to which layers are written
-
-double drawn(double value) { return rounded(value, kDrawnUnit); }
-
-Json points_of(const std::vector<GroundPoint>& points) {
-  Json json = Json::array();
-  for (const GroundPoint& point : points) json.push_back({drawn(point.x()), drawn(point.y())});
-  return json;
+std::vector<GroundPoint> drawn(std::vector<GroundPoint> points) {
+  for (GroundPoint& point : points) {
+    point = {rounded_for_pictures(point.x()), rounded_for_pictures(point.y())};
+  }
+  return points;
 }
 
-Json layers_of(const PileState& pile) {
-  Json layers = Json::array();
+LayeredPile layers_of(const PileState& pile) {
+  LayeredPile layered{.core = drawn(pile.shape->core()), .walls = drawn(pile.shape->walls())};
   for (const StackingLayer& layer : pile.structure->layers()) {
-    layers.push_back({{"bottom_m", drawn(layer.bottom_m + pile.settings.base_m)},
-                      {"top_m", drawn(layer.top_m + pile.settings.base_m)},
-                      {"radius_m", drawn(layer.reach_m)}});
+    layered.layers.push_back({rounded_for_pictures(layer.bottom_m + pile.settings.base_m),
+                              rounded_for_pictures(layer.top_m + pile.settings.base_m),
+                              rounded_for_pictures(layer.reach_m)});
   }
-  return {{"core", points_of(pile.shape->core())},
-          {"walls", points_of(pile.shape->walls())},
-          {"layers", std::move(layers)}};
+  return layered;
 }
 
 }  // namespace
@@ -72,15 +67,22 @@ struct ReposeDirection::State final : StepDirector {
 
   void end_frame(BodyControl& control) override {
     ++frames;
-    Json now = Json::array();
+    std::vector<LayeredPile> now;
     for (const PileState& pile : director.piles()) {
       if (pile.shape && pile.structure) now.push_back(layers_of(pile));
     }
-    if (changes.empty() || changes.back()["piles"] != now) {
-      changes.push_back({{"frame", frames}, {"piles", std::move(now)}});
-    }
+    if (changes.empty() || changes.back().piles != now) changes.push_back({frames, std::move(now)});
     const bool is_last = frames + 1 == static_cast<uint64_t>(scene.frame_count());
     if (is_last || frames % kMeasurePeriod == 0) director.measure(control);
+  }
+
+  void save(StateWriter& writer) const override {
+    director.save(writer);
+    writer(seconds, frames, changes);
+  }
+  void load(StateReader& reader) override {
+    director.load(reader);
+    reader(seconds, frames, changes);
   }
 
   static constexpr uint64_t kMeasurePeriod = 30;  // so that an interrupted run has figures too
@@ -90,7 +92,7 @@ struct ReposeDirection::State final : StepDirector {
   ReposeDirector director;
   double seconds = 0;
   uint64_t frames = 0;
-  Json changes = Json::array();
+  std::vector<PileLayersChange> changes;
 };
 
 ReposeDirection::ReposeDirection(const std::filesystem::path& scene_file, const Scene& scene,
@@ -152,8 +154,7 @@ std::vector<std::string> ReposeDirection::lines() const {
 }
 
 void ReposeDirection::write_files(const std::filesystem::path& directory) const {
-  const Json layers = {{"format", "pilesim piles"}, {"version", 2}, {"changes", state_->changes}};
-  write_file_atomically(directory / "piles.json", layers.dump() + "\n");
+  write_pile_layers(directory / "piles.json", state_->changes);
 }
 
 }  // namespace pilesim

@@ -4,10 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "json/json_text.h"
 #include "render/view.h"
 
 namespace pilesim {
@@ -18,10 +15,6 @@ constexpr float kFacing = 0.16f, kGrazing = 0.55f;  // opacity of the guide by i
 constexpr int kSubpixels = 2;                       // along an edge of a pixel
 constexpr float kDot = 0.0045f;                     // radius, of the picture's height
 const Eigen::Vector3f kGuideColour(244, 248, 255), kBlack(16, 16, 18);
-
-Vec3f point_of(const Json& json) {
-  return {json.at(0).get<float>(), json.at(1).get<float>(), json.at(2).get<float>()};
-}
 
 // The nearest surface at each point of a grid finer than the picture.
 struct Surface {
@@ -76,42 +69,16 @@ void draw_dot(Image& image, const Eigen::Vector2f& at, float radius) {
 
 }  // namespace
 
-GuideOverlay::GuideOverlay(const std::filesystem::path& file) {
-  const Json json = read_json_file(file);
-  try {
-    for (const Json& vertex : json.at("guide").at("vertices")) {
-      vertices_.push_back(point_of(vertex));
-    }
-    const auto count = static_cast<int>(vertices_.size());
-    for (const Json& triangle : json.at("guide").at("triangles")) {
-      const Eigen::Vector3i& t = triangles_.emplace_back(
-          triangle.at(0).get<int>(), triangle.at(1).get<int>(), triangle.at(2).get<int>());
-      if (t.minCoeff() < 0 || t.maxCoeff() >= count) {
-        throw Error(ErrorKind::input,
-                    Problem{.file = file.string(),
-                            .pointer = "/guide/triangles",
-                            .found = "names a vertex that is not there",
-                            .expected = "indices below " + std::to_string(count)});
-      }
-    }
-    for (const Json& change : json.at("constraints")) {
-      Change& stored = changes_.emplace_back(Change{change.at("frame"), {}});
-      for (const Json& point : change.at("points")) stored.points.push_back(point_of(point));
-    }
-  } catch (const Json::exception& fault) {
-    throw Error(ErrorKind::input, Problem{.file = file.string(),
-                                          .found = fault.what(),
-                                          .expected = "the guide that pilesim direct-pile wrote"});
-  }
-}
+GuideOverlay::GuideOverlay(const std::filesystem::path& file) : guide_(read_guide_file(file)) {}
 
 // What faces the camera, like thin glass: denser where it is seen at a slant.
 void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
   Surface surface(kSubpixels * image.width, kSubpixels * image.height);
   const auto width = static_cast<float>(surface.width), height = static_cast<float>(surface.height);
   const View view = make_view(camera, width / height, kNear, kFar);
-  for (const Eigen::Vector3i& t : triangles_) {
-    const std::array<Vec3f, 3> corner = {vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]};
+  for (const std::array<uint32_t, 3>& triangle : guide_.triangles) {
+    std::array<Vec3f, 3> corner;
+    for (size_t i = 0; i < 3; ++i) corner[i] = guide_.vertices[triangle[i]].cast<float>();
     const Vec3f normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     const Vec3f to_eye = (view.eye - corner[0]).normalized();
     const float facing = normal.dot(to_eye);
@@ -141,11 +108,13 @@ void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
 
 void GuideOverlay::draw(uint64_t frame, const CameraKey& camera, Image& image) const {
   draw_guide(camera, image);
-  const auto after = std::ranges::upper_bound(changes_, frame, {}, &Change::frame);
-  if (after == changes_.begin()) return;
+  const auto after =
+      std::ranges::upper_bound(guide_.constraints, frame, {}, &GuideFileConstraints::frame);
+  if (after == guide_.constraints.begin()) return;
   const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
   const View view = make_view(camera, width / height, kNear, kFar);
-  for (const Vec3f& point : std::prev(after)->points) {
+  for (const Vec3& place : std::prev(after)->points) {
+    const Vec3f point = place.cast<float>();
     if (view.depth_of(point) <= kNear) continue;
     draw_dot(image, view.project(point, width, height), std::max(1.0f, kDot * height));
   }

@@ -4,10 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "json/json_text.h"
 #include "render/view.h"
 
 namespace pilesim {
@@ -23,10 +20,10 @@ const std::array<Eigen::Vector3f, 2> kColours = {Eigen::Vector3f(56, 118, 190),
 
 float cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-std::vector<Point> points_of(const Json& json) {
-  std::vector<Point> points;
-  for (const Json& point : json) points.emplace_back(point.at(0), point.at(1));
-  return points;
+std::vector<Point> drawn(const std::vector<Eigen::Vector2d>& points) {
+  std::vector<Point> result;
+  for (const Eigen::Vector2d& point : points) result.push_back(point.cast<float>());
+  return result;
 }
 
 // Andrew's monotone chain; turning left.
@@ -98,44 +95,21 @@ void draw_line(Image& image, const Point& from, const Point& to, const Eigen::Ve
 
 }  // namespace
 
-PileOverlay::PileOverlay(const std::filesystem::path& file) {
-  const Json json = read_json_file(file);
-  const auto refuse = [&](const std::string& found) {
-    return Error(ErrorKind::input, Problem{.file = file.string(),
-                                           .found = found,
-                                           .expected = "the layers that pilesim direct-pile wrote",
-                                           .remedy = "Direct the pile again"});
-  };
-  try {
-    for (const Json& change : json.at("changes")) {
-      Change& stored = changes_.emplace_back(Change{change.at("frame"), {}});
-      for (const Json& pile : change.at("piles")) {
-        Pile& one = stored.piles.emplace_back();
-        one.core = points_of(pile.at("core"));
-        one.walls = points_of(pile.at("walls"));
-        if (one.core.empty()) throw refuse("a pile has a core of no points");
-        for (const Json& layer : pile.at("layers")) {
-          one.layers.push_back({layer.at("bottom_m"), layer.at("top_m"), layer.at("radius_m")});
-        }
-      }
-    }
-  } catch (const Json::exception& fault) {
-    throw refuse(fault.what());
-  }
-}
+PileOverlay::PileOverlay(const std::filesystem::path& file) : changes_(read_pile_layers(file)) {}
 
 // The core grown by the radius, cut by the walls.
-std::vector<Eigen::Vector2f> PileOverlay::outline(const Pile& pile, float radius_m) {
+std::vector<Eigen::Vector2f> PileOverlay::outline(const LayeredPile& pile, float radius_m) {
+  const std::vector<Point> core = drawn(pile.core), walls = drawn(pile.walls);
   std::vector<Point> points;
   for (int side = 0; side < kSides; ++side) {
     const double angle = 2 * kPi * side / kSides;
     const Point outward(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)));
     const Point from = *std::ranges::max_element(
-        pile.core, {}, [&](const Point& corner) { return outward.dot(corner); });
+        core, {}, [&](const Point& corner) { return outward.dot(corner); });
     float share = 1;
-    for (size_t i = 0; i < pile.walls.size(); ++i) {
-      const Point& corner = pile.walls[i];
-      const Point along = pile.walls[(i + 1) % pile.walls.size()] - corner;
+    for (size_t i = 0; i < walls.size(); ++i) {
+      const Point& corner = walls[i];
+      const Point along = walls[(i + 1) % walls.size()] - corner;
       const float inside = cross(along, from - corner);
       const float after = inside + cross(along, radius_m * outward);
       if (after < 0) share = std::min(share, inside / (inside - after));
@@ -146,19 +120,20 @@ std::vector<Eigen::Vector2f> PileOverlay::outline(const Pile& pile, float radius
 }
 
 void PileOverlay::draw(uint64_t frame, const CameraKey& camera, Image& image) const {
-  const auto after = std::ranges::upper_bound(changes_, frame, {}, &Change::frame);
+  const auto after = std::ranges::upper_bound(changes_, frame, {}, &PileLayersChange::frame);
   if (after == changes_.begin()) return;
   const auto width = static_cast<float>(image.width);
   const auto height = static_cast<float>(image.height);
   const View view = make_view(camera, width / height, 0.01f, 1000);
-  for (const Pile& pile : std::prev(after)->piles) {
+  for (const LayeredPile& pile : std::prev(after)->piles) {
     for (size_t i = 0; i < pile.layers.size(); ++i) {
-      const Layer& layer = pile.layers[i];
+      const PileLayer& layer = pile.layers[i];
       std::array<std::vector<Point>, 2> rings;
       bool before_camera = true;
-      for (const Point& point : outline(pile, layer.radius_m)) {
+      for (const Point& point : outline(pile, static_cast<float>(layer.radius_m))) {
         for (size_t end = 0; end < 2; ++end) {
-          const Vec3f place(point.x(), end == 0 ? layer.bottom_m : layer.top_m, point.y());
+          const auto y = static_cast<float>(end == 0 ? layer.bottom_m : layer.top_m);
+          const Vec3f place(point.x(), y, point.y());
           before_camera &= view.depth_of(place) > 0.01f;
           rings[end].push_back(view.project(place, width, height));
         }

@@ -5,33 +5,21 @@
 #include <vector>
 
 #include "render/overlay.h"
+#include "trajectory/pile_layers.h"
 
 namespace pilesim {
 
 class PileOverlay final : public Overlay {
  public:
-  // Reads the piles.json of `pilesim direct-pile`. Throws Error(io), or Error(input) where it is
-  // not one.
+  // As read_pile_layers().
   explicit PileOverlay(const std::filesystem::path& file);
 
   void draw(uint64_t frame, const CameraKey& camera, Image& image) const override;
 
  private:
-  struct Layer {
-    float bottom_m, top_m, radius_m;
-  };
-  struct Pile {
-    std::vector<Eigen::Vector2f> core, walls;  // x, z; convex, turning left; no walls: empty
-    std::vector<Layer> layers;
-  };
-  struct Change {
-    uint64_t frame;
-    std::vector<Pile> piles;
-  };
+  static std::vector<Eigen::Vector2f> outline(const LayeredPile& pile, float radius_m);
 
-  static std::vector<Eigen::Vector2f> outline(const Pile& pile, float radius_m);
-
-  std::vector<Change> changes_;  // ascending
+  std::vector<PileLayersChange> changes_;  // ascending
 };
 
 }  // namespace pilesim

@@ -1,0 +1,100 @@
+#include "trajectory/guide_file.h"
+
+#include <cmath>
+
+#include "core/atomic_file.h"
+#include "trajectory/side_file.h"
+
+namespace pilesim {
+namespace {
+
+constexpr SideFile kFormat{.format = "pilesim guide", .version = 1};
+
+// Calls use(name, member) for each member of a frame.
+void for_each_member(auto& frame, const auto& use) {
+  use("time_s", frame.time_s);
+  use("in_guide", frame.in_guide);
+  use("passed", frame.passed);
+  use("filtered", frame.filtered);
+  use("failed", frame.failed);
+  use("held", frame.held);
+  use("nails", frame.nails);
+  use("knocked_loose", frame.knocked_loose);
+  use("height_m", frame.height_m);
+  use("mean_drift_m", frame.mean_drift_m);
+  use("largest_drift_m", frame.largest_drift_m);
+}
+
+// In whole tenths of a millimetre, for pictures.
+Json rounded(const Vec3& point) {
+  Json json = Json::array();
+  for (const double value : point) json.push_back(std::round(value * 1e4) / 1e4);
+  return json;
+}
+
+Json rounded(const std::vector<Vec3>& points) {
+  Json json = Json::array();
+  for (const Vec3& point : points) json.push_back(rounded(point));
+  return json;
+}
+
+std::vector<Vec3> points_of(const Json& json) {
+  std::vector<Vec3> points;
+  for (const Json& point : json) {
+    points.emplace_back(point.at(0).get<double>(), point.at(1).get<double>(),
+                        point.at(2).get<double>());
+  }
+  return points;
+}
+
+void read_triangles(const std::filesystem::path& file, const Json& json, GuideFile& guide) {
+  for (const Json& triangle : json) {
+    std::array<uint32_t, 3>& corners = guide.triangles.emplace_back();
+    for (size_t i = 0; i < 3; ++i) {
+      const Json& corner = triangle.at(i);
+      if (!corner.is_number_unsigned() || corner.get<uint64_t>() >= guide.vertices.size()) {
+        kFormat.refuse(file, "/guide/triangles names vertex " + corner.dump() + " of " +
+                                 std::to_string(guide.vertices.size()));
+      }
+      corners[i] = corner.get<uint32_t>();
+    }
+  }
+}
+
+}  // namespace
+
+void write_guide_file(const std::filesystem::path& file, const GuideFile& guide) {
+  Json frames = Json::array(), constraints = Json::array(), triangles = Json::array();
+  for (const GuideFileFrame& frame : guide.frames) {
+    Json one;
+    for_each_member(frame, [&](const char* name, const auto& value) { one[name] = value; });
+    frames.push_back(std::move(one));
+  }
+  for (const auto& corners : guide.triangles) triangles.push_back(corners);
+  for (const GuideFileConstraints& change : guide.constraints) {
+    constraints.push_back({{"frame", change.frame}, {"points", rounded(change.points)}});
+  }
+  Json json = kFormat.head();
+  json["frames"] = std::move(frames);
+  json["guide"] = {{"vertices", rounded(guide.vertices)}, {"triangles", std::move(triangles)}};
+  json["constraints"] = std::move(constraints);
+  write_file_atomically(file, json.dump() + "\n");
+}
+
+GuideFile read_guide_file(const std::filesystem::path& file) {
+  return kFormat.read(file, [&](const Json& json) {
+    GuideFile guide;
+    for (const Json& frame : json.at("frames")) {
+      for_each_member(guide.frames.emplace_back(),
+                      [&](const char* name, auto& value) { frame.at(name).get_to(value); });
+    }
+    guide.vertices = points_of(json.at("guide").at("vertices"));
+    read_triangles(file, json.at("guide").at("triangles"), guide);
+    for (const Json& change : json.at("constraints")) {
+      guide.constraints.push_back({change.at("frame"), points_of(change.at("points"))});
+    }
+    return guide;
+  });
+}
+
+}  // namespace pilesim
