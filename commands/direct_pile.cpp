@@ -13,11 +13,13 @@ Examples:
   pilesim direct-pile presets/repose/rabbit_matrix_35.json -o out/pile
   pilesim direct-pile presets/repose/rabbit_matrix_35.json -o out/steep --set /piles/0/angle_deg=45
   pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards
+  pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards --resume
 
 The scene has "piles", each with an "angle_deg" (docs/direct_pile.md), or a "guide", whose shape its
 bodies are held in (docs/equilibrium.md). pilesim simulate runs the same
 scene without directing, for comparison.
-Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered.)",
+Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered, and
+--resume goes on from there.)",
        .direct_piles = true});
 }
 

@@ -15,7 +15,9 @@ struct Options {
   SceneOptions scene;
   RunOptions run;
   std::string output;
-  std::optional<std::string> fail_on;
+  std::optional<std::string> fail_on, from;
+  bool resume = false;
+  double checkpoint_period_s = 5;
   bool print_config = false;
   bool direct_piles = false;
 };
@@ -32,11 +34,15 @@ void run(const Options& options) {
                       .output = options.output,
                       .overrides = options.scene.overrides,
                       .force = options.run.force,
+                      .resume = options.resume,
+                      .checkpoint_period_s = options.checkpoint_period_s,
+                      .from = options.from,
                       .gates = gates,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
   if (options.run.quiet) return;
   for (const std::string& line : summary.warnings) warn(line);
+  for (const std::string& line : summary.beginning) print_line(line);
   for (const std::string& line : summary.collision_shapes) print_line(line);
   for (const std::string& line : summary.signatures) print_line(line);
   for (const std::string& line : summary.piles) print_line(line);
@@ -72,7 +78,24 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
                    "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
                    "between")
       ->type_name("GATES");
+  CLI::Option* resume = command->add_flag(
+      "--resume", options->resume,
+      "Go on where the run in the output directory was interrupted or killed; where there is none, "
+      "begin. It ends with the same bytes as a run without interruption");
+  command
+      ->add_option("--checkpoint", options->checkpoint_period_s,
+                   "Wall time between two checkpoints, which --resume goes on from; they never "
+                   "take more than 2 % of the time (default: 5)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e9), "");
+  command
+      ->add_option("--from", options->from,
+                   "A directory that simulate or direct-pile wrote: bodies begin where those with "
+                   "their names are at its end")
+      ->type_name("DIRECTORY")
+      ->check(named(), "");
   add_run_options(*command, options->run);
+  resume->excludes(command->get_option("--force"))->excludes(print);
   command->footer(text.footer);
   command->callback([options, output, print] {
     if (output->empty() && print->empty()) throw CLI::RequiredError("-o,--output");

@@ -9,8 +9,11 @@ Examples:
   pilesim simulate presets/impulse/rabbits_in_a_crate.json -o out/crate
   pilesim simulate scene.json -o out/a --seed 7 --set /simulator/sleeping=false --force
   pilesim simulate scene.json -o out/a --fail-on "penetration>0.02D,unsettled>0,floating>0"
+  pilesim simulate scene.json -o out/a --resume
+  pilesim simulate hit.json -o out/hit --from out/a
 
-Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered.)"});
+Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered, and
+--resume goes on from there.)"});
 }
 
 }  // namespace pilesim

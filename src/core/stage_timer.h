@@ -22,6 +22,8 @@ struct StageTimes {
   // What no stage claims (>= 0 but for rounding).
   double other_s() const;
   StageTimes& operator+=(const StageTimes& more);
+
+  static void fields(auto& self, auto& stream) { stream(self.seconds, self.total_s); }
 };
 
 class StageTimer {

@@ -1,6 +1,7 @@
 #include "job/simulation_job.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/clock.h"
 #include "core/counted.h"
@@ -11,6 +12,8 @@
 #include "inspect/pile_inspection.h"
 #include "job/direction.h"
 #include "job/guide_direction.h"
+#include "job/last_state.h"
+#include "job/simulation_checkpoint.h"
 #include "model/model.h"
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
@@ -97,26 +100,86 @@ SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loade
   return report;
 }
 
-// Steps the simulator through all frames into `writer`, `timing` and `rows`. True: interrupted.
-bool simulate_frames(const Scene& scene, Simulator& simulator, TrajectoryWriter& writer,
-                     TimingCsv& timing, std::vector<FrameRow>& rows, Progress& progress) {
-  const auto frame_count = static_cast<uint64_t>(scene.frame_count());
-  TrajectoryFrame stored;
-  for (uint64_t frame = 0; frame < frame_count; ++frame) {
-    FrameStatistics statistics = frame == 0 ? simulator.statistics() : simulator.step_frame();
+// What a run writes while it goes on, and what it has come to.
+class Recorder {
+ public:
+  // Goes on after `progress.rows.size()` frames; none: begins.
+  Recorder(const SimulationJob& job, CheckpointKey key, const TrajectoryHeader& header,
+           RunProgress progress, const Stopwatch& watch)
+      : directory_(job.output),
+        key_(std::move(key)),
+        writer_(open(directory_ / "trajectory.zarr", header, progress.rows.size())),
+        timing_(directory_ / "timing.csv"),
+        pace_(job.checkpoint_period_s),
+        progress_(std::move(progress)),
+        before_{.cpu_s = progress_.cpu_s - process_cpu_s(), .wall_s = progress_.wall_s},
+        watch_(watch) {
+    for (const FrameRow& row : progress_.rows) timing_.append(row);
+  }
 
+  void append(const Simulator& simulator, double frame_rate, FrameStatistics statistics) {
     const Stopwatch output;
-    copy_states(simulator.states(), stored);
-    writer.append(stored);
+    copy_states(simulator.states(), stored_);
+    writer_.append(stored_);
     const double output_s = output.seconds();
     statistics.times.seconds[static_cast<size_t>(Stage::output)] += output_s;
     statistics.times.total_s += output_s;
-
-    rows.push_back(make_row(frame, scene.frame_rate, statistics));
-    timing.append(rows.back());
-    progress.update(frame + 1);
-    if (interrupted() && frame + 1 < frame_count) return true;
+    progress_.rows.push_back(make_row(progress_.rows.size(), frame_rate, statistics));
+    timing_.append(progress_.rows.back());
   }
+
+  bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
+  // All that a checkpoint tells of is on disk before it is.
+  void write_checkpoint(const Simulator& simulator, bool is_done) {
+    const Stopwatch clock;
+    writer_.flush();
+    measure_time();
+    write_run_checkpoint(directory_, key_, progress_, simulator, is_done);
+    pace_.wrote(clock.seconds());
+  }
+
+  const RunProgress& progress() const { return progress_; }
+  uint64_t frames_on_disk() const { return writer_.frames_on_disk(); }
+  // Those of the processes before with those of this one.
+  void measure_time() {
+    progress_.cpu_s = before_.cpu_s + process_cpu_s();
+    progress_.wall_s = before_.wall_s + watch_.seconds();
+  }
+
+ private:
+  static TrajectoryWriter open(const std::filesystem::path& directory,
+                               const TrajectoryHeader& header, uint64_t frames) {
+    if (frames == 0) return {directory, header};
+    return {directory, header.body_count(), frames};
+  }
+
+  std::filesystem::path directory_;
+  CheckpointKey key_;
+  TrajectoryWriter writer_;
+  TimingCsv timing_;
+  CheckpointPace pace_;
+  RunProgress progress_;
+  struct {
+    double cpu_s, wall_s;
+  } before_;
+  const Stopwatch& watch_;
+  TrajectoryFrame stored_;
+};
+
+// Steps the simulator through all frames that are left. True: interrupted.
+bool simulate_frames(const Scene& scene, Simulator& simulator, Recorder& recorder,
+                     Progress& progress) {
+  const auto frame_count = static_cast<uint64_t>(scene.frame_count());
+  for (uint64_t frame = recorder.progress().rows.size(); frame < frame_count; ++frame) {
+    recorder.append(simulator, scene.frame_rate,
+                    frame == 0 ? simulator.statistics() : simulator.step_frame());
+    progress.update(frame + 1);
+    if (frame + 1 == frame_count) break;
+    const bool stops = interrupted();
+    if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator, false);
+    if (stops) return true;
+  }
+  recorder.write_checkpoint(simulator, true);
   return false;
 }
 
@@ -140,14 +203,60 @@ void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>&
   throw Error(error.kind(), std::move(problems));
 }
 
+// Of a run that was killed before its first checkpoint.
+bool has_hardly_begun(const std::filesystem::path& output) {
+  if (std::filesystem::exists(output / "report.json")) return false;
+  try {
+    return TrajectoryReader(output).frame_count() <= 1;
+  } catch (const Error&) {
+    return true;  // not even the trajectory's head is whole
+  }
+}
+
+// What is there to be resumed; none: nothing has begun. Throws Error(usage) for results without a
+// checkpoint, and for a run that is done.
+std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
+  const auto refuse = [&](std::string found, std::string remedy) {
+    throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
+                                          .found = std::move(found),
+                                          .remedy = std::move(remedy)});
+  };
+  const auto there = claim_output(job.output, kSimulationEntries, true);
+  if (there.empty()) return std::nullopt;
+  if (std::ranges::find(there, job.output / kCheckpointFile) == there.end()) {
+    if (has_hardly_begun(job.output)) return std::nullopt;
+    refuse("has results but no checkpoint to resume from",
+           "Start again with --force in place of --resume");
+  }
+  RunCheckpoint checkpoint(job.output);
+  if (checkpoint.is_done()) {
+    refuse("the run there is complete: nothing is left to resume",
+           "Replace it with --force, or name another directory with -o");
+  }
+  return checkpoint;
+}
+
+// Of what is in the directory of a run that is resumed: what its next results replace.
+std::vector<std::filesystem::path> outdated(const std::filesystem::path& directory) {
+  auto entries = claim_output(directory, kSimulationEntries, true);
+  std::erase_if(entries, [](const std::filesystem::path& entry) {
+    const std::string name = entry.filename().string();
+    return name == "trajectory.zarr" || name == "timing.csv" || name == kCheckpointFile;
+  });
+  return entries;
+}
+
 }  // namespace
 
 SimulationSummary run_simulation(const SimulationJob& job) {
   const Stopwatch watch;
-  const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
+  const std::optional<RunCheckpoint> checkpoint = job.resume ? find_checkpoint(job) : std::nullopt;
+  const auto replaced =
+      checkpoint ? outdated(job.output) : claim_output(job.output, kSimulationEntries, job.force);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   Model model = build_model(scene);
+  const LastState begun_from = job.from ? begin_from(*job.from, model) : LastState{};
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
@@ -155,30 +264,39 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const std::unique_ptr<Simulator> simulator = direction->make_simulator();
   SimulationReport report = begin_report(job, loaded, model);
   report.signatures = simulator->signatures();
+  CheckpointKey key{.command = report.command,
+                    .program = program_hash(),
+                    .scene = report.scene_hash,
+                    .start = begun_from.hash};
+  RunProgress before;
+  if (checkpoint) {
+    checkpoint->require(key);
+    before = checkpoint->load(*simulator);
+  }
+  const size_t frames_before = before.rows.size();
   report.setup_s = watch.seconds();
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
   remove_output(replaced);
   make_output_directory(job.output);
-  TrajectoryWriter writer(job.output / "trajectory.zarr",
-                          make_header(loaded, report.scene_hash, model));
-  TimingCsv timing(job.output / "timing.csv");
+  Recorder recorder(job, std::move(key), make_header(loaded, report.scene_hash, model),
+                    std::move(before), watch);
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
                       "frames");
-    const double cpu_start_s = process_cpu_s();
-    report.interrupted = simulate_frames(scene, *simulator, writer, timing, report.rows, progress);
-    writer.close();
-    report.cpu_s = process_cpu_s() - cpu_start_s;
+    report.interrupted = simulate_frames(scene, *simulator, recorder, progress);
   } catch (const Error& error) {
-    rethrow_with_what_is_safe(error, job.output, writer.frames_on_disk());
+    rethrow_with_what_is_safe(error, job.output, recorder.frames_on_disk());
   }
+  recorder.measure_time();
+  report.rows = recorder.progress().rows;
+  report.cpu_s = recorder.progress().cpu_s;
   const Stopwatch inspection;
   report.quality = inspect_pile(model, scene.gravity, simulator->states());
   report.inspection_s = inspection.seconds();
   report.gates = judge(job.gates, report.quality);
-  report.total_s = watch.seconds();
+  report.total_s = recorder.progress().wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
   direction->measure(*simulator);
@@ -191,10 +309,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
         ErrorKind::interrupted,
         Problem{.file = job.output.string(),
                 .found = "interrupted; holds " + std::to_string(report.rows.size()) + " of " +
-                         std::to_string(scene.frame_count()) + " frames and their report"});
+                         std::to_string(scene.frame_count()) + " frames and their report",
+                .remedy = "Go on with the same command and --resume"});
   }
   throw_failed_gates(job, report.gates);
-  SimulationSummary summary{.frames = writer.frames_on_disk(),
+  SimulationSummary summary{.frames = recorder.frames_on_disk(),
                             .bodies = model.bodies.size(),
                             .simulated_s = report.rows.back().time_s,
                             .wall_s = report.total_s,
@@ -202,6 +321,14 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .quality = report.quality,
                             .collision_shapes = report.collision_shapes,
                             .signatures = report.signatures};
+  if (begun_from.matched > 0) {
+    summary.beginning.push_back("from " + job.from->string() + ": " +
+                                counted(begun_from.matched, "body", "bodies") +
+                                " begin where they lay");
+  }
+  if (frames_before > 0) {
+    summary.beginning.push_back("resumed after " + counted(frames_before, "frame"));
+  }
   summary.piles = direction->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameRow& row : report.rows) {

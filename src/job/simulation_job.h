@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,12 @@ struct SimulationJob {
   std::filesystem::path output;        // directory; see write order in run_simulation()
   std::vector<std::string> overrides;  // "/json/pointer=value"
   bool force = false;                  // replace the output of an earlier run
-  std::vector<QualityGate> gates;      // what the pile is judged by at the end
+  // Go on where the run in `output` stopped; begin where nothing is there. Not with `force`.
+  bool resume = false;
+  double checkpoint_period_s = 5;  // wall time between checkpoints, at least
+  // The directory of another run: its bodies at the end are where those with the same names begin.
+  std::optional<std::filesystem::path> from;
+  std::vector<QualityGate> gates;  // what the pile is judged by at the end
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };
@@ -31,6 +37,7 @@ struct SimulationSummary {
   uint32_t awake_at_end = 0;
   PileQuality quality;                        // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
+  std::vector<std::string> beginning;         // what it was resumed or began from, one line each
   std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<std::string> warnings;          // what is not as it should be, one line each
@@ -41,7 +48,10 @@ struct SimulationSummary {
 // trajectory.zarr and timing.csv frame by frame and report.json and report.html at the end. Ctrl-C
 // between frames ends the run early with a complete, shorter result and then throws
 // Error(interrupted). A gate that the pile fails throws Error(quality), with all results written.
-// Any other fault leaves the frames written so far and says how many they are.
+// Any other fault leaves the frames written so far and says how many they are. checkpoint.bin is
+// written every few seconds; a run that is killed or interrupted is resumed from it and ends with
+// the same bytes but for times. Error(usage) where there is nothing to resume, Error(input) where
+// the checkpoint is of another scene, command, program or start.
 SimulationSummary run_simulation(const SimulationJob& job);
 
 }  // namespace pilesim

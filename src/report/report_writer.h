@@ -26,6 +26,12 @@ struct FrameRow {
   double deepest_penetration_m = 0;
   double kinetic_energy_j = 0;
   double potential_energy_j = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.frame, self.time_s, self.steps, self.times, self.bodies_present, self.bodies_awake,
+           self.contacts, self.deepest_penetration_m, self.kinetic_energy_j,
+           self.potential_energy_j);
+  }
 };
 
 struct SimulationReport {

@@ -62,6 +62,10 @@ class TrajectoryWriter {
   // the body arrays have one length, indices are in range. Throws Error(io).
   TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header,
                    double longest_in_memory_s = 1);
+  // Goes on with one of `bodies` bodies, after its first `frames` frames; what is there of later
+  // ones is forgotten. Throws Error(input) where it has fewer frames, or another number of bodies.
+  TrajectoryWriter(const std::filesystem::path& directory, size_t bodies, uint64_t frames,
+                   double longest_in_memory_s = 1);
   ~TrajectoryWriter();  // closes, swallowing errors: call close() to hear of them
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
@@ -70,8 +74,9 @@ class TrajectoryWriter {
   // write was `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws
   // Error(io), after which the frames written before are still valid on disk.
   void append(const TrajectoryFrame& frame);
-  // Writes what is left of the last chunk. Throws Error(io).
-  void close();
+  // Writes what is not yet on disk. Throws Error(io).
+  void flush();
+  void close() { flush(); }
   // What a reader finds if the process is killed now.
   uint64_t frames_on_disk() const;
 

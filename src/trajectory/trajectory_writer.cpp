@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "core/clock.h"
@@ -74,7 +75,7 @@ void check(const TrajectoryHeader& header) {
 }  // namespace
 
 struct TrajectoryWriter::State {
-  size_t body_count;
+  size_t body_count = 0;
   // Ends with position: its length is the number of frames of all three.
   ZarrArray state, orientation, position;
   // The frames of the current chunk, as they lie in it.
@@ -84,10 +85,54 @@ struct TrajectoryWriter::State {
   uint64_t chunk = 0;            // index of the current chunk
   uint64_t frames_in_chunk = 0;  // in memory
   uint64_t frames_on_disk = 0;
-  double longest_in_memory_s;
+  double longest_in_memory_s = 0;
   Stopwatch since_write;
 
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
+
+  // The arrays over frames of a store that is there, or is to be.
+  State(const fs::path& directory, size_t bodies, double longest_s)
+      : body_count(bodies), longest_in_memory_s(longest_s) {
+    const auto frames_of = [&](const char* name, const ZarrLayout& rows) {
+      return ZarrArray{.directory = directory / name,
+                       .layout = rows,
+                       .rows_per_chunk = layout::frames_per_chunk(bodies)};
+    };
+    state = frames_of("state", layout::state(bodies));
+    orientation = frames_of("orientation", layout::orientation(bodies));
+    position = frames_of("position", layout::position(bodies));
+  }
+
+  // Takes what is on disk of the first `frames` frames.
+  void go_on_after(uint64_t frames) {
+    chunk = frames / frames_per_chunk();
+    frames_in_chunk = frames % frames_per_chunk();
+    frames_on_disk = frames;
+    take_rows(state, frames, state_rows);
+    take_rows(orientation, frames, orientation_rows);
+    take_rows(position, frames, position_rows);
+  }
+
+  template <class T>
+  void take_rows(ZarrArray& array, uint64_t frames, std::vector<T>& rows) const {
+    const ZarrArray found = open_zarr_array(array.directory, array.layout, array.rows_per_chunk);
+    if (found.rows < frames || found.rows_per_chunk != array.rows_per_chunk) {
+      throw Error(ErrorKind::input,
+                  Problem{.file = (array.directory / ".zarray").string(),
+                          .found = "tells of " + std::to_string(found.rows) +
+                                   " frames in chunks of " + std::to_string(found.rows_per_chunk),
+                          .expected = std::to_string(frames) + " frames or more, in chunks of " +
+                                      std::to_string(array.rows_per_chunk)});
+    }
+    if (frames_in_chunk > 0) {
+      std::vector<std::byte> bytes;
+      read_zarr_chunk(array, chunk, bytes);
+      rows.resize(frames_in_chunk * array.layout.row_bytes() / sizeof(T));
+      if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), rows.size() * sizeof(T));
+    }
+    array.rows = frames;
+    write_zarr_shape(array);
+  }
 
   void write() {
     const uint64_t frames = chunk * frames_per_chunk() + frames_in_chunk;
@@ -114,24 +159,12 @@ struct TrajectoryWriter::State {
 
 TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header,
                                    double longest_in_memory_s)
-    : state_(std::make_unique<State>()) {
+    : state_(std::make_unique<State>(directory, header.body_count(), longest_in_memory_s)) {
   check(header);
   std::error_code fault;
   if (fs::exists(directory, fault)) {
     throw io_error(directory.string(), "cannot be created", EEXIST);
   }
-  const size_t bodies = header.body_count();
-  const auto frames_of = [&](const char* name, const ZarrLayout& rows) {
-    return ZarrArray{.directory = directory / name,
-                     .layout = rows,
-                     .rows_per_chunk = layout::frames_per_chunk(bodies)};
-  };
-  state_->body_count = bodies;
-  state_->longest_in_memory_s = longest_in_memory_s;
-  state_->state = frames_of("state", layout::state(bodies));
-  state_->orientation = frames_of("orientation", layout::orientation(bodies));
-  state_->position = frames_of("position", layout::position(bodies));
-
   write_header(directory, header);
   create_zarr_array(state_->state, {"frame", "body"},
                     "bits: 1 present, 2 asleep, 4 impulse simulation, 8 held");
@@ -141,6 +174,12 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
                     "m, centre of mass, world frame, y up");
   // Last: what has it is whole.
   write_zarr_json(directory / ".zattrs", attributes(header));
+}
+
+TrajectoryWriter::TrajectoryWriter(const fs::path& directory, size_t bodies, uint64_t frames,
+                                   double longest_in_memory_s)
+    : state_(std::make_unique<State>(directory, bodies, longest_in_memory_s)) {
+  state_->go_on_after(frames);
 }
 
 TrajectoryWriter::~TrajectoryWriter() {
@@ -173,7 +212,7 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
   }
 }
 
-void TrajectoryWriter::close() { state_->write(); }
+void TrajectoryWriter::flush() { state_->write(); }
 
 uint64_t TrajectoryWriter::frames_on_disk() const { return state_->frames_on_disk; }
 

@@ -1,0 +1,60 @@
+#include "job/simulation_checkpoint.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace pilesim {
+namespace {
+
+// At most so large a part of the time goes into checkpoints.
+constexpr double kMostShare = 0.015;
+
+}  // namespace
+
+void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
+                          const RunProgress& progress, const Simulator& simulator, bool is_done) {
+  StateWriter writer;
+  writer(is_done, simulator.states());
+  if (!is_done) {
+    writer(progress);
+    simulator.save(writer);
+  }
+  write_checkpoint(directory / kCheckpointFile, key, writer.bytes());
+}
+
+RunCheckpoint::RunCheckpoint(const std::filesystem::path& directory)
+    : file_(directory / kCheckpointFile) {
+  try {
+    StateReader reader(file_.state());
+    reader(is_done_, bodies_);
+    rest_ = file_.state().last(reader.left());
+  } catch (const Error& error) {
+    throw in_file(error, (directory / kCheckpointFile).string());
+  }
+}
+
+RunProgress RunCheckpoint::load(Simulator& simulator) const {
+  try {
+    StateReader reader(rest_);
+    RunProgress progress;
+    reader(progress);
+    StateReader::require(!progress.rows.empty(), "a frame that is done");
+    simulator.load(reader);
+    StateReader::require(reader.left() == 0, "no more bytes");
+    return progress;
+  } catch (const Error& error) {
+    throw in_file(error, file_.path().string());
+  }
+}
+
+bool CheckpointPace::is_due() const {
+  return since_.seconds() >= std::max(period_s_, took_s_ / kMostShare);
+}
+
+void CheckpointPace::wrote(double took_s) {
+  took_s_ = took_s;
+  since_.restart();
+}
+
+}  // namespace pilesim

@@ -1,0 +1,65 @@
+// Where a run of simulate or direct-pile stands: checkpoint.bin in its directory, for --resume and
+// --from.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "core/checkpoint_file.h"
+#include "core/clock.h"
+#include "report/report_writer.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+inline constexpr char kCheckpointFile[] = "checkpoint.bin";
+
+// What a run has come to, besides the simulator's state.
+struct RunProgress {
+  std::vector<FrameRow> rows;  // a row a frame that is done
+  double cpu_s = 0, wall_s = 0;
+
+  static void fields(auto& self, auto& stream) { stream(self.rows, self.cpu_s, self.wall_s); }
+};
+
+// Of a run that is done it has the states of its bodies only.
+void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
+                          const RunProgress& progress, const Simulator& simulator, bool is_done);
+
+class RunCheckpoint {
+ public:
+  // Throws Error(io), or Error(input) for what is no whole checkpoint.
+  explicit RunCheckpoint(const std::filesystem::path& directory);
+
+  const CheckpointKey& key() const { return file_.key(); }
+  void require(const CheckpointKey& wanted) const { file_.require(wanted); }
+  bool is_done() const { return is_done_; }
+  const BodyStates& bodies() const { return bodies_; }
+  // Brings `simulator`, made anew of the run's scene, to where the run stands; for a run that is
+  // not done. Throws Error(input).
+  RunProgress load(Simulator& simulator) const;
+
+ private:
+  Checkpoint file_;
+  bool is_done_ = false;
+  BodyStates bodies_;
+  std::span<const std::byte> rest_;
+};
+
+// When it is time for the next checkpoint: by the clock, which nothing that is computed depends on.
+class CheckpointPace {
+ public:
+  explicit CheckpointPace(double period_s) : period_s_(period_s) {}
+
+  bool is_due() const;
+  // `took_s`: that the last one took.
+  void wrote(double took_s);
+
+ private:
+  double period_s_;
+  double took_s_ = 0;
+  Stopwatch since_;
+};
+
+}  // namespace pilesim
