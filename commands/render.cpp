@@ -25,6 +25,7 @@ struct RenderArguments {
   FrameRange frames;
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
+  bool resume = false;
   RunOptions run;
 };
 
@@ -68,7 +69,8 @@ void render(const RenderArguments& options) {
       .beside = beside.get(),
       .labels = {directory_name(options.input), directory_name(options.compare_with.value_or(""))},
       .video = !options.no_video,
-      .force = options.run.force};
+      .force = options.run.force,
+      .resume = options.resume};
 
   if (options.overlay) {
     job.overlay = *options.overlay == "guide" ? OverlayKind::guide : OverlayKind::piles;
@@ -77,8 +79,10 @@ void render(const RenderArguments& options) {
   const RenderSummary summary =
       run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
   if (options.run.quiet) return;
-  print("%s: %s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
-        summary.wall_s);
+  const std::string kept =
+      summary.kept > 0 ? " (" + std::to_string(summary.kept) + " of them drawn before)" : "";
+  print("%s: %s%s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
+        kept.c_str(), summary.wall_s);
 }
 
 }  // namespace
@@ -145,10 +149,16 @@ void add_render_command(CLI::App& app) {
       ->excludes(sheet);
   add_override_option(*command, options->overrides,
                       "Override a value of the camera or of render: --set /render/samples=8");
+  CLI::Option* resume = command->add_flag(
+      "--resume", options->resume,
+      "Keep the pictures that the same command had drawn when it was interrupted or killed, and "
+      "draw the others; where there are none, begin");
   add_run_options(*command, options->run);
+  resume->excludes(command->get_option("--force"))->excludes(sheet);
   command->footer(R"(
 Examples:
   pilesim render out/crate
+  pilesim render out/crate --resume
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8

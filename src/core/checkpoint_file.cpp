@@ -80,8 +80,9 @@ void Checkpoint::require(const CheckpointKey& wanted) const {
            "Resume with the command that the run began with");
   }
   if (key_.scene != wanted.scene) {
-    refuse(file_, "is of another scene", "one of this scene, its files and its --set values",
-           "Resume with the scene as it was when the run began, or start again with --force");
+    refuse(file_, "is of another scene or of other options",
+           "one of this scene, its files and these options",
+           "Resume with all as it was when the work began, or start again with --force");
   }
   if (key_.start != wanted.start) {
     refuse(file_, "is of a run that began from another state", "the same --from, or none as then",

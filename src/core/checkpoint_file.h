@@ -18,7 +18,7 @@ namespace pilesim {
 struct CheckpointKey {
   std::string command;  // "simulate"
   std::string program;  // hash of the executable: states are laid out as it lays them out
-  std::string scene;    // hash of the scene and its files
+  std::string scene;    // hash of the scene, its files and what else the work depends on
   std::string start;    // hash of the state that it began from; empty: of the scene alone
 
   static void fields(auto& self, auto& stream) {

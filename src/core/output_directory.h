@@ -13,10 +13,12 @@ namespace pilesim {
 inline constexpr std::string_view kSheetFile = "sheet.png";
 inline constexpr std::string_view kVideoFile = "video.mp4";
 inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
+inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
 // All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
 inline constexpr std::string_view kSimulationEntries[] = {
-    "trajectory.zarr", "timing.csv", "checkpoint.bin", "report.json", "report.html",
-    "piles.json",      "guide.json", kFrameFiles,      kVideoFile,    kSheetFile};
+    "trajectory.zarr", "timing.csv", "checkpoint.bin",     "report.json",
+    "report.html",     "piles.json", "guide.json",         kFrameFiles,
+    kVideoFile,        kSheetFile,   kRenderCheckpointFile};
 
 // The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)
 // where `directory` is empty text or "-", or where there is such an entry and `force` is false (the

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ namespace pilesim {
 
 // Written beside its place and renamed. Throws Error(io).
 void write_png(const Image& image, const std::filesystem::path& file);
+
+// What write_png() wrote; none where the file is missing or no such picture of that size.
+std::optional<Image> read_png(const std::filesystem::path& file, std::array<int, 2> size);
 
 // Feeds frames to an ffmpeg process through a pipe (H.264, yuv420p, faststart). Odd sizes lose
 // their last row or column of pixels in the video only. The file appears when finish() returns.

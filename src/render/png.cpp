@@ -1,5 +1,6 @@
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "core/atomic_file.h"
@@ -30,6 +31,15 @@ unsigned char* compress_for_stb(unsigned char* bytes, int count, int* compressed
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>
 
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#define STB_IMAGE_IMPLEMENTATION
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
 namespace pilesim {
 namespace {
 
@@ -56,6 +66,29 @@ void write_png(const Image& image, const std::filesystem::path& file) {
                 Problem{.file = file.string(), .found = "not enough memory to compress a picture"});
   }
   write_file_atomically(file, bytes);
+}
+
+std::optional<Image> read_png(const std::filesystem::path& file, std::array<int, 2> size) {
+  std::string bytes;
+  try {
+    bytes = read_file(file);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  const auto length = static_cast<int>(std::min<size_t>(bytes.size(), 1U << 30));
+  int width = 0, height = 0, channels = 0;
+  // The size first: it bounds the memory that the picture takes.
+  if (stbi_info_from_memory(data, length, &width, &height, &channels) == 0 || width != size[0] ||
+      height != size[1] || channels != 3) {
+    return std::nullopt;
+  }
+  const std::unique_ptr<unsigned char, void (*)(void*)> pixels(
+      stbi_load_from_memory(data, length, &width, &height, &channels, 3), stbi_image_free);
+  if (!pixels) return std::nullopt;
+  Image image{.width = width, .height = height};
+  image.rgb.assign(pixels.get(), pixels.get() + 3 * static_cast<size_t>(width) * height);
+  return image;
 }
 
 }  // namespace pilesim

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,10 +12,13 @@
 #include <span>
 #include <thread>
 
+#include "core/checkpoint_file.h"
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/hash.h"
 #include "core/interrupt.h"
 #include "core/output_directory.h"
+#include "core/temporary_file.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
@@ -40,9 +44,12 @@ std::string time_label(double time_s) {
 // pictures wait, so that memory stays bounded where encoding is the slower part.
 class PictureSink {
  public:
-  // Without a video, pictures only.
-  PictureSink(fs::path output, VideoWriter* video)
-      : output_(std::move(output)), video_(video), worker_([this] { work(); }) {}
+  // Without a video, pictures only. `written` is called after each picture that has come to disk.
+  PictureSink(fs::path output, VideoWriter* video, std::function<void()> written)
+      : output_(std::move(output)),
+        video_(video),
+        written_(std::move(written)),
+        worker_([this] { work(); }) {}
 
   ~PictureSink() {
     if (worker_.joinable()) end();
@@ -88,6 +95,7 @@ class PictureSink {
         changed_.notify_all();
         lock.unlock();
         write_png(image, frame_file(output_, frame));
+        written_();
         if (video_ != nullptr) video_->append(image);
       }
     } catch (...) {
@@ -99,6 +107,7 @@ class PictureSink {
 
   fs::path output_;
   VideoWriter* video_;
+  std::function<void()> written_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::pair<uint64_t, Image>> queue_;
@@ -171,11 +180,90 @@ void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
             job.output / kSheetFile);
 }
 
+std::array<int, 2> picture_size(const RenderJob& job) {
+  return job.beside != nullptr ? contact_sheet_size(job.settings.size, 2, 2) : job.settings.size;
+}
+
+// All that the pictures depend on.
+CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
+  StateWriter work;
+  const auto add_trajectory = [&](const TrajectoryReader& reader) {
+    work(reader.header().scene_hash, reader.header().resolved_scene);
+  };
+  add_trajectory(trajectory);
+  work(job.beside != nullptr);
+  if (job.beside != nullptr) add_trajectory(*job.beside);
+  for (const CameraKey& key : job.camera.keys) {
+    work(key.time_s, key.position, key.target, key.field_of_view);
+  }
+  work(job.frames, job.settings.size, job.settings.samples, job.settings.analysis,
+       job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video);
+  return {.command = "render",
+          .program = program_hash(),
+          .scene = content_hash(work.bytes()),
+          .start = ""};
+}
+
+// How many pictures are done: on disk after each one, until all are.
+class RenderProgress {
+ public:
+  // Done before: as the checkpoint of the same work says, where job.resume asks for it.
+  RenderProgress(const TrajectoryReader& trajectory, const RenderJob& job, bool has_pictures)
+      : file_(job.output / kRenderCheckpointFile), key_(key_of(trajectory, job)) {
+    if (!job.resume) return;
+    if (!fs::exists(file_)) {
+      if (!has_pictures) return;
+      throw Error(ErrorKind::usage,
+                  Problem{.file = job.output.string(),
+                          .found = "has pictures but nothing to resume",
+                          .remedy = "Replace them with --force in place of --resume"});
+    }
+    const Checkpoint checkpoint(file_);
+    checkpoint.require(key_);
+    StateReader reader(checkpoint.state());
+    try {
+      reader(done_);
+      StateReader::require(done_ <= job.frames.size(), "no more pictures than were asked for");
+    } catch (const Error& error) {
+      throw in_file(error, file_.string());
+    }
+  }
+
+  uint64_t done() const { return done_; }
+  void add_picture() {
+    ++done_;
+    write();
+  }
+  void write() const {
+    StateWriter writer;
+    writer(done_);
+    write_checkpoint(file_, key_, writer.bytes());
+  }
+  void end() const { remove_in_one_go(file_); }
+
+ private:
+  fs::path file_;
+  CheckpointKey key_;
+  uint64_t done_ = 0;
+};
+
 // The number of frames drawn; fewer than asked where it was interrupted.
-size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, Progress& progress) {
-  PictureSink sink(job.output, video);
+size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, RenderProgress& done,
+                   Progress& progress) {
+  // The video begins anew, with the pictures that are there.
   size_t drawn = 0;
-  for (const uint64_t index : job.frames) {
+  for (const uint64_t kept = done.done(); drawn < kept; progress.update(++drawn)) {
+    const fs::path file = frame_file(job.output, job.frames[drawn]);
+    std::optional<Image> picture = read_png(file, picture_size(job));
+    if (!picture) {
+      picture = painter.draw(job.frames[drawn], false);
+      write_png(*picture, file);
+    }
+    if (video != nullptr) video->append(*picture);
+  }
+  PictureSink sink(job.output, video, [&] { done.add_picture(); });
+  while (drawn < job.frames.size()) {
+    const uint64_t index = job.frames[drawn];
     sink.push(index, painter.draw(index, false));
     progress.update(++drawn);
     if (interrupted()) break;
@@ -189,8 +277,7 @@ std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate
   if (!job.video) return nullptr;
   const uint64_t step = job.frames.size() > 1 ? job.frames[1] - job.frames[0] : 1;
   make_output_directory(job.output);
-  const auto [width, height] =
-      job.beside != nullptr ? contact_sheet_size(job.settings.size, 2, 2) : job.settings.size;
+  const auto [width, height] = picture_size(job);
   return std::make_unique<VideoWriter>(job.output / kVideoFile, width, height,
                                        frame_rate / static_cast<double>(step));
 }
@@ -208,12 +295,15 @@ void remove_outdated(std::span<const fs::path> before, const RenderJob& job, siz
 
 // Frames and video. The old ones stay until the new ones take their places.
 RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& painter,
-                            std::span<const fs::path> before, ProgressMode mode) {
+                            RenderProgress& done, std::span<const fs::path> before,
+                            ProgressMode mode) {
   const auto video = start_video(job, frame_rate);
   make_output_directory(job.output / "frames");
   Progress progress(mode, "render", job.frames.size(), "frames");
   RenderSummary summary;
-  summary.frames = draw_frames(job, painter, video.get(), progress);
+  summary.kept = done.done();
+  done.write();
+  summary.frames = draw_frames(job, painter, video.get(), done, progress);
   if (video) video->finish();
   remove_outdated(before, job, summary.frames);
   summary.result = (job.output / (video ? kVideoFile : "frames")).string();
@@ -221,8 +311,10 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
     throw Error(ErrorKind::interrupted,
                 Problem{.file = summary.result,
                         .found = "interrupted; holds the first " + std::to_string(summary.frames) +
-                                 " of " + std::to_string(job.frames.size()) + " frames"});
+                                 " of " + std::to_string(job.frames.size()) + " frames",
+                        .remedy = "Go on with the same command and --resume"});
   }
+  done.end();
   return summary;
 }
 
@@ -270,13 +362,15 @@ RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, Pro
   std::vector<std::string_view> own = {kFrameFiles};
   if (job.video) own.push_back(kVideoFile);
   if (job.sheet) own = {kSheetFile};
-  const std::vector<fs::path> before = claim_output(job.output, own, job.force);
+  const std::vector<fs::path> before = claim_output(job.output, own, job.force || job.resume);
+  std::optional<RenderProgress> done;
+  if (!job.sheet) done.emplace(trajectory, job, !before.empty());
 
   Painter painter(trajectory, job);
   install_interrupt_handler();
   RenderSummary summary =
       job.sheet ? render_sheet(job, painter, mode)
-                : render_frames(job, trajectory.header().frame_rate, painter, before, mode);
+                : render_frames(job, trajectory.header().frame_rate, painter, *done, before, mode);
   summary.wall_s = watch.seconds();
   return summary;
 }

@@ -35,11 +35,15 @@ struct RenderJob {
   std::array<std::string, 2> labels;
   bool video = true;   // false: PNG frames only, and a video that is there stays
   bool force = false;  // replace pictures that are there
+  // Keep the pictures that an interrupted or killed run of the same work has drawn; begin where
+  // there are none. Not with `force`, and not of a sheet.
+  bool resume = false;
 };
 
 struct RenderSummary {
   std::string result;  // what to look at: the video, the frames or the sheet
   size_t frames = 0;
+  size_t kept = 0;  // of them, drawn before the work was resumed
   double wall_s = 0;
 };
 
@@ -49,7 +53,9 @@ struct RenderSummary {
 // overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
 // stays until a new one takes its place, and what is left of them at the end is removed. Takes over
 // SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far and throws
-// Error(interrupted).
+// Error(interrupted). While frames are drawn render_checkpoint.bin says how many are done, for
+// `resume`; Error(input) where it is of other work, Error(usage) where there is none beside
+// pictures.
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
 
 }  // namespace pilesim
