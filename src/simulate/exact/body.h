@@ -1,0 +1,40 @@
+// A body of the exact engine.
+#pragma once
+
+#include <cstdint>
+
+#include "core/types.h"
+
+namespace pilesim::exact {
+
+enum class Moves : uint8_t {
+  not_there,   // outside of the world
+  never,       // fixed or held
+  by_keys,     // kinematic
+  by_contacts  // dynamic
+};
+
+// Plain data: all that a body is from one step to the next.
+struct Body {
+  Vec3 position = Vec3::Zero();         // m, centre of mass, world
+  Quat orientation = Quat::Identity();  // body to world
+  Vec3 velocity = Vec3::Zero();         // m/s
+  Vec3 spin = Vec3::Zero();             // rad/s, world
+  uint32_t shape = 0;                   // index into the model's shapes
+  Moves moves = Moves::not_there;
+  bool asleep = false;        // by itself: a touch wakes it
+  bool put_to_sleep = false;  // by a director: nothing but he does
+  bool kept_apart = false;    // never meets others that are
+  bool hinged = false;
+  double friction = 0, restitution = 0;  // its material's; of a pair the product's root
+  double mass_kg = 0;                    // 0: moves not by contacts
+  double moved_m = 0;                    // no point of it has moved farther in the last step
+  // Rest; see islands.h.
+  double rest_time_s = 0;          // for so long it has been slow
+  Vec3 rest_place = Vec3::Zero();  // m, world: where it was held last, or the time began
+
+  bool is_awake() const { return moves == Moves::by_contacts && !asleep && !put_to_sleep; }
+  bool may_move() const { return is_awake() || moves == Moves::by_keys; }
+};
+
+}  // namespace pilesim::exact

@@ -1,0 +1,772 @@
+#include "simulate/exact/contact_solver.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "core/parallel_for.h"
+#include "simulate/free_rotation.h"
+
+namespace pilesim::exact {
+namespace {
+
+constexpr uint32_t kNone = ~uint32_t{0};
+constexpr size_t kColours = 64;
+
+// A contact is a spring that swings at this share of the rate of substeps, damped so much more
+// than critically; against what does not move twice as stiff.
+constexpr double kContactRate = 0.25;
+constexpr double kContactDamping = 10;
+constexpr double kJointRate = 0.5;
+constexpr double kJointDamping = 5;
+// Points of a pair that hits hard are solved so often, one after the other, in each sweep.
+constexpr int kHardRounds = 8;
+constexpr int kFirstRelaxations = 4;
+// Sweeps in which contacts that bounce find the speeds at which they part.
+constexpr int kBounceSweeps = 10;
+// Of half the turn since the step began, beyond which corners are not where they were: 0.5 rad.
+constexpr double kLeastCosine = 0.969;
+// Turns of less than this in a substep need no care for what they do to the axis, rad.
+constexpr double kLeastTurn = 1e-3;
+// Colours with fewer blocks are solved by one thread.
+constexpr size_t kGrain = 64;
+
+struct Softness {
+  double rate, mass_scale, force_scale;
+};
+Softness softness(double hertz, double damping, double h) {
+  const double omega = 2 * kPi * hertz;
+  const double a1 = 2 * damping + h * omega;
+  const double a2 = h * omega * a1;
+  const double a3 = 1 / (1 + a2);
+  return {omega / a1, a2 * a3, a3};
+}
+
+template <typename T>
+HWY_INLINE Lanes3<T> load3(const std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
+  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
+          Lanes<T>::load(rows[2].data())};
+}
+template <typename T>
+HWY_INLINE void store3(const Lanes3<T>& v, std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
+  v.x.store(rows[0].data());
+  v.y.store(rows[1].data());
+  v.z.store(rows[2].data());
+}
+
+// A symmetric matrix by lanes.
+template <typename T>
+struct Sym {
+  Lanes<T> xx, yy, zz, xy, xz, yz;
+};
+template <typename T>
+HWY_INLINE Sym<T> load_sym(const std::array<std::array<T, Lanes<T>::kCount>, 6>& rows) {
+  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
+          Lanes<T>::load(rows[2].data()), Lanes<T>::load(rows[3].data()),
+          Lanes<T>::load(rows[4].data()), Lanes<T>::load(rows[5].data())};
+}
+template <typename T>
+HWY_INLINE Lanes3<T> operator*(const Sym<T>& m, const Lanes3<T>& v) {
+  return {mul_add(m.xx, v.x, mul_add(m.xy, v.y, m.xz * v.z)),
+          mul_add(m.xy, v.x, mul_add(m.yy, v.y, m.yz * v.z)),
+          mul_add(m.xz, v.x, mul_add(m.yz, v.y, m.zz * v.z))};
+}
+
+// Rows of eight values to eight registers, one a value.
+HWY_INLINE void transpose(std::array<Lanes<float>, 8>& r) {
+  using F = Lanes<float>;
+  const F::Tag tag;
+  const hn::Repartition<double, F::Tag> pairs;
+  const auto low = [&](F a, F b) {
+    return F::of(hn::BitCast(
+        tag, hn::InterleaveLower(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
+  };
+  const auto high = [&](F a, F b) {
+    return F::of(hn::BitCast(
+        tag, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
+  };
+  for (size_t half = 0; half < 8; half += 4) {
+    const F l01 = F::of(hn::InterleaveLower(tag, r[half].v, r[half + 1].v));
+    const F h01 = F::of(hn::InterleaveUpper(tag, r[half].v, r[half + 1].v));
+    const F l23 = F::of(hn::InterleaveLower(tag, r[half + 2].v, r[half + 3].v));
+    const F h23 = F::of(hn::InterleaveUpper(tag, r[half + 2].v, r[half + 3].v));
+    r[half] = low(l01, l23);
+    r[half + 1] = high(l01, l23);
+    r[half + 2] = low(h01, h23);
+    r[half + 3] = high(h01, h23);
+  }
+  for (size_t i = 0; i < 4; ++i) {
+    const F left = r[i], right = r[i + 4];
+    r[i] = F::of(hn::ConcatLowerLower(tag, right.v, left.v));
+    r[i + 4] = F::of(hn::ConcatUpperUpper(tag, right.v, left.v));
+  }
+}
+HWY_INLINE void transpose4(Lanes<double>* r) {
+  using D = Lanes<double>;
+  const D::Tag tag;
+  const D l01 = D::of(hn::InterleaveLower(tag, r[0].v, r[1].v));
+  const D h01 = D::of(hn::InterleaveUpper(tag, r[0].v, r[1].v));
+  const D l23 = D::of(hn::InterleaveLower(tag, r[2].v, r[3].v));
+  const D h23 = D::of(hn::InterleaveUpper(tag, r[2].v, r[3].v));
+  r[0] = D::of(hn::ConcatLowerLower(tag, l23.v, l01.v));
+  r[1] = D::of(hn::ConcatLowerLower(tag, h23.v, h01.v));
+  r[2] = D::of(hn::ConcatUpperUpper(tag, l23.v, l01.v));
+  r[3] = D::of(hn::ConcatUpperUpper(tag, h23.v, h01.v));
+}
+
+HWY_INLINE void gather8(const float* const* rows, std::array<Lanes<float>, 8>& r) {
+  for (size_t i = 0; i < 8; ++i) r[i] = Lanes<float>::load(rows[i]);
+  transpose(r);
+}
+HWY_INLINE void gather8(const double* const* rows, std::array<Lanes<double>, 8>& r) {
+  for (size_t i = 0; i < 4; ++i) {
+    r[i] = Lanes<double>::load(rows[i]);
+    r[i + 4] = Lanes<double>::load(rows[i] + 4);
+  }
+  transpose4(r.data());
+  transpose4(r.data() + 4);
+}
+HWY_INLINE void scatter8(std::array<Lanes<float>, 8>& r, float* const* rows) {
+  transpose(r);
+  for (size_t i = 0; i < 8; ++i) {
+    if (rows[i] != nullptr) r[i].store(rows[i]);
+  }
+}
+HWY_INLINE void scatter8(std::array<Lanes<double>, 8>& r, double* const* rows) {
+  transpose4(r.data());
+  transpose4(r.data() + 4);
+  for (size_t i = 0; i < 4; ++i) {
+    if (rows[i] == nullptr) continue;
+    r[i].store(rows[i]);
+    r[i + 4].store(rows[i] + 4);
+  }
+}
+
+// What the turn (x, y, z, w) adds to `r`; of round sides along the tangent only.
+template <typename T>
+HWY_INLINE Lanes3<T> turned_by(const Lanes3<T>& q, Lanes<T> w, Lanes<T> edged, const Lanes3<T>& r) {
+  const Lanes3<T> t = cross(q, r);
+  const Lanes3<T> t2 = {t.x + t.x, t.y + t.y, t.z + t.z};
+  return add_scaled(w * t2, edged, cross(q, t2));
+}
+
+}  // namespace
+
+template <typename T>
+struct ContactSolver<T>::Gathered {
+  Lanes3<T> velocity_a, spin_a, velocity_b, spin_b;
+};
+
+template <typename T>
+HWY_INLINE typename ContactSolver<T>::Gathered ContactSolver<T>::gather(const Block& block) const {
+  Gathered g;
+  std::array<const T*, kLanes> rows;
+  std::array<Lanes<T>, 8> r;
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.a[i]].v.data();
+  gather8(rows.data(), r);
+  g.velocity_a = {r[0], r[1], r[2]};
+  g.spin_a = {r[3], r[4], r[5]};
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.b[i]].v.data();
+  gather8(rows.data(), r);
+  g.velocity_b = {r[0], r[1], r[2]};
+  g.spin_b = {r[3], r[4], r[5]};
+  return g;
+}
+
+template <typename T>
+HWY_INLINE void ContactSolver<T>::scatter(const Block& block, const Gathered& g) {
+  std::array<T*, kLanes> rows;
+  const auto place = [&](uint32_t body) {
+    return body < moving_ ? motions_[body].v.data() : nullptr;
+  };
+  const Lanes<T> zero(T{0});
+  std::array<Lanes<T>, 8> r = {g.velocity_a.x, g.velocity_a.y, g.velocity_a.z, g.spin_a.x,
+                               g.spin_a.y,     g.spin_a.z,     zero,           zero};
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = place(block.a[i]);
+  scatter8(r, rows.data());
+  r = {g.velocity_b.x, g.velocity_b.y, g.velocity_b.z, g.spin_b.x,
+       g.spin_b.y,     g.spin_b.z,     zero,           zero};
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = place(block.b[i]);
+  scatter8(r, rows.data());
+}
+
+namespace {
+
+template <typename T, typename Block>
+struct Weights {
+  explicit HWY_INLINE Weights(const Block& block)
+      : mass_a(Lanes<T>::load(block.inverse_mass_a.data())),
+        mass_b(Lanes<T>::load(block.inverse_mass_b.data())),
+        inertia_a(load_sym<T>(block.inertia_a)),
+        inertia_b(load_sym<T>(block.inertia_b)) {}
+
+  template <typename G>
+  HWY_INLINE void apply(const Lanes3<T>& push, const Lanes3<T>& arm_a, const Lanes3<T>& arm_b,
+                        G& g) const {
+    g.velocity_a = sub_scaled(g.velocity_a, mass_a, push);
+    g.spin_a = g.spin_a - inertia_a * cross(arm_a, push);
+    g.velocity_b = add_scaled(g.velocity_b, mass_b, push);
+    g.spin_b = g.spin_b + inertia_b * cross(arm_b, push);
+  }
+
+  Lanes<T> mass_a, mass_b;
+  Sym<T> inertia_a, inertia_b;
+};
+
+template <typename T, typename G>
+HWY_INLINE Lanes3<T> relative(const G& g, const Lanes3<T>& arm_a, const Lanes3<T>& arm_b) {
+  return (g.velocity_b + cross(g.spin_b, arm_b)) - (g.velocity_a + cross(g.spin_a, arm_a));
+}
+
+// Friction that stops what slides across `n`, as far as `limit` goes.
+template <typename T, typename G>
+HWY_INLINE Lanes3<T> hold_back(const G& g, const Lanes3<T>& n, const Lanes3<T>& arm_a,
+                               const Lanes3<T>& arm_b, Lanes<T> mass, Lanes<T> limit,
+                               const Lanes3<T>& before) {
+  const Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+  const Lanes3<T> sliding = sub_scaled(dv, dot(n, dv), n);
+  const Lanes3<T> held = sub_scaled(before, mass, sliding);
+  const Lanes<T> one(T{1}), size2 = dot(held, held);
+  const auto slips = size2 > limit * limit;
+  return select(slips, limit / sqrt(select(slips, size2, one)), one) * held;
+}
+
+}  // namespace
+
+// Colours contacts, and puts those of a colour that have as many points side by side.
+template <typename T>
+void ContactSolver<T>::colour(std::span<const ContactRange> contacts, size_t bodies,
+                              size_t moving) {
+  std::vector<uint64_t> used(bodies, 0);
+  std::vector<uint8_t> colour_of(contacts.size());
+  std::array<std::array<uint32_t, kMostOfPlane + 1>, kColours + 1> counts{};
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    const ContactRange& c = contacts[i];
+    uint64_t taken = 0;
+    if (c.a < moving) taken |= used[c.a];
+    if (c.b < moving) taken |= used[c.b];
+    const auto free = static_cast<size_t>(std::countr_one(taken));
+    if (free < kColours) {
+      if (c.a < moving) used[c.a] |= uint64_t{1} << free;
+      if (c.b < moving) used[c.b] |= uint64_t{1} << free;
+    }
+    colour_of[i] = static_cast<uint8_t>(free);
+    ++counts[free][c.count];
+  }
+  // Blocks of a colour: most points first. Beyond the last colour each contact has its own.
+  std::array<std::array<uint32_t, kMostOfPlane + 1>, kColours + 1> next{};
+  blocks_.clear();
+  colour_first_.clear();
+  uint32_t places = 0;
+  for (size_t k = 0; k <= kColours; ++k) {
+    const uint32_t first = places;
+    for (size_t n = kMostOfPlane; n > 0; --n) {
+      next[k][n] = places;
+      const auto lanes = static_cast<uint32_t>(k < kColours ? kLanes : 1);
+      const uint32_t blocks = (counts[k][n] + lanes - 1) / lanes;
+      for (uint32_t i = 0; i < blocks; ++i) {
+        Block block{};
+        block.points = static_cast<uint32_t>(n);
+        blocks_.push_back(block);
+      }
+      places += blocks * static_cast<uint32_t>(kLanes);
+    }
+    if (places > first) colour_first_.push_back(first / static_cast<uint32_t>(kLanes));
+  }
+  colour_first_.push_back(static_cast<uint32_t>(blocks_.size()));
+  order_.assign(places, kNone);
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    uint32_t& place = next[colour_of[i]][contacts[i].count];
+    order_[place] = static_cast<uint32_t>(i);
+    place += colour_of[i] < kColours ? 1 : static_cast<uint32_t>(kLanes);
+  }
+  uint32_t first = 0;
+  for (Block& block : blocks_) {
+    block.first_point = first;
+    first += block.points;
+  }
+  points_.resize(first);
+}
+
+template <typename T>
+void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
+                            const std::vector<SolverBody>& bodies, double substep_s) {
+  const auto nobody = static_cast<uint32_t>(bodies.size());
+  const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
+  const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t m = begin; m < end; ++m) {
+      Block& block = blocks_[m];
+      block.lanes = 0;
+      block.bounces = false;
+      block.rounds = 1;
+      std::span<Point> points(points_.data() + block.first_point, block.points);
+      std::memset(static_cast<void*>(points.data()), 0, points.size_bytes());
+      for (size_t i = 0; i < kLanes; ++i) {
+        const uint32_t source = order_[m * kLanes + i];
+        if (source == kNone) {
+          block.a[i] = block.b[i] = nobody;
+          continue;
+        }
+        ++block.lanes;
+        const ContactRange& range = contacts[source];
+        block.a[i] = range.a;
+        block.b[i] = range.b;
+        const SolverBody &a = bodies[range.a], &b = bodies[range.b];
+        block.inverse_mass_a[i] = static_cast<T>(a.inverse_mass);
+        block.inverse_mass_b[i] = static_cast<T>(b.inverse_mass);
+        const auto take = [&](const Mat3& inertia, std::array<Row, 6>& rows) {
+          rows[0][i] = static_cast<T>(inertia(0, 0));
+          rows[1][i] = static_cast<T>(inertia(1, 1));
+          rows[2][i] = static_cast<T>(inertia(2, 2));
+          rows[3][i] = static_cast<T>(inertia(0, 1));
+          rows[4][i] = static_cast<T>(inertia(0, 2));
+          rows[5][i] = static_cast<T>(inertia(1, 2));
+        };
+        const Contact* contact = range.pair->contacts.data() + range.first;
+        take(a.inverse_inertia, block.inertia_a);
+        take(b.inverse_inertia, block.inertia_b);
+        for (size_t k = 0; k < 3; ++k) {
+          const auto e = static_cast<Eigen::Index>(k);
+          block.between[k][i] = static_cast<T>(contact->arm_b[e] - contact->arm_a[e]);
+        }
+        block.friction[i] = static_cast<T>(range.friction);
+        block.most_push[i] = static_cast<T>(range.most_push_m_s);
+        block.edged[i] = contact->is_round ? T{0} : T{1};
+        const Softness& soft = a.inverse_mass > 0 && b.inverse_mass > 0 ? moving : fixed;
+        block.rate[i] = static_cast<T>(soft.rate);
+        block.mass_scale[i] = static_cast<T>(soft.mass_scale);
+        block.force_scale[i] = static_cast<T>(soft.force_scale);
+        for (uint32_t p = 0; p < range.count; ++p, ++contact) {
+          Point& point = points[p];
+          for (size_t k = 0; k < 3; ++k) {
+            const auto e = static_cast<Eigen::Index>(k);
+            point.normal[k][i] = contact->normal[e];
+            point.arm[k][i] = contact->arm_a[e];
+            point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
+          }
+          point.distance[i] = contact->distance_m;
+          point.push[i] = static_cast<T>(contact->push_n * substep_s);
+          point.bounce[i] = contact->bounce;
+          if (contact->hits) block.rounds = kHardRounds;
+          block.bounces = block.bounces || contact->bounce > 0;
+        }
+      }
+      const Weights<T, Block> weights(block);
+      const Lanes3<T> between = load3<T>(block.between);
+      const Lanes<T> zero(T{0}), one(T{1}), half(T{0.5});
+      const Lanes<T> mass = weights.mass_a + weights.mass_b;
+      for (Point& point : points) {
+        const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
+        const Lanes3<T> arm_b = arm_a + between;
+        const auto answer = [&](const Lanes3<T>& u, const Lanes3<T>& v) {
+          return dot(cross(arm_a, u), weights.inertia_a * cross(arm_a, v)) +
+                 dot(cross(arm_b, u), weights.inertia_b * cross(arm_b, v));
+        };
+        const Lanes<T> along = mass + answer(n, n);
+        const auto there = along > zero;
+        select(there, one / select(there, along, one), zero).store(point.mass_along.data());
+        // Across: by the direction that is easiest to move, so that friction never overshoots.
+        const auto flat = Lanes<T>::of(hn::Abs(n.x.v)) > Lanes<T>(static_cast<T>(0.6));
+        const Lanes3<T> other = {select(flat, zero, one), select(flat, one, zero), zero};
+        Lanes3<T> u = cross(n, other);
+        const Lanes<T> length2 = dot(u, u);
+        const auto real = length2 > zero;
+        u = (one / sqrt(select(real, length2, one))) * u;
+        const Lanes3<T> v = cross(n, u);
+        const Lanes<T> uu = answer(u, u), vv = answer(v, v), uv = answer(u, v);
+        const Lanes<T> difference = half * (uu - vv);
+        const Lanes<T> easiest =
+            mass + half * (uu + vv) + sqrt(mul_add(difference, difference, uv * uv));
+        const auto movable = easiest > zero;
+        select(movable, one / select(movable, easiest, one), zero).store(point.mass_across.data());
+      }
+    }
+  });
+}
+
+template <typename T>
+void ContactSolver<T>::for_blocks(const std::function<void(Block&)>& visit) {
+  for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
+    const size_t first = colour_first_[k], count = colour_first_[k + 1] - first;
+    if (count < 4 * kGrain || blocks_[first].lanes == 1) {
+      for (size_t m = first; m < first + count; ++m) visit(blocks_[m]);
+    } else {
+      parallel_for(count, kGrain, [&](size_t begin, size_t end) {
+        for (size_t m = begin; m < end; ++m) visit(blocks_[first + m]);
+      });
+    }
+  }
+}
+
+// What contacts gave in the step before.
+template <typename T>
+void ContactSolver<T>::apply_forces(Block& block) {
+  Gathered g = gather(block);
+  const Weights<T, Block> weights(block);
+  const Lanes3<T> between = load3<T>(block.between);
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    const Point& point = points_[p];
+    const Lanes3<T> arm = load3<T>(point.arm);
+    const Lanes3<T> push = add_scaled(load3<T>(point.friction), Lanes<T>::load(point.push.data()),
+                                      load3<T>(point.normal));
+    weights.apply(push, arm, arm + between, g);
+  }
+  scatter(block, g);
+}
+
+template <typename T>
+void ContactSolver<T>::bounce(Block& block) {
+  if (!block.bounces) return;
+  using L = Lanes<T>;
+  Gathered g = gather(block);
+  const Weights<T, Block> weights(block);
+  const Lanes3<T> between = load3<T>(block.between);
+  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data());
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    const Point& point = points_[p];
+    Blow& blow = blows_[p];
+    const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
+    const Lanes3<T> arm_b = arm_a + between;
+    const L target = L::load(point.bounce.data());
+    const L lacking = target - dot(n, relative<T>(g, arm_a, arm_b));
+    const L old_push = L::load(blow.push.data());
+    const L push =
+        select(target > zero,
+               max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
+    push.store(blow.push.data());
+    weights.apply((push - old_push) * n, arm_a, arm_b, g);
+    const Lanes3<T> old_friction = load3<T>(blow.friction);
+    const Lanes3<T> held = hold_back(g, n, arm_a, arm_b, L::load(point.mass_across.data()),
+                                     friction * push, old_friction);
+    store3<T>(held, blow.friction);
+    weights.apply(held - old_friction, arm_a, arm_b, g);
+  }
+  scatter(block, g);
+}
+
+template <typename T>
+template <bool kSoft>
+HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
+  using L = Lanes<T>;
+  Gathered g = gather(block);
+  std::array<const T*, kLanes> rows;
+  std::array<L, 8> sa, sb;
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
+  gather8(rows.data(), sa);
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
+  gather8(rows.data(), sb);
+  const Lanes3<T> way = {sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2]};
+  const Lanes3<T> turn_a = {sa[3], sa[4], sa[5]}, turn_b = {sb[3], sb[4], sb[5]};
+  const Weights<T, Block> weights(block);
+  const Lanes3<T> between = load3<T>(block.between);
+  const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
+  const L friction = L::load(block.friction.data());
+  const L least_speed = zero - L::load(block.most_push.data());
+  const L edged = L::load(block.edged.data());
+  // Corners of what has turned far are elsewhere: the next step sees them.
+  const L least_turn = min(max(sa[6], zero - sa[6]), max(sb[6], zero - sb[6]));
+  const auto gone = hn::And(edged > zero, L(static_cast<T>(kLeastCosine)) > least_turn);
+  const L soft_rate = L::load(block.rate.data());
+  const L mass_scale = L::load(block.mass_scale.data());
+  const L force_scale = L::load(block.force_scale.data());
+  for (int round = 0; round < block.rounds; ++round) {
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      Point& point = points_[p];
+      const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
+      const Lanes3<T> arm_b = arm_a + between;
+      const Lanes3<T> moved =
+          way + (turned_by(turn_b, sb[6], edged, arm_b) - turned_by(turn_a, sa[6], edged, arm_a));
+      const L distance = L::load(point.distance.data()) + dot(n, moved);
+      const L mass = L::load(point.mass_along.data());
+      const L old_push = L::load(point.push.data());
+      // Ahead of the surface: so fast that it is reached when the substep ends. Behind it: back,
+      // softly.
+      const auto ahead = distance > zero;
+      L bias, scale = one, give = zero;
+      if constexpr (kSoft) {
+        bias = select(ahead, distance * rate_ahead, max(soft_rate * distance, least_speed));
+        scale = select(ahead, one, mass_scale);
+        give = select(ahead, zero, force_scale);
+      } else {
+        bias = select(ahead, distance * rate_ahead, zero);
+      }
+      const L along = dot(n, relative<T>(g, arm_a, arm_b));
+      L push = neg_mul_add(mass * scale, along + bias, old_push);
+      if constexpr (kSoft) push = neg_mul_add(give, old_push, push);
+      push = select(gone, zero, max(push, zero));
+      push.store(point.push.data());
+      weights.apply((push - old_push) * n, arm_a, arm_b, g);
+
+      const Lanes3<T> old_friction = load3<T>(point.friction);
+      const Lanes3<T> held = hold_back(g, n, arm_a, arm_b, L::load(point.mass_across.data()),
+                                       friction * push, old_friction);
+      store3<T>(held, point.friction);
+      weights.apply(held - old_friction, arm_a, arm_b, g);
+    }
+  }
+  scatter(block, g);
+}
+
+// Gravity, and what contacts gave in the substep before.
+template <typename T>
+void ContactSolver<T>::pull(const SolverSettings& settings, T h, bool first) {
+  const Vec3 change = settings.gravity * static_cast<double>(h);
+  for (size_t i = 0; i < moving_; ++i) {
+    Motion& motion = motions_[i];
+    for (size_t k = 0; k < 3; ++k) {
+      motion.v[k] += static_cast<T>(change[static_cast<Eigen::Index>(k)]);
+    }
+    pulled_[i] = motion;
+    if (first) continue;
+    for (size_t k = 0; k < 6; ++k) motion.v[k] += gained_[i].v[k];
+  }
+}
+
+template <typename T>
+void ContactSolver<T>::move(std::vector<SolverBody>& bodies, const Vec3& gravity, T substep_s) {
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const T h = substep_s * static_cast<T>(bodies[i].share);
+    Motion& motion = motions_[i];
+    Shift& shift = shifts_[i];
+    bool touched = true;
+    if (i < moving_) {
+      touched = false;
+      for (size_t k = 0; k < 6; ++k) touched = touched || motion.v[k] != pulled_[i].v[k];
+      bodies[i].touched = bodies[i].touched || touched;
+    }
+    for (size_t k = 0; k < 3; ++k) shift.v[k] += h * motion.v[k];
+    if (!touched) {  // a parabola
+      for (size_t k = 0; k < 3; ++k) {
+        shift.v[k] -= static_cast<T>(gravity[static_cast<Eigen::Index>(k)]) * h * h / 2;
+      }
+    }
+    // The turn by spin h, to fourth order: (s, c) ~ (sin, cos) of half of it.
+    const T x = motion.v[3] * h / 2, y = motion.v[4] * h / 2, z = motion.v[5] * h / 2;
+    const T half2 = x * x + y * y + z * z;
+    if (half2 == 0) continue;
+    if (i<moving_&& static_cast<double>(4 * half2)> kLeastTurn * kLeastTurn) {
+      turn_freely(bodies[i], i, static_cast<double>(h));
+      continue;
+    }
+    const T s = 1 - half2 / 6 + half2 * half2 / 120, c = 1 - half2 / 2 + half2 * half2 / 24;
+    const Eigen::Quaternion<T> step(c, s * x, s * y, s * z);
+    const Eigen::Quaternion<T> turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+    const Eigen::Quaternion<T> turned = (step * turn).normalized();
+    shift.v[3] = turned.x();
+    shift.v[4] = turned.y();
+    shift.v[5] = turned.z();
+    shift.v[6] = turned.w();
+  }
+}
+
+// Of what turns fast the axis turns too.
+template <typename T>
+void ContactSolver<T>::turn_freely(const SolverBody& body, size_t i, double h) {
+  Motion& motion = motions_[i];
+  Shift& shift = shifts_[i];
+  Quat turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+  Vec3 spin(motion.v[3], motion.v[4], motion.v[5]);
+  rotate_freely(body.moments, body.axes, h, turn, spin);
+  shift.v[3] = static_cast<T>(turn.x());
+  shift.v[4] = static_cast<T>(turn.y());
+  shift.v[5] = static_cast<T>(turn.z());
+  shift.v[6] = static_cast<T>(turn.w());
+  for (size_t k = 0; k < 3; ++k) {
+    const auto after = static_cast<T>(spin[static_cast<Eigen::Index>(k)]);
+    pulled_[i].v[k + 3] += after - motion.v[k + 3];  // no contact's doing
+    motion.v[k + 3] = after;
+  }
+}
+
+template <typename T>
+void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
+                            bool soft) {
+  const double step = static_cast<double>(h);
+  const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
+  const auto turn_of = [&](uint32_t body) {
+    const Shift& shift = shifts_[body];
+    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+  };
+  const auto way_of = [&](uint32_t body) {
+    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
+  };
+  const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
+  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+  const auto cross_matrix = [](const Vec3& v) {
+    Mat3 m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+  };
+  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
+                        const Vec3& push, const Vec3& twist) {
+    if (body >= moving_) return;
+    change_velocity(body, side * of.inverse_mass * push,
+                    side * (of.inverse_inertia * (arm.cross(push) + twist)));
+  };
+  // About the axis they are free, across it not.
+  const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
+  const Vec3 u = axis_a.unitOrthogonal(), v = axis_a.cross(u);
+  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
+  Eigen::Matrix<double, 3, 2> across;
+  across << u, v;
+  const Eigen::Matrix2d k2 = across.transpose() * answer * across;
+  const Vec3 bent = axis_a.cross(axis_b);  // b is turned by it against a
+  const Eigen::Vector2d rate = across.transpose() * (spin(joint.b) - spin(joint.a));
+  const Eigen::Vector2d old2 = across.transpose() * joint.torque_nm * step;
+  const Eigen::Vector2d more2 =
+      -s.mass_scale * (k2.inverse() * (rate + s.rate * (across.transpose() * bent))) -
+      s.force_scale * old2;
+  const Vec3 twist = across * more2;
+  joint.torque_nm += twist / step;
+  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
+  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
+
+  const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
+  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
+                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
+  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
+                     (arm_a - joint.arm_a);
+  const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
+                       spin(joint.a).cross(arm_a);
+  const Vec3 push = -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) -
+                    s.force_scale * (joint.force_n * step);
+  joint.force_n += push / step;
+  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
+  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
+}
+
+template <typename T>
+Vec3 ContactSolver<T>::velocity(uint32_t body) const {
+  const Motion& motion = motions_[body];
+  return Vec3(motion.v[0], motion.v[1], motion.v[2]);
+}
+
+template <typename T>
+Vec3 ContactSolver<T>::spin(uint32_t body) const {
+  const Motion& motion = motions_[body];
+  return Vec3(motion.v[3], motion.v[4], motion.v[5]);
+}
+
+template <typename T>
+void ContactSolver<T>::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  Motion& motion = motions_[body];
+  for (size_t k = 0; k < 3; ++k) {
+    motion.v[k] += static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
+    motion.v[k + 3] += static_cast<T>(angular[static_cast<Eigen::Index>(k)]);
+  }
+}
+
+template <typename T>
+void ContactSolver<T>::store(std::span<const ContactRange> contacts, double substep_s) {
+  const auto per_second = static_cast<T>(1 / substep_s);
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t m = begin; m < end; ++m) {
+      const Block& block = blocks_[m];
+      for (size_t i = 0; i < kLanes; ++i) {
+        const uint32_t source = order_[m * kLanes + i];
+        if (source == kNone) continue;
+        const ContactRange& range = contacts[source];
+        for (uint32_t p = 0; p < range.count; ++p) {
+          const Point& point = points_[block.first_point + p];
+          Contact& contact = range.pair->contacts[range.first + p];
+          contact.push_n = static_cast<float>(point.push[i] * per_second);
+          for (size_t k = 0; k < 3; ++k) {
+            contact.friction_n[static_cast<Eigen::Index>(k)] =
+                static_cast<float>(point.friction[k][i] * per_second);
+          }
+        }
+      }
+    }
+  });
+}
+
+template <typename T>
+void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                             size_t moving, std::span<const ContactRange> contacts,
+                             std::span<SolverJoint> joints) {
+  moving_ = moving;
+  const double substep_s = settings.step_s / settings.substeps;
+  const auto h = static_cast<T>(substep_s);
+  const T per_substep = 1 / h;
+  motions_.assign(bodies.size() + 1, {});  // the last for empty lanes
+  shifts_.assign(bodies.size() + 1, {});
+  gained_.assign(moving, {});
+  pulled_.assign(moving, {});
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      motions_[i].v[k] = static_cast<T>(bodies[i].velocity[static_cast<Eigen::Index>(k)]);
+      motions_[i].v[k + 3] = static_cast<T>(bodies[i].spin[static_cast<Eigen::Index>(k)]);
+    }
+    bodies[i].touched = false;
+  }
+  for (Shift& shift : shifts_) shift.v[6] = 1;
+  colour(contacts, bodies.size(), moving);
+  fill(contacts, bodies, substep_s);
+
+  const bool any_bounces =
+      std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; });
+  if (any_bounces) {
+    const std::vector<Motion> before = motions_;
+    blows_.assign(points_.size(), {});
+    for (int i = 0; i < kBounceSweeps; ++i) {
+      for_blocks([&](Block& block) { bounce(block); });
+    }
+    for (size_t i = 0; i < moving; ++i) {
+      for (size_t k = 0; k < 6; ++k) {
+        bodies[i].touched = bodies[i].touched || motions_[i].v[k] != before[i].v[k];
+      }
+    }
+  }
+  int swept = 0;
+  for (int substep = 0; substep < settings.substeps; ++substep) {
+    pull(settings, h, substep == 0);
+    if (substep == 0) {
+      for_blocks([&](Block& block) { apply_forces(block); });
+      for (const SolverJoint& joint : joints) {
+        const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+        const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
+        if (joint.a < moving_) {
+          change_velocity(joint.a, -a.inverse_mass * push,
+                          -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
+        }
+        if (joint.b < moving_) {
+          change_velocity(joint.b, b.inverse_mass * push,
+                          b.inverse_inertia * (joint.arm_b.cross(push) + twist));
+        }
+      }
+    }
+    for (int i = 0; i < settings.sweeps; ++i) {
+      if (settings.partner) settings.partner(swept++);
+      for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
+      for_blocks([&](Block& block) { sweep<true>(block, per_substep); });
+    }
+    move(bodies, settings.gravity, h);
+    // What has just met finds its forces from nothing.
+    const int relaxations = substep == 0 ? settings.sweeps * kFirstRelaxations : settings.sweeps;
+    for (int i = 0; i < relaxations; ++i) {
+      if (settings.partner) settings.partner(swept++);
+      for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
+      for_blocks([&](Block& block) { sweep<false>(block, per_substep); });
+    }
+    for (size_t i = 0; i < moving; ++i) {
+      for (size_t k = 0; k < 6; ++k) gained_[i].v[k] = motions_[i].v[k] - pulled_[i].v[k];
+    }
+  }
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const auto place = static_cast<uint32_t>(i);
+    bodies[i].velocity = velocity(place);
+    bodies[i].spin = spin(place);
+    const Shift& shift = shifts_[i];
+    bodies[i].way = Vec3(shift.v[0], shift.v[1], shift.v[2]);
+    bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
+  }
+  store(contacts, substep_s);
+}
+
+template class ContactSolver<float>;
+template class ContactSolver<double>;
+
+}  // namespace pilesim::exact

@@ -1,0 +1,146 @@
+// Contacts solved in soft substeps: each substep pulls bodies, lets contacts push back softly,
+// moves bodies, and relaxes what the softness has left in their velocities ("TGS soft", Catto,
+// Solver2D 2024; Macklin et al., "Small Steps in Physics Simulation", 2019).
+//
+// Contacts that share no body have one colour and are solved side by side in the lanes of a
+// register. What comes out does not depend on the number of threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+#include "simulate/exact/lanes.h"
+#include "simulate/exact/pair.h"
+
+namespace pilesim::exact {
+
+// A body as solvers see it; world axes.
+struct SolverBody {
+  Vec3 velocity, spin;  // m/s, rad/s; with a step's contacts and gravity when it is solved
+  Mat3 inverse_inertia = Mat3::Zero();  // 1 / kg m^2, world, as the step begins
+  double inverse_mass = 0;              // 1 / kg; 0: moves by its velocities alone
+  // For what turns fast: principal moments, kg m^2, and the turn of those axes to the world.
+  Vec3 moments = Vec3::Zero();
+  Quat axes = Quat::Identity();
+  Vec3 way = Vec3::Zero();       // m, of the step
+  Quat turn = Quat::Identity();  // of the step, world
+  double share = 1;              // of the step that is still to come for it
+  bool touched = false;          // something but gravity has changed its velocities
+};
+
+// Up to kMostOfPlane contacts of a pair. Bodies are places in the solver's list.
+struct ContactRange {
+  Pair* pair;
+  uint32_t first, count;
+  uint32_t a, b;
+  double friction;
+  double most_push_m_s;  // at which an overlap is undone
+};
+
+// A point of one body held at a point of another, about an axis that is free. Places in the
+// solver's list; of what is held by the world b is a body that never moves.
+struct SolverJoint {
+  uint32_t a, b;
+  Vec3 arm_a, arm_b;            // m, from either centre to the point, world, as the step begins
+  Vec3 apart;                   // m, from a's point to b's
+  Vec3 axis_a, axis_b;          // unit, world
+  Vec3 force_n = Vec3::Zero();  // on b, in the step before; then in this one
+  Vec3 torque_nm = Vec3::Zero();
+};
+
+struct SolverSettings {
+  double step_s;
+  int substeps;
+  Vec3 gravity;                      // m/s^2
+  std::function<void(int)> partner;  // before each sweep; empty: none
+  int sweeps = 1;                    // in a substep
+};
+
+// In floats for many contacts, in doubles for few.
+template <typename T>
+class ContactSolver {
+ public:
+  // Bodies that contacts move come first, `moving` of them. Changes bodies, and the forces of the
+  // contacts.
+  void solve(const SolverSettings& settings, std::vector<SolverBody>& bodies, size_t moving,
+             std::span<const ContactRange> contacts, std::span<SolverJoint> joints);
+
+  // While it is solved: of a body by its place.
+  Vec3 velocity(uint32_t body) const;
+  Vec3 spin(uint32_t body) const;
+  void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+
+ private:
+  static constexpr size_t kLanes = Lanes<T>::kCount;
+  using Row = std::array<T, kLanes>;
+  using Rows = std::array<Row, 3>;
+
+  struct alignas(32) Motion {
+    std::array<T, 8> v;  // velocity x y z, spin x y z, -, -
+  };
+  struct alignas(32) Shift {
+    std::array<T, 8> v;  // way x y z, turn x y z w, -
+  };
+  // Contacts of kLanes pairs that share no body.
+  struct alignas(32) Block {
+    std::array<uint32_t, kLanes> a, b;
+    Row inverse_mass_a, inverse_mass_b;
+    std::array<Row, 6> inertia_a, inertia_b;  // inverse; xx, yy, zz, xy, xz, yz
+    Rows between;                             // m, centre a less centre b
+    Row friction, most_push;
+    Row edged;                          // 0: a round side, 1: corners that turn
+    Row rate, mass_scale, force_scale;  // of the softness
+    uint32_t first_point, points, lanes;
+    int rounds;  // over the points, in a sweep
+    bool bounces;
+  };
+  struct alignas(32) Point {
+    Rows normal, arm;  // of a, m
+    Row distance;
+    Row mass_along, mass_across;  // kg, effective
+    Row push;                     // N s
+    Rows friction;                // N s
+    Row bounce;                   // m/s
+  };
+  // What a bounce gives, N s; not carried over.
+  struct alignas(32) Blow {
+    Row push;
+    Rows friction;
+  };
+  struct Gathered;
+  using V3 = Eigen::Matrix<T, 3, 1>;
+
+  void colour(std::span<const ContactRange> contacts, size_t bodies, size_t moving);
+  void fill(std::span<const ContactRange> contacts, const std::vector<SolverBody>& bodies,
+            double substep_s);
+  void for_blocks(const std::function<void(Block&)>& visit);
+  void apply_forces(Block& block);
+  void bounce(Block& block);
+  template <bool kSoft>
+  void sweep(Block& block, T inverse_step);
+  Gathered gather(const Block& block) const;
+  void scatter(const Block& block, const Gathered& gathered);
+  void pull(const SolverSettings& settings, T h, bool first);
+  void move(std::vector<SolverBody>& bodies, const Vec3& gravity, T substep_s);
+  void turn_freely(const SolverBody& body, size_t i, double h);
+  void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
+  void store(std::span<const ContactRange> contacts, double substep_s);
+
+  size_t moving_ = 0;
+  std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
+  std::vector<Shift> shifts_;
+  std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty
+  std::vector<uint32_t> colour_first_;  // in blocks_
+  std::vector<Block> blocks_;
+  std::vector<Point> points_;
+  std::vector<Blow> blows_;  // beside points_, where something bounces
+};
+
+extern template class ContactSolver<float>;
+extern template class ContactSolver<double>;
+
+}  // namespace pilesim::exact

@@ -1,0 +1,210 @@
+#include "simulate/exact/convex_piece.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "geometry/hull_faces.h"
+#include "geometry/primitives.h"
+#include "simulate/exact/lanes.h"
+
+namespace pilesim::exact {
+namespace {
+
+void fill_blocks(std::span<const Vec3> points, std::vector<float>& values) {
+  const size_t blocks = (points.size() + kVertexLanes - 1) / kVertexLanes;
+  values.resize(blocks * 3 * kVertexLanes);
+  for (size_t i = 0; i < blocks * kVertexLanes; ++i) {
+    const Vec3& point = points[i < points.size() ? i : 0];
+    float* block = values.data() + i / kVertexLanes * 3 * kVertexLanes + i % kVertexLanes;
+    for (size_t k = 0; k < 3; ++k) block[k * kVertexLanes] = static_cast<float>(point[k]);
+  }
+}
+
+// The first of the greatest products with `direction`.
+uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
+  using F = Lanes<float>;
+  const F x(static_cast<float>(direction.x())), y(static_cast<float>(direction.y())),
+      z(static_cast<float>(direction.z()));
+  const auto product = [&](size_t at) {
+    const float* block = blocks.data() + at;
+    return mul_add(
+        F::load(block), x,
+        mul_add(F::load(block + kVertexLanes), y, F::load(block + 2 * kVertexLanes) * z));
+  };
+  F best = product(0);
+  F best_block(0.0F);
+  for (size_t at = 3 * kVertexLanes; at < blocks.size(); at += 3 * kVertexLanes) {
+    const F candidate = product(at);
+    const auto more = candidate > best;
+    best = select(more, candidate, best);
+    best_block = select(more, F(static_cast<float>(at / (3 * kVertexLanes))), best_block);
+  }
+  alignas(32) float value[kVertexLanes], block[kVertexLanes];
+  best.store(value);
+  best_block.store(block);
+  uint32_t found = 0;
+  for (uint32_t i = 1; i < kVertexLanes; ++i) {
+    if (value[i] > value[found]) found = i;
+  }
+  return static_cast<uint32_t>(block[found]) * static_cast<uint32_t>(kVertexLanes) + found;
+}
+
+}  // namespace
+
+ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
+  TriangleMesh mesh;
+  switch (piece.kind) {
+    case CollisionPiece::Kind::sphere:
+      kind_ = Kind::sphere;
+      radius_m_ = piece.size.x();
+      take_vertices({piece.pose.position});
+      measure();
+      return;
+    case CollisionPiece::Kind::cylinder: {
+      kind_ = Kind::cylinder;
+      axis_ = piece.pose.orientation * Vec3::UnitY();
+      half_height_m_ = piece.size.y() / 2;
+      round_m_ = piece.size.x();
+      std::vector<Vec3> rims;
+      for (const double side : {1.0, -1.0}) {
+        faces_.push_back({side * axis_, side * axis_.dot(piece.pose.position) + half_height_m_,
+                          static_cast<uint32_t>(rims.size()), kRimPoints});
+        for (uint32_t i = 0; i < kRimPoints; ++i) {
+          const double angle = -side * 2 * kPi * i / kRimPoints;
+          loops_.push_back(static_cast<uint32_t>(rims.size()));
+          rims.push_back(piece.pose.apply(
+              {round_m_ * std::cos(angle), side * half_height_m_, round_m_ * std::sin(angle)}));
+        }
+      }
+      take_vertices(std::move(rims));
+      measure();
+      centre_ = piece.pose.position;
+      const Vec3 across = (Vec3::Ones() - axis_.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+      const Vec3 half = half_height_m_ * axis_.cwiseAbs() + round_m_ * across;
+      box_ = Bounds(Vec3(centre_ - half), Vec3(centre_ + half));
+      smallest_extent_m_ = 2 * std::min(half_height_m_, round_m_);
+      map_faces();
+      return;
+    }
+    case CollisionPiece::Kind::box:
+      mesh = box_mesh(piece.size);
+      break;
+    case CollisionPiece::Kind::hull:
+      mesh = piece.hull;
+      break;
+  }
+  for (const HullFace& face : flat_faces(mesh)) {
+    // In order about the middle.
+    Vec3 middle = Vec3::Zero();
+    for (const uint32_t v : face.vertices) middle += mesh.vertices[v];
+    middle /= static_cast<double>(face.vertices.size());
+    const Vec3 along = face.normal.unitOrthogonal(), across = face.normal.cross(along);
+    std::vector<std::pair<double, uint32_t>> order;
+    for (const uint32_t v : face.vertices) {
+      const Vec3 arm = mesh.vertices[v] - middle;
+      order.emplace_back(std::atan2(across.dot(arm), along.dot(arm)), v);
+    }
+    std::ranges::sort(order);
+    const Vec3 normal = piece.pose.orientation * face.normal;
+    faces_.push_back({normal, face.offset_m + normal.dot(piece.pose.position),
+                      static_cast<uint32_t>(loops_.size()), static_cast<uint32_t>(order.size())});
+    for (const auto& [angle, v] : order) loops_.push_back(v);
+  }
+  for (Vec3& vertex : mesh.vertices) vertex = piece.pose.apply(vertex);
+  take_vertices(std::move(mesh.vertices));
+  measure();
+  map_faces();
+}
+
+ConvexPiece::ConvexPiece(const std::array<Vec3, 3>& corners) {
+  faces_ = {{Vec3::UnitY(), 0, 0, 3}, {Vec3::UnitY(), 0, 3, 3}};
+  loops_ = {0, 1, 2, 0, 2, 1};
+  take_vertices({corners[0], corners[1], corners[2]});
+  map_faces();
+  become(corners);
+}
+
+void ConvexPiece::become(const std::array<Vec3, 3>& corners) {
+  const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
+  faces_[0].normal = normal;
+  faces_[0].offset_m = normal.dot(corners[0]);
+  faces_[1].normal = -normal;
+  faces_[1].offset_m = -faces_[0].offset_m;
+  std::ranges::copy(corners, vertices_.begin());
+  fill_blocks(vertices_, vertex_blocks_);
+  fill_blocks(std::array{normal, Vec3(-normal)}, normal_blocks_);
+  box_.setEmpty();
+  measure();
+  smallest_extent_m_ = std::numeric_limits<double>::infinity();
+}
+
+void ConvexPiece::take_vertices(std::vector<Vec3> vertices) {
+  vertices_ = std::move(vertices);
+  fill_blocks(vertices_, vertex_blocks_);
+}
+
+void ConvexPiece::measure() {
+  for (const Vec3& vertex : vertices_) box_.extend(vertex);
+  box_.min().array() -= radius_m_;
+  box_.max().array() += radius_m_;
+  centre_ = box_.center();
+  smallest_extent_m_ = box_.sizes().minCoeff();
+}
+
+void ConvexPiece::map_faces() {
+  std::vector<Vec3> normals;
+  for (const Face& face : faces_) normals.push_back(face.normal);
+  fill_blocks(normals, normal_blocks_);
+  std::vector<std::vector<uint32_t>> at(vertices_.size());
+  for (uint32_t f = 0; f < faces_.size(); ++f) {
+    for (uint32_t i = 0; i < faces_[f].count; ++i) at[loops_[faces_[f].first + i]].push_back(f);
+  }
+  first_face_of_.push_back(0);
+  for (const std::vector<uint32_t>& faces : at) {
+    faces_of_.insert(faces_of_.end(), faces.begin(), faces.end());
+    first_face_of_.push_back(static_cast<uint32_t>(faces_of_.size()));
+  }
+}
+
+uint32_t ConvexPiece::farthest_vertex(const Vec3& direction) const {
+  return greatest(vertex_blocks_, direction);
+}
+
+Vec3 ConvexPiece::farthest(const Vec3& direction) const {
+  switch (kind_) {
+    case Kind::sphere:
+      return vertices_[0];
+    case Kind::cylinder: {
+      const double along = axis_.dot(direction);
+      const Vec3 across = direction - along * axis_;
+      const double length = across.norm();
+      Vec3 point = centre_ + (along < 0 ? -half_height_m_ : half_height_m_) * axis_;
+      if (length > 1e-12 * std::abs(along)) point += round_m_ / length * across;
+      return point;
+    }
+    case Kind::polytope:
+      break;
+  }
+  return vertices_[farthest_vertex(direction)];
+}
+
+uint32_t ConvexPiece::face_along(const Vec3& direction) const {
+  return faces_.empty() ? kNone : greatest(normal_blocks_, direction);
+}
+
+uint32_t ConvexPiece::face_at(uint32_t vertex, const Vec3& direction) const {
+  uint32_t best = kNone;
+  double most = -2;
+  for (uint32_t i = first_face_of_[vertex]; i < first_face_of_[vertex + 1]; ++i) {
+    const double along = faces_[faces_of_[i]].normal.dot(direction);
+    if (along > most) {
+      most = along;
+      best = faces_of_[i];
+    }
+  }
+  return best;
+}
+
+}  // namespace pilesim::exact

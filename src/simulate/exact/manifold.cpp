@@ -1,0 +1,291 @@
+#include "simulate/exact/manifold.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace pilesim::exact {
+namespace {
+
+// A face carries the contact if its normal is about the direction of least overlap, and pieces are
+// along it closer by no more than this share of the smaller extent.
+constexpr double kFacing = 0.95;
+constexpr double kFaceTolerance = 3e-4;
+// Of two faces that are as good, the one of a.
+constexpr double kPreference = 1e-5;
+// Depths that differ by less are the same.
+constexpr double kSameDepth = 1e-4;
+// What lies on a plane lies on points that are no higher than the lowest by more than this share of
+// the extent.
+constexpr double kBand = 1e-3;
+// A cylinder whose axis is nearer to the direction lies on its flat face, else on its round side.
+constexpr double kOnItsFace = 0.7;
+// Round sides touch along a line where axes are parallel to this cosine.
+constexpr double kParallel = 0.9999;
+
+// What a piece turns towards `direction`: corners of a face, the ends of a line, or a point.
+void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& polygon) {
+  polygon.clear();
+  switch (piece.kind()) {
+    case ConvexPiece::Kind::sphere:
+      polygon.push_back(piece.vertices()[0]);
+      return;
+    case ConvexPiece::Kind::cylinder: {
+      if (std::abs(piece.axis().dot(direction)) < kOnItsFace) {
+        const Vec3 lowest = piece.farthest(direction);
+        const double side = piece.axis().dot(lowest - piece.centre());
+        polygon.push_back(lowest);
+        polygon.push_back(lowest - 2 * side * piece.axis());
+        return;
+      }
+      const ConvexPiece::Face& face = piece.faces()[piece.axis().dot(direction) > 0 ? 0 : 1];
+      for (uint32_t i = 0; i < face.count; ++i) {
+        polygon.push_back(piece.vertices()[piece.loops()[face.first + i]]);
+      }
+      polygon.push_back(piece.farthest(direction));  // hardly outside of the rim's polygon
+      return;
+    }
+    case ConvexPiece::Kind::polytope:
+      break;
+  }
+  const uint32_t vertex = piece.farthest_vertex(direction);
+  const ConvexPiece::Face& face = piece.faces()[piece.face_at(vertex, direction)];
+  for (uint32_t i = 0; i < face.count; ++i) {
+    polygon.push_back(piece.vertices()[piece.loops()[face.first + i]]);
+  }
+}
+
+// The part of the polygon below the plane normal . x <= offset.
+void cut(const Vec3& normal, double offset, std::vector<Vec3>& polygon, std::vector<Vec3>& rest) {
+  rest.clear();
+  for (size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+    const double dp = normal.dot(p) - offset, dq = normal.dot(q) - offset;
+    if (dp <= 0) rest.push_back(p);
+    if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) rest.push_back(p + dp / (dp - dq) * (q - p));
+  }
+  std::swap(polygon, rest);
+}
+
+struct Reference {
+  uint32_t face;
+  double distance_m;
+};
+
+// The face of `piece` towards `normal`, if it carries the contact.
+std::optional<Reference> reference(const ConvexPiece& piece, const ConvexPiece& other,
+                                   const Relative& other_in_piece, const Vec3& normal,
+                                   double least_m) {
+  const uint32_t index = piece.face_along(normal);
+  if (index == ConvexPiece::kNone) return {};
+  const ConvexPiece::Face& face = piece.faces()[index];
+  if (face.normal.dot(normal) < kFacing) return {};
+  const Vec3 deepest =
+      other_in_piece.apply(other.farthest(-(other_in_piece.turn.transpose() * face.normal)));
+  const double distance = face.normal.dot(deepest) - face.offset_m - other.radius_m();
+  if (distance < least_m) return {};
+  return Reference{index, distance};
+}
+
+// In the frame of the piece whose face it is; normals leave that piece.
+double add_points_over(const ConvexPiece& piece, uint32_t face_index, const ConvexPiece& other,
+                       const Relative& other_in_piece, double reach_m, ManifoldScratch& scratch,
+                       std::vector<SurfacePoint>& points) {
+  const ConvexPiece::Face& face = piece.faces()[face_index];
+  facing(other, -(other_in_piece.turn.transpose() * face.normal), scratch.polygon);
+  for (Vec3& corner : scratch.polygon) corner = other_in_piece.apply(corner);
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Vec3& point : scratch.polygon) nearest = std::min(nearest, face.normal.dot(point));
+  nearest -= face.offset_m + other.radius_m();
+  const auto corner = [&](uint32_t i) -> const Vec3& {
+    return piece.vertices()[piece.loops()[face.first + i % face.count]];
+  };
+  for (uint32_t i = 0; i < face.count && !scratch.polygon.empty(); ++i) {
+    const Vec3 side = (corner(i + 1) - corner(i)).cross(face.normal);
+    cut(side, side.dot(corner(i)), scratch.polygon, scratch.cut);
+  }
+  for (const Vec3& point : scratch.polygon) {
+    const double distance = face.normal.dot(point) - face.offset_m - other.radius_m();
+    if (distance >= reach_m) continue;
+    points.push_back(
+        {point - (distance / 2 + other.radius_m()) * face.normal, face.normal, distance});
+  }
+  return nearest;
+}
+
+// Two round sides along each other.
+bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+              const Separation& separation, std::vector<SurfacePoint>& points) {
+  if (a.kind() != ConvexPiece::Kind::cylinder || b.kind() != ConvexPiece::Kind::cylinder) {
+    return false;
+  }
+  const Vec3 axis_b = b_in_a.turn * b.axis();
+  if (std::abs(a.axis().dot(axis_b)) < kParallel ||
+      std::abs(a.axis().dot(separation.normal)) > kOnItsFace) {
+    return false;
+  }
+  const double middle = a.axis().dot(b_in_a.apply(b.centre()) - a.centre());
+  const double low = std::max(-a.half_height_m(), middle - b.half_height_m());
+  const double high = std::min(a.half_height_m(), middle + b.half_height_m());
+  if (low >= high) return false;
+  const Vec3 between = (separation.on_a + separation.on_b) / 2;
+  const double at = a.axis().dot(between - a.centre());
+  for (const double end : {low, high}) {
+    points.push_back({between + (end - at) * a.axis(), separation.normal, separation.distance_m});
+  }
+  return true;
+}
+
+double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
+  return std::min(a.smallest_extent_m(), b.smallest_extent_m());
+}
+
+}  // namespace
+
+void keep_lowest(std::vector<SurfacePoint>& points, size_t first, double band_m,
+                 double same_depth_m) {
+  if (points.size() - first <= kMostOfPlane) return;
+  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
+  double deepest = std::numeric_limits<double>::infinity();
+  for (auto it = begin; it != points.end(); ++it) deepest = std::min(deepest, it->distance_m);
+  const auto middle = std::stable_partition(
+      begin, points.end(), [&](const SurfacePoint& p) { return p.distance_m > deepest + band_m; });
+  // The others first, so that what is cut off lies at the end.
+  std::vector<SurfacePoint> lowest(middle, points.end());
+  points.erase(middle, points.end());
+  keep_spanning(points, first, same_depth_m);
+  const size_t second = points.size();
+  points.insert(points.end(), lowest.begin(), lowest.end());
+  keep_spanning(points, second, same_depth_m);
+}
+
+void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m) {
+  if (points.size() - first <= kMostOfPlane) return;
+  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
+  const Vec3 normal = begin->normal;
+  const auto take = [&](size_t place, auto&& measure) {
+    auto best = begin + static_cast<std::ptrdiff_t>(place);
+    double most = -std::numeric_limits<double>::infinity();
+    for (auto it = best; it != points.end(); ++it) {
+      const double value = measure(*it);
+      if (value > most) {
+        most = value;
+        best = it;
+      }
+    }
+    std::swap(*(begin + static_cast<std::ptrdiff_t>(place)), *best);
+  };
+  double deepest = std::numeric_limits<double>::infinity();
+  for (auto it = begin; it != points.end(); ++it) deepest = std::min(deepest, it->distance_m);
+  Vec3 middle = Vec3::Zero();
+  for (auto it = begin; it != points.end(); ++it) middle += it->place;
+  middle /= static_cast<double>(points.size() - first);
+  take(0, [&](const SurfacePoint& p) {
+    return p.distance_m <= deepest + same_depth_m ? (p.place - middle).squaredNorm() : -1.0;
+  });
+  const Vec3 p0 = begin[0].place;
+  take(1, [&](const SurfacePoint& p) { return (p.place - p0).squaredNorm(); });
+  const Vec3 across = normal.cross(begin[1].place - p0);
+  take(2, [&](const SurfacePoint& p) { return std::abs(across.dot(p.place - p0)); });
+  // The farthest outside of the triangle of these three.
+  std::array<Vec3, 3> corners = {p0, begin[1].place, begin[2].place};
+  if (across.dot(corners[2] - p0) < 0) std::swap(corners[1], corners[2]);
+  take(3, [&](const SurfacePoint& p) {
+    double outside = -std::numeric_limits<double>::infinity();
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3 side = (corners[(k + 1) % 3] - corners[k]).cross(normal);
+      outside = std::max(outside, side.dot(p.place - corners[k]));
+    }
+    return outside;
+  });
+  points.resize(first + kMostOfPlane);
+}
+
+double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                    const Feature& feature, double reach_m, ManifoldScratch& scratch,
+                    std::vector<SurfacePoint>& points) {
+  const size_t first = points.size();
+  double distance;
+  if (feature.of == Feature::Of::a) {
+    distance = add_points_over(a, feature.face, b, b_in_a, reach_m, scratch, points);
+  } else {
+    const Relative a_in_b{b_in_a.turn.transpose(), -(b_in_a.turn.transpose() * b_in_a.shift)};
+    distance = add_points_over(b, feature.face, a, a_in_b, reach_m, scratch, points);
+    for (size_t i = first; i < points.size(); ++i) {
+      points[i].place = b_in_a.apply(points[i].place);
+      points[i].normal = -(b_in_a.turn * points[i].normal);
+    }
+  }
+  if (points.size() > first) keep_spanning(points, first, kSameDepth * smaller_extent(a, b));
+  return distance;
+}
+
+Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                     const Separation& separation, double reach_m, ManifoldScratch& scratch,
+                     std::vector<SurfacePoint>& points) {
+  const size_t first = points.size();
+  const double small = smaller_extent(a, b);
+  const double least = separation.distance_m - kFaceTolerance * small;
+  const Relative a_in_b{b_in_a.turn.transpose(), -(b_in_a.turn.transpose() * b_in_a.shift)};
+  const auto of_a = reference(a, b, b_in_a, separation.normal, least);
+  const auto of_b = reference(b, a, a_in_b, -(a_in_b.turn * separation.normal), least);
+  Feature feature;
+  if (of_a && (!of_b || of_a->distance_m + kPreference * small >= of_b->distance_m)) {
+    feature = {Feature::Of::a, of_a->face};
+  } else if (of_b) {
+    feature = {Feature::Of::b, of_b->face};
+  }
+  if (feature.of != Feature::Of::none) {
+    add_manifold(a, b, b_in_a, feature, reach_m, scratch, points);
+    if (points.size() > first) return feature;
+    // Nothing is over the face: it may be that they pass each other beside it.
+    KnownVertices none;
+    const Separation apart = find_separation(a, b, b_in_a, Vec3::Zero(), reach_m, none);
+    if (!apart.is_exact || apart.distance_m >= reach_m) return {};
+    points.push_back({(apart.on_a + apart.on_b) / 2, apart.normal, apart.distance_m});
+    return {};
+  } else if (add_line(a, b, b_in_a, separation, points)) {
+    return {};
+  }
+  points.push_back(
+      {(separation.on_a + separation.on_b) / 2, separation.normal, separation.distance_m});
+  return {};
+}
+
+void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
+                        double reach_m, std::vector<SurfacePoint>& points) {
+  const size_t first = points.size();
+  const auto add = [&](const Vec3& point) {
+    const double distance = normal.dot(point) - offset_m - piece.radius_m();
+    if (distance >= reach_m) return;
+    points.push_back({point - (distance / 2 + piece.radius_m()) * normal, normal, distance});
+  };
+  if (piece.kind() == ConvexPiece::Kind::cylinder) {
+    // The lowest point of either rim, and those that go with it.
+    const Vec3 lowest = piece.farthest(-normal);
+    const Vec3 arm = lowest - piece.centre();
+    const Vec3 round = arm - arm.dot(piece.axis()) * piece.axis();
+    const Vec3 across = piece.axis().cross(round);
+    for (const double side : {1.0, -1.0}) {
+      const Vec3 middle = piece.centre() + side * piece.half_height_m() * piece.axis();
+      if (round.isZero()) {
+        for (uint32_t i = 0; i < piece.faces()[0].count; i += 2) {
+          add(piece.vertices()[piece.loops()[piece.faces()[side > 0 ? 0 : 1].first + i]]);
+        }
+      } else {
+        add(middle + round);
+        // With a third of the way round the three of a rim that lies carry it.
+        for (const double angle : {2 * kPi / 3, -2 * kPi / 3}) {
+          add(middle + std::cos(angle) * round + std::sin(angle) * across);
+        }
+      }
+    }
+  } else {
+    for (const Vec3& vertex : piece.vertices()) add(vertex);
+  }
+  keep_lowest(points, first, kBand * piece.smallest_extent_m(),
+              kSameDepth * piece.smallest_extent_m());
+}
+
+}  // namespace pilesim::exact

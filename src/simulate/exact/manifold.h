@@ -1,0 +1,57 @@
+// Where two convex pieces touch: the face of one, cut out of what faces it of the other, or one
+// point where edges cross or round sides meet.
+#pragma once
+
+#include <vector>
+
+#include "simulate/exact/separation.h"
+
+namespace pilesim::exact {
+
+struct SurfacePoint {
+  Vec3 place;         // m, half-way between the two surfaces
+  Vec3 normal;        // unit, from a to b
+  double distance_m;  // along the normal; below 0 they overlap
+  // Of whoever takes it on; see pair.cpp.
+  Vec3 other_arm = Vec3::Zero();
+  double time_s = 0;
+  bool is_round = false;
+};
+
+// The face that carries a contact.
+struct Feature {
+  enum class Of : uint8_t { none, a, b } of = Of::none;
+  uint32_t face = 0;
+};
+
+// At most this many points of one plane are kept.
+inline constexpr size_t kMostOfPlane = 4;
+
+// Reused from pair to pair.
+struct ManifoldScratch {
+  std::vector<Vec3> polygon, cut;
+  std::vector<SurfacePoint> points;
+};
+
+// Points closer than `reach_m`, in the frame of a, appended to `points`. `separation` is exact.
+Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                     const Separation& separation, double reach_m, ManifoldScratch& scratch,
+                     std::vector<SurfacePoint>& points);
+
+// The same with the face that carried them before; how far they are apart along its normal, m.
+double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                    const Feature& feature, double reach_m, ManifoldScratch& scratch,
+                    std::vector<SurfacePoint>& points);
+
+// Of a piece with the half-space normal . x <= offset in the piece's frame. The plane is body a.
+void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
+                        double reach_m, std::vector<SurfacePoint>& points);
+
+// Of points from `first` on, which have one normal, the deepest and those that span most.
+void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m);
+// Of points of a surface that is not flat: as many of those within `band_m` of the deepest, which
+// carry, and as many of the others, which may.
+void keep_lowest(std::vector<SurfacePoint>& points, size_t first, double band_m,
+                 double same_depth_m);
+
+}  // namespace pilesim::exact

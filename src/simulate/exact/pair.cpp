@@ -1,0 +1,423 @@
+#include "simulate/exact/pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pilesim::exact {
+namespace {
+
+// Pieces closer than this share of the smaller one's extent have contact points, whether or not
+// they can touch within the step: those are there when they are needed.
+constexpr double kMargin = 0.01;
+// The list of pairs of pieces holds for a motion of this share of the smaller body's extent.
+constexpr double kListShare = 0.1;
+// A contact takes over the force of one this near, as a share of the smaller piece's extent.
+constexpr double kSamePlace = 0.1;
+constexpr double kSameNormal = 0.7;  // cosine
+// Points whose normals differ by less than this cosine are of one plane.
+constexpr double kSamePlane = 0.999;
+constexpr double kSameDepth = 1e-4;
+// Pieces that may come nearer in a step than this share of the smaller one's extent, and are not
+// near yet, are met where they will be.
+constexpr double kFast = 0.1;
+constexpr int kMostAdvances = 24;
+// The face that carries a contact is kept for a motion of this share of the smaller extent: no
+// other direction can be better by more than twice as much.
+constexpr double kKept = 1e-3;
+constexpr double kBand = 1e-3;  // as in manifold.cpp
+
+class Finder {
+ public:
+  Finder(Pair& pair, const Body& a, const Body& b, const Placed& placed_a, const Placed& placed_b,
+         const CollisionShape& shape_a, const CollisionShape& shape_b,
+         const NarrowSettings& settings, NarrowScratch& scratch)
+      : pair_(pair),
+        a_(a),
+        b_(b),
+        placed_a_(placed_a),
+        placed_b_(placed_b),
+        shape_a_(shape_a),
+        shape_b_(shape_b),
+        scratch_(scratch),
+        step_s_(settings.step_s),
+        small_(shape_a.is_plane || shape_a.surface
+                   ? shape_b.piece_extent_m
+                   : std::min(shape_a.piece_extent_m, shape_b.piece_extent_m)) {
+    const double h = settings.step_s;
+    const double fall = a.is_awake() != b.is_awake() ? settings.gravity * h * h : 0;
+    turning_ = placed_a.turning_m_s + placed_b.turning_m_s;
+    const double way = h * ((a.velocity - b.velocity).norm() + turning_) + fall;
+    reach_m_ = kMargin * small_ + way;
+    is_fast_ = way > kFast * small_;
+    near_m_ = 2 * kMargin * small_;
+  }
+
+  void find() {
+    // What is subtracted is never too little.
+    const auto spend = [](float& slack, float motion) {
+      constexpr float kRounding = 2e-7F;
+      slack -= motion + kRounding * (std::abs(slack) + motion);
+    };
+    const auto motion = static_cast<float>(a_.moved_m + b_.moved_m);
+    spend(pair_.slack_m, motion);
+    pair_.motion_m += motion;
+    if (pair_.slack_m > reach_m_) {
+      pair_.contacts.clear();
+      return;
+    }
+    spend(pair_.list_slack_m, pair_.motion_m);
+    for (PiecePair& pieces : pair_.pieces) {
+      spend(pieces.slack_m, pair_.motion_m);
+      pieces.looked_m += pair_.motion_m;
+    }
+    pair_.motion_m = 0;
+    b_in_a_ = relative_at(0);
+    scratch_.all.clear();
+    double slack = std::numeric_limits<double>::infinity();
+    if (shape_a_.is_plane) {
+      for (const ConvexPiece& piece : shape_b_.pieces) meet_plane(piece, slack);
+    } else {
+      if (pair_.list_slack_m < reach_m_) list_pieces();
+      for (PiecePair& pieces : pair_.pieces) {
+        if (pieces.slack_m <= reach_m_) meet(pieces);
+        slack = std::min<double>(slack, pieces.slack_m);
+      }
+      slack = std::min<double>(slack, pair_.list_slack_m);
+    }
+    pair_.slack_m = static_cast<float>(slack);
+    reduce();
+    take_over();
+  }
+
+ private:
+  // Where the bodies are `t` seconds from now, by their velocities.
+  Relative relative_at(double t) {
+    if (t == 0) {
+      turn_a_ = placed_a_.turn;
+      position_a_ = a_.position;
+      position_b_ = b_.position;
+      return {turn_a_.transpose() * placed_b_.turn,
+              turn_a_.transpose() * (b_.position - a_.position)};
+    }
+    const auto turned = [t](const Body& body) {
+      const Vec3 turn = t * body.spin;
+      const double angle = turn.norm();
+      if (angle == 0) return body.orientation;
+      return Quat(Eigen::AngleAxisd(angle, turn / angle)) * body.orientation;
+    };
+    turn_a_ = turned(a_).toRotationMatrix();
+    position_a_ = a_.position + t * a_.velocity;
+    position_b_ = b_.position + t * b_.velocity;
+    return {turn_a_.transpose() * turned(b_).toRotationMatrix(),
+            turn_a_.transpose() * (position_b_ - position_a_)};
+  }
+
+  // Contacts of one pair of pieces as bodies stand, and their distance. `look(relative, reach)`
+  // finds the separation, `touch(relative, separation, reach)` adds points to scratch_.all.
+  template <typename Look, typename Touch>
+  double meet(bool is_round, const Look& look, const Touch& touch) {
+    const Separation now = look(b_in_a_, reach_m_);
+    if (!now.is_exact || now.distance_m > reach_m_) return now.distance_m;
+    const size_t first = scratch_.all.size();
+    if (!is_fast_ || now.distance_m <= near_m_) {
+      touch(b_in_a_, now, reach_m_);
+      add_contacts(first, 0, is_round);
+      return now.distance_m;
+    }
+    // Conservative advancement: on by times in which nothing can touch.
+    Separation then = now;
+    double t = 0;
+    for (int i = 0; i < kMostAdvances && then.distance_m > near_m_; ++i) {
+      const Vec3 normal = turn_a_ * then.normal;
+      const double closing = normal.dot(a_.velocity - b_.velocity) + turning_;
+      if (closing <= 0) break;
+      t += (then.distance_m - near_m_ / 2) / closing;
+      if (t > step_s_) break;
+      then = look(relative_at(t), std::numeric_limits<double>::infinity());
+    }
+    if (t <= step_s_ && then.distance_m <= near_m_) {
+      touch(relative_at(t), then, near_m_ + kMargin * small_);
+      add_contacts(first, t, is_round);
+    }
+    relative_at(0);  // for the next pieces
+    return now.distance_m;
+  }
+
+  static bool is_round(const ConvexPiece& piece) {
+    return piece.kind() != ConvexPiece::Kind::polytope;
+  }
+
+  void meet_plane(const ConvexPiece& piece, double& slack) {
+    const auto plane_in = [](const Relative& relative) {
+      return std::pair(Vec3(relative.turn.transpose() * Vec3::UnitY()), -relative.shift.y());
+    };
+    slack = std::min(slack, meet(
+                                is_round(piece),
+                                [&](const Relative& relative, double) {
+                                  const auto [normal, offset] = plane_in(relative);
+                                  Separation separation;
+                                  separation.normal = Vec3::UnitY();
+                                  separation.distance_m = normal.dot(piece.farthest(-normal)) -
+                                                          piece.radius_m() - offset;
+                                  return separation;
+                                },
+                                [&](const Relative& relative, const Separation&, double reach) {
+                                  const auto [normal, offset] = plane_in(relative);
+                                  const size_t first = scratch_.all.size();
+                                  add_plane_manifold(piece, normal, offset, reach, scratch_.all);
+                                  for (size_t i = first; i < scratch_.all.size(); ++i) {
+                                    scratch_.all[i].place = relative.apply(scratch_.all[i].place);
+                                    scratch_.all[i].normal = relative.turn * scratch_.all[i].normal;
+                                  }
+                                }));
+  }
+
+  void meet(PiecePair& pieces) {
+    const ConvexPiece& b = shape_b_.pieces[pieces.b];
+    Vec3 guess = pieces.axis.cast<double>();
+    if (!guess.isZero()) guess.normalize();
+    if (shape_a_.surface) return meet_triangle(pieces, b, guess);
+    const ConvexPiece& a = shape_a_.pieces[pieces.a];
+    if (!is_fast_ && pieces.feature.of != Feature::Of::none && pieces.looked_m < kKept * small_) {
+      const size_t first = scratch_.all.size();
+      pieces.slack_m = static_cast<float>(
+          add_manifold(a, b, b_in_a_, pieces.feature, reach_m_, scratch_.manifold, scratch_.all));
+      if (scratch_.all.size() > first || pieces.slack_m > reach_m_) {
+        return add_contacts(first, 0, is_round(a) || is_round(b));
+      }
+    }
+    pieces.feature = {};
+    pieces.looked_m = 0;
+    bool first = true;
+    const double distance = meet(
+        is_round(a) || is_round(b),
+        [&](const Relative& relative, double reach) {
+          const Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
+          guess = separation.normal;
+          if (first) pieces.axis = guess.cast<float>();
+          first = false;
+          return separation;
+        },
+        [&](const Relative& relative, const Separation& separation, double reach) {
+          pieces.feature =
+              add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+        });
+    pieces.slack_m = static_cast<float>(distance);
+  }
+
+  void meet_triangle(PiecePair& pieces, const ConvexPiece& b, Vec3 guess) {
+    const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
+    thread_local ConvexPiece triangle{face.corners};
+    triangle.become(face.corners);
+    bool first = true;
+    const double distance = meet(
+        is_round(b),
+        [&](const Relative& relative, double reach) {
+          // Apart as they were, or over the face, or beside it.
+          if (!guess.isZero()) {
+            const double apart = separation_along(triangle, b, relative, guess);
+            if (apart > reach) return Separation{guess, apart, {}, {}, false};
+          }
+          const Separation separation =
+              find_separation(triangle, b, relative, face.normal, reach, pieces.known);
+          guess = separation.normal;
+          if (first) pieces.axis = guess.cast<float>();
+          first = false;
+          return separation;
+        },
+        [&](const Relative& relative, const Separation& separation, double reach) {
+          touch_triangle(pieces, triangle, b, relative, separation, reach);
+        });
+    pieces.slack_m = static_cast<float>(distance);
+    if (distance > reach_m_) pieces.in_front = false;
+  }
+
+  // Never into the surface, nor against an edge that is inside of it.
+  void touch_triangle(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
+                      const Relative& relative, Separation separation, double reach) {
+    const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
+    const Vec3 allowed = shape_a_.surface->allowed(pieces.a, separation.on_a, separation.normal);
+    // What is behind, and has not come from here, is another triangle's.
+    pieces.in_front =
+        pieces.in_front || face.normal.dot(relative.apply(b.centre()) - face.corners[0]) >= 0;
+    if (!pieces.in_front || allowed.dot(separation.normal) <= 0) return;
+    const size_t first = scratch_.all.size();
+    const bool is_corrected = allowed.dot(separation.normal) < 1 - 1e-6;
+    if (is_corrected) {
+      separation.normal = allowed;
+      separation.distance_m = separation_along(triangle, b, relative, allowed);
+      separation.on_b = relative.apply(b.farthest(-(relative.turn.transpose() * allowed))) -
+                        b.radius_m() * allowed;
+      separation.on_a = separation.on_b - separation.distance_m * allowed;
+      if (separation.distance_m > reach) return;
+    }
+    add_manifold(triangle, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+    if (!is_corrected) return;
+    // What is not over the triangle is its neighbour's.
+    size_t kept = first;
+    for (size_t i = first; i < scratch_.all.size(); ++i) {
+      if (is_over(face, scratch_.all[i].place)) scratch_.all[kept++] = scratch_.all[i];
+    }
+    scratch_.all.resize(kept, scratch_.all.front());
+  }
+
+  static bool is_over(const TriangleSurface::Face& face, const Vec3& point) {
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
+      const Vec3 outward = side.cross(face.normal);
+      if (outward.dot(point - face.corners[k]) > 1e-6 * side.squaredNorm()) return false;
+    }
+    return true;
+  }
+
+  // Pairs of pieces whose boxes, widened, meet; those that were listed keep what is known of them.
+  void list_pieces() {
+    const double margin = kListShare * std::min(shape_b_.smallest_extent_m,
+                                                shape_a_.surface ? shape_b_.smallest_extent_m
+                                                                 : shape_a_.smallest_extent_m);
+    if (!shape_a_.surface && shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
+      pair_.list_slack_m = std::numeric_limits<float>::infinity();
+      if (pair_.pieces.empty()) pair_.pieces.push_back({0, 0, -1, Vec3f::Zero()});
+      return;
+    }
+    std::vector<PiecePair> former;
+    std::swap(former, pair_.pieces);
+    const double around = reach_m_ + margin;
+    const Mat3 spread = b_in_a_.turn.cwiseAbs();
+    auto known = former.begin();
+    std::vector<std::pair<uint32_t, uint32_t>> met;
+    for (uint32_t j = 0; j < shape_b_.pieces.size(); ++j) {
+      const Bounds& own = shape_b_.pieces[j].box();
+      const Vec3 centre = b_in_a_.apply(own.center());
+      const Vec3 half = spread * (own.sizes() / 2) + Vec3::Constant(around);
+      const Bounds box(Vec3(centre - half), Vec3(centre + half));
+      if (shape_a_.surface) {
+        shape_a_.surface->tree().for_each_near(box, 0, [&](uint32_t place) {
+          const Corners& corners = shape_a_.surface->face(place).corners;
+          const Bounds of_face = Bounds(corners[0]).extend(corners[1]).extend(corners[2]);
+          if (of_face.intersects(box)) met.emplace_back(place, j);
+        });
+      } else {
+        for (uint32_t i = 0; i < shape_a_.pieces.size(); ++i) {
+          if (shape_a_.pieces[i].box().intersects(box)) met.emplace_back(i, j);
+        }
+      }
+    }
+    std::ranges::sort(met);
+    for (const auto& [i, j] : met) {
+      while (known != former.end() && std::pair(known->a, known->b) < std::pair(i, j)) ++known;
+      if (known != former.end() && known->a == i && known->b == j) {
+        pair_.pieces.push_back(*known);
+      } else {
+        pair_.pieces.push_back({i, j, -1, Vec3f::Zero()});
+      }
+    }
+    pair_.list_slack_m = static_cast<float>(around);
+  }
+
+  // Points from `first` on were found `t` seconds from now: to the world, and to how far they are
+  // apart now.
+  void add_contacts(size_t first, double t, bool is_round) {
+    for (size_t i = first; i < scratch_.all.size(); ++i) {
+      SurfacePoint& point = scratch_.all[i];
+      const Vec3 place = position_a_ + turn_a_ * point.place;
+      point.normal = turn_a_ * point.normal;
+      const Vec3 arm_a = place - position_a_, arm_b = place - position_b_;
+      if (t > 0) {
+        const Vec3 parting =
+            b_.velocity + b_.spin.cross(arm_b) - a_.velocity - a_.spin.cross(arm_a);
+        point.distance_m -= t * point.normal.dot(parting);
+      }
+      point.place = arm_a;
+      point.other_arm = arm_b;
+      point.time_s = t;
+      point.is_round = is_round;
+    }
+  }
+
+  // One set for the pair: of each plane the points that span it.
+  void reduce() {
+    std::vector<SurfacePoint>& all = scratch_.all;
+    if (pair_.pieces.size() <= 1 && all.size() <= kMostOfPlane) return;
+    std::vector<SurfacePoint>& kept = scratch_.points;
+    kept.clear();
+    std::ranges::stable_sort(all, {}, &SurfacePoint::distance_m);
+    std::vector<uint8_t> taken(all.size(), 0);
+    for (size_t i = 0; i < all.size(); ++i) {
+      if (taken[i] != 0) continue;
+      const size_t first = kept.size();
+      const Vec3& normal = all[i].normal;
+      const double level = normal.dot(all[i].place);
+      for (size_t j = i; j < all.size(); ++j) {
+        if (taken[j] != 0 || all[j].normal.dot(normal) < kSamePlane) continue;
+        // Planes side by side: steps of a stair.
+        if (std::abs(normal.dot(all[j].place) - level) > 0.1 * small_) continue;
+        taken[j] = 1;
+        kept.push_back(all[j]);
+      }
+      keep_lowest(kept, first, kBand * small_, kSameDepth * small_);
+    }
+    std::swap(all, kept);
+  }
+
+  void take_over() {
+    std::vector<Contact>& former = scratch_.former;
+    std::swap(former, pair_.contacts);
+    pair_.contacts.clear();
+    const auto near2 = static_cast<float>(kSamePlace * small_ * kSamePlace * small_);
+    for (const SurfacePoint& point : scratch_.all) {
+      Contact contact;
+      contact.arm_a = point.place.cast<float>();
+      contact.arm_b = point.other_arm.cast<float>();
+      contact.normal = point.normal.cast<float>();
+      contact.distance_m = static_cast<float>(point.distance_m);
+      contact.time_s = static_cast<float>(point.time_s);
+      contact.is_round = point.is_round;
+      Contact* best = nullptr;
+      float least = near2;
+      for (Contact& old : former) {
+        if (old.push_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
+        const float distance2 = std::min((old.arm_a - contact.arm_a).squaredNorm(),
+                                         (old.arm_b - contact.arm_b).squaredNorm());
+        if (distance2 >= least) continue;
+        least = distance2;
+        best = &old;
+      }
+      if (best != nullptr) {
+        contact.push_n = best->push_n;
+        contact.friction_n =
+            best->friction_n - best->friction_n.dot(contact.normal) * contact.normal;
+        best->push_n = -1;  // taken
+      }
+      pair_.contacts.push_back(contact);
+    }
+    former.clear();
+  }
+
+  Pair& pair_;
+  const Body& a_;
+  const Body& b_;
+  const Placed& placed_a_;
+  const Placed& placed_b_;
+  const CollisionShape& shape_a_;
+  const CollisionShape& shape_b_;
+  NarrowScratch& scratch_;
+  double step_s_;
+  Mat3 turn_a_;
+  Relative b_in_a_;
+  Vec3 position_a_, position_b_;  // as relative_at() has left them
+  double small_, turning_ = 0, reach_m_ = 0, near_m_ = 0;
+  bool is_fast_ = false;
+};
+
+}  // namespace
+
+void find_contacts(Pair& pair, const Body& a, const Body& b, const Placed& placed_a,
+                   const Placed& placed_b, const CollisionShape& shape_a,
+                   const CollisionShape& shape_b, const NarrowSettings& settings,
+                   NarrowScratch& scratch) {
+  Finder(pair, a, b, placed_a, placed_b, shape_a, shape_b, settings, scratch).find();
+}
+
+}  // namespace pilesim::exact

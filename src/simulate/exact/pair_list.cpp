@@ -1,0 +1,171 @@
+#include "simulate/exact/pair_list.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel_for.h"
+
+namespace pilesim::exact {
+namespace {
+
+// Boxes are wider than they need to be by this share of the body's smallest extent, and by what it
+// moves in so many steps.
+constexpr double kMargin = 0.1;
+constexpr double kSteps = 2;
+// Of the smaller extent: contacts are wanted within it; see pair.cpp.
+constexpr double kReach = 0.01;
+// The order of the trees is made anew after so many steps.
+constexpr int kRebuild = 16;
+constexpr size_t kGrain = 64;
+
+Bounds box_of(const CollisionShape& shape, const Body& body) {
+  const Mat3 turn = body.orientation.toRotationMatrix();
+  const Vec3 centre = body.position + turn * shape.box.center();
+  const Vec3 half = turn.cwiseAbs() * (shape.box.sizes() / 2);
+  return {Vec3(centre - half), Vec3(centre + half)};
+}
+
+Bounds wider(const Bounds& box, double by) {
+  return {Vec3(box.min().array() - by), Vec3(box.max().array() + by)};
+}
+
+}  // namespace
+
+PairList::PairList(std::span<const CollisionShape> shapes, std::span<const Body> bodies)
+    : shapes_(shapes), bodies_(bodies), boxes_(bodies.size()) {
+  for (WideBox& box : boxes_) {  // holds nothing
+    box.low.fill(1);
+    box.high.fill(-1);
+  }
+}
+
+void PairList::add(uint32_t body) {
+  if (shapes_[bodies_[body].shape].is_plane) {
+    planes_.insert(std::ranges::lower_bound(planes_, body), body);
+  } else {
+    present_.insert(std::ranges::lower_bound(present_, body), body);
+  }
+  boxes_[body].low.fill(1);
+  boxes_[body].high.fill(-1);
+  fresh_.push_back(body);
+  changed_ = true;
+}
+
+void PairList::remove(uint32_t body) {
+  std::erase(planes_, body);
+  std::erase(present_, body);
+  std::erase(fresh_, body);
+  std::erase_if(pairs_, [body](const Pair& pair) { return pair.a == body || pair.b == body; });
+  changed_ = true;
+}
+
+bool PairList::may_meet(uint32_t a, uint32_t b) const {
+  const Body &first = bodies_[a], &second = bodies_[b];
+  if (first.moves != Moves::by_contacts && second.moves != Moves::by_contacts) return false;
+  return !(first.kept_apart && second.kept_apart);
+}
+
+void PairList::update(double step_s, double gravity) {
+  std::vector<uint32_t> moved;
+  for (const uint32_t i : present_) {
+    const Body& body = bodies_[i];
+    const bool is_fresh = boxes_[i].low[0] > boxes_[i].high[0];
+    if (!is_fresh && !body.may_move() && body.moved_m == 0) continue;
+    const CollisionShape& shape = shapes_[body.shape];
+    const Bounds tight = box_of(shape, body);
+    const double way =
+        step_s * (body.velocity.norm() + body.spin.norm() * shape.radius_m + step_s * gravity);
+    const double extent = shape.smallest_extent_m;
+    const Bounds needed = wider(tight, body.may_move() ? way + kReach * extent : 0);
+    if (!is_fresh && boxes_[i].holds(WideBox::around(needed))) continue;
+    boxes_[i] =
+        WideBox::around(body.may_move() ? wider(needed, kMargin * extent + kSteps * way) : needed);
+    moved.push_back(i);
+  }
+  if (changed_ || steps_++ % kRebuild == 0) {
+    std::vector<uint32_t> moving, fixed;
+    for (const uint32_t i : present_) {
+      (bodies_[i].moves == Moves::never ? fixed : moving).push_back(i);
+    }
+    moving_tree_.build(boxes_, std::move(moving));
+    if (changed_) fixed_tree_.build(boxes_, std::move(fixed));
+    changed_ = false;
+  } else if (!moved.empty()) {
+    moving_tree_.refit(boxes_);
+  }
+  found_.clear();
+  // A plane that has come meets all that is there.
+  for (const uint32_t plane : fresh_) {
+    if (!shapes_[bodies_[plane].shape].is_plane) continue;
+    moved = present_;
+  }
+  fresh_.clear();
+  if (moved.empty()) return;
+  look_up(moved);
+  merge();
+}
+
+void PairList::look_up(std::span<const uint32_t> moved) {
+  std::vector<std::vector<uint64_t>> parts((moved.size() + kGrain - 1) / kGrain);
+  parallel_for(moved.size(), kGrain, [&](size_t begin, size_t end) {
+    std::vector<uint32_t> near;
+    std::vector<uint64_t>& keys = parts[begin / kGrain];
+    for (size_t m = begin; m < end; ++m) {
+      const uint32_t i = moved[m];
+      near.clear();
+      moving_tree_.find(boxes_[i], near);
+      if (bodies_[i].moves == Moves::by_contacts) {
+        fixed_tree_.find(boxes_[i], near);
+        for (const uint32_t plane : planes_) {
+          const Body& body = bodies_[plane];
+          const Vec3 normal = body.orientation * Vec3::UnitY();
+          Vec3 lowest;
+          for (int k = 0; k < 3; ++k) {
+            const auto e = static_cast<size_t>(k);
+            lowest[k] = normal[k] > 0 ? boxes_[i].low[e] : boxes_[i].high[e];
+          }
+          if (normal.dot(lowest - body.position) <= 0) near.push_back(plane);
+        }
+      }
+      for (const uint32_t j : near) {
+        if (i == j || !may_meet(i, j)) continue;
+        keys.push_back(uint64_t{std::min(i, j)} << 32 | std::max(i, j));
+      }
+    }
+  });
+  for (const std::vector<uint64_t>& keys : parts) {
+    found_.insert(found_.end(), keys.begin(), keys.end());
+  }
+  std::ranges::sort(found_);
+  found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
+}
+
+// Pairs whose boxes have parted go.
+void PairList::merge() {
+  std::vector<Pair> merged;
+  merged.reserve(pairs_.size() + found_.size());
+  auto found = found_.begin();
+  const auto add = [&](uint64_t key) {
+    auto a = static_cast<uint32_t>(key >> 32), b = static_cast<uint32_t>(key);
+    const auto stands = [&](uint32_t body) {
+      const CollisionShape& shape = shapes_[bodies_[body].shape];
+      return shape.is_plane || shape.surface != nullptr;
+    };
+    if (stands(b)) std::swap(a, b);
+    merged.push_back({a, b});
+  };
+  const auto meet = [&](const Pair& pair) {
+    if (shapes_[bodies_[pair.a].shape].is_plane) return true;
+    return boxes_[pair.a].meets(boxes_[pair.b]);
+  };
+  for (Pair& pair : pairs_) {
+    for (; found != found_.end() && *found < pair.key(); ++found) add(*found);
+    const bool known = found != found_.end() && *found == pair.key();
+    if (known) ++found;
+    if (known || meet(pair)) merged.push_back(std::move(pair));
+  }
+  for (; found != found_.end(); ++found) add(*found);
+  pairs_ = std::move(merged);
+}
+
+}  // namespace pilesim::exact

@@ -1,0 +1,346 @@
+#include "simulate/exact/separation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace pilesim::exact {
+namespace {
+
+// Pieces that overlap are looked at as if they were this share of the smaller one's extent apart.
+constexpr double kShift = 0.02;
+// Where they are sunk into each other by more than this share, a face may be a better direction
+// than the one that was the best before. Not where they are sunk in by more than the other share:
+// what all but went through a thin wall is to come back the way it went.
+constexpr double kDeep = 1e-3, kTooDeep = 0.2;
+// Closer than this share of the extent, the direction from one to the other is lost in rounding.
+constexpr double kLeastDistance = 1e-3;
+constexpr double kGainByFace = 1e-5;
+// A direction is found when it turns by less, rad^2 / 2: what a better one can gain is about this
+// share of the shift.
+constexpr double kSameDirection = 2e-4;
+constexpr int kMostRounds = 6;
+constexpr int kMostIterations = 64;
+// Of the squared distance: what GJK may still gain.
+constexpr double kGain = 1e-9;
+
+// A point of the difference b - a, with what it is of.
+struct Corner {
+  Vec3 at, a, b;
+  uint32_t of_a = 0, of_b = 0;  // vertices
+};
+
+// The point of the simplex that is closest to the origin; leaves the corners it lies between, with
+// their shares.
+struct Simplex {
+  std::array<Corner, 4> corners;
+  std::array<double, 4> shares{};
+  int count = 0;
+
+  Vec3 closest();
+
+ private:
+  Vec3 keep(std::array<int, 3> which, std::array<double, 3> weights, int n);
+  Vec3 on_segment(int i, int j);
+  Vec3 on_triangle(int i, int j, int k);
+};
+
+Vec3 Simplex::keep(std::array<int, 3> which, std::array<double, 3> weights, int n) {
+  std::array<Corner, 3> kept;
+  Vec3 point = Vec3::Zero();
+  for (int m = 0; m < n; ++m) {
+    kept[m] = corners[which[m]];
+    point += weights[m] * kept[m].at;
+  }
+  for (int m = 0; m < n; ++m) {
+    corners[m] = kept[m];
+    shares[m] = weights[m];
+  }
+  count = n;
+  return point;
+}
+
+Vec3 Simplex::on_segment(int i, int j) {
+  const Vec3 &a = corners[i].at, &b = corners[j].at;
+  const Vec3 along = b - a;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0 ? -a.dot(along) / length2 : 0;
+  if (t <= 0) return keep({i, 0, 0}, {1, 0, 0}, 1);
+  if (t >= 1) return keep({j, 0, 0}, {1, 0, 0}, 1);
+  return keep({i, j, 0}, {1 - t, t, 0}, 2);
+}
+
+Vec3 Simplex::on_triangle(int i, int j, int k) {
+  const Vec3 &a = corners[i].at, &b = corners[j].at, &c = corners[k].at;
+  const Vec3 ab = b - a, ac = c - a;
+  const double d1 = -ab.dot(a), d2 = -ac.dot(a);
+  if (d1 <= 0 && d2 <= 0) return keep({i, 0, 0}, {1, 0, 0}, 1);
+  const double d3 = -ab.dot(b), d4 = -ac.dot(b);
+  if (d3 >= 0 && d4 <= d3) return keep({j, 0, 0}, {1, 0, 0}, 1);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double t = d1 - d3 > 0 ? d1 / (d1 - d3) : 0;
+    return keep({i, j, 0}, {1 - t, t, 0}, 2);
+  }
+  const double d5 = -ab.dot(c), d6 = -ac.dot(c);
+  if (d6 >= 0 && d5 <= d6) return keep({k, 0, 0}, {1, 0, 0}, 1);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double t = d2 - d6 > 0 ? d2 / (d2 - d6) : 0;
+    return keep({i, k, 0}, {1 - t, t, 0}, 2);
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double whole = (d4 - d3) + (d5 - d6);
+    const double t = whole > 0 ? (d4 - d3) / whole : 0;
+    return keep({j, k, 0}, {1 - t, t, 0}, 2);
+  }
+  const double whole = va + vb + vc;
+  if (!(whole > 0)) return on_segment(i, j);  // no area
+  return keep({i, j, k}, {va / whole, vb / whole, vc / whole}, 3);
+}
+
+Vec3 Simplex::closest() {
+  if (count == 1) {
+    shares[0] = 1;
+    return corners[0].at;
+  }
+  if (count == 2) return on_segment(0, 1);
+  if (count == 3) return on_triangle(0, 1, 2);
+  // Of the faces that the origin lies outside of, the closest; none: it is inside.
+  constexpr std::array<std::array<int, 4>, 4> kFaces = {
+      {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}}};
+  double best2 = std::numeric_limits<double>::infinity();
+  Simplex best;
+  Vec3 point = Vec3::Zero();
+  for (const auto& [i, j, k, opposite] : kFaces) {
+    const Vec3 &a = corners[i].at, &b = corners[j].at, &c = corners[k].at;
+    const Vec3 normal = (b - a).cross(c - a);
+    const double other = normal.dot(corners[opposite].at - a), origin = -normal.dot(a);
+    if (other * origin > 0) continue;  // on the same side
+    Simplex face = *this;
+    const Vec3 candidate = face.on_triangle(i, j, k);
+    const double distance2 = candidate.squaredNorm();
+    if (distance2 < best2) {
+      best2 = distance2;
+      best = face;
+      point = candidate;
+    }
+  }
+  if (best2 == std::numeric_limits<double>::infinity()) return Vec3::Zero();
+  *this = best;
+  return point;
+}
+
+class Pair {
+ public:
+  Pair(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a, KnownVertices& known)
+      : a_(a),
+        b_(b),
+        b_in_a_(b_in_a),
+        known_(known),
+        radii_(a.radius_m() + b.radius_m()),
+        has_vertices_(a.kind() != ConvexPiece::Kind::cylinder &&
+                      b.kind() != ConvexPiece::Kind::cylinder) {}
+
+  double along(const Vec3& normal) const {
+    const Corner corner = support(normal);
+    return normal.dot(corner.at) - radii_;
+  }
+
+  // The corner of b - a that is least along `normal`.
+  Corner support(const Vec3& normal) const {
+    Corner corner;
+    const Vec3 back = -(b_in_a_.turn.transpose() * normal);
+    if (has_vertices_) {
+      return corner_of(a_.farthest_vertex(normal), b_.farthest_vertex(back));
+    }
+    corner.a = a_.farthest(normal);
+    corner.b = b_in_a_.apply(b_.farthest(back));
+    corner.at = corner.b - corner.a;
+    return corner;
+  }
+
+  Corner corner_of(uint32_t of_a, uint32_t of_b) const {
+    Corner corner;
+    corner.a = a_.vertices()[of_a];
+    corner.b = b_in_a_.apply(b_.vertices()[of_b]);
+    corner.at = corner.b - corner.a;
+    corner.of_a = of_a;
+    corner.of_b = of_b;
+    return corner;
+  }
+
+  enum class Outcome { found, beyond, overlap };
+  // With b moved by `shift`; the distance is that of the cores there. `guess` is unit.
+  Outcome gjk(const Vec3& shift, const Vec3& guess, double least, double beyond,
+              Separation& found) const {
+    Simplex simplex;
+    Vec3 closest;
+    Vec3 normal = guess;
+    double distance = std::numeric_limits<double>::infinity();
+    if (has_vertices_) {
+      for (; simplex.count < known_.count; ++simplex.count) {
+        const auto k = static_cast<size_t>(simplex.count);
+        simplex.corners[k] = corner_of(known_.a[k], known_.b[k]);
+        simplex.corners[k].at += shift;
+      }
+      if (simplex.count > 0) {
+        closest = simplex.closest();
+        distance = closest.norm();
+        if (distance <= least) {  // of no use: begin anew
+          simplex.count = 0;
+          distance = std::numeric_limits<double>::infinity();
+        } else {
+          normal = closest / distance;
+        }
+      }
+    }
+    for (int i = 0; i < kMostIterations; ++i) {
+      Corner corner = support(normal);
+      corner.at += shift;
+      const double bound = normal.dot(corner.at);
+      // In this direction they are apart by more than was asked for, where b really is.
+      if (bound - normal.dot(shift) - radii_ > beyond) {
+        found.normal = normal;
+        found.distance_m = bound - normal.dot(shift) - radii_;
+        found.is_exact = false;
+        return Outcome::beyond;
+      }
+      if (simplex.count > 0) {
+        if (distance - bound <= kGain * distance) break;
+        bool known = false;
+        for (int k = 0; k < simplex.count; ++k) {
+          known = known || simplex.corners[k].at == corner.at;
+        }
+        if (known) break;
+      }
+      simplex.corners[simplex.count++] = corner;
+      closest = simplex.closest();
+      const double now = closest.norm();
+      if (now <= least) return Outcome::overlap;
+      if (now >= distance) break;  // no better: rounding
+      distance = now;
+      normal = closest / now;
+    }
+    found.normal = normal;
+    found.on_a = found.on_b = Vec3::Zero();
+    for (size_t k = 0; k < static_cast<size_t>(simplex.count); ++k) {
+      found.on_a += simplex.shares[k] * simplex.corners[k].a;
+      found.on_b += simplex.shares[k] * simplex.corners[k].b;
+      known_.a[k] = static_cast<uint16_t>(simplex.corners[k].of_a);
+      known_.b[k] = static_cast<uint16_t>(simplex.corners[k].of_b);
+    }
+    known_.count = static_cast<uint8_t>(simplex.count);
+    found.distance_m = distance;
+    return Outcome::found;
+  }
+
+  // The face normal along which they overlap least: where they are deep in each other.
+  Vec3 best_face() const {
+    double most = -std::numeric_limits<double>::infinity();
+    Vec3 best = Vec3::UnitY();
+    const auto consider = [&](const Vec3& normal) {
+      const double apart = along(normal);
+      if (apart <= most) return;
+      most = apart;
+      best = normal;
+    };
+    const Vec3 between = b_in_a_.apply(b_.centre()) - a_.centre();
+    if (between.squaredNorm() > 0) consider(between.normalized());
+    for (const ConvexPiece::Face& face : a_.faces()) consider(face.normal);
+    for (const ConvexPiece::Face& face : b_.faces()) consider(-(b_in_a_.turn * face.normal));
+    for (const Vec3& axis : {a_.axis(), Vec3(b_in_a_.turn * b_.axis())}) {
+      const Vec3 round = between - between.dot(axis) * axis;
+      if (round.squaredNorm() > 0) consider(round.normalized());
+    }
+    return best;
+  }
+
+  Separation find(const Vec3& guess, double reach) const {
+    const double small = std::min(a_.smallest_extent_m(), b_.smallest_extent_m());
+    Separation found;
+    Vec3 start = guess;
+    if (start.isZero()) {
+      start = b_in_a_.apply(b_.centre()) - a_.centre();
+      start = start.squaredNorm() > 0 ? Vec3(start.normalized()) : Vec3::UnitY();
+      const Outcome outcome = gjk(Vec3::Zero(), start, kLeastDistance * small, reach, found);
+      if (outcome == Outcome::beyond) return found;
+      if (outcome == Outcome::found) return finish(found);
+      start = best_face();
+    }
+    const double apart = along(start);
+    if (apart > reach) return {start, apart, Vec3::Zero(), Vec3::Zero(), false};
+    Outcome outcome = climb(start, apart, small, reach, found);
+    if (outcome == Outcome::beyond) return found;
+    const double depth = radii_ - found.distance_m;
+    if (depth > kDeep * small && depth < kTooDeep * small) {
+      const Vec3 face = best_face();
+      const double better = along(face);
+      if (better > found.distance_m - radii_ + kGainByFace * small) {
+        known_.count = 0;
+        outcome = climb(face, better, small, reach, found);
+        if (outcome == Outcome::beyond) return found;
+      }
+    }
+    return finish(found);
+  }
+
+ private:
+  // From a direction to a better one, until it is the best about there.
+  Outcome climb(Vec3 start, double apart, double small, double reach, Separation& found) const {
+    for (int round = 0; round < kMostRounds; ++round) {
+      // Cores with radii are apart where their surfaces overlap.
+      double shift = std::max(0.0, kShift * small - (apart + radii_));
+      Outcome outcome = gjk(shift * start, start, kLeastDistance * small, reach, found);
+      for (int wider = 0; wider < 4 && outcome == Outcome::overlap; ++wider) {
+        shift = 2 * shift + kShift * small;
+        outcome = gjk(shift * start, start, kLeastDistance * small, reach, found);
+      }
+      if (outcome == Outcome::beyond) return outcome;
+      if (outcome == Outcome::overlap) {
+        found.normal = start;
+        const Corner corner = support(start);
+        found.on_a = corner.a;
+        found.on_b = corner.b;
+      }
+      found.distance_m = (found.on_b - found.on_a).dot(found.normal);
+      const double turned = 1 - found.normal.dot(start);
+      start = found.normal;
+      apart = found.distance_m - radii_;
+      if (shift == 0 || turned < kSameDirection) break;
+    }
+    return Outcome::found;
+  }
+
+  Separation finish(Separation found) const {
+    found.on_a += a_.radius_m() * found.normal;
+    found.on_b -= b_.radius_m() * found.normal;
+    found.distance_m -= radii_;
+    found.is_exact = true;
+    return found;
+  }
+
+  const ConvexPiece& a_;
+  const ConvexPiece& b_;
+  const Relative& b_in_a_;
+  KnownVertices& known_;
+  double radii_;
+  bool has_vertices_;
+};
+
+}  // namespace
+
+double separation_along(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                        const Vec3& normal) {
+  KnownVertices none;
+  return Pair(a, b, b_in_a, none).along(normal);
+}
+
+Separation find_separation(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                           const Vec3& guess, double reach_m, KnownVertices& known) {
+  return Pair(a, b, b_in_a, known).find(guess, reach_m);
+}
+
+}  // namespace pilesim::exact

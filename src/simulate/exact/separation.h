@@ -1,0 +1,45 @@
+// The direction in which two convex pieces are farthest apart, or overlap least.
+//
+// GJK (Gilbert, Johnson and Keerthi 1988) finds it where pieces are apart. Where they touch or
+// overlap a little it finds it too, if one of them is first moved away along a direction that is
+// nearly right: the direction that comes out is better, and is the right one when it comes out as
+// it went in. The direction of the step before is nearly right for pieces that rest.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "simulate/exact/convex_piece.h"
+
+namespace pilesim::exact {
+
+// Of piece b's frame in that of piece a.
+struct Relative {
+  Mat3 turn;
+  Vec3 shift;  // m
+  Vec3 apply(const Vec3& point) const { return turn * point + shift; }
+};
+
+// In the frame of piece a.
+struct Separation {
+  Vec3 normal;           // unit, from a to b
+  double distance_m;     // between the surfaces, along the normal; below 0 they overlap
+  Vec3 on_a, on_b;       // m, closest points of the two surfaces
+  bool is_exact = true;  // else: no more than a lower bound that is beyond what was asked for
+};
+
+// The vertices that were closest when two polytopes were looked at last: where the search begins.
+struct KnownVertices {
+  std::array<uint16_t, 4> a, b;
+  uint8_t count = 0;
+};
+
+// How far apart supporting planes across `normal` are, radii included, m.
+double separation_along(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                        const Vec3& normal);
+
+// `guess` is unit, from a to b, or zero: not known. Beyond `reach_m` only a bound is found.
+Separation find_separation(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
+                           const Vec3& guess, double reach_m, KnownVertices& known);
+
+}  // namespace pilesim::exact
