@@ -206,8 +206,12 @@ struct LevelOfDetail {
   static std::vector<DetailLevel> table_4_1();
 };
 
+// Who solves the contacts of the impulse mode.
+enum class EngineKind { bullet, exact };
+
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
+  EngineKind engine = EngineKind::bullet;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step

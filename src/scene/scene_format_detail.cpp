@@ -91,13 +91,17 @@ Codec<SimulatorSettings> simulator_codec() {
                     "How bodies are moved: impulse solves contacts exactly, statistical draws "
                     "collisions from the shapes' signatures, particle lets spheres bounce, mixed "
                     "does each where it is fit."),
+           field<S>("engine", &S::engine,
+                    enumeration<EngineKind>(
+                        {{"bullet", EngineKind::bullet}, {"exact", EngineKind::exact}}),
+                    "Who solves contacts in the impulse mode: Bullet, or pilesim's own engine."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
            field<S>("rest_control", &S::rest_control, boolean(),
                     "Statistical mode: bodies that lie alone on level ground turn into a pose of "
                     "their signature in which the object can rest."),
            field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
-                    "Sweeps of the velocity solver in a step."),
+                    "Bullet's sweeps of the velocity solver in a step."),
            field<S>("level_of_detail", &S::detail, detail_codec(),
                     "Mixed mode: how pairs are treated, and who is at which level."),
            optional_field<S>("budget_ms_per_step", &S::budget_ms_per_step, number(above(0)),

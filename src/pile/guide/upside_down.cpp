@@ -189,8 +189,9 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_.gravity = -scene.gravity;
   upside_down_.guide.reset();
   upside_down_.step_s = kStep * scene.step_s;
-  upside_down_.simulator = {.solver_iterations =
-                                std::min(kMostSweeps, scene.simulator.solver_iterations)};
+  upside_down_.simulator = {
+      .engine = scene.simulator.engine,
+      .solver_iterations = std::min(kMostSweeps, scene.simulator.solver_iterations)};
   dropped_.materials = model.materials;
   for (Material& material : dropped_.materials) material.friction *= kSlippery;
   dropped_.shapes = model.shapes;

@@ -33,6 +33,12 @@ struct Body {
   double rest_time_s = 0;          // for so long it has been slow
   Vec3 rest_place = Vec3::Zero();  // m, world: where it was held last, or the time began
 
+  static void fields(auto& self, auto& stream) {
+    stream(self.position, self.orientation, self.velocity, self.spin, self.shape, self.moves,
+           self.asleep, self.put_to_sleep, self.kept_apart, self.hinged, self.friction,
+           self.restitution, self.mass_kg, self.moved_m, self.rest_time_s, self.rest_place);
+  }
+
   bool is_awake() const { return moves == Moves::by_contacts && !asleep && !put_to_sleep; }
   bool may_move() const { return is_awake() || moves == Moves::by_keys; }
 };

@@ -15,6 +15,7 @@ namespace pilesim::exact {
 
 // Rounded outward from doubles, m.
 struct WideBox {
+  static constexpr bool kStoredAsItLies = true;
   std::array<float, 3> low, high;
   static WideBox around(const Bounds& box);
   bool meets(const WideBox& other) const {

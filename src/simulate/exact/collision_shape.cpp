@@ -46,51 +46,53 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh) : tree_(mesh) {
     for (size_t k = 0; k < 3; ++k) {
       face.over[k] = face.normal;
       const auto over = owner.find({key(triangle[(k + 1) % 3]), key(triangle[k])});
-      if (over == owner.end()) continue;
+      if (over == owner.end()) {
+        is_closed_ = false;
+        continue;
+      }
       const Triangle& other = mesh.triangles[over->second];
       const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
       const Vec3 normal = normal_of(other);
-      // A ridge: the neighbour falls away.
-      if (face.normal.cross(normal).dot(side) > 0) face.over[k] = normal;
+      face.over[k] = normal;
+      const double bend = face.normal.cross(normal).dot(side);
+      face.ridge[k] = static_cast<int8_t>(bend > 0 ? 1 : bend < 0 ? -1 : 0);
     }
     faces_.push_back(face);
   }
 }
 
-Vec3 TriangleSurface::allowed(uint32_t place, const Vec3& point, const Vec3& normal) const {
+Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
+                              const Vec3& normal) const {
   const Face& face = faces_[place];
-  Vec3 best = face.normal;
-  double most = face.normal.dot(normal);
+  const Vec3 own = side * face.normal;
+  Vec3 best = own;
+  double most = own.dot(normal);
   double longest = 0;
   for (size_t k = 0; k < 3; ++k) {
     longest = std::max(longest, (face.corners[(k + 1) % 3] - face.corners[k]).norm());
   }
-  bool at_edge = false;
   for (size_t k = 0; k < 3; ++k) {
-    const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
-    const Vec3 inward = face.normal.cross(side).normalized();
+    const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
+    const Vec3 inward = face.normal.cross(edge).normalized();
     if (inward.dot(point - face.corners[k]) > kOnEdge * longest) continue;
-    at_edge = true;
+    if (face.ridge[k] != side) continue;
     // Between the two normals.
-    const Vec3& other = face.over[k];
-    const double cosine = face.normal.dot(other);
-    const Vec3 towards = other - cosine * face.normal;
+    const Vec3 other = side * face.over[k];
+    const double cosine = own.dot(other);
+    const Vec3 towards = other - cosine * own;
     const double sine = towards.norm();
     if (sine < 1e-9) continue;
-    const double along = normal.dot(face.normal), across = normal.dot(towards) / sine;
-    Vec3 candidate = face.normal;
-    if (across > 0) {
-      const double most_angle = std::atan2(sine, cosine), angle = std::atan2(across, along);
-      const double taken = std::min(angle, most_angle);
-      candidate = std::cos(taken) * face.normal + std::sin(taken) / sine * towards;
-    }
+    const double along = normal.dot(own), across = normal.dot(towards) / sine;
+    if (across <= 0) continue;
+    const double taken = std::min(std::atan2(across, along), std::atan2(sine, cosine));
+    const Vec3 candidate = std::cos(taken) * own + std::sin(taken) / sine * towards;
     const double agrees = candidate.dot(normal);
     if (agrees > most) {
       most = agrees;
       best = candidate.normalized();
     }
   }
-  return at_edge ? best : face.normal;
+  return best;
 }
 
 CollisionShape::CollisionShape(const ModelShape& shape)

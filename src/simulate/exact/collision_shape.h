@@ -11,7 +11,8 @@
 
 namespace pilesim::exact {
 
-// The triangles of what does not move by itself, one-sided, with what lies over their edges.
+// Triangles with what lies over their edges. A closed surface is touched from outside, an open one
+// from either side.
 class TriangleSurface {
  public:
   explicit TriangleSurface(const TriangleMesh& mesh);
@@ -19,20 +20,23 @@ class TriangleSurface {
   struct Face {
     Corners corners;
     Vec3 normal;  // unit
-    // Over the edge from each corner: the neighbour's normal, or the face's own where there is
-    // none or where the edge is a valley.
+    // Over the edge from each corner: the neighbour's normal, and whether it falls away from this
+    // side (1), from the other (-1), or neither (0).
     std::array<Vec3, 3> over;
+    std::array<int8_t, 3> ridge{};
   };
   const TriangleTree& tree() const { return tree_; }
   const Face& face(uint32_t place) const { return faces_[place]; }  // in tree order
+  bool is_closed() const { return is_closed_; }
 
-  // The normal nearest to `normal`, of body onto surface, with which something that touches the
-  // triangle closest at `point` may be pushed: never into the surface beside it.
-  Vec3 allowed(uint32_t place, const Vec3& point, const Vec3& normal) const;
+  // The normal nearest to `normal`, of the surface, with which something on that `side` (1 or -1)
+  // that touches the triangle closest at `point` may be pushed: never into the surface beside it.
+  Vec3 allowed(uint32_t place, int side, const Vec3& point, const Vec3& normal) const;
 
  private:
   TriangleTree tree_;
   std::vector<Face> faces_;
+  bool is_closed_ = true;
 };
 
 struct CollisionShape {

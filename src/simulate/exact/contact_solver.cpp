@@ -20,6 +20,8 @@ constexpr double kContactRate = 0.25;
 constexpr double kContactDamping = 10;
 constexpr double kJointRate = 0.5;
 constexpr double kJointDamping = 5;
+// Of the shallow depth: what is deeper than this is undone no faster.
+constexpr int kDeepest = 20;
 // Points of a pair that hits hard are solved so often, one after the other, in each sweep.
 constexpr int kHardRounds = 8;
 constexpr int kFirstRelaxations = 4;
@@ -295,6 +297,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
   const auto nobody = static_cast<uint32_t>(bodies.size());
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
+  const Softness rigid{0, 1, 0};
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
@@ -332,9 +335,11 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           block.between[k][i] = static_cast<T>(contact->arm_b[e] - contact->arm_a[e]);
         }
         block.friction[i] = static_cast<T>(range.friction);
-        block.most_push[i] = static_cast<T>(range.most_push_m_s);
+        block.shallow[i] = static_cast<T>(range.shallow_m);
         block.edged[i] = contact->is_round ? T{0} : T{1};
-        const Softness& soft = a.inverse_mass > 0 && b.inverse_mass > 0 ? moving : fixed;
+        const Softness& soft = range.is_joined                            ? rigid
+                               : a.inverse_mass > 0 && b.inverse_mass > 0 ? moving
+                                                                          : fixed;
         block.rate[i] = static_cast<T>(soft.rate);
         block.mass_scale[i] = static_cast<T>(soft.mass_scale);
         block.force_scale[i] = static_cast<T>(soft.force_scale);
@@ -462,8 +467,9 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
+  const L slow(slow_rate_), deepest(T{kDeepest});
   const L friction = L::load(block.friction.data());
-  const L least_speed = zero - L::load(block.most_push.data());
+  const L shallow = L::load(block.shallow.data());
   const L edged = L::load(block.edged.data());
   // Corners of what has turned far are elsewhere: the next step sees them.
   const L least_turn = min(max(sa[6], zero - sa[6]), max(sb[6], zero - sb[6]));
@@ -486,7 +492,9 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       const auto ahead = distance > zero;
       L bias, scale = one, give = zero;
       if constexpr (kSoft) {
-        bias = select(ahead, distance * rate_ahead, max(soft_rate * distance, least_speed));
+        const L deeper = max(distance + shallow, zero - deepest * shallow);
+        const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slow * deeper));
+        bias = select(ahead, distance * rate_ahead, undone);
         scale = select(ahead, one, mass_scale);
         give = select(ahead, zero, force_scale);
       } else {
@@ -688,6 +696,7 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
                              size_t moving, std::span<const ContactRange> contacts,
                              std::span<SolverJoint> joints) {
   moving_ = moving;
+  slow_rate_ = static_cast<T>(1 / settings.push_time_s);
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
@@ -745,7 +754,8 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
     }
     move(bodies, settings.gravity, h);
     // What has just met finds its forces from nothing.
-    const int relaxations = substep == 0 ? settings.sweeps * kFirstRelaxations : settings.sweeps;
+    const int relaxations =
+        substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
     for (int i = 0; i < relaxations; ++i) {
       if (settings.partner) settings.partner(swept++);
       for (SolverJoint& joint : joints) hold(joint, bodies, h, false);

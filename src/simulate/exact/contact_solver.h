@@ -38,7 +38,8 @@ struct ContactRange {
   uint32_t first, count;
   uint32_t a, b;
   double friction;
-  double most_push_m_s;  // at which an overlap is undone
+  double shallow_m;  // overlaps beyond it are undone slowly
+  bool is_joined;    // by a joint, which overlaps are not to strain
 };
 
 // A point of one body held at a point of another, about an axis that is free. Places in the
@@ -54,10 +55,12 @@ struct SolverJoint {
 
 struct SolverSettings {
   double step_s;
+  double push_time_s;  // in which deep overlaps fall by e
   int substeps;
   Vec3 gravity;                      // m/s^2
   std::function<void(int)> partner;  // before each sweep; empty: none
-  int sweeps = 1;                    // in a substep
+  int sweeps = 1;                    // in a substep, and as many that relax
+  int relaxations = 1;
 };
 
 // In floats for many contacts, in doubles for few.
@@ -91,7 +94,7 @@ class ContactSolver {
     Row inverse_mass_a, inverse_mass_b;
     std::array<Row, 6> inertia_a, inertia_b;  // inverse; xx, yy, zz, xy, xz, yz
     Rows between;                             // m, centre a less centre b
-    Row friction, most_push;
+    Row friction, shallow;
     Row edged;                          // 0: a round side, 1: corners that turn
     Row rate, mass_scale, force_scale;  // of the softness
     uint32_t first_point, points, lanes;
@@ -131,6 +134,7 @@ class ContactSolver {
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;
+  T slow_rate_ = 0;                                // 1/s
   std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty

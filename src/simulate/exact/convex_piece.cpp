@@ -138,6 +138,7 @@ void ConvexPiece::become(const std::array<Vec3, 3>& corners) {
   box_.setEmpty();
   measure();
   smallest_extent_m_ = std::numeric_limits<double>::infinity();
+  inner_radius_m_ = 0;
 }
 
 void ConvexPiece::take_vertices(std::vector<Vec3> vertices) {
@@ -154,6 +155,12 @@ void ConvexPiece::measure() {
 }
 
 void ConvexPiece::map_faces() {
+  inner_radius_m_ = std::numeric_limits<double>::infinity();
+  for (const Face& face : faces_) {
+    inner_radius_m_ = std::min(inner_radius_m_, face.offset_m - face.normal.dot(centre_));
+  }
+  if (kind_ == Kind::cylinder) inner_radius_m_ = std::min(inner_radius_m_, round_m_);
+  inner_radius_m_ = std::max(inner_radius_m_, 0.0);
   std::vector<Vec3> normals;
   for (const Face& face : faces_) normals.push_back(face.normal);
   fill_blocks(normals, normal_blocks_);

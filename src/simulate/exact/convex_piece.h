@@ -35,6 +35,8 @@ class ConvexPiece {
   const Vec3& centre() const { return centre_; }  // m, of its box
   // Of its box; of a triangle, which is measured by what meets it, infinite.
   double smallest_extent_m() const { return smallest_extent_m_; }
+  // Of the largest ball about centre() that the core holds, m.
+  double inner_radius_m() const { return inner_radius_m_; }
   const Bounds& box() const { return box_; }
   // Of a cylinder: its axis, unit, half of its height and its radius, m.
   const Vec3& axis() const { return axis_; }
@@ -60,7 +62,7 @@ class ConvexPiece {
   void map_faces();
 
   Kind kind_ = Kind::polytope;
-  double radius_m_ = 0, smallest_extent_m_ = 0;
+  double radius_m_ = 0, smallest_extent_m_ = 0, inner_radius_m_ = 0;
   Vec3 centre_ = Vec3::Zero();
   Bounds box_;
   Vec3 axis_ = Vec3::UnitY();

@@ -33,8 +33,11 @@ constexpr double kRestDepth = 0.02;
 constexpr double kAtLimit = 1 - 1e-4;
 // Of the smaller extent: bodies that are as near touch.
 constexpr double kTouch = 1e-3;
-// Overlaps are undone by no more than this share of the smaller extent in a step.
-constexpr double kPushShare = 0.1;
+// Overlaps beyond this share of the smaller extent fall by e in kPushTime sqrt(r / g) of the
+// smallest body: what starts inside of others parts without a burst.
+constexpr double kShallow = 1e-3, kPushTime = 0.3;
+// Where nothing falls, as if a body 10 cm wide did, s.
+constexpr double kUsualPushTime = 0.02;
 
 // What all but reaches the surface within the step, to this share of its way, bounces in it.
 constexpr double kAsGood = 0.01;
@@ -50,18 +53,8 @@ constexpr uint32_t kNone = ~uint32_t{0};
 // So many bodies at once are solved in double precision and shorter substeps.
 constexpr size_t kFewBodies = 300;
 constexpr int kSubstepsOfFew = 16;
+constexpr int kRelaxationsOfFew = 4;
 constexpr int kSubstepsOfMany = 4;
-
-// What joins two bodies, in their frames; of a hinge b is the world.
-struct Joint {
-  ConstraintId id;
-  uint32_t a, b;
-  Vec3 point_a, point_b;  // m
-  Vec3 axis_a, axis_b;    // unit
-  double breaking_impulse_ns;
-  Vec3 force_n = Vec3::Zero(), torque_nm = Vec3::Zero();  // of the last step, on b
-};
-constexpr ConstraintId kHinge = ~ConstraintId{0};
 
 struct BodyConstants {
   double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, rest_depth_m = 0;
@@ -133,6 +126,8 @@ class Engine final : public ExactEngine {
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;
   void add_contacts_to(FrameStatistics& statistics) const override;
+  void save(StateWriter& writer) const override { writer(state_); }
+  void load(StateReader& reader) override;
 
  private:
   Vec3 moments(const Body& body) const { return body.mass_kg * shapes_[body.shape].moments; }
@@ -152,19 +147,19 @@ class Engine final : public ExactEngine {
   void note_support();
   void rest(uint32_t body);
   void fall_asleep(Body& body);
+  void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
   void rouse(Body& body);
 
   const Scene& scene_;
   const Model& model_;
   double step_s_;
   Vec3 gravity_;
+  double push_time_s_ = kUsualPushTime;
   std::vector<CollisionShape> shapes_;
   std::vector<BodyConstants> constants_;
-  // State.
-  std::vector<Body> bodies_;
+  EngineState state_;
+  std::vector<Body>& bodies_;
   PairList pairs_;
-  std::vector<Joint> joints_;  // by id, hinges last
-  ConstraintId next_joint_ = 0;
   // Settings of others.
   PairFilter filter_;
   std::function<void(int)> partner_;
@@ -195,17 +190,20 @@ Engine::Engine(const Scene& scene, const Model& model)
       gravity_(scene.gravity),
       shapes_(shapes_of(model)),
       constants_(model.bodies.size()),
-      bodies_(model.bodies.size()),
-      pairs_(shapes_, bodies_),
+      state_{.bodies = std::vector<Body>(model.bodies.size())},
+      bodies_(state_.bodies),
+      pairs_(shapes_, state_),
       place_(model.bodies.size(), kNone),
       placed_(model.bodies.size()),
       supports_(model.bodies.size()) {
   const double gravity = gravity_.norm();
+  double least_radius = std::numeric_limits<double>::infinity();
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& source = model.bodies[i];
     bodies_[i].shape = source.shape;
     if (source.role != Role::dynamic) continue;
     const ModelShape& shape = model.shapes[source.shape];
+    least_radius = std::min(least_radius, shape.bounding_radius);
     const Vec3& moments = shapes_[source.shape].moments;
     const double radius = shape.bounding_radius;
     BodyConstants& c = constants_[i];
@@ -214,6 +212,9 @@ Engine::Engine(const Scene& scene, const Model& model)
     c.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
     c.rest_drift_m = kRestDrift * radius;
     c.rest_depth_m = kRestDepth * shape.smallest_extent;
+  }
+  if (gravity > 0 && std::isfinite(least_radius)) {
+    push_time_s_ = kPushTime * std::sqrt(least_radius / gravity);
   }
 }
 
@@ -238,9 +239,10 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
     if (source.hinge) {
       body.hinged = true;
       const Quat inverse = body.orientation.conjugate();
-      joints_.push_back({kHinge, index, kNone, inverse * (source.hinge->anchor - body.position),
-                         source.hinge->anchor, inverse * source.hinge->axis, source.hinge->axis,
-                         std::numeric_limits<double>::infinity()});
+      state_.joints.push_back({Joint::kHinge, index, Joint::kWorld,
+                               inverse * (source.hinge->anchor - body.position),
+                               source.hinge->anchor, inverse * source.hinge->axis,
+                               source.hinge->axis, std::numeric_limits<double>::infinity()});
     }
   }
   pairs_.add(index);
@@ -248,15 +250,15 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
 }
 
 void Engine::remove(uint32_t index) {
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     if ((pair.a != index && pair.b != index) || pair.contacts.empty()) continue;
     rouse(bodies_[pair.a == index ? pair.b : pair.a]);
   }
-  std::erase_if(joints_, [&](const Joint& joint) {
+  std::erase_if(state_.joints, [&](const Joint& joint) {
     if (joint.a != index && joint.b != index) return false;
-    if (joint.id != kHinge) {
+    if (joint.id != Joint::kHinge) {
       const uint32_t other = joint.a == index ? joint.b : joint.a;
-      if (other != kNone) rouse(bodies_[other]);
+      if (other != Joint::kWorld) rouse(bodies_[other]);
     }
     return true;
   });
@@ -407,7 +409,7 @@ double Engine::smaller_extent(const Pair& pair) const {
 
 void Engine::find_all_contacts() {
   const NarrowSettings settings{step_s_, gravity_.norm()};
-  const std::span<Pair> pairs = pairs_.pairs();
+  std::vector<Pair>& pairs = state_.pairs;
   parallel_for(bodies_.size(), 8 * kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Body& body = bodies_[i];
@@ -438,7 +440,7 @@ void Engine::find_all_contacts() {
 void Engine::advance_spinning() {
   ahead_s_.assign(bodies_.size(), 0);
   bool any = false;
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     for (const Contact& contact : pair.contacts) {
       if (contact.time_s <= 0) continue;
       for (const uint32_t i : {pair.a, pair.b}) {
@@ -459,7 +461,7 @@ void Engine::advance_spinning() {
   }
   const NarrowSettings settings{step_s_, gravity_.norm()};
   NarrowScratch scratch;
-  for (Pair& pair : pairs_.pairs()) {
+  for (Pair& pair : state_.pairs) {
     if (ahead_s_[pair.a] == 0 && ahead_s_[pair.b] == 0) continue;
     if (filter_ && !filter_(pair.a, pair.b)) continue;
     const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
@@ -518,7 +520,7 @@ void Engine::wake_islands(Sets& islands) {
   std::vector<uint8_t> awake(bodies_.size(), 0);
   carried_.assign(bodies_.size(), 0);
   for (uint32_t i = 0; i < bodies_.size(); ++i) awake[i] = bodies_[i].is_awake() ? 1 : 0;
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
     const bool of_a = joins(a), of_b = joins(b);
     if (!(of_a && of_b) && !(of_a && stirs(b)) && !(of_b && stirs(a))) continue;
@@ -529,8 +531,8 @@ void Engine::wake_islands(Sets& islands) {
       awake[of_a ? pair.a : pair.b] = carried_[of_a ? pair.a : pair.b] = 1;
     }
   }
-  for (const Joint& joint : joints_) {
-    if (joint.b == kNone) continue;
+  for (const Joint& joint : state_.joints) {
+    if (joint.b == Joint::kWorld) continue;
     if (joins(bodies_[joint.a]) && joins(bodies_[joint.b])) islands.unite(joint.a, joint.b);
   }
   std::vector<uint8_t> stirred(bodies_.size(), 0);
@@ -570,25 +572,32 @@ void Engine::solve() {
   solver_joints_.clear();
   // Bodies that something may push come first.
   std::vector<uint8_t> met(bodies_.size(), partner_ ? 1 : 0);
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     if (pair.contacts.empty()) continue;
     met[pair.a] = met[pair.b] = 1;
   }
-  for (const Joint& joint : joints_) {
+  for (const Joint& joint : state_.joints) {
     met[joint.a] = 1;
-    if (joint.b != kNone) met[joint.b] = 1;
+    if (joint.b != Joint::kWorld) met[joint.b] = 1;
   }
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
     if (met[i] != 0 && bodies_[i].is_awake()) take_place(i, true);
   }
   const size_t moving = solver_bodies_.size();
-  for (Pair& pair : pairs_.pairs()) {
+  std::vector<uint64_t> joined_pairs;
+  for (const Joint& joint : state_.joints) {
+    if (joint.b != Joint::kWorld) joined_pairs.push_back(Pair{joint.a, joint.b}.key());
+  }
+  std::ranges::sort(joined_pairs);
+  for (Pair& pair : state_.pairs) {
     if (pair.contacts.empty()) continue;
     const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
     if (!a.is_awake() && !b.is_awake()) continue;
     const uint32_t place_a = take_place(pair.a, false), place_b = take_place(pair.b, false);
     const double friction = std::sqrt(a.friction * b.friction);
-    const double most_push = kPushShare * smaller_extent(pair) / step_s_;
+    const bool is_joined =
+        !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
+    const double shallow = kShallow * smaller_extent(pair);
     // Contacts of one range were found at one time.
     const auto between = [&](uint32_t i) {
       return Vec3f(pair.contacts[i].arm_b - pair.contacts[i].arm_a);
@@ -598,14 +607,15 @@ void Engine::solve() {
       while (end < count && end < first + kMostOfPlane && between(end).isApprox(between(first))) {
         ++end;
       }
-      ranges_.push_back({&pair, first, end - first, place_a, place_b, friction, most_push});
+      ranges_.push_back(
+          {&pair, first, end - first, place_a, place_b, friction, shallow, is_joined});
     }
   }
   const auto world = static_cast<uint32_t>(solver_bodies_.size());
   bool joined = false;
-  for (const Joint& joint : joints_) {
+  for (const Joint& joint : state_.joints) {
     const Body& a = bodies_[joint.a];
-    const bool of_b = joint.b != kNone;
+    const bool of_b = joint.b != Joint::kWorld;
     if (!a.is_awake() && !(of_b && bodies_[joint.b].is_awake())) continue;
     joined = true;
     take_place(joint.a, false);
@@ -619,10 +629,10 @@ void Engine::solve() {
   }
   (void)world;
   std::vector<size_t> solved_joints;
-  for (size_t i = 0; i < joints_.size(); ++i) {
-    const Joint& joint = joints_[i];
+  for (size_t i = 0; i < state_.joints.size(); ++i) {
+    const Joint& joint = state_.joints[i];
     const Body& a = bodies_[joint.a];
-    const bool of_b = joint.b != kNone;
+    const bool of_b = joint.b != Joint::kWorld;
     if (!a.is_awake() && !(of_b && bodies_[joint.b].is_awake())) continue;
     SolverJoint made;
     made.a = place_[joint.a];
@@ -639,12 +649,14 @@ void Engine::solve() {
     solved_joints.push_back(i);
   }
   if (moving > 0) {
-    SolverSettings settings{step_s_, 1, gravity_, partner_, 1};
+    SolverSettings settings{step_s_, push_time_s_, 1, gravity_, partner_, 1};
     if (partner_) {
       settings.sweeps = scene_.simulator.solver_iterations;
+      settings.relaxations = kRelaxationsOfFew;
       few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
     } else if (moving <= kFewBodies) {
       settings.substeps = kSubstepsOfFew;
+      settings.relaxations = kRelaxationsOfFew;
       few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
     } else {
       settings.substeps = kSubstepsOfMany;
@@ -652,11 +664,11 @@ void Engine::solve() {
     }
   }
   for (size_t i = 0; i < solved_joints.size(); ++i) {
-    Joint& joint = joints_[solved_joints[i]];
+    Joint& joint = state_.joints[solved_joints[i]];
     joint.force_n = solver_joints_[i].force_n;
     joint.torque_nm = solver_joints_[i].torque_nm;
   }
-  std::erase_if(joints_, [&](const Joint& joint) {
+  std::erase_if(state_.joints, [&](const Joint& joint) {
     return joint.force_n.norm() * step_s_ >= joint.breaking_impulse_ns;
   });
   for (size_t i = 0; i < moving; ++i) {
@@ -686,7 +698,7 @@ void Engine::fly(Body& body, double time_s) const {
 }
 
 void Engine::note_support() {
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     if (pair.contacts.empty()) continue;
     const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
     if (!a.is_awake() && !b.is_awake()) continue;
@@ -771,7 +783,7 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
 
 void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
   contacts.clear();
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     for (const Contact& contact : pair.contacts) {
       const Vec3 normal = contact.normal.cast<double>().normalized();
       const Vec3 between = bodies_[pair.a].position + contact.arm_a.cast<double>();
@@ -786,7 +798,7 @@ void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
 
 void Engine::find_hits(std::vector<Hit>& hits) {
   hits.clear();
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     const bool a_sleeps = bodies_[pair.a].put_to_sleep;
     const uint32_t sleeper = a_sleeps ? pair.a : pair.b, other = a_sleeps ? pair.b : pair.a;
     if (!bodies_[sleeper].put_to_sleep || !bodies_[other].may_move()) continue;
@@ -812,29 +824,81 @@ void Engine::find_hits(std::vector<Hit>& hits) {
 ConstraintId Engine::add_nail(const Nail& nail) {
   const Body &a = bodies_[nail.a], &b = bodies_[nail.b];
   const Quat in_a = a.orientation.conjugate(), in_b = b.orientation.conjugate();
-  const auto hinges = std::ranges::find(joints_, kHinge, &Joint::id);
-  joints_.insert(hinges, {next_joint_, nail.a, nail.b, in_a * (nail.point - a.position),
-                          in_b * (nail.point - b.position), in_a * nail.axis, in_b * nail.axis,
-                          nail.breaking_impulse_ns});
-  return next_joint_++;
+  const auto hinges = std::ranges::find(state_.joints, Joint::kHinge, &Joint::id);
+  state_.joints.insert(hinges, {state_.next_nail, nail.a, nail.b, in_a * (nail.point - a.position),
+                                in_b * (nail.point - b.position), in_a * nail.axis,
+                                in_b * nail.axis, nail.breaking_impulse_ns});
+  return state_.next_nail++;
 }
 
 void Engine::remove_constraint(ConstraintId constraint) {
-  std::erase_if(joints_, [&](const Joint& joint) { return joint.id == constraint; });
+  std::erase_if(state_.joints, [&](const Joint& joint) { return joint.id == constraint; });
 }
 
 bool Engine::holds(ConstraintId constraint) const {
-  return std::ranges::find(joints_, constraint, &Joint::id) != joints_.end();
+  return std::ranges::find(state_.joints, constraint, &Joint::id) != state_.joints.end();
 }
 
 void Engine::add_contacts_to(FrameStatistics& statistics) const {
-  for (const Pair& pair : pairs_.pairs()) {
+  for (const Pair& pair : state_.pairs) {
     for (const Contact& contact : pair.contacts) {
       if (contact.distance_m > 0 && contact.push_n <= 0) continue;
       ++statistics.contacts;
       statistics.deepest_penetration_m =
           std::max<double>(statistics.deepest_penetration_m, -contact.distance_m);
     }
+  }
+}
+
+void Engine::load(StateReader& reader) {
+  EngineState state;
+  reader(state);
+  const size_t count = model_.bodies.size();
+  StateReader::require(state.bodies.size() == count && state.boxes.size() == count,
+                       "one entry a body");
+  for (uint32_t i = 0; i < count; ++i) {
+    StateReader::require(state.bodies[i].shape == model_.bodies[i].shape, "the bodies' shapes");
+    StateReader::require(state.bodies[i].moves <= Moves::by_contacts, "a way to move");
+  }
+  StateReader::require_below(state.fresh, count);
+  uint64_t last = 0;
+  for (const Pair& pair : state.pairs) {
+    StateReader::require(pair.a < count && pair.b < count && pair.a != pair.b, "pairs of bodies");
+    StateReader::require(pair.key() > last, "pairs in their order");
+    last = pair.key();
+    require_pieces(pair, state.bodies);
+  }
+  for (const Joint& joint : state.joints) {
+    StateReader::require(joint.a < count && (joint.b < count || joint.b == Joint::kWorld),
+                         "joints of bodies");
+  }
+  state_ = std::move(state);
+  pairs_.reload();
+}
+
+// Of a pair that was read: pieces, faces and vertices that there are.
+void Engine::require_pieces(const Pair& pair, const std::vector<Body>& bodies) const {
+  const CollisionShape& a = shapes_[bodies[pair.a].shape];
+  const CollisionShape& b = shapes_[bodies[pair.b].shape];
+  StateReader::require(!b.is_plane && b.surface == nullptr, "a body that may move");
+  const size_t of_a = a.surface ? a.surface->tree().triangles().size() : a.pieces.size();
+  for (const PiecePair& pieces : pair.pieces) {
+    StateReader::require(pieces.a < of_a && pieces.b < b.pieces.size(), "pieces of the bodies");
+    StateReader::require(pieces.known.count <= pieces.known.a.size(), "up to four vertices");
+    const ConvexPiece& piece_b = b.pieces[pieces.b];
+    const size_t vertices_a = a.surface ? 3 : a.pieces[pieces.a].vertices().size();
+    for (size_t k = 0; k < pieces.known.count; ++k) {
+      StateReader::require(
+          pieces.known.a[k] < vertices_a && pieces.known.b[k] < piece_b.vertices().size(),
+          "vertices of the pieces");
+    }
+    if (pieces.feature.of == Feature::Of::none) continue;
+    const bool is_of_a = pieces.feature.of == Feature::Of::a;
+    StateReader::require(!a.surface || !is_of_a, "a face that carries");
+    const ConvexPiece& owner = is_of_a ? a.pieces[pieces.a] : piece_b;
+    StateReader::require(
+        pieces.feature.of <= Feature::Of::b && pieces.feature.face < owner.faces().size(),
+        "a face of the piece");
   }
 }
 

@@ -21,6 +21,7 @@ constexpr double kSameDepth = 1e-4;
 // Pieces that may come nearer in a step than this share of the smaller one's extent, and are not
 // near yet, are met where they will be.
 constexpr double kFast = 0.1;
+constexpr double kBehind = 0.5;  // cosine
 constexpr int kMostAdvances = 24;
 // The face that carries a contact is kept for a motion of this share of the smaller extent: no
 // other direction can be better by more than twice as much.
@@ -219,8 +220,16 @@ class Finder {
             const double apart = separation_along(triangle, b, relative, guess);
             if (apart > reach) return Separation{guess, apart, {}, {}, false};
           }
-          const Separation separation =
-              find_separation(triangle, b, relative, face.normal, reach, pieces.known);
+          if (pieces.side == 0) {
+            const double height = face.normal.dot(relative.apply(b.centre()) - face.corners[0]);
+            pieces.side = static_cast<int8_t>(height >= 0 ? 1 : -1);
+          }
+          // From behind a closed surface nothing comes: that is another triangle's.
+          if (pieces.side < 0 && shape_a_.surface->is_closed()) {
+            return Separation{guess, reach + kMargin * small_, {}, {}, false};
+          }
+          const Separation separation = find_separation(
+              triangle, b, relative, pieces.side * face.normal, reach, pieces.known);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
           first = false;
@@ -230,18 +239,17 @@ class Finder {
           touch_triangle(pieces, triangle, b, relative, separation, reach);
         });
     pieces.slack_m = static_cast<float>(distance);
-    if (distance > reach_m_) pieces.in_front = false;
+    if (distance > reach_m_) pieces.side = 0;
   }
 
   // Never into the surface, nor against an edge that is inside of it.
   void touch_triangle(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
                       const Relative& relative, Separation separation, double reach) {
     const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
-    const Vec3 allowed = shape_a_.surface->allowed(pieces.a, separation.on_a, separation.normal);
-    // What is behind, and has not come from here, is another triangle's.
-    pieces.in_front =
-        pieces.in_front || face.normal.dot(relative.apply(b.centre()) - face.corners[0]) >= 0;
-    if (!pieces.in_front || allowed.dot(separation.normal) <= 0) return;
+    const Vec3 allowed =
+        shape_a_.surface->allowed(pieces.a, pieces.side, separation.on_a, separation.normal);
+    // The edge of what goes down on the other side is not touched from behind.
+    if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kBehind)) return;
     const size_t first = scratch_.all.size();
     const bool is_corrected = allowed.dot(separation.normal) < 1 - 1e-6;
     if (is_corrected) {

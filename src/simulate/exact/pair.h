@@ -22,6 +22,11 @@ struct Contact {
   float time_s = 0;                  // from the step's begin until they are as the arms say
   bool hits = false;                 // bodies meet hard in this step
   bool is_round = false;  // a side that rolls on: turning about its axis moves no surface
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.arm_a, self.arm_b, self.normal, self.distance_m, self.push_n, self.friction_n,
+           self.bounce, self.time_s, self.hits, self.is_round);
+  }
 };
 
 // Two pieces of them, or a triangle and a piece.
@@ -31,7 +36,12 @@ struct PiecePair {
   Vec3f axis;            // unit, from a to b in a's frame, or zero: not known
   float looked_m = 0;    // motion since the direction was searched
   Feature feature = {};  // what they touched with then
-  bool in_front = false;  // of a triangle: the piece has come to it from outside
+  int8_t side = 0;       // of a triangle: the one that the piece has come to; 0: none yet
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.a, self.b, self.slack_m, self.axis, self.looked_m, self.feature.of,
+           self.feature.face, self.known.a, self.known.b, self.known.count, self.side);
+  }
   KnownVertices known = {};
 };
 
@@ -43,6 +53,10 @@ struct Pair {
   std::vector<PiecePair> pieces;
   std::vector<Contact> contacts;
 
+  static void fields(auto& self, auto& stream) {
+    stream(self.a, self.b, self.slack_m, self.list_slack_m, self.motion_m, self.pieces,
+           self.contacts);
+  }
   uint64_t key() const { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 };
 

@@ -17,6 +17,7 @@ constexpr double kReach = 0.01;
 // The order of the trees is made anew after so many steps.
 constexpr int kRebuild = 16;
 constexpr size_t kGrain = 64;
+constexpr WideBox kNothing = {{1, 1, 1}, {-1, -1, -1}};
 
 Bounds box_of(const CollisionShape& shape, const Body& body) {
   const Mat3 turn = body.orientation.toRotationMatrix();
@@ -31,36 +32,44 @@ Bounds wider(const Bounds& box, double by) {
 
 }  // namespace
 
-PairList::PairList(std::span<const CollisionShape> shapes, std::span<const Body> bodies)
-    : shapes_(shapes), bodies_(bodies), boxes_(bodies.size()) {
-  for (WideBox& box : boxes_) {  // holds nothing
-    box.low.fill(1);
-    box.high.fill(-1);
+PairList::PairList(std::span<const CollisionShape> shapes, EngineState& state)
+    : shapes_(shapes), state_(state) {
+  state_.boxes.assign(state.bodies.size(), kNothing);
+}
+
+void PairList::reload() {
+  planes_.clear();
+  present_.clear();
+  for (uint32_t i = 0; i < state_.bodies.size(); ++i) {
+    const Body& body = state_.bodies[i];
+    if (body.moves == Moves::not_there) continue;
+    (shapes_[body.shape].is_plane ? planes_ : present_).push_back(i);
   }
+  changed_ = true;
 }
 
 void PairList::add(uint32_t body) {
-  if (shapes_[bodies_[body].shape].is_plane) {
+  if (shapes_[state_.bodies[body].shape].is_plane) {
     planes_.insert(std::ranges::lower_bound(planes_, body), body);
   } else {
     present_.insert(std::ranges::lower_bound(present_, body), body);
   }
-  boxes_[body].low.fill(1);
-  boxes_[body].high.fill(-1);
-  fresh_.push_back(body);
+  state_.boxes[body] = kNothing;
+  state_.fresh.push_back(body);
   changed_ = true;
 }
 
 void PairList::remove(uint32_t body) {
   std::erase(planes_, body);
   std::erase(present_, body);
-  std::erase(fresh_, body);
-  std::erase_if(pairs_, [body](const Pair& pair) { return pair.a == body || pair.b == body; });
+  std::erase(state_.fresh, body);
+  std::erase_if(state_.pairs,
+                [body](const Pair& pair) { return pair.a == body || pair.b == body; });
   changed_ = true;
 }
 
 bool PairList::may_meet(uint32_t a, uint32_t b) const {
-  const Body &first = bodies_[a], &second = bodies_[b];
+  const Body &first = state_.bodies[a], &second = state_.bodies[b];
   if (first.moves != Moves::by_contacts && second.moves != Moves::by_contacts) return false;
   return !(first.kept_apart && second.kept_apart);
 }
@@ -68,8 +77,8 @@ bool PairList::may_meet(uint32_t a, uint32_t b) const {
 void PairList::update(double step_s, double gravity) {
   std::vector<uint32_t> moved;
   for (const uint32_t i : present_) {
-    const Body& body = bodies_[i];
-    const bool is_fresh = boxes_[i].low[0] > boxes_[i].high[0];
+    const Body& body = state_.bodies[i];
+    const bool is_fresh = state_.boxes[i].low[0] > state_.boxes[i].high[0];
     if (!is_fresh && !body.may_move() && body.moved_m == 0) continue;
     const CollisionShape& shape = shapes_[body.shape];
     const Bounds tight = box_of(shape, body);
@@ -77,29 +86,29 @@ void PairList::update(double step_s, double gravity) {
         step_s * (body.velocity.norm() + body.spin.norm() * shape.radius_m + step_s * gravity);
     const double extent = shape.smallest_extent_m;
     const Bounds needed = wider(tight, body.may_move() ? way + kReach * extent : 0);
-    if (!is_fresh && boxes_[i].holds(WideBox::around(needed))) continue;
-    boxes_[i] =
+    if (!is_fresh && state_.boxes[i].holds(WideBox::around(needed))) continue;
+    state_.boxes[i] =
         WideBox::around(body.may_move() ? wider(needed, kMargin * extent + kSteps * way) : needed);
     moved.push_back(i);
   }
   if (changed_ || steps_++ % kRebuild == 0) {
     std::vector<uint32_t> moving, fixed;
     for (const uint32_t i : present_) {
-      (bodies_[i].moves == Moves::never ? fixed : moving).push_back(i);
+      (state_.bodies[i].moves == Moves::never ? fixed : moving).push_back(i);
     }
-    moving_tree_.build(boxes_, std::move(moving));
-    if (changed_) fixed_tree_.build(boxes_, std::move(fixed));
+    moving_tree_.build(state_.boxes, std::move(moving));
+    if (changed_) fixed_tree_.build(state_.boxes, std::move(fixed));
     changed_ = false;
   } else if (!moved.empty()) {
-    moving_tree_.refit(boxes_);
+    moving_tree_.refit(state_.boxes);
   }
   found_.clear();
   // A plane that has come meets all that is there.
-  for (const uint32_t plane : fresh_) {
-    if (!shapes_[bodies_[plane].shape].is_plane) continue;
+  for (const uint32_t plane : state_.fresh) {
+    if (!shapes_[state_.bodies[plane].shape].is_plane) continue;
     moved = present_;
   }
-  fresh_.clear();
+  state_.fresh.clear();
   if (moved.empty()) return;
   look_up(moved);
   merge();
@@ -113,16 +122,16 @@ void PairList::look_up(std::span<const uint32_t> moved) {
     for (size_t m = begin; m < end; ++m) {
       const uint32_t i = moved[m];
       near.clear();
-      moving_tree_.find(boxes_[i], near);
-      if (bodies_[i].moves == Moves::by_contacts) {
-        fixed_tree_.find(boxes_[i], near);
+      moving_tree_.find(state_.boxes[i], near);
+      if (state_.bodies[i].moves == Moves::by_contacts) {
+        fixed_tree_.find(state_.boxes[i], near);
         for (const uint32_t plane : planes_) {
-          const Body& body = bodies_[plane];
+          const Body& body = state_.bodies[plane];
           const Vec3 normal = body.orientation * Vec3::UnitY();
           Vec3 lowest;
           for (int k = 0; k < 3; ++k) {
             const auto e = static_cast<size_t>(k);
-            lowest[k] = normal[k] > 0 ? boxes_[i].low[e] : boxes_[i].high[e];
+            lowest[k] = normal[k] > 0 ? state_.boxes[i].low[e] : state_.boxes[i].high[e];
           }
           if (normal.dot(lowest - body.position) <= 0) near.push_back(plane);
         }
@@ -142,30 +151,30 @@ void PairList::look_up(std::span<const uint32_t> moved) {
 
 // Pairs whose boxes have parted go.
 void PairList::merge() {
-  std::vector<Pair> merged;
-  merged.reserve(pairs_.size() + found_.size());
+  std::vector<Pair>& merged = merged_;
+  merged.clear();
   auto found = found_.begin();
   const auto add = [&](uint64_t key) {
     auto a = static_cast<uint32_t>(key >> 32), b = static_cast<uint32_t>(key);
     const auto stands = [&](uint32_t body) {
-      const CollisionShape& shape = shapes_[bodies_[body].shape];
+      const CollisionShape& shape = shapes_[state_.bodies[body].shape];
       return shape.is_plane || shape.surface != nullptr;
     };
     if (stands(b)) std::swap(a, b);
     merged.push_back({a, b});
   };
   const auto meet = [&](const Pair& pair) {
-    if (shapes_[bodies_[pair.a].shape].is_plane) return true;
-    return boxes_[pair.a].meets(boxes_[pair.b]);
+    if (shapes_[state_.bodies[pair.a].shape].is_plane) return true;
+    return state_.boxes[pair.a].meets(state_.boxes[pair.b]);
   };
-  for (Pair& pair : pairs_) {
+  for (Pair& pair : state_.pairs) {
     for (; found != found_.end() && *found < pair.key(); ++found) add(*found);
     const bool known = found != found_.end() && *found == pair.key();
     if (known) ++found;
     if (known || meet(pair)) merged.push_back(std::move(pair));
   }
   for (; found != found_.end(); ++found) add(*found);
-  pairs_ = std::move(merged);
+  std::swap(state_.pairs, merged);
 }
 
 }  // namespace pilesim::exact

@@ -4,23 +4,20 @@
 #include <span>
 #include <vector>
 
-#include "simulate/exact/broad_phase.h"
-#include "simulate/exact/pair.h"
+#include "simulate/exact/state.h"
 
 namespace pilesim::exact {
 
 class PairList {
  public:
-  // Both must outlive it.
-  PairList(std::span<const CollisionShape> shapes, std::span<const Body> bodies);
+  // Works on the boxes and pairs of `state`; both must outlive it.
+  PairList(std::span<const CollisionShape> shapes, EngineState& state);
 
   void add(uint32_t body);     // it has come into the world, or may touch others than before
   void remove(uint32_t body);  // with its pairs
   // Finds pairs for what bodies can reach in a step.
   void update(double step_s, double gravity);
-
-  std::span<Pair> pairs() { return pairs_; }  // by Pair::key()
-  std::span<const Pair> pairs() const { return pairs_; }
+  void reload();  // the state is another
 
  private:
   bool may_meet(uint32_t a, uint32_t b) const;
@@ -28,15 +25,15 @@ class PairList {
   void merge();
 
   std::span<const CollisionShape> shapes_;
-  std::span<const Body> bodies_;
-  std::vector<Pair> pairs_;
-  std::vector<WideBox> boxes_;  // by body
-  std::vector<uint32_t> planes_, fresh_;
+  EngineState& state_;
+  // Made anew from the state.
+  std::vector<uint32_t> planes_;
   std::vector<uint32_t> present_;  // but planes, ascending
-  bool changed_ = false;           // present_ has, since the trees were built
+  bool changed_ = true;            // present_ has, since the trees were built
   int steps_ = 0;
   WideTree moving_tree_, fixed_tree_;
   std::vector<uint64_t> found_;  // keys
+  std::vector<Pair> merged_;
 };
 
 }  // namespace pilesim::exact

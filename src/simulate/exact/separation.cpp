@@ -237,25 +237,31 @@ class Pair {
     return Outcome::found;
   }
 
-  // The face normal along which they overlap least: where they are deep in each other.
-  Vec3 best_face() const {
-    double most = -std::numeric_limits<double>::infinity();
-    Vec3 best = Vec3::UnitY();
-    const auto consider = [&](const Vec3& normal) {
-      const double apart = along(normal);
+  // The face normal along which they overlap least: where they are deep in each other. `normal` is
+  // as good as `most`; none better: it is left.
+  void best_face(Vec3& normal, double& most) const {
+    const auto consider = [&](const Vec3& candidate) {
+      const double apart = along(candidate);
       if (apart <= most) return;
       most = apart;
-      best = normal;
+      normal = candidate;
     };
-    const Vec3 between = b_in_a_.apply(b_.centre()) - a_.centre();
-    if (between.squaredNorm() > 0) consider(between.normalized());
-    for (const ConvexPiece::Face& face : a_.faces()) consider(face.normal);
-    for (const ConvexPiece::Face& face : b_.faces()) consider(-(b_in_a_.turn * face.normal));
+    // The plane of a face cannot be farther from the other piece than from its inner ball.
+    const Vec3 centre_b = b_in_a_.apply(b_.centre());
+    for (const ConvexPiece::Face& face : a_.faces()) {
+      const double at_most = face.normal.dot(centre_b) - b_.inner_radius_m() - face.offset_m;
+      if (at_most - radii_ > most) consider(face.normal);
+    }
+    const Vec3 centre_a = b_in_a_.turn.transpose() * (a_.centre() - b_in_a_.shift);
+    for (const ConvexPiece::Face& face : b_.faces()) {
+      const double at_most = face.normal.dot(centre_a) - a_.inner_radius_m() - face.offset_m;
+      if (at_most - radii_ > most) consider(-(b_in_a_.turn * face.normal));
+    }
+    const Vec3 between = centre_b - a_.centre();
     for (const Vec3& axis : {a_.axis(), Vec3(b_in_a_.turn * b_.axis())}) {
       const Vec3 round = between - between.dot(axis) * axis;
       if (round.squaredNorm() > 0) consider(round.normalized());
     }
-    return best;
   }
 
   Separation find(const Vec3& guess, double reach) const {
@@ -268,7 +274,8 @@ class Pair {
       const Outcome outcome = gjk(Vec3::Zero(), start, kLeastDistance * small, reach, found);
       if (outcome == Outcome::beyond) return found;
       if (outcome == Outcome::found) return finish(found);
-      start = best_face();
+      double most = along(start);
+      best_face(start, most);
     }
     const double apart = along(start);
     if (apart > reach) return {start, apart, Vec3::Zero(), Vec3::Zero(), false};
@@ -276,9 +283,10 @@ class Pair {
     if (outcome == Outcome::beyond) return found;
     const double depth = radii_ - found.distance_m;
     if (depth > kDeep * small && depth < kTooDeep * small) {
-      const Vec3 face = best_face();
-      const double better = along(face);
-      if (better > found.distance_m - radii_ + kGainByFace * small) {
+      Vec3 face = found.normal;
+      double better = kGainByFace * small - depth;
+      best_face(face, better);
+      if (face != found.normal) {
         known_.count = 0;
         outcome = climb(face, better, small, reach, found);
         if (outcome == Outcome::beyond) return found;

@@ -1,0 +1,44 @@
+// All that the exact engine keeps from one step to the next; plain data.
+#pragma once
+
+#include <vector>
+
+#include "simulate/exact/body.h"
+#include "simulate/exact/broad_phase.h"
+#include "simulate/exact/pair.h"
+#include "simulate/impulse_control.h"
+
+namespace pilesim::exact {
+
+// A point of a body held at a point of another or of the world, about an axis that is free.
+struct Joint {
+  static constexpr ConstraintId kHinge = ~ConstraintId{0};
+  static constexpr uint32_t kWorld = ~uint32_t{0};
+
+  ConstraintId id = 0;    // kHinge: the model's own
+  uint32_t a = 0, b = 0;  // bodies; b may be kWorld
+  Vec3 point_a, point_b;  // m, in their frames
+  Vec3 axis_a, axis_b;    // unit, in their frames
+  double breaking_impulse_ns = 0;
+  Vec3 force_n = Vec3::Zero(), torque_nm = Vec3::Zero();  // of the last step, on b, world
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.id, self.a, self.b, self.point_a, self.point_b, self.axis_a, self.axis_b,
+           self.breaking_impulse_ns, self.force_n, self.torque_nm);
+  }
+};
+
+struct EngineState {
+  std::vector<Body> bodies;     // (B) written by Engine
+  std::vector<WideBox> boxes;   // (B) m, world, wider than the body; PairList
+  std::vector<uint32_t> fresh;  // bodies that have come since the last step; PairList
+  std::vector<Pair> pairs;     // by key; PairList makes them, find_contacts() and solvers fill them
+  std::vector<Joint> joints;   // nails by id, then hinges; Engine
+  ConstraintId next_nail = 0;  // Engine
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.bodies, self.boxes, self.fresh, self.pairs, self.joints, self.next_nail);
+  }
+};
+
+}  // namespace pilesim::exact
