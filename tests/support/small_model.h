@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -12,7 +14,15 @@
 
 namespace pilesim {
 
+// That of the environment variable, so that the same tests try each engine.
+inline EngineKind engine_under_test() {
+  const char* name = std::getenv("PILESIM_ENGINE_UNDER_TEST");
+  return name != nullptr && std::string(name) == "exact" ? EngineKind::exact : EngineKind::bullet;
+}
+
 struct SmallModel {
+  SmallModel() { scene.simulator.engine = engine_under_test(); }
+
   Scene scene;
   Model model;
 

@@ -37,6 +37,7 @@ inline void PrintTo(const SmallRun& run, std::ostream* stream) { *stream << run.
 
 inline std::vector<SmallRun> small_runs() {
   const std::string mode = "/simulator/mode=", levels = "/simulator/level_of_detail/";
+  const std::string exact = "/simulator/engine=exact";
   const std::vector<std::string> by_distance = {levels + "distances_m=[5,7]"};
   return {
       {"impulse_hulls", "hulls"},
@@ -44,6 +45,10 @@ inline std::vector<SmallRun> small_runs() {
       {"impulse_round_shapes", "round_shapes"},
       {"impulse_boxes", "boxes"},
       {"impulse_without_sleep", "boxes", {"/simulator/sleeping=false"}},
+      {"exact_hulls", "hulls", {exact}},
+      {"exact_pieces", "pieces", {exact}},
+      {"exact_round_shapes", "round_shapes", {exact}},
+      {"exact_boxes", "boxes", {exact}},
       {"statistical_table", "spheres", {}, Directed::no, Measured::table},
       {"statistical_splines", "spheres", {}, Directed::no, Measured::splines},
       {"particle", "spheres", {mode + "particle"}},
@@ -62,6 +67,8 @@ inline std::vector<SmallRun> small_runs() {
       {"repose_whole_piles", "piles", {}, Directed::whole_piles},
       {"guide_freeze", "guide", {}, Directed::guide},
       {"guide_nail", "guide", {"/guide/hold=nail"}, Directed::guide},
+      {"repose_exact", "piles", {exact}, Directed::piles},
+      {"guide_exact", "guide", {"/guide/hold=nail", exact}, Directed::guide},
       {"guide_without_mesh", "guide", {"/guide={}", "/emitters=[]"}, Directed::guide},
   };
 }

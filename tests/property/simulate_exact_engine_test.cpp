@@ -1,0 +1,308 @@
+// The exact engine's parts against slower ways to the same, and what it keeps whatever happens.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/hash.h"
+#include "core/parallel_for.h"
+#include "core/philox.h"
+#include "geometry/convex_distance.h"
+#include "geometry/convex_hull.h"
+#include "inspect/placed_piece.h"
+#include "simulate/exact/engine.h"
+#include "simulate/exact/manifold.h"
+#include "simulate/exact/pair_list.h"
+#include "simulate/exact/separation.h"
+#include "simulate/impulse_simulator.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim::exact {
+namespace {
+
+Vec3 random_direction(Philox& random) {
+  Vec3 v;
+  do {
+    for (int k = 0; k < 3; ++k) v[k] = 2 * random.uniform() - 1;
+  } while (v.squaredNorm() > 1 || v.squaredNorm() < 0.01);
+  return v.normalized();
+}
+
+Quat random_turn(Philox& random) {
+  return Quat(Eigen::AngleAxisd(2 * kPi * random.uniform(), random_direction(random)));
+}
+
+CollisionPiece random_piece(Philox& random) {
+  CollisionPiece piece;
+  switch (random.bits() % 4) {
+    case 0:
+      piece.kind = CollisionPiece::Kind::box;
+      piece.size = {0.2 + random.uniform(), 0.2 + random.uniform(), 0.2 + random.uniform()};
+      break;
+    case 1:
+      piece.kind = CollisionPiece::Kind::sphere;
+      piece.size = Vec3::Constant(0.2 + 0.5 * random.uniform());
+      break;
+    case 2:
+      piece.kind = CollisionPiece::Kind::cylinder;
+      piece.size.x() = piece.size.z() = 0.2 + 0.5 * random.uniform();
+      piece.size.y() = 0.2 + random.uniform();
+      break;
+    default:
+      piece.kind = CollisionPiece::Kind::hull;
+      std::vector<Vec3> points;
+      for (int i = 0; i < 20; ++i) points.push_back(0.6 * random_direction(random));
+      piece.hull = convex_hull(points);
+  }
+  return piece;
+}
+
+// The judge's distance of two pieces whose bodies stand like that.
+double judged(const CollisionPiece& a, const CollisionPiece& b, const Pose& b_in_a) {
+  const PieceCore core_a(a), core_b(b);
+  return convex_distance(PlacedPiece(core_a, {}), PlacedPiece(core_b, b_in_a), 100);
+}
+
+Relative relative(const Pose& pose) { return {pose.orientation.toRotationMatrix(), pose.position}; }
+
+// Apart and a little overlapping, looked at for the first time and again after each small motion:
+// as the judge has it, to a thousandth of the pieces' sizes.
+TEST(ExactEngine, SeparationsAreTheJudges) {
+  Philox random(1, Stream::test, 0);
+  int overlapping = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const CollisionPiece a = random_piece(random), b = random_piece(random);
+    const ConvexPiece piece_a(a), piece_b(b);
+    Pose pose{{}, random_turn(random)};
+    const Vec3 direction = random_direction(random);
+    // To where they touch, by bisection with the judge.
+    double low = 0, high = 5;
+    for (int k = 0; k < 40; ++k) {
+      const double middle = (low + high) / 2;
+      pose.position = middle * direction;
+      (judged(a, b, pose) > 0 ? high : low) = middle;
+    }
+    KnownVertices known;
+    Vec3 guess = Vec3::Zero();
+    // From 0.2 m apart until they overlap by 2 mm along that direction.
+    for (const double gap : {0.2, 0.1, 0.03, 0.01, 0.003, 0.0, -0.001, -0.002}) {
+      pose.position = (high + gap) * direction;
+      pose.orientation = (pose.orientation * Quat(Eigen::AngleAxisd(1e-4, direction))).normalized();
+      const double expected = judged(a, b, pose);
+      const Separation found = find_separation(piece_a, piece_b, relative(pose), guess, 10, known);
+      guess = found.normal;
+      ASSERT_TRUE(found.is_exact);
+      EXPECT_NEAR(found.normal.norm(), 1, 1e-9);
+      EXPECT_NEAR(found.distance_m, expected, 1e-3) << i << " at " << gap;
+      EXPECT_NEAR(separation_along(piece_a, piece_b, relative(pose), found.normal),
+                  found.distance_m, 1e-4);
+      overlapping += expected < 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(overlapping, 1000);
+}
+
+// Beyond the reach a bound is enough, and it is one.
+TEST(ExactEngine, BoundsOfFarPiecesAreBounds) {
+  Philox random(2, Stream::test, 0);
+  for (int i = 0; i < 2000; ++i) {
+    const CollisionPiece a = random_piece(random), b = random_piece(random);
+    const Pose pose{3 * random.uniform() * random_direction(random), random_turn(random)};
+    KnownVertices known;
+    const Separation found =
+        find_separation(ConvexPiece(a), ConvexPiece(b), relative(pose), Vec3::Zero(), 0.1, known);
+    if (found.is_exact) continue;
+    EXPECT_GT(found.distance_m, 0.1);
+    EXPECT_LE(found.distance_m, judged(a, b, pose) + 1e-5);
+  }
+}
+
+// Contact points lie between the pieces, and no corner is deeper than the deepest of them.
+TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
+  Philox random(3, Stream::test, 0);
+  ManifoldScratch scratch;
+  for (int i = 0; i < 2000; ++i) {
+    const CollisionPiece a = random_piece(random), b = random_piece(random);
+    const ConvexPiece piece_a(a), piece_b(b);
+    Pose pose{{}, random_turn(random)};
+    const Vec3 direction = random_direction(random);
+    double low = 0, high = 5;
+    for (int k = 0; k < 30; ++k) {
+      const double middle = (low + high) / 2;
+      pose.position = middle * direction;
+      (judged(a, b, pose) > 0 ? high : low) = middle;
+    }
+    KnownVertices known;
+    const Separation found =
+        find_separation(piece_a, piece_b, relative(pose), Vec3::Zero(), 1, known);
+    std::vector<SurfacePoint> points;
+    add_manifold(piece_a, piece_b, relative(pose), found, 0.02, scratch, points);
+    ASSERT_FALSE(points.empty()) << i;
+    ASSERT_LE(points.size(), kMostOfPlane);
+    double deepest = std::numeric_limits<double>::infinity();
+    for (const SurfacePoint& point : points) {
+      deepest = std::min(deepest, point.distance_m);
+      EXPECT_GT(point.normal.dot(found.normal), 0.9);
+    }
+    EXPECT_NEAR(deepest, found.distance_m, 2e-3) << i;
+  }
+}
+
+// All pairs whose boxes meet are listed, however bodies move, come and go.
+TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
+  Philox random(4, Stream::test, 0);
+  SmallModel m;
+  const uint32_t shape = m.box({0.4, 0.6, 0.8});
+  std::vector<CollisionShape> shapes;
+  for (const ModelShape& source : m.model.shapes) shapes.emplace_back(source);
+  EngineState state;
+  state.bodies.resize(200);
+  PairList list(shapes, state);
+  for (uint32_t i = 0; i < state.bodies.size(); ++i) {
+    Body& body = state.bodies[i];
+    body.shape = shape;
+    body.moves = i % 10 == 0 ? Moves::never : Moves::by_contacts;
+    body.position = 3 * Vec3(random.uniform(), random.uniform(), random.uniform());
+    body.orientation = random_turn(random);
+    body.velocity = i % 10 == 0 ? Vec3(Vec3::Zero()) : Vec3(5 * random_direction(random));
+    list.add(i);
+  }
+  constexpr double kStep = 0.01;
+  for (int step = 0; step < 60; ++step) {
+    if (step == 30) {
+      list.remove(5);
+      state.bodies[5].moves = Moves::not_there;
+    }
+    list.update(kStep, 9.81);
+    std::set<std::pair<uint32_t, uint32_t>> listed;
+    for (const Pair& pair : state.pairs) {
+      listed.emplace(std::min(pair.a, pair.b), std::max(pair.a, pair.b));
+    }
+    EXPECT_EQ(listed.size(), state.pairs.size());
+    EXPECT_TRUE(std::ranges::is_sorted(state.pairs, {}, &Pair::key));
+    const auto reached = [&](const Body& body) {  // in the step to come
+      const Mat3 turn = body.orientation.toRotationMatrix();
+      const Vec3 half = turn.cwiseAbs() * Vec3(0.2, 0.3, 0.4);
+      Bounds box(Vec3(body.position - half), Vec3(body.position + half));
+      box.extend(
+          Bounds(Vec3(box.min() + kStep * body.velocity), Vec3(box.max() + kStep * body.velocity)));
+      return box;
+    };
+    for (uint32_t i = 0; i < state.bodies.size(); ++i) {
+      for (uint32_t j = i + 1; j < state.bodies.size(); ++j) {
+        const Body &a = state.bodies[i], &b = state.bodies[j];
+        if (a.moves == Moves::not_there || b.moves == Moves::not_there) continue;
+        if (a.moves == Moves::never && b.moves == Moves::never) continue;
+        if (!reached(a).intersects(reached(b))) continue;
+        EXPECT_TRUE(listed.contains({i, j})) << i << ' ' << j;
+      }
+    }
+    for (Body& body : state.bodies) {
+      body.position += kStep * body.velocity;
+      body.moved_m = kStep * body.velocity.norm();
+    }
+  }
+}
+
+SmallModel crowd(const Vec3& gravity, int bodies, double restitution) {
+  SmallModel m;
+  m.scene.gravity = gravity;
+  m.scene.simulator.engine = EngineKind::exact;
+  const uint32_t material = m.material(restitution, 0.5);
+  Philox random(5, Stream::test, 0);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 24; ++i) points.push_back(0.15 * random_direction(random));
+  const std::vector<uint32_t> shapes = {m.box({0.2, 0.25, 0.3}), m.sphere(0.12),
+                                        m.cylinder(0.1, 0.25), m.hull(points)};
+  if (!gravity.isZero()) m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  const int side = static_cast<int>(std::ceil(std::cbrt(bodies)));
+  for (int i = 0; i < bodies; ++i) {
+    const Vec3 cell(i % side, i / (side * side), i / side % side);
+    ModelBody& body = m.body(shapes[static_cast<size_t>(i) % shapes.size()], material,
+                             0.42 * cell + Vec3(0, 0.3, 0));
+    body.pose.orientation = random_turn(random);
+    const Vec3 middle = Vec3::Constant(0.21 * (side - 1));
+    body.linear_velocity = gravity.isZero() ? Vec3(middle - 0.42 * cell) : Vec3(Vec3::Zero());
+    body.angular_velocity = 3 * random_direction(random);
+  }
+  return m;
+}
+
+std::unique_ptr<Simulator> simulate(const SmallModel& m) {
+  return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
+}
+
+// Bodies that fly into each other keep momentum, and gain no energy.
+TEST(ExactEngine, ACrowdKeepsItsMomentum) {
+  for (const double restitution : {0.0, 0.5}) {
+    const SmallModel m = crowd(Vec3::Zero(), 125, restitution);
+    const auto simulator = simulate(m);
+    const auto momentum = [&] {
+      Vec3 sum = Vec3::Zero();
+      for (size_t i = 0; i < m.model.bodies.size(); ++i) {
+        sum += m.model.bodies[i].mass_kg * simulator->states().linear_velocity[i];
+      }
+      return sum;
+    };
+    double scale = 0;
+    for (const ModelBody& body : m.model.bodies)
+      scale += body.mass_kg * body.linear_velocity.norm();
+    const Vec3 before = momentum();
+    const double start = simulator->statistics().kinetic_energy_j;
+    double energy = start;
+    for (int i = 0; i < 60; ++i) {
+      const double now = simulator->step_frame().kinetic_energy_j;
+      EXPECT_LE(now, energy * 1.001) << i;
+      energy = now;
+      EXPECT_LT((momentum() - before).norm(), 1e-9 * scale) << i;
+    }
+    EXPECT_LT(energy, 0.9 * start) << "they meet";
+  }
+}
+
+// At any number of threads, for few bodies, solved in doubles, and for many, in floats.
+TEST(ExactEngine, TheSameBytesAtAnyNumberOfThreads) {
+  for (const int bodies : {60, 512}) {
+    const SmallModel m = crowd(Vec3(0, -9.81, 0), bodies, 0.2);
+    std::vector<std::string> hashes;
+    for (const int threads : {1, 2, 4}) {
+      set_thread_count(threads);
+      const auto simulator = simulate(m);
+      run(*simulator, 60);
+      Hasher hasher;
+      hasher.add_values(std::span<const Vec3>(simulator->states().position));
+      hasher.add_values(std::span<const Vec3>(simulator->states().angular_velocity));
+      hashes.push_back(hasher.digest());
+    }
+    EXPECT_EQ(hashes[0], hashes[1]) << bodies;
+    EXPECT_EQ(hashes[0], hashes[2]) << bodies;
+  }
+  set_thread_count(available_threads());
+}
+
+// Friction acts in the blow too: a ball that is thrown flat at the ground leaves it spinning.
+TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
+  SmallModel m;
+  m.scene.gravity = Vec3::Zero();
+  m.scene.simulator.engine = EngineKind::exact;
+  const uint32_t material = m.material(0.5, 0.2);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  m.body(m.sphere(0.1), material, {0, 0.3, 0}).linear_velocity = {3, -2, 0};
+  const auto simulator = simulate(m);
+  run(*simulator, 30);
+  // Sliding all the while: the blow's friction is 0.2 of it.
+  const double blow = 2 * (1 + 0.5);
+  const Vec3& velocity = simulator->states().linear_velocity[1];
+  EXPECT_NEAR(velocity.y(), 1, 1e-5);
+  EXPECT_NEAR(velocity.x(), 3 - 0.2 * blow, 1e-5);
+  EXPECT_NEAR(simulator->states().angular_velocity[1].z(), -0.2 * blow * 2.5 / 0.1, 1e-3);
+}
+
+}  // namespace
+}  // namespace pilesim::exact
