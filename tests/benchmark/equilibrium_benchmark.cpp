@@ -10,13 +10,13 @@
 
 #include "core/error.h"
 #include "pile/guide/equilibrium.h"
-#include "pile/guide/pile_equilibrium.h"
 #include "pile/guide/support_graph.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "simulate/body_control.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/equilibrium_instances.h"
+#include "support/pile_equilibrium.h"
 #include "support/small_model.h"
 
 namespace pilesim {

@@ -1,6 +1,6 @@
 // Piles as a whole, against closed forms and the local rule.
 
-#include "pile/guide/pile_equilibrium.h"
+#include "support/pile_equilibrium.h"
 
 #include <gtest/gtest.h>
 

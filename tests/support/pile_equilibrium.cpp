@@ -1,4 +1,4 @@
-#include "pile/guide/pile_equilibrium.h"
+#include "support/pile_equilibrium.h"
 
 #include <algorithm>
 #include <cmath>
