@@ -6,26 +6,12 @@
 #include <numeric>
 
 #include "core/clock.h"
+#include "pile/guide/guide_constants.h"
 
 namespace pilesim {
 namespace {
 
-// A body is looked for in the guide again once it has moved by this share of its radius.
-constexpr double kMoved = 0.02;
-
-// A body is not held while it is sunk into another by more than this share of either's radius: what
-// was given with overlaps comes apart first. Not of the thickness: edges of cards sink into cards.
-constexpr double kMostOverlap = 0.03;
-
-// The start is over after so many control periods, whatever overlaps.
-constexpr uint64_t kMostStart = 5;
-
-// Contacts that close more slowly than this, in sqrt(g r), are no hits: what rests on a held body
-// still trembles.
-constexpr double kTouch = 0.1;
-
-// Of a nail, in hits at the guide's speed: it carries loads besides.
-constexpr double kNailStrength = 10;
+using namespace guide_constants;
 
 uint8_t flags_of(Standing standing, bool held) {
   uint8_t flags = held ? uint8_t{kFrozen} : uint8_t{0};

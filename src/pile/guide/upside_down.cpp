@@ -14,26 +14,14 @@
 #include "core/philox.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
+#include "pile/guide/guide_constants.h"
 #include "simulate/body_control.h"
 #include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
 namespace {
 
-constexpr double kLevel = 1e-3;     // of the guide's height: what is as low belongs to its base
-constexpr double kDropBelow = 3;    // bodies start so far from the base, in bounding radii
-constexpr double kFullBelow = 0.5;  // and the guide is full where they lie so far out of it
-constexpr int kFullBodies = 3;      // so many of them
-constexpr double kPoke = 0.02;      // r, that a body kept may be out of the base
-constexpr double kSlow = 0.05;      // sqrt(g r), of what lies
-constexpr double kSettle = 6;       // sqrt(h / g) at most after the last drop
-constexpr double kDropSpeed = 2;    // sqrt(g r), as bodies start
-constexpr double kStep = 2;         // in the scene's steps: what is released moves again anyway
-constexpr double kSlippery = 0.25;  // of the friction: what slides lies closer, and stands better
-constexpr int kMostSweeps = 10;     // of the solver
-constexpr uint64_t kLookSteps = 8;  // from one look at what lies to the next
-constexpr int kLooks = 6;           // after so many a body stays where it is
-constexpr int kCandidates = 16;     // for a drop clear of the rim
+using namespace guide_constants;
 
 // The guide without its base, and walls on from its rim.
 struct Vessel {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pile/repose/repose_constants.h"
+
 namespace pilesim {
 namespace {
 
-constexpr double kFewestReach = 3.5;     // L, of a pile with slopes
-constexpr double kSectionLength = 4;     // L, on the way round in the middle of the slope
-constexpr double kReachTolerance = 0.4;  // of the whole's, by which a section's may differ
+using namespace repose_constants;
 
 // Items in sections, each with its share in the two that it lies between.
 template <class Item>

@@ -7,18 +7,12 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "pile/repose/repose_constants.h"
 
 namespace pilesim {
 namespace {
 
-// Lengths in L, the size of a body.
-constexpr double kCell = 0.35;       // of the height field
-constexpr double kFilled = 0.7;      // density of a layer of a pile that has its angle
-constexpr double kFirstBodies = 16;  // that the first structure has room for
-constexpr double kEnoughBoxes = 30;  // of L^3, for a body's space in a pile to be learned
-constexpr double kDrift = 0.05;      // share of the way to the mean of the bodies, each time
-constexpr double kFastest = 2;       // sqrt(g L), of what belongs to a surface
-constexpr double kStopTime = 2;      // sqrt(L / g), in which what moves can be stopped
+using namespace repose_constants;
 
 // The narrowest distance between two parallels that enclose a convex polygon.
 double width(const std::vector<GroundPoint>& corners) {

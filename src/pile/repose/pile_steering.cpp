@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pile/repose/repose_constants.h"
+
 namespace pilesim {
 namespace {
 
-// Rates in sqrt(g / L), speeds in sqrt(g L).
-constexpr double kHoldRate = 3;  // of braking inside the pile
-constexpr double kHoldTurnRate = 0.5;
-constexpr double kHoldFriction = 1;
-constexpr double kSettleRate = 5;       // of braking level motion between two bounces
-constexpr double kSpillFriction = 0.5;  // of the material's, at full grip
-constexpr double kSpillSpeed = 0.8;     // down the slope
-constexpr double kSpillPush = 0.5;      // of gravity, down the slope
+using namespace repose_constants;
 
 }  // namespace
 

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pile/repose/repose_constants.h"
+
 namespace pilesim {
 namespace {
 
-constexpr double kUpward = 0.2;  // least cosine of a contact that carries, against the vertical
-constexpr double kTouchShare = 0.03;  // of the smallest extent: the farthest contact that carries
-
-constexpr double kBelowShare = 0.1;    // of the smallest extent
-constexpr double kBearingSlack = 0.1;  // rad
+using namespace repose_constants;
 
 }  // namespace
 

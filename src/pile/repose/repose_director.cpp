@@ -4,43 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "pile/repose/repose_constants.h"
+
 namespace pilesim {
 namespace {
 
-// Lengths in L, the size of a body; times in sqrt(L / g), in which it falls through itself; speeds
-// in sqrt(g L).
-constexpr double kDecisionPeriod = 0.15;
-constexpr uint64_t kSurfacePeriod = 2;  // decisions between two looks at the surface
-
-constexpr double kAvalancheDensity = 0.8;
-constexpr double kAvalancheExcess = 0.2;   // of a sleeper in a layer that is not too dense
-constexpr double kAvalancheOutflow = 0.5;  // at which sleepers on the surface wake
-constexpr double kAvalancheSkin = 0;       // as kSkin: half of them, the rest holds the slope
-constexpr double kOutflow = 0.2;           // at which what is awake on the surface moves on
-
-constexpr double kSlack = 0.35;   // that a body's centre may lie over the ideal surface
-constexpr double kMostSlack = 1;  // where the inside wants filling
-constexpr double kFloor = 0.8;    // under which bodies may lie anywhere
-constexpr double kSkin = 0.8;     // under the surface: centres of bodies that lie on top
-constexpr double kSkinByHaste = 0.5;
-constexpr double kMostHaste = 2;    // of outflow
-constexpr double kGripRange = 0.3;  // of outflow, from all grip to none
-
-constexpr double kGrace = 3;         // before a woken body may sleep again
-constexpr double kShakenTime = 12;   // that what was hit moves freely
-constexpr double kLeftTime = 3;      // without a touch, after which a body is on its own
-constexpr double kBlow = 0.3;        // change of a velocity that gravity does not explain
-constexpr double kBlowHeight = 1.5;  // over the surface, up to which it is the pile that struck it
-
-constexpr double kRestSpeed = 0.12;
-constexpr uint8_t kCalmDecisions = 3;
-constexpr uint8_t kStillDecisions = 20;  // after which nothing is left that moves a body
-constexpr double kSunkShare = 0.04;      // of the smallest extent: too deep to sleep
+using namespace repose_constants;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-constexpr double kHeavy = 15;        // momentum in mean masses times sqrt(g L) that wakes
-constexpr double kMovedSpeed = 0.1;  // of what a hit wakes
 
 }  // namespace
 

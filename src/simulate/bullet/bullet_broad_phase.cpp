@@ -1,12 +1,12 @@
 #include "simulate/bullet/bullet_broad_phase.h"
 
+#include "simulate/bullet/bullet_constants.h"
+
 namespace pilesim {
 
-namespace {
+using namespace bullet_constants;
 
-// How far a fat box reaches beyond its body, as a share of the body's box. More: fewer updates of
-// the tree; less: fewer pairs.
-constexpr double kFatShare = 0.05;
+namespace {
 
 class PairCollector : public btDbvt::ICollide {
  public:

@@ -6,6 +6,7 @@
 
 #include "simulate/bullet/bullet.h"
 #include "simulate/bullet/bullet_closest_points.h"
+#include "simulate/bullet/bullet_constants.h"
 #include "simulate/bullet/bullet_hits.h"
 #include "simulate/bullet/bullet_nail.h"
 #include "simulate/kinematic_motion.h"
@@ -13,25 +14,7 @@
 namespace pilesim {
 namespace {
 
-// A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
-// own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
-// scale with the body, so that a pile of beads sleeps as a pile of boulders does.
-constexpr double kRestSpeed = 0.03;
-constexpr double kRestTime = 3.0;
-
-// Nor does it rest if it strays by more than this share of its radius in that time and nothing but
-// its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
-// of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
-constexpr double kRestDrift = 0.003;
-
-// Share of the smallest extent that a body may move in a step and meet others at a small depth.
-constexpr double kFastMotion = 0.4;
-
-// Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
-constexpr double kRestDepth = 0.02;
-
-// Penetrations fall by e in this time, again in sqrt(r / g), of the smallest body.
-constexpr double kPositionTime = 0.3;
+using namespace bullet_constants;
 
 // A group of Bullet's, beyond those that it uses itself.
 constexpr int kKeptApart = 1 << 10;

@@ -1,10 +1,11 @@
 #include "simulate/bullet/bullet_nail.h"
 
+#include "simulate/bullet/bullet_constants.h"
+
 namespace pilesim {
 namespace {
 
-// Share of its error that a nail takes back in a step (dissertation 6.3).
-constexpr double kCorrection = 0.8;
+using namespace bullet_constants;
 
 // Bullet's indices of the rows of a slider: along it, across it, turns across it.
 constexpr int kRows[] = {0, 1, 4};

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "simulate/bullet/bullet_closest_points.h"
+#include "simulate/bullet/bullet_constants.h"
 
 namespace pilesim {
 
-namespace {
+using namespace bullet_constants;
 
-// Boxes that are this many reaches apart are listed already.
-constexpr double kListedReaches = 2;
+namespace {
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());

@@ -3,18 +3,13 @@
 #include <algorithm>
 #include <array>
 
+#include "simulate/bullet/bullet_constants.h"
+
 namespace pilesim {
 
-namespace {
+using namespace bullet_constants;
 
-// Of the smallest extent: thin bodies must not reach the plane with their far side.
-constexpr double kReachShare = 0.1;
-// Another point takes the place of a contact only if it is better by this share of the reach, so
-// that rounding does not choose other points in each step.
-constexpr double kFavour = 0.01;
-// What lies on a plane is carried by its lowest points. With 20 a rabbit rocked on for ever: a
-// farther point 0.7 mm up took the place of one that carried it.
-constexpr double kPreferLow = 100;
+namespace {
 
 const ConvexPieces& pieces_of(const btCollisionObject& body) {
   return *static_cast<const ConvexPieces*>(body.getCollisionShape()->getUserPointer());

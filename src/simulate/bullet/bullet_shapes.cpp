@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cassert>
 
+#include "simulate/bullet/bullet_constants.h"
+
 namespace pilesim {
 
-namespace {
+using namespace bullet_constants;
 
-// Bullet rounds what it collides by a margin: a skin about a hull, a rounding of edges within a box
-// or a cylinder. As shares of the smallest extent they stay below what can be seen, and above what
-// GJK needs in double precision. Triangles have none: what meets them brings its own.
-constexpr double kRoundingShare = 1e-3;
-constexpr double kSkinShare = 5e-4;
-constexpr double kGapShare = 2 * kSkinShare;  // between two hulls of one size
+namespace {
 
 // Products of inertia below this share of the trace are rounding errors: such a body keeps its own
 // axes, so that a box stays a box to Bullet.

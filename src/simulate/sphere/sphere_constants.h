@@ -1,5 +1,5 @@
 // What was tuned of the engine of spheres: pure numbers, in the unit that is said. g is gravity, r
-// the outer radius of the body. docs/lab/statistical.md tells of the runs that they were tuned on.
+// the outer radius of the body. docs/lab/statistical.md tells of what was tried.
 #pragma once
 
 #include <cstddef>
