@@ -18,6 +18,7 @@ struct Options {
   std::optional<std::string> fail_on, from;
   bool resume = false;
   double checkpoint_period_s = 5;
+  uint64_t inspect_every = 0;
   bool print_config = false;
   bool direct_piles = false;
 };
@@ -38,9 +39,14 @@ void run(const Options& options) {
                       .checkpoint_period_s = options.checkpoint_period_s,
                       .from = options.from,
                       .gates = gates,
+                      .inspect_every = options.inspect_every,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
   if (options.run.quiet) return;
+  if (summary.was_complete) {
+    print("%s: the run is complete; nothing was left to do\n", options.output.c_str());
+    return;
+  }
   for (const std::string& line : summary.warnings) warn(line);
   for (const std::string& line : summary.beginning) print_line(line);
   for (const std::string& line : summary.collision_shapes) print_line(line);
@@ -51,6 +57,10 @@ void run(const Options& options) {
         counted(summary.bodies, "body", "bodies").c_str(), summary.wall_s, summary.awake_at_end,
         summary.deepest_penetration_m);
   const PileQuality& quality = summary.quality;
+  if (summary.deepest_inspected_m) {
+    print("in the frames inspected: deepest penetration of the shapes %.2g m\n",
+          *summary.deepest_inspected_m);
+  }
   print("at the end: penetration %.2g D, %llu unsettled, %llu escaped, %llu floating\n",
         quality.body_diameter_m > 0 ? quality.deepest_penetration_m / quality.body_diameter_m : 0,
         static_cast<unsigned long long>(quality.unsettled),
@@ -78,6 +88,12 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
                    "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
                    "between")
       ->type_name("GATES");
+  command
+      ->add_option("--inspect-every", options->inspect_every,
+                   "Measure overlaps of the shapes, and what --fail-on asks for, in every N-th "
+                   "frame, too, not only at the end: quality_of_run in report.json")
+      ->type_name("N")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
   CLI::Option* resume = command->add_flag(
       "--resume", options->resume,
       "Go on where the run in the output directory was interrupted or killed; where there is none, "

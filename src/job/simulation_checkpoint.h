@@ -18,9 +18,13 @@ inline constexpr char kCheckpointFile[] = "checkpoint.bin";
 // What a run has come to, besides the simulator's state.
 struct RunProgress {
   std::vector<FrameRow> rows;  // a row a frame that is done
+  std::vector<FrameQuality> inspections;
   double cpu_s = 0, wall_s = 0;
+  double checkpoint_s = 0;  // of the wall time, for checkpoints
 
-  static void fields(auto& self, auto& stream) { stream(self.rows, self.cpu_s, self.wall_s); }
+  static void fields(auto& self, auto& stream) {
+    stream(self.rows, self.inspections, self.cpu_s, self.wall_s, self.checkpoint_s);
+  }
 };
 
 // Of a run that is done it has the states of its bodies only.

@@ -128,6 +128,11 @@ class Recorder {
     timing_.append(progress_.rows.back());
   }
 
+  void inspect(const Model& model, const Vec3& gravity, const BodyStates& states) {
+    progress_.inspections.push_back(
+        {progress_.rows.size() - 1, inspect_pile(model, gravity, states)});
+  }
+
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
   // All that a checkpoint tells of is on disk before it is.
   void write_checkpoint(const Simulator& simulator, bool is_done) {
@@ -135,7 +140,9 @@ class Recorder {
     writer_.flush();
     measure_time();
     write_run_checkpoint(directory_, key_, progress_, simulator, is_done);
-    pace_.wrote(clock.seconds());
+    const double took_s = clock.seconds();
+    progress_.checkpoint_s += took_s;
+    pace_.wrote(took_s);
   }
 
   const RunProgress& progress() const { return progress_; }
@@ -167,19 +174,21 @@ class Recorder {
 };
 
 // Steps the simulator through all frames that are left. True: interrupted.
-bool simulate_frames(const Scene& scene, Simulator& simulator, Recorder& recorder,
-                     Progress& progress) {
+bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_every,
+                     Simulator& simulator, Recorder& recorder, Progress& progress) {
   const auto frame_count = static_cast<uint64_t>(scene.frame_count());
   for (uint64_t frame = recorder.progress().rows.size(); frame < frame_count; ++frame) {
     recorder.append(simulator, scene.frame_rate,
                     frame == 0 ? simulator.statistics() : simulator.step_frame());
+    if (inspect_every > 0 && frame % inspect_every == 0) {
+      recorder.inspect(model, scene.gravity, simulator.states());
+    }
     progress.update(frame + 1);
     if (frame + 1 == frame_count) break;
     const bool stops = interrupted();
     if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator, false);
     if (stops) return true;
   }
-  recorder.write_checkpoint(simulator, true);
   return false;
 }
 
@@ -214,26 +223,17 @@ bool has_hardly_begun(const std::filesystem::path& output) {
 }
 
 // What is there to be resumed; none: nothing has begun. Throws Error(usage) for results without a
-// checkpoint, and for a run that is done.
+// checkpoint.
 std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
-  const auto refuse = [&](std::string found, std::string remedy) {
-    throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
-                                          .found = std::move(found),
-                                          .remedy = std::move(remedy)});
-  };
   const auto there = claim_output(job.output, kSimulationEntries, true);
   if (there.empty()) return std::nullopt;
-  if (std::ranges::find(there, job.output / kCheckpointFile) == there.end()) {
-    if (has_hardly_begun(job.output)) return std::nullopt;
-    refuse("has results but no checkpoint to resume from",
-           "Start again with --force in place of --resume");
+  if (std::ranges::find(there, job.output / kCheckpointFile) != there.end()) {
+    return RunCheckpoint(job.output);
   }
-  RunCheckpoint checkpoint(job.output);
-  if (checkpoint.is_done()) {
-    refuse("the run there is complete: nothing is left to resume",
-           "Replace it with --force, or name another directory with -o");
-  }
-  return checkpoint;
+  if (has_hardly_begun(job.output)) return std::nullopt;
+  throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
+                                        .found = "has results but no checkpoint to resume from",
+                                        .remedy = "Start again with --force in place of --resume"});
 }
 
 // Of what is in the directory of a run that is resumed: what its next results replace.
@@ -251,8 +251,9 @@ std::vector<std::filesystem::path> outdated(const std::filesystem::path& directo
 SimulationSummary run_simulation(const SimulationJob& job) {
   const Stopwatch watch;
   const std::optional<RunCheckpoint> checkpoint = job.resume ? find_checkpoint(job) : std::nullopt;
-  const auto replaced =
-      checkpoint ? outdated(job.output) : claim_output(job.output, kSimulationEntries, job.force);
+  const auto replaced = checkpoint
+                            ? outdated(job.output)
+                            : claim_output(job.output, kSimulationEntries, job.force || job.resume);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
   Model model = build_model(scene);
@@ -271,6 +272,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   RunProgress before;
   if (checkpoint) {
     checkpoint->require(key);
+    if (checkpoint->is_done()) return {.was_complete = true};
     before = checkpoint->load(*simulator);
   }
   const size_t frames_before = before.rows.size();
@@ -285,13 +287,16 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
                       "frames");
-    report.interrupted = simulate_frames(scene, *simulator, recorder, progress);
+    report.interrupted =
+        simulate_frames(scene, model, job.inspect_every, *simulator, recorder, progress);
   } catch (const Error& error) {
     rethrow_with_what_is_safe(error, job.output, recorder.frames_on_disk());
   }
   recorder.measure_time();
   report.rows = recorder.progress().rows;
+  report.inspections = recorder.progress().inspections;
   report.cpu_s = recorder.progress().cpu_s;
+  report.checkpoint_s = recorder.progress().checkpoint_s;
   const Stopwatch inspection;
   report.quality = inspect_pile(model, scene.gravity, simulator->states());
   report.inspection_s = inspection.seconds();
@@ -303,6 +308,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.piles = direction->figures();
   direction->write_files(job.output);
   const std::string missing = write_report(report, job.output);
+  // Last: what was killed before this goes on from the checkpoint before.
+  if (!report.interrupted) recorder.write_checkpoint(*simulator, true);
 
   if (report.interrupted) {
     throw Error(
@@ -331,6 +338,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   summary.piles = direction->lines();
   if (!missing.empty()) summary.warnings.push_back(missing);
+  for (const FrameQuality& inspected : report.inspections) {
+    summary.deepest_inspected_m =
+        std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);
+  }
   for (const FrameRow& row : report.rows) {
     summary.deepest_penetration_m =
         std::max(summary.deepest_penetration_m, row.deepest_penetration_m);

@@ -24,16 +24,19 @@ struct SimulationJob {
   // The directory of another run: its bodies at the end are where those with the same names begin.
   std::optional<std::filesystem::path> from;
   std::vector<QualityGate> gates;  // what the pile is judged by at the end
+  uint64_t inspect_every = 0;      // frames between inspections of the pile; 0: at the end only
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };
 
 struct SimulationSummary {
+  bool was_complete = false;  // nothing was left to resume; all below is empty
   uint64_t frames = 0;
   uint64_t bodies = 0;
   double simulated_s = 0;
   double wall_s = 0;
-  double deepest_penetration_m = 0;
+  double deepest_penetration_m = 0;           // of all frames, as the solver sees it
+  std::optional<double> deepest_inspected_m;  // of the frames that were inspected
   uint32_t awake_at_end = 0;
   PileQuality quality;                        // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation

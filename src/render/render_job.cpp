@@ -18,7 +18,6 @@
 #include "core/hash.h"
 #include "core/interrupt.h"
 #include "core/output_directory.h"
-#include "core/temporary_file.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
@@ -204,7 +203,7 @@ CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
           .start = ""};
 }
 
-// How many pictures are done: on disk after each one, until all are.
+// How many pictures are done: on disk after each one.
 class RenderProgress {
  public:
   // Done before: as the checkpoint of the same work says, where job.resume asks for it.
@@ -239,7 +238,6 @@ class RenderProgress {
     writer(done_);
     write_checkpoint(file_, key_, writer.bytes());
   }
-  void end() const { remove_in_one_go(file_); }
 
  private:
   fs::path file_;
@@ -314,7 +312,6 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
                                  " of " + std::to_string(job.frames.size()) + " frames",
                         .remedy = "Go on with the same command and --resume"});
   }
-  done.end();
   return summary;
 }
 

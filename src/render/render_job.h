@@ -53,7 +53,7 @@ struct RenderSummary {
 // overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
 // stays until a new one takes its place, and what is left of them at the end is removed. Takes over
 // SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far and throws
-// Error(interrupted). While frames are drawn render_checkpoint.bin says how many are done, for
+// Error(interrupted). render_checkpoint.bin says how many frames are done, for
 // `resume`; Error(input) where it is of other work, Error(usage) where there is none beside
 // pictures.
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);

@@ -64,6 +64,22 @@ Json gates_json(const std::vector<GateResult>& gates) {
 
 }  // namespace
 
+Json quality_json(const PileQuality& quality);
+
+// A row a frame that was inspected; null: none was.
+Json inspections_json(const std::vector<FrameQuality>& inspections) {
+  if (inspections.empty()) return nullptr;
+  Json rows = Json::array();
+  double deepest_m = 0;
+  for (const FrameQuality& inspection : inspections) {
+    Json row = {{"frame", inspection.frame}};
+    row.update(quality_json(inspection.quality));
+    rows.push_back(std::move(row));
+    deepest_m = std::max(deepest_m, inspection.quality.deepest_penetration_m);
+  }
+  return {{"deepest_penetration_m", deepest_m}, {"frames", std::move(rows)}};
+}
+
 Json quality_json(const PileQuality& quality) {
   const auto in_diameters = [&](double length_m) {
     return quality.body_diameter_m > 0 ? length_m / quality.body_diameter_m : 0;
@@ -115,6 +131,7 @@ Json report_json(const SimulationReport& report) {
         {"contacts_at_end", last.contacts}}},
       {"settled", last.bodies_awake == 0},
       {"quality_at_end", quality_json(report.quality)},
+      {"quality_of_run", inspections_json(report.inspections)},
       {"gates", gates_json(report.gates)},
       {"penetration",
        {{"deepest_m", deepest_m},
@@ -132,6 +149,7 @@ Json report_json(const SimulationReport& report) {
       {"time",
        {{"setup_s", report.setup_s},
         {"inspection_s", report.inspection_s},
+        {"checkpoint_s", report.checkpoint_s},
         {"total_s", report.total_s},
         {"cpu_s", report.cpu_s},
         {"wall_per_simulated_second", last.time_s > 0 ? report.total_s / last.time_s : 0},

@@ -34,6 +34,18 @@ struct FrameRow {
   }
 };
 
+// The pile at the end of a frame, by its collision shapes.
+struct FrameQuality {
+  uint64_t frame = 0;
+  PileQuality quality;
+
+  static void fields(auto& self, auto& stream) {
+    auto& q = self.quality;
+    stream(self.frame, q.bodies, q.overlapping_pairs, q.deepest_penetration_m, q.mean_penetration_m,
+           q.largest_gap_m, q.mean_gap_m, q.unsettled, q.escaped, q.floating, q.body_diameter_m);
+  }
+};
+
 struct SimulationReport {
   std::string command;  // "simulate"
   std::string scene_name;
@@ -50,11 +62,13 @@ struct SimulationReport {
   std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
   std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<FrameRow> rows;
-  PileQuality quality;  // at the end, of the collision shapes
+  PileQuality quality;                    // at the end, of the collision shapes
+  std::vector<FrameQuality> inspections;  // while it ran, where that was asked for
   std::vector<GateResult> gates;
   double setup_s = 0;       // loading, decomposition, building, wall
   double inspection_s = 0;  // of the pile at the end, wall
   double total_s = 0;       // whole command, wall
+  double checkpoint_s = 0;  // of total_s, for checkpoints
   double cpu_s = 0;         // of the frames, processor time of all threads
   uint64_t peak_memory_bytes = 0;
   std::string piles;         // JSON array: what a director of piles reports of each; empty: none

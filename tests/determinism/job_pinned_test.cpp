@@ -43,7 +43,8 @@ TEST_P(PinnedRuns, GiveTheseBytes) {
   const SmallRun& run = GetParam();
   const std::vector<std::string> overrides = overrides_of(run);
   expect_pinned([&](const auto& expect) {
-    const test::RunningRun running(run, overrides);
+    const test::RunScene scene(run, overrides);
+    const test::RunningRun running(run, scene);
     for (int frame = 1; frame <= test::kFramesOfRun; ++frame) {
       running.simulator->step_frame();
       if (frame % 15 == 0) {

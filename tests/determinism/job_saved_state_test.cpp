@@ -38,8 +38,8 @@ std::vector<double> figures_of(const FrameStatistics& s) {
 
 TEST_P(SavedState, GoesOnWithTheSameBytes) {
   const SmallRun& run = GetParam();
-  const std::vector<std::string> overrides = overrides_of(run);
-  const RunningRun whole(run, overrides);
+  const test::RunScene scene(run, overrides_of(run));
+  const RunningRun whole(run, scene);
   std::vector<std::string> hashes = {test::hash_of(whole.simulator->states())};
   std::vector<std::vector<double>> figures = {figures_of(whole.simulator->statistics())};
   std::vector<std::vector<std::byte>> states = {saved(*whole.simulator)};
@@ -52,7 +52,7 @@ TEST_P(SavedState, GoesOnWithTheSameBytes) {
   for (const size_t from : {0, 1, 6, 14, 23, 33, 44}) {
     SCOPED_TRACE("from frame " + std::to_string(from));
     set_thread_count(threads = threads % 4 + 1);
-    const RunningRun resumed(run, overrides);
+    const RunningRun resumed(run, scene);
     StateReader reader(states[from]);
     resumed.simulator->load(reader);
     EXPECT_EQ(reader.left(), 0U);
@@ -71,13 +71,13 @@ TEST_P(SavedState, GoesOnWithTheSameBytes) {
 // What is left by chance is refused, or is a state like another.
 TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
   const SmallRun& run = GetParam();
-  const std::vector<std::string> overrides = overrides_of(run);
-  const RunningRun whole(run, overrides);
+  const test::RunScene scene(run, overrides_of(run));
+  const RunningRun whole(run, scene);
   for (int frame = 0; frame < 20; ++frame) whole.simulator->step_frame();
   const std::vector<std::byte> state = saved(*whole.simulator);
   std::mt19937 random(1);
   int refused = 0;
-  const int kDamages = 60;
+  const int kDamages = 45;
   for (int damage = 0; damage < kDamages; ++damage) {
     std::vector<std::byte> damaged = state;
     const auto at = [&](size_t end) {
@@ -90,7 +90,7 @@ TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
         damaged[at(damaged.size() - 1)] ^= static_cast<std::byte>(1 + at(254));
       }
     }
-    const RunningRun resumed(run, overrides);
+    const RunningRun resumed(run, scene);
     StateReader reader(damaged);
     try {
       resumed.simulator->load(reader);

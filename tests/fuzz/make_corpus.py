@@ -215,13 +215,18 @@ def others():
     # A frame of zstd whose header promises a terabyte.
     put("trajectory", "content_size", b"\x02\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 40) + bytes(8))
     put("trajectory", "no_frame", b"\x02 no frame of zstd")
-    put("piles", "whole", '{"changes":[{"frame":0,"piles":[{"core":[[0,0],[1,0],[0,1]],"walls":[],'
-        '"layers":[{"bottom_m":0,"top_m":1,"radius_m":2}]}]}]}')
-    put("piles", "no_core", '{"changes":[{"frame":0,"piles":[{"core":[],"walls":[],"layers":[]}]}]}')
+    head = '{"format":"pilesim piles","version":2,'
+    put("piles", "whole", head + '"changes":[{"frame":0,"piles":[{"core":[[0,0],[1,0],[0,1]],'
+        '"walls":[],"layers":[{"bottom_m":0,"top_m":1,"radius_m":2}]}]}]}')
+    put("piles", "no_core",
+        head + '"changes":[{"frame":0,"piles":[{"core":[],"walls":[],"layers":[]}]}]}')
+    put("piles", "version", '{"format":"pilesim piles","version":1,"changes":[]}')
     put("piles", "nested", "[" * 5000)
-    put("guide", "whole", '{"guide":{"vertices":[[0,0,0],[1,0,0],[0,1,0]],"triangles":[[0,1,2]]},'
-        '"constraints":[{"frame":0,"points":[[0,0,0]]}]}')
-    put("guide", "index", '{"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[]}')
+    head = '{"format":"pilesim guide","version":1,"frames":[],'
+    put("guide", "whole", head + '"guide":{"vertices":[[0,0,0],[1,0,0],[0,1,0]],'
+        '"triangles":[[0,1,2]]},"constraints":[{"frame":0,"points":[[0,0,0]]}]}')
+    put("guide", "index",
+        head + '"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[]}')
     put("guide", "nested", '{"guide":' + "[" * 5000)
     piece = {"vertices": struct.pack("<9d", 0, 0, 0, 1, 0, 0, 0, 1, 0),
              "triangles": struct.pack("<3I", 0, 1, 2)}

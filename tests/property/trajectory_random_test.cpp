@@ -1,6 +1,8 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <map>
+#include <string>
 
 #include "../support/trajectory_fixture.h"
 #include "core/atomic_file.h"
@@ -123,6 +125,51 @@ TEST_F(TrajectoryRandom, DamageIsAnErrorAndNeverACrash) {
     write_file_atomically(file, whole);
   }
   EXPECT_GT(refused, kRounds / 3);
+}
+
+// Killed after any number of frames and resumed after as many or fewer, again and again, it ends as
+// the same files.
+TEST_F(TrajectoryRandom, ResumedItEndsAsTheSameFiles) {
+  const auto files_of = [](const fs::path& store) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(store)) {
+      if (entry.is_regular_file()) {
+        files[fs::relative(entry.path(), store).string()] = read_file(entry.path());
+      }
+    }
+    return files;
+  };
+  for (uint32_t round = 0; round < 6; ++round) {
+    Philox random(12, Stream::test, round);
+    const size_t bodies = round == 5 ? 20000 : random.index(4);
+    const uint64_t frames = 1 + random.index(bodies < 5 ? 600 : 12);
+    const fs::path whole = directory_ / "whole.zarr";
+    for (const fs::path& store : {whole, store_}) fs::remove_all(store);
+    {
+      TrajectoryWriter writer(whole, test::make_header(bodies));
+      for (uint64_t i = 0; i < frames; ++i) writer.append(test::make_frame(bodies, i));
+    }
+    { const TrajectoryWriter writer(store_, test::make_header(bodies)); }
+    uint64_t done = 0;
+    while (done < frames) {
+      const uint64_t from = random.index(static_cast<uint32_t>(done + 1));
+      TrajectoryWriter writer(store_, bodies, from);
+      EXPECT_EQ(TrajectoryReader(store_).frame_count(), from);
+      done = from + random.index(static_cast<uint32_t>(frames - from + 1));
+      for (uint64_t i = from; i < done; ++i) writer.append(test::make_frame(bodies, i));
+    }
+    ASSERT_TRUE(files_of(store_) == files_of(whole)) << "round " << round;
+  }
+}
+
+TEST_F(TrajectoryRandom, IsNotResumedAfterMoreFramesThanItHas) {
+  {
+    TrajectoryWriter writer(store_, test::make_header(2));
+    writer.append(test::make_frame(2, 0));
+  }
+  EXPECT_THROW(TrajectoryWriter(store_, 2, 2), Error);
+  EXPECT_THROW(TrajectoryWriter(store_, 200000, 1), Error) << "of other chunks";
+  EXPECT_EQ(TrajectoryReader(store_).frame_count(), 1U);
 }
 
 }  // namespace

@@ -187,6 +187,8 @@ RESUMED = ["sample-signature", "box.obj", "-o", "a.sig", "--trials", "60", "--ex
 SIMULATE = ["simulate", "scene.json", "-o", "out", "--force"]
 PILE = ["direct-pile", "scene.json", "-o", "out", "--force"]
 RENDER = ["render", "run", "-o", "out", "--force", "--size", "96x64"]
+# A checkpoint after every frame, so that most kills come between one and the next.
+RESUME = ["-o", "out", "--resume", "--checkpoint", "0"]
 COMPARE = ["compare", "scene.json", "-o", "out", "--runs", "3", "--reference", "impulse",
            "--modes", "impulse@1/120"]
 SEED = ["--seed", "8"]
@@ -198,6 +200,14 @@ CASES = [
     Case("simulate with charts", SIMULATE, scene, gnuplot=True),
     Case("direct-pile repose", PILE, repose, earlier=PILE + SEED),
     Case("direct-pile guide", PILE, guide, earlier=PILE + SEED),
+    Case("simulate impulse resumed", ["simulate", "scene.json", *RESUME], simulate_impulse),
+    Case("simulate statistical resumed", ["simulate", "scene.json", *RESUME],
+         spheres("statistical")),
+    Case("simulate mixed resumed", ["simulate", "scene.json", *RESUME], spheres("mixed")),
+    Case("direct-pile repose resumed", ["direct-pile", "scene.json", *RESUME], repose),
+    Case("direct-pile guide resumed", ["direct-pile", "scene.json", *RESUME], guide),
+    Case("render resumed", ["render", "run", "-o", "out", "--resume", "--size", "96x64"],
+         trajectory),
     Case("render pictures", [*RENDER, "--no-video"], trajectory,
          earlier=[*RENDER, "--no-video", "--frames", "15-", "--samples", "2"]),
     Case("render video", RENDER, trajectory, earlier=[*RENDER, "--samples", "2"]),

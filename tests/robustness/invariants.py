@@ -10,8 +10,11 @@ import numpy
 from numcodecs import zstd
 
 TEMPORARY = re.compile(r"\.pilesim\.[0-9.]+\.tmp")
-# They hold times of the clock, or charts of them: no two runs have the same.
-VOLATILE = re.compile(r"(^|/)(timing\.csv|report\.(json|html)|compare\..*)$")
+# They hold times of the clock, or charts of them: no two runs have the same. Checkpoints are of the
+# moment, until the run is done.
+VOLATILE = re.compile(
+    r"(^|/)(timing\.csv|report\.(json|html)|compare\..*|(render_)?checkpoint\.bin)$"
+)
 
 
 class Broken(Exception):
@@ -63,6 +66,9 @@ def check_png(data, name):
 
 def check_volatile(name, data, killed=False):
     """Whole by its own form. `killed`: the last row of a table may lack its end."""
+    if name.endswith(".bin"):
+        require(data.startswith(b"pilesim checkpoint\n"), name, "is no checkpoint")
+        return
     text = "" if name.endswith(".png") else data.decode()
     if name.endswith(".png"):
         check_png(data, name)

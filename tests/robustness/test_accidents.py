@@ -11,7 +11,8 @@ from cases import CASES
 from kill_and_fill import every_change, every_change_that_takes_room
 
 SAMPLE = 1  # of each accident, a case
-CHOSEN = ("simulate impulse", "direct-pile guide", "render video", "sample-signature")
+CHOSEN = ("simulate impulse", "direct-pile guide", "render video", "sample-signature",
+          "simulate mixed resumed", "direct-pile guide resumed", "render resumed")
 
 
 class Accidents(unittest.TestCase):

@@ -94,14 +94,26 @@ inline std::string hash_of(const BodyStates& states) {
   return hasher.digest();
 }
 
-// A run at its beginning.
-struct RunningRun {
-  RunningRun(const SmallRun& run, const std::vector<std::string>& overrides)
+// What a run is made of.
+struct RunScene {
+  RunScene(const SmallRun& run, const std::vector<std::string>& overrides)
       : scene(load_scene(PILESIM_SOURCE_DIR "/tests/determinism/scenes/" + run.scene + ".json",
                          overrides)
                   .scene),
         model(build_model(scene)) {
     fill_guide(scene, model);
+  }
+  RunScene(const RunScene&) = delete;
+  RunScene& operator=(const RunScene&) = delete;
+
+  Scene scene;
+  Model model;
+};
+
+// A run at its beginning. `of` must outlive it.
+struct RunningRun {
+  RunningRun(const SmallRun& run, const RunScene& of) {
+    const auto& [scene, model] = of;
     if (run.directed == Directed::guide) {
       simulator = std::make_unique<GuidedSimulator>(scene, model);
     } else if (run.directed != Directed::no) {
@@ -115,8 +127,6 @@ struct RunningRun {
   RunningRun(const RunningRun&) = delete;
   RunningRun& operator=(const RunningRun&) = delete;
 
-  Scene scene;
-  Model model;
   std::optional<ReposeDirector> director;
   std::unique_ptr<Simulator> simulator;
 };

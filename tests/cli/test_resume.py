@@ -1,0 +1,257 @@
+"""--resume and --from: runs that were killed, stopped or ended, and what is refused."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import unittest
+from pathlib import Path
+
+from support import PILESIM, CommandTest, tree_bytes
+
+# They hold times, or the moment.
+OF_THE_CLOCK = ("timing.csv", "report.json", "report.html")
+
+
+def results(directory):
+    return {
+        name: data
+        for name, data in tree_bytes(directory).items()
+        if name not in OF_THE_CLOCK and not name.startswith("frames/.")
+    }
+
+
+def figures(directory):
+    """Of the report: what does not depend on times."""
+    report = json.loads((Path(directory) / "report.json").read_text())
+    return report["quality_at_end"], report["quality_of_run"], report["interrupted"], report["scene"]
+
+
+def slow_scene(scene):
+    scene.update(duration_s=12, frame_rate=60)
+    scene["emitters"][0].update(count=[4, 5, 4], spacing=[0.3, 0.3, 0.3])
+    scene["emitters"].append(
+        {
+            "name": "late",
+            "type": "grid",
+            "shape": "box",
+            "material": "wood",
+            "centre": [0, 3, 0],
+            "count": [2, 1, 2],
+            "spacing": [0.5, 0.5, 0.5],
+            "start_s": 2,
+        }
+    )
+    scene["events"] = [
+        {"type": "impulse", "time_s": 4, "bodies": ["boxes/9"], "impulse": [20, 5, 3]},
+        {"type": "remove", "time_s": 6, "bodies": ["boxes/3"]},
+    ]
+
+
+def particles(scene):
+    slow_scene(scene)
+    scene["emitters"][0]["count"] = [12, 12, 12]
+    scene["simulator"] = {"mode": "particle"}
+
+
+def pile(scene):
+    slow_scene(scene)
+    scene["piles"] = [{"angle_deg": 35, "centre": [0, 0]}]
+
+
+class Resume(CommandTest):
+    def frames_there(self, directory):
+        shape = self.dir / directory / "trajectory.zarr/position/.zarray"
+        return json.loads(shape.read_text())["shape"][0] if shape.exists() else 0
+
+    def stop_after(self, frames, sent, *arguments):
+        """Sends a signal once there are more frames in b/; they are written a few times a second."""
+        process = subprocess.Popen(
+            [PILESIM, *arguments, "--quiet"],
+            cwd=self.dir,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self.addCleanup(process.kill)
+        self.wait_until(process, lambda: self.frames_there("b") > frames)
+        process.send_signal(sent)
+        process.wait()
+        return self.frames_there("b")
+
+    def expect_same_after_kills(self, command, scene):
+        self.succeed(command, scene, "-o", "a", "--threads", "2", "--inspect-every", "200")
+        resumed = (command, scene, "-o", "b", "--resume", "--checkpoint", "0")
+        resumed += ("--inspect-every", "200")
+        frames = 1
+        for sent in (signal.SIGKILL, signal.SIGINT, signal.SIGKILL):
+            frames = self.stop_after(frames, sent, *resumed)
+        result = self.succeed(*resumed, "--threads", "1")
+        self.assertRegex(result.stdout, r"resumed after \d+ frames")
+        self.assertEqual(results(self.dir / "b"), results(self.dir / "a"))
+        self.assertEqual(figures(self.dir / "b"), figures(self.dir / "a"))
+        rows = [
+            (self.dir / name / "timing.csv").read_text().splitlines() for name in ("a", "b")
+        ]
+        self.assertEqual(len(rows[0]), len(rows[1]))
+        result = self.succeed(*resumed)
+        self.assertIn("nothing was left to do", result.stdout)
+
+    def test_impulse(self):
+        self.expect_same_after_kills("simulate", self.write_scene(slow_scene))
+
+    def test_particles(self):
+        self.expect_same_after_kills("simulate", self.write_scene(particles))
+
+    def test_directed_pile(self):
+        self.expect_same_after_kills("direct-pile", self.write_scene(pile))
+
+    def test_begins_where_there_is_nothing(self):
+        scene = self.write_scene()
+        self.succeed("simulate", scene, "-o", "a")
+        result = self.succeed("simulate", scene, "-o", "b", "--resume")
+        self.assertNotIn("resumed", result.stdout)
+        self.assertEqual(results(self.dir / "b"), results(self.dir / "a"))
+
+    def test_what_is_of_other_work_is_refused_with_the_reason(self):
+        scene = self.write_scene()
+        self.succeed("simulate", scene, "-o", "b")
+        before = tree_bytes(self.dir / "b")
+        # The checkpoint of a run that is done is still one of that run only.
+        for reason, arguments in {
+            "is of another scene": ("simulate", scene, "--seed", "9"),
+            "is of pilesim simulate": ("direct-pile", self.write_scene(pile, "pile.json")),
+            "began from another state": ("simulate", scene, "--from", "b"),
+        }.items():
+            result = self.expect_exit(3, *arguments, "-o", "b", "--resume")
+            self.assertIn(reason, result.stderr)
+            self.assertIn("b/checkpoint.bin", result.stderr)
+        checkpoint = self.dir / "b/checkpoint.bin"
+        checkpoint.write_bytes(checkpoint.read_bytes()[:-1])
+        result = self.expect_exit(3, "simulate", scene, "-o", "b", "--resume")
+        self.assertIn("is damaged", result.stderr)
+        checkpoint.unlink()
+        result = self.expect_exit(2, "simulate", scene, "-o", "b", "--resume")
+        self.assertIn("no checkpoint to resume from", result.stderr)
+        after = tree_bytes(self.dir / "b")
+        del before["checkpoint.bin"]
+        self.assertEqual(after, before)
+
+    def test_another_build_is_refused(self):
+        scene = self.write_scene()
+        self.succeed("simulate", scene, "-o", "b")
+        other = self.dir / "other"
+        shutil.copy(PILESIM, other)
+        with other.open("ab") as file:
+            file.write(b"\0")
+        result = subprocess.run(
+            [other, "simulate", scene, "-o", "b", "--resume"],
+            cwd=self.dir,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        self.assertEqual(result.returncode, 3)
+        self.assertIn("another build of pilesim", result.stderr)
+
+    def test_not_with_force(self):
+        self.expect_exit(2, "simulate", self.write_scene(), "-o", "b", "--resume", "--force")
+
+
+class From(CommandTest):
+    def test_begins_where_the_other_run_ended(self):
+        import zarr
+
+        scene = self.write_scene(lambda scene: scene.update(duration_s=4))
+        self.succeed("simulate", scene, "-o", "settled")
+        result = self.succeed("simulate", scene, "-o", "next", "--from", "settled")
+        self.assertIn("8 bodies begin where they lay", result.stdout)
+        first, second = (
+            zarr.open(str(self.dir / name / "trajectory.zarr"), mode="r")
+            for name in ("settled", "next")
+        )
+        for name in ("position", "orientation"):
+            self.assertEqual(first[name][-1].tolist(), second[name][0].tolist())
+        # What lies stays.
+        moved = abs(second["position"][-1] - second["position"][0]).max()
+        self.assertLess(moved, 0.002)
+
+    def test_bodies_of_other_names_are_as_the_scene_has_them(self):
+        def hit(scene):
+            scene["bodies"].append(
+                {"name": "shot", "shape": "box", "material": "wood", "position": [-2, 0.3, 0],
+                 "linear_velocity": [6, 0, 0]}
+            )
+
+        self.succeed("simulate", self.write_scene(lambda s: s.update(duration_s=2)), "-o", "a")
+        result = self.succeed("simulate", self.write_scene(hit, "hit.json"), "-o", "b",
+                              "--from", "a")
+        self.assertIn("8 bodies begin where they lay", result.stdout)
+
+    def test_what_does_not_fit_is_refused(self):
+        self.succeed("simulate", self.write_scene(), "-o", "a")
+
+        def renamed(scene):
+            scene["emitters"][0]["name"] = "others"
+
+        def reshaped(scene):
+            scene["shapes"]["box"]["size"] = [0.3, 0.2, 0.2]
+
+        result = self.expect_exit(
+            3, "simulate", self.write_scene(renamed, "b.json"), "-o", "b", "--from", "a"
+        )
+        self.assertIn("no body with the name", result.stderr)
+        result = self.expect_exit(
+            3, "simulate", self.write_scene(reshaped, "c.json"), "-o", "b", "--from", "a"
+        )
+        self.assertIn("has the shape", result.stderr)
+        self.expect_exit(3, "simulate", "scene.json", "-o", "b", "--from", "nowhere")
+        self.assertFalse((self.dir / "b").exists())
+
+
+class Render(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.succeed("simulate", self.write_scene(lambda s: s.update(duration_s=6)), "-o", "run")
+
+    def drawn(self):
+        return len(list(self.dir.glob("b/frames/frame.*.png")))
+
+    def test_a_killed_one_ends_with_the_same_bytes(self):
+        command = ("render", "run", "--size", "160x120")
+        self.succeed(*command, "-o", "a")
+        process = subprocess.Popen(
+            [PILESIM, *command, "-o", "b", "--quiet"], cwd=self.dir, stderr=subprocess.DEVNULL
+        )
+        self.addCleanup(process.kill)
+        self.wait_until(process, lambda: self.drawn() > 20)
+        process.kill()
+        process.wait()
+        self.assertLess(self.drawn(), 181)
+        first = self.dir / "b/frames/frame.0000.png"
+        before = os.stat(first).st_mtime_ns
+        result = self.expect_exit(3, "render", "run", "-o", "b", "--resume")
+        self.assertIn("other options", result.stderr)
+        result = self.succeed(*command, "-o", "b", "--resume")
+        self.assertRegex(result.stdout, r"181 frames \(\d+ of them drawn before\)")
+        self.assertEqual(os.stat(first).st_mtime_ns, before)
+        self.assertEqual(tree_bytes(self.dir / "b"), tree_bytes(self.dir / "a"))
+
+    def test_a_picture_that_is_damaged_is_drawn_again(self):
+        command = ("render", "run", "--size", "160x120", "--frames", "0-9", "--no-video")
+        self.succeed(*command, "-o", "a")
+        shutil.copytree(self.dir / "a", self.dir / "b")
+        picture = self.dir / "b/frames/frame.0004.png"
+        picture.write_bytes(picture.read_bytes()[:100])
+        self.succeed(*command, "-o", "b", "--resume")
+        self.assertEqual(tree_bytes(self.dir / "b"), tree_bytes(self.dir / "a"))
+
+    def test_pictures_without_a_checkpoint_are_refused(self):
+        self.succeed("render", "run", "-o", "b", "--frames", "0-3", "--no-video")
+        (self.dir / "b/render_checkpoint.bin").unlink()
+        result = self.expect_exit(2, "render", "run", "-o", "b", "--resume", "--no-video")
+        self.assertIn("nothing to resume", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
