@@ -66,6 +66,20 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
           .dispatch = &dispatch};
 }
 
+// What goes from step to step beside the states of both worlds and of the parts below. (B): by body
+// of the model.
+struct MixedState {
+  std::vector<uint8_t> afforded;      // (B) levels within the budget; empty: there is none
+  std::vector<Behaviour> behaviours;  // (B) by set_behaviour(), as the next one
+  std::vector<uint8_t> level_set;     // (B) as the dispatch table has it
+  std::vector<double> friction;       // (B) by the director, or less than 0; empty: by no one
+  KeptContacts kept_contacts;         // by change_with_contacts(), for a director
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.afforded, self.behaviours, self.level_set, self.friction, self.kept_contacts);
+  }
+};
+
 class MixedSimulator final : public Simulator, public BodyControl {
  public:
   MixedSimulator(const Scene& scene, const Model& model, std::unique_ptr<ExactEngine> engine,
@@ -99,7 +113,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   bool is_sphere(uint32_t body) const {
     return is_free(body) && prefers_spheres(model_.bodies[body]);
   }
-  bool is_near(uint32_t body) const { return behaviours_[body] == Behaviour::near_exact; }
+  bool is_near(uint32_t body) const { return state_.behaviours[body] == Behaviour::near_exact; }
 
   void step();
   void add(uint32_t body);
@@ -108,7 +122,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void move_kinematic_bodies();
   void choose_levels();
   uint32_t level(uint32_t body) const {
-    return std::max<uint32_t>(levels_.level(body), budget_ ? afforded_[body] : 0);
+    return std::max<uint32_t>(levels_.level(body), budget_ ? state_.afforded[body] : 0);
   }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
@@ -132,17 +146,13 @@ class MixedSimulator final : public Simulator, public BodyControl {
   ExactBoxes boxes_;
   LevelSelector levels_;
   std::optional<DetailBudget> budget_;
-  std::vector<uint8_t> afforded_;  // by body: levels within the budget
-  std::vector<Behaviour> behaviours_;
-  std::vector<uint8_t> level_set_;  // by body: as the dispatch table has it
+  MixedState state_;
   std::vector<uint32_t> kinematic_;
   std::vector<uint8_t> attracted_;  // by body: of the spheres, in the last update_behaviours()
   std::vector<uint32_t> entered_;   // in the step at hand
   MixedFigures figures_;
   StageTimer timer_;
   StepDirector* director_;
-  KeptContacts kept_contacts_;
-  std::vector<double> friction_;  // by body: by the director, or less than 0; empty: by no one
 };
 
 MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
@@ -162,8 +172,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
       coupling_(scene.gravity, life_.step_s(), exact_, spheres_),
       boxes_(model, dispatch_, exact_),
       levels_(scene, model),
-      behaviours_(model.bodies.size(), Behaviour::exact),
-      level_set_(model.bodies.size()),
+      state_{.behaviours = std::vector<Behaviour>(model.bodies.size(), Behaviour::exact),
+             .level_set = std::vector<uint8_t>(model.bodies.size())},
       attracted_(model.bodies.size()),
       figures_(scene, model),
       director_(director) {
@@ -177,8 +187,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
   if (scene.simulator.budget_ms_per_step || scene.simulator.max_error) {
     budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
     // Nobody is important before the first choice.
-    afforded_.assign(model.bodies.size(),
-                     static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
+    state_.afforded.assign(model.bodies.size(),
+                           static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
   }
   life_.bring_bodies(handlers_);
 }
@@ -208,7 +218,7 @@ void MixedSimulator::add(uint32_t body) {
 }
 
 void MixedSimulator::remove(uint32_t body) {
-  kept_contacts_.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
+  state_.kept_contacts.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
   boxes_.remove(body);
   if (is_near(body)) {
     coupling_.leave(body);
@@ -234,7 +244,8 @@ void MixedSimulator::move_kinematic_bodies() {
     if (!has(i, kPresent)) continue;
     exact_.move_by_keys(i, time_s());
     const BodyMotion motion = exact_.motion(i);
-    const bool is_surface = behaviours_[i] == Behaviour::standing || dispatch_.is_sphere_surface(i);
+    const bool is_surface =
+        state_.behaviours[i] == Behaviour::standing || dispatch_.is_sphere_surface(i);
     if (!is_surface) continue;
     spheres_.surfaces().place(i, {motion.position, motion.orientation}, motion.linear_velocity,
                               motion.angular_velocity);
@@ -250,21 +261,21 @@ void MixedSimulator::choose_levels() {
   if (budget_) {
     budget_->choose(
         viewpoint(scene_, time_s()), life_.states(), spheres_.members(),
-        [&](uint32_t body) { return is_near(body); }, afforded_);
+        [&](uint32_t body) { return is_near(body); }, state_.afforded);
     figures_.count_budget(*budget_);
   }
-  change_with_contacts([&](uint32_t body) { return level(body) != level_set_[body]; },
+  change_with_contacts([&](uint32_t body) { return level(body) != state_.level_set[body]; },
                        [&] {
                          for (const uint32_t body : spheres_.members()) {
-                           set_behaviour(body, behaviours_[body]);
+                           set_behaviour(body, state_.behaviours[body]);
                          }
                        });
 }
 
 void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
-  behaviours_[body] = behaviour;
-  level_set_[body] = static_cast<uint8_t>(level(body));
-  dispatch_.set(body, behaviour, level_set_[body]);
+  state_.behaviours[body] = behaviour;
+  state_.level_set[body] = static_cast<uint8_t>(level(body));
+  dispatch_.set(body, behaviour, state_.level_set[body]);
 }
 
 bool MixedSimulator::is_attracted(uint32_t body) const {
@@ -305,7 +316,8 @@ void MixedSimulator::switch_engines() {
     if (attracted == is_near(body)) continue;
     if (attracted) {
       coupling_.enter(body);
-      if (!friction_.empty() && friction_[body] >= 0) exact_.set_friction(body, friction_[body]);
+      const double friction = state_.friction.empty() ? -1 : state_.friction[body];
+      if (friction >= 0) exact_.set_friction(body, friction);
       entered_.push_back(body);
     } else {
       coupling_.leave(body);
@@ -327,7 +339,7 @@ void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body
                                           const std::function<void()>& change) {
   if (director_ == nullptr) return change();
   const auto stand = [&](uint32_t a, uint32_t b) { return stands(a) && stands(b); };
-  kept_contacts_.forget(stand);
+  state_.kept_contacts.forget(stand);
   std::vector<uint8_t> changing(states().size());
   for (const uint32_t body : spheres_.members()) {
     changing[body] = is_asleep(body) && changes(body) ? 1 : 0;
@@ -337,7 +349,7 @@ void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body
   read_contacts(before);
   change();
   read_contacts(after);
-  kept_contacts_.keep(before, after, [&](uint32_t a, uint32_t b) {
+  state_.kept_contacts.keep(before, after, [&](uint32_t a, uint32_t b) {
     return stand(a, b) && (changing[a] != 0 || changing[b] != 0);
   });
 }
@@ -484,14 +496,14 @@ void MixedSimulator::set_friction(uint32_t body, double friction) {
   if (exact_.contains(body)) exact_.set_friction(body, friction);
   if (!is_sphere(body)) return;
   spheres_.set_friction(body, friction);
-  if (friction_.empty()) friction_.assign(states().size(), -1);
-  friction_[body] = friction;
+  if (state_.friction.empty()) state_.friction.assign(states().size(), -1);
+  state_.friction[body] = friction;
 }
 
 void MixedSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
   exact_.read_contacts(contacts);
   spheres_.read_contacts(contacts);
-  kept_contacts_.put_into(contacts);
+  state_.kept_contacts.put_into(contacts);
 }
 
 void MixedSimulator::save(StateWriter& writer) const {
@@ -502,12 +514,12 @@ void MixedSimulator::save(StateWriter& writer) const {
   coupling_.save(writer);
   boxes_.save(writer);
   levels_.save(writer);
-  writer(afforded_, behaviours_, level_set_, figures_, kept_contacts_, friction_);
+  writer(state_, figures_);
   if (director_ != nullptr) director_->save(writer);
 }
 
 void MixedSimulator::load(StateReader& reader) {
-  const size_t afforded = afforded_.size(), levels = figures_.level_count();
+  const size_t afforded = state_.afforded.size(), levels = figures_.level_count();
   life_.load(reader);
   dispatch_.load(reader);
   spheres_.load(reader);
@@ -515,21 +527,21 @@ void MixedSimulator::load(StateReader& reader) {
   coupling_.load(reader);
   boxes_.load(reader);
   levels_.load(reader);
-  reader(afforded_, behaviours_, level_set_, figures_, kept_contacts_, friction_);
+  reader(state_, figures_);
   const size_t count = model_.bodies.size();
-  StateReader::require(afforded_.size() == afforded && behaviours_.size() == count &&
-                           level_set_.size() == count &&
-                           (friction_.empty() || friction_.size() == count),
+  StateReader::require(state_.afforded.size() == afforded && state_.behaviours.size() == count &&
+                           state_.level_set.size() == count &&
+                           (state_.friction.empty() || state_.friction.size() == count),
                        "an entry for each body");
-  for (const std::vector<uint8_t>* of_bodies : {&afforded_, &level_set_}) {
+  for (const std::vector<uint8_t>* of_bodies : {&state_.afforded, &state_.level_set}) {
     for (const uint8_t level : *of_bodies) {
       StateReader::require(level < dispatch_.level_count(), "a level of the scene");
     }
   }
   StateReader::require(figures_.level_count() == levels, "a count for each level");
-  StateReader::require(kept_contacts_.is_of(count), "contacts of bodies of the scene");
+  StateReader::require(state_.kept_contacts.is_of(count), "contacts of bodies of the scene");
   for (uint32_t body = 0; body < count; ++body) {
-    StateReader::require(behaviours_[body] <= Behaviour::standing, "a behaviour");
+    StateReader::require(state_.behaviours[body] <= Behaviour::standing, "a behaviour");
     const bool is_shared = std::ranges::binary_search(coupling_.bodies(), body);
     StateReader::require(is_near(body) == is_shared, "each I' body in both worlds");
     const bool is_member = std::ranges::binary_search(spheres_.members(), body);
