@@ -52,6 +52,7 @@ inline std::vector<SmallRun> small_runs() {
       {"statistical_table", "spheres", {}, Directed::no, Measured::table},
       {"statistical_splines", "spheres", {}, Directed::no, Measured::splines},
       {"particle", "spheres", {mode + "particle"}},
+      {"particle_sleepers", "sleepers"},
       {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
       {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
       {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
