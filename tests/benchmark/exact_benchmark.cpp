@@ -18,9 +18,9 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mesh_import.h"
 #include "inspect/pile_inspection.h"
+#include "model/model_shapes.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
-#include "model/model_shapes.h"
 #include "simulate/bullet/bullet.h"
 #include "simulate/exact/engine.h"
 #include "simulate/impulse_simulator.h"
@@ -75,8 +75,7 @@ SmallModel pile(const Options& options) {
   m.scene.step_s = 1.0 / options.step_hz;
   const uint32_t material = m.material(0.1, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
-  m.model.shapes.push_back(options.rabbits ? rabbit_shape(options.mesh)
-                                           : hull_shape(options.mesh));
+  m.model.shapes.push_back(options.rabbits ? rabbit_shape(options.mesh) : hull_shape(options.mesh));
   const auto index = static_cast<uint32_t>(m.model.shapes.size() - 1);
   const double diameter = 2 * m.model.shapes.back().bounding_radius;
   const int side = static_cast<int>(std::ceil(std::cbrt(options.bodies)));
@@ -89,8 +88,8 @@ SmallModel pile(const Options& options) {
 }
 
 void run(const Options& options, const std::string& name, const SmallModel& m) {
-  auto engine = name == "bullet" ? make_bullet_engine(m.scene, m.model)
-                                 : make_exact_engine(m.scene, m.model);
+  auto engine =
+      name == "bullet" ? make_bullet_engine(m.scene, m.model) : make_exact_engine(m.scene, m.model);
   const auto simulator = make_impulse_simulator(m.scene, m.model, std::move(engine));
   double cpu_s = 0, seconds = 0, busiest = 0, greatest = 0;
   StageTimes stages;
@@ -105,8 +104,9 @@ void run(const Options& options, const std::string& name, const SmallModel& m) {
     busiest = std::max(busiest, taken);
     stages += last.times;
     if (options.every > 0 && frame % options.every == 0) {
-      greatest = std::max(greatest, inspect_pile(m.model, m.scene.gravity, simulator->states())
-                                        .deepest_penetration_m);
+      greatest = std::max(
+          greatest,
+          inspect_pile(m.model, m.scene.gravity, simulator->states()).deepest_penetration_m);
     }
   }
   const PileQuality quality = inspect_pile(m.model, m.scene.gravity, simulator->states());
@@ -123,7 +123,8 @@ void run(const Options& options, const std::string& name, const SmallModel& m) {
   }
   const auto count = static_cast<double>(states.size() - 1);
   std::printf(
-      "%-7s %8.3f s, of all processors %.3f s (broad %.3f narrow %.3f solver %.3f other %.3f; busiest frame %.4f)\n"
+      "%-7s %8.3f s, of all processors %.3f s (broad %.3f narrow %.3f solver %.3f other %.3f; "
+      "busiest frame %.4f)\n"
       "        final overlap mean %.3f deepest %.2f mm, greatest of the run %.1f mm; own deepest "
       "%.2f mm\n"
       "        kinetic %.3g J, awake %u, height %.4f m, radius %.4f m, contacts %u\n",
@@ -140,14 +141,23 @@ int run_all(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto value = [&] { return i + 1 < argc ? std::string(argv[++i]) : std::string(); };
-    if (word == "--hulls") options.bodies = std::stoi(value());
-    else if (word == "--rabbits") { options.bodies = std::stoi(value()); options.rabbits = true; }
-    else if (word == "--step") options.step_hz = std::stoi(value());
-    else if (word == "--frames") options.frames = std::stoi(value());
-    else if (word == "--every") options.every = std::stoi(value());
-    else if (word == "--threads") set_thread_count(std::stoi(value()));
-    else if (word == "--mesh") options.mesh = value();
-    else options.engines.push_back(word);
+    if (word == "--hulls")
+      options.bodies = std::stoi(value());
+    else if (word == "--rabbits") {
+      options.bodies = std::stoi(value());
+      options.rabbits = true;
+    } else if (word == "--step")
+      options.step_hz = std::stoi(value());
+    else if (word == "--frames")
+      options.frames = std::stoi(value());
+    else if (word == "--every")
+      options.every = std::stoi(value());
+    else if (word == "--threads")
+      set_thread_count(std::stoi(value()));
+    else if (word == "--mesh")
+      options.mesh = value();
+    else
+      options.engines.push_back(word);
   }
   if (options.engines.empty()) options.engines = {"exact", "bullet"};
   const SmallModel m = pile(options);

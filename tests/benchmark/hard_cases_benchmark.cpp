@@ -1,5 +1,5 @@
 // The scenes of presets/hard in every mode that applies, at three step sizes.
-//   hard_cases_benchmark [NAME...]
+//   hard_cases_benchmark [--engine bullet|exact] [NAME...]
 // prints a table of pass or fail with the figures. A pass means: nothing is not finite, the energy
 // never rises above its start (but for what undoing overlaps lifts), momentum is kept where nothing
 // takes it, nothing gets through a wall or the ground, penetration at the end stays below the
@@ -208,7 +208,7 @@ fs::path write_million_triangles(const fs::path& directory) {
   return scene;
 }
 
-void run_case(const Case& one, const fs::path& scratch) {
+void run_case(const Case& one, const std::string& engine, const fs::path& scratch) {
   const fs::path scene = one.name == "million_triangles"
                              ? write_million_triangles(scratch)
                              : fs::path(PILESIM_SOURCE_DIR "/presets/hard") / (one.name + ".json");
@@ -218,7 +218,8 @@ void run_case(const Case& one, const fs::path& scratch) {
       char step[40];
       std::snprintf(step, sizeof step, "/step_s=%.17g", step_s);
       const LoadedScene loaded = load_scene(
-          scene, std::vector<std::string>{"/simulator/mode=" + mode, step, "/frame_rate=15"});
+          scene, std::vector<std::string>{"/simulator/mode=" + mode, "/simulator/engine=" + engine,
+                                          step, "/frame_rate=15"});
       const Outcome outcome = run(one, loaded);
       // Rounding: the statistical mode moves bodies in single precision.
       std::string failed = verdict(one, outcome, mode == "impulse" ? 1e-9 : 1e-5);
@@ -244,9 +245,16 @@ void run_all(int argc, char** argv) {
       "|---|---|---|---|---|---|---|---|\n");
   const fs::path scratch = fs::temp_directory_path() / "pilesim_hard_cases";
   fs::create_directories(scratch);
+  std::vector<std::string> names(argv + 1, argv + argc);
+  std::string engine = "bullet";
+  const auto given = std::ranges::find(names, "--engine");
+  if (given != names.end() && given + 1 != names.end()) {
+    engine = given[1];
+    names.erase(given, given + 2);
+  }
   for (const Case& one : kCases) {
-    const bool wanted = argc < 2 || std::find(argv + 1, argv + argc, one.name) != argv + argc;
-    if (wanted) run_case(one, scratch);
+    const bool wanted = names.empty() || std::ranges::find(names, one.name) != names.end();
+    if (wanted) run_case(one, engine, scratch);
   }
   fs::remove_all(scratch);
 }
