@@ -29,7 +29,7 @@ void print_mode(const ComparisonSummary::Line& line) {
 void compare(CompareArguments& options) {
   ComparisonJob& job = options.job;
   job.scene_file = options.scene.file;
-  job.overrides = options.scene.overrides;
+  job.overrides = options.scene.overrides.texts;
   job.output = options.output;
   job.program = "/proc/self/exe";
   job.force = options.run.force;
@@ -86,7 +86,8 @@ Examples:
 A mode is a value of /simulator/mode, with how meshes collide (hull40, decomposition, spheres7,
 sphere) and the longest step. Each run is a simulation in out/cmp/runs and can be rendered. After
 Ctrl-C the same command with --resume goes on.)");
-  command->callback([options] { compare(*options); });
+  command->callback(
+      [options] { with_options_named(options->scene.overrides, [&] { compare(*options); }); });
 }
 
 }  // namespace pilesim

@@ -1,4 +1,3 @@
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -77,10 +76,6 @@ void fit(FitBsplineArguments& options) {
 }  // namespace
 
 void add_fit_bspline_command(CLI::App& app) {
-  static const std::map<std::string, ResponseCoordinates> kCoordinates = {
-      {"cartesian", ResponseCoordinates::cartesian}, {"spherical", ResponseCoordinates::spherical}};
-  static const std::map<std::string, Parametrisation> kParametrisations = {
-      {"uniform", Parametrisation::uniform}, {"centripetal", Parametrisation::centripetal}};
   auto options = std::make_shared<FitBsplineArguments>();
   FitOptions& f = options->fit;
   CLI::App* command = app.add_subcommand(
@@ -121,19 +116,20 @@ void add_fit_bspline_command(CLI::App& app) {
       "Rounding of control points, in units of the speed before; default 0.001")
       ->excludes(bytes)
       ->excludes(error);
+  add_choice<ResponseCoordinates>(*command, "--coordinates",
+                                  {{"cartesian", ResponseCoordinates::cartesian},
+                                   {"spherical", ResponseCoordinates::spherical}},
+                                  f.settings.coordinates,
+                                  "Of the mean response: cartesian (default) or spherical");
+  add_choice<Parametrisation>(
+      *command, "--parameters",
+      {{"uniform", Parametrisation::uniform}, {"centripetal", Parametrisation::centripetal}},
+      f.settings.parametrisation,
+      "Where nodes lie on the splines: uniform (default) or centripetal");
   command
-      ->add_option("--coordinates", f.settings.coordinates,
-                   "Of the mean response: cartesian (default) or spherical")
-      ->transform(CLI::CheckedTransformer(kCoordinates))
-      ->type_name("NAME")
-      ->default_str("cartesian");
-  command
-      ->add_option("--parameters", f.settings.parametrisation,
-                   "Where nodes lie on the splines: uniform (default) or centripetal")
-      ->transform(CLI::CheckedTransformer(kParametrisations))
-      ->type_name("NAME")
-      ->default_str("uniform");
-  command->add_option("--plot", options->plots, "Draw the fit, too, into this directory (PNG)")
+      ->add_option("--plot", options->plots,
+                   "Draw the fit, too, into this directory: fit_mean.png and, after a "
+                   "search, fit_curve.png")
       ->type_name("DIRECTORY")
       ->check(named(), "");
   add_run_options(*command, options->run);

@@ -27,6 +27,7 @@ struct InspectArguments {
   bool force = false;
 };
 
+constexpr std::string_view kPoseBodies = "rest_pose_bodies.png";
 constexpr size_t kMostPoses = 16;  // a round side has dozens
 
 // The body in its rest poses, likeliest first, under how probable they are.
@@ -57,13 +58,14 @@ void inspect(const InspectArguments& options) {
   if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
   print("%s", summary_text(signature).c_str());
   if (options.plots.empty()) return;
-  constexpr std::array<std::string_view, 1> kKnown = {"collision_height.png"};
-  remove_output(claim_output(options.plots, kKnown, options.force));
+  constexpr std::array<std::string_view, 5> kPictures = {"collision_height.png",
+                                                         "response_mean.png", "response_spread.png",
+                                                         "rest_poses.png", kPoseBodies};
+  remove_output(claim_output(options.plots, kPictures, options.force));
   make_output_directory(options.plots);
   std::vector<fs::path> pictures = plot_signature(signature, options.plots);
   if (mesh && !signature.rest_poses.empty()) {
-    pictures.push_back(
-        draw_rest_poses(signature, *mesh, fs::path(options.plots) / "rest_pose_bodies.png"));
+    pictures.push_back(draw_rest_poses(signature, *mesh, fs::path(options.plots) / kPoseBodies));
   }
   for (const fs::path& picture : pictures) print_line(picture.string());
 }
@@ -77,12 +79,17 @@ void add_inspect_command(CLI::App& app) {
       ->required()
       ->check(named(), "");
   CLI::Option* plot =
-      command->add_option("--plot", options->plots, "Draw it, too, into this directory (PNG)")
+      command
+          ->add_option("--plot", options->plots,
+                       "Draw it, too, into this directory: collision_height.png, "
+                       "response_mean.png, response_spread.png and, where it has rest poses, "
+                       "rest_poses.png")
           ->type_name("DIRECTORY")
           ->check(named(), "");
   command
       ->add_option("--mesh", options->mesh,
-                   "With --plot: the mesh that was sampled, to draw it in its rest poses")
+                   "With --plot: the mesh that was sampled, to draw it in its rest poses, too: "
+                   "rest_pose_bodies.png")
       ->type_name("MESH")
       ->check(named(), "")
       ->needs(plot);

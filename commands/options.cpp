@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <string_view>
 
 #include "core/parallel_for.h"
 #include "numbers.h"
+#include "scene/overrides.h"
 
 namespace pilesim {
 
@@ -17,15 +17,45 @@ std::function<std::string(const std::string&)> named() {
   };
 }
 
-void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
-                         const std::string& description) {
+CLI::Option* add_word(CLI::App& command, const std::string& name, std::vector<std::string> words,
+                      std::function<void(size_t)> take, const std::string& description) {
+  const auto read = [name, words = std::move(words),
+                     take = std::move(take)](const std::string& text) {
+    const auto found = std::ranges::find(words, text);
+    if (found != words.end()) return take(static_cast<size_t>(found - words.begin()));
+    throw CLI::ValidationError(name,
+                               "'" + text + "' is not one of " + CLI::detail::join(words, ", "));
+  };
+  return command.add_option_function<std::string>(name, read, description)->type_name("WORD");
+}
+
+void Overrides::add(const std::string& text, const std::string& option, const std::string& value) {
+  texts.push_back(text);
+  given_as[text] = option + ' ' + value;
+}
+
+void with_options_named(const Overrides& overrides, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      for (const auto& [text, option] : overrides.given_as) {
+        if (problem.file == parse_override(text).place()) problem.file = option;
+      }
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
+void add_override_option(CLI::App& command, Overrides& overrides, const std::string& description) {
   const auto check = [](const std::string& argument) -> std::string {
     if (argument.starts_with('/') && argument.find('=') != argument.npos) return {};
     return "'" + argument + "' is not /POINTER=VALUE; write for example /simulator/sleeping=false";
   };
   // Added to what other options put there, whatever their order.
-  const auto add = [&overrides](const std::vector<std::string>& more) {
-    overrides.insert(overrides.end(), more.begin(), more.end());
+  const auto add = [&texts = overrides.texts](const std::vector<std::string>& more) {
+    texts.insert(texts.end(), more.begin(), more.end());
   };
   command.add_option_function<std::vector<std::string>>("--set", add, description)
       ->check(check, "")
@@ -41,7 +71,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                       "Override a value: --set /simulator/sleeping=false (repeatable)");
   add_whole_number(
       command, "--seed", {},
-      [&options](uint64_t seed) { options.overrides.push_back("/seed=" + std::to_string(seed)); },
+      [&options](uint64_t seed) {
+        const std::string number = std::to_string(seed);
+        options.overrides.add("/seed=" + number, "--seed", number);
+      },
       "Seed of every random choice; the same as --set /seed=N");
 }
 
@@ -58,16 +91,13 @@ void check_picture_overrides(const std::vector<std::string>& overrides) {
 }
 
 void add_run_options(CLI::App& command, RunOptions& options) {
-  static const std::map<std::string, ProgressMode> kModes = {{"auto", ProgressMode::automatic},
-                                                             {"bar", ProgressMode::bar},
-                                                             {"json", ProgressMode::json},
-                                                             {"none", ProgressMode::none}};
-  command
-      .add_option("--progress", options.progress,
-                  "auto (a bar where stderr is a terminal), bar, json or none")
-      ->transform(CLI::CheckedTransformer(kModes))
-      ->type_name("MODE")
-      ->default_str("auto");
+  add_choice<ProgressMode>(command, "--progress",
+                           {{"auto", ProgressMode::automatic},
+                            {"bar", ProgressMode::bar},
+                            {"json", ProgressMode::json},
+                            {"none", ProgressMode::none}},
+                           options.progress,
+                           "auto (default: a bar where stderr is a terminal), bar, json or none");
   command.add_flag("--quiet,-q", options.quiet, "Print nothing but errors");
   command.add_flag("--force", options.force, "Replace output that is there already");
   add_whole_number(

@@ -4,9 +4,12 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/progress.h"
 
 namespace pilesim {
@@ -14,9 +17,36 @@ namespace pilesim {
 // A check for options that take a path: refuses an empty one.
 std::function<std::string(const std::string&)> named();
 
+// `name` is one long option whose value is one of `words`; `take` gets its index. `description`
+// says what they mean. Numbers are no words.
+CLI::Option* add_word(CLI::App& command, const std::string& name, std::vector<std::string> words,
+                      std::function<void(size_t)> take, const std::string& description);
+
+// The same where each word stands for a value, which `value` gets.
+template <class Value, class Place>
+CLI::Option* add_choice(CLI::App& command, const std::string& name,
+                        std::vector<std::pair<std::string, Value>> choices, Place& value,
+                        const std::string& description) {
+  std::vector<std::string> words;
+  for (const auto& choice : choices) words.push_back(choice.first);
+  const auto take = [choices = std::move(choices), &value](size_t i) { value = choices[i].second; };
+  return add_word(command, name, std::move(words), take, description);
+}
+
+// Values of a scene that the command line sets.
+struct Overrides {
+  std::vector<std::string> texts;               // "/POINTER=VALUE"
+  std::map<std::string, std::string> given_as;  // text -> "--size 64x48", where it was no --set
+
+  // `option` with `value` is short for --set `text`.
+  void add(const std::string& text, const std::string& option, const std::string& value);
+};
+
 // --set, whose form is checked while parsing.
-void add_override_option(CLI::App& command, std::vector<std::string>& overrides,
-                         const std::string& description);
+void add_override_option(CLI::App& command, Overrides& overrides, const std::string& description);
+
+// Does `work`. What its errors say of a --set that was not given as one, they say of its option.
+void with_options_named(const Overrides& overrides, const std::function<void()>& work);
 
 // Of --set: throws CLI::ValidationError for all but values of the camera or of render; what else a
 // scene says was used up by the simulation.
@@ -24,7 +54,7 @@ void check_picture_overrides(const std::vector<std::string>& overrides);
 
 struct SceneOptions {
   std::string file;
-  std::vector<std::string> overrides;  // --set, and --seed as one more
+  Overrides overrides;
 };
 void add_scene_options(CLI::App& command, SceneOptions& options);
 

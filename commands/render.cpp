@@ -20,8 +20,9 @@ namespace {
 
 struct RenderArguments {
   std::string input;
-  std::optional<std::string> output, compare_with, overlay;
-  std::vector<std::string> overrides;
+  std::optional<std::string> output, compare_with;
+  std::optional<OverlayKind> overlay;
+  Overrides overrides;
   FrameRange frames;
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
@@ -51,12 +52,12 @@ std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
 }
 
 void render(const RenderArguments& options) {
-  check_picture_overrides(options.overrides);
+  check_picture_overrides(options.overrides.texts);
   TrajectoryReader trajectory(options.input);
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
   const Scene scene =
       parse_scene(trajectory.header().resolved_scene,
-                  std::filesystem::path(options.input) / "trajectory.zarr", options.overrides)
+                  std::filesystem::path(options.input) / "trajectory.zarr", options.overrides.texts)
           .scene;
   RenderJob job{
       .output = options.output.value_or(options.input),
@@ -73,7 +74,7 @@ void render(const RenderArguments& options) {
       .resume = options.resume};
 
   if (options.overlay) {
-    job.overlay = *options.overlay == "guide" ? OverlayKind::guide : OverlayKind::piles;
+    job.overlay = options.overlay;
     job.overlay_source = options.input;
   }
   const RenderSummary summary =
@@ -107,29 +108,28 @@ void add_render_command(CLI::App& app) {
           "--size",
           [options](const std::string& text) {
             const auto [width, height] = parse_pair(text, "--size");
-            options->overrides.push_back("/render/size=[" + std::to_string(width) + "," +
-                                         std::to_string(height) + "]");
+            options->overrides.add(
+                "/render/size=[" + std::to_string(width) + "," + std::to_string(height) + "]",
+                "--size", text);
           },
           "Size of the picture in pixels, " + std::to_string(kSmallestSide) + " to " +
               std::to_string(kLargestSide) + " each and at most " + std::to_string(kMostPixels) +
               " in all (of odd sizes the video leaves a row or column out); the same as --set "
               "/render/size=[WIDTH,HEIGHT]")
       ->type_name("WIDTHxHEIGHT");
-  command
-      ->add_option_function<int>(
-          "--samples",
-          [options](int samples) {
-            options->overrides.push_back("/render/samples=" + std::to_string(samples));
-          },
-          "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
+  static const std::vector<std::string> kSamples = {"1", "2", "4", "8"};
+  add_word(
+      *command, "--samples", kSamples,
+      [options](size_t i) {
+        options->overrides.add("/render/samples=" + kSamples[i], "--samples", kSamples[i]);
+      },
+      "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
       ->type_name("N");
-  CLI::Option* overlay =
-      command
-          ->add_option("--overlay", options->overlay,
-                       "piles: the layers of directed piles as translucent cylinders, and what "
-                       "sleeps darker; guide: the guide, dots where bodies are held, and bodies "
-                       "in the colours of the analysis")
-          ->check(CLI::IsMember({"piles", "guide"}));
+  CLI::Option* overlay = add_choice<OverlayKind>(
+      *command, "--overlay", {{"piles", OverlayKind::piles}, {"guide", OverlayKind::guide}},
+      options->overlay,
+      "piles: the layers of directed piles as translucent cylinders, and what sleeps darker; "
+      "guide: the guide, dots where bodies are held, and bodies in the colours of the analysis");
   command
       ->add_option("--compare-with", options->compare_with,
                    "Another directory that simulate wrote: drawn on the right of each picture with "
@@ -164,7 +164,8 @@ Examples:
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
   pilesim render out/statistical --compare-with out/impulse -o out/both
   pilesim render out/crate --set '/camera={"position": [3, 2, 4], "target": [0, 0.5, 0]}')");
-  command->callback([options] { render(*options); });
+  command->callback(
+      [options] { with_options_named(options->overrides, [&] { render(*options); }); });
 }
 
 }  // namespace pilesim

@@ -25,7 +25,7 @@ struct Options {
 
 void run(const Options& options) {
   if (options.print_config) {
-    print("%s\n", load_scene(options.scene.file, options.scene.overrides).resolved.c_str());
+    print("%s\n", load_scene(options.scene.file, options.scene.overrides.texts).resolved.c_str());
     return;
   }
   std::vector<QualityGate> gates;
@@ -33,7 +33,7 @@ void run(const Options& options) {
   const SimulationSummary summary =
       run_simulation({.scene_file = options.scene.file,
                       .output = options.output,
-                      .overrides = options.scene.overrides,
+                      .overrides = options.scene.overrides.texts,
                       .force = options.run.force,
                       .resume = options.resume,
                       .checkpoint_period_s = options.checkpoint_period_s,
@@ -115,7 +115,7 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
   command->footer(text.footer);
   command->callback([options, output, print] {
     if (output->empty() && print->empty()) throw CLI::RequiredError("-o,--output");
-    run(*options);
+    with_options_named(options->scene.overrides, [&] { run(*options); });
   });
 }
 

@@ -1,6 +1,5 @@
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include "core/output_directory.h"
@@ -95,8 +94,6 @@ void sample(SampleSignatureArguments& options) {
 }  // namespace
 
 void add_sample_signature_command(CLI::App& app) {
-  static const std::map<std::string, TableLayout> kLayouts = {
-      {"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}};
   auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
   CLI::App* command = app.add_subcommand(
@@ -107,10 +104,10 @@ void add_sample_signature_command(CLI::App& app) {
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The signature to write, NAME.sig")
       ->required();
-  command->add_option("--layout", s.layout, "scale-free (default) or dissertation")
-      ->transform(CLI::CheckedTransformer(kLayouts))
-      ->type_name("LAYOUT")
-      ->default_str("scale-free");
+  add_choice<TableLayout>(
+      *command, "--layout",
+      {{"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}},
+      s.layout, "scale-free (default) or dissertation");
   command->add_flag("--micro", options->micro,
                     "One impact a trial, not flight and impacts until the body leaves the plane");
   add_real_number(

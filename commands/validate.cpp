@@ -2,6 +2,7 @@
 #include <string>
 
 #include "core/counted.h"
+#include "core/naming.h"
 #include "model/model.h"
 #include "options.h"
 #include "print.h"
@@ -26,15 +27,16 @@ void add_validate_command(CLI::App& app) {
 Examples:
   pilesim validate scene.json
   pilesim validate scene.json --set /duration_s=10 --print-config > resolved.json)");
-  command->callback([options] {
-    const LoadedScene loaded = load_scene(options->scene.file, options->scene.overrides);
+  const auto validate = [options] {
+    const LoadedScene loaded = load_scene(options->scene.file, options->scene.overrides.texts);
     if (options->print_config) {
       print("%s\n", loaded.resolved.c_str());
       return;
     }
-    const Model model = build_model(loaded.scene);
+    const Model model = naming(options->scene.file, [&] { return build_model(loaded.scene); });
     // What only the mode can tell: signatures that are missing or of another body, hinges.
-    const auto simulator = make_simulator(loaded.scene, model);
+    const auto simulator =
+        naming(options->scene.file, [&] { return make_simulator(loaded.scene, model); });
     size_t dynamic = 0;
     for (const ModelBody& body : model.bodies) dynamic += body.role == Role::dynamic ? 1 : 0;
     // How many a guide takes only its filling tells.
@@ -47,7 +49,9 @@ Examples:
       }
     }
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
-  });
+  };
+  command->callback(
+      [options, validate] { with_options_named(options->scene.overrides, validate); });
 }
 
 }  // namespace pilesim

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/naming.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "core/subprocess.h"
@@ -129,7 +130,9 @@ Plan make_plan(const ComparisonJob& job) {
       run.overrides.push_back("/seed=" + std::to_string(seed));
       const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
-      if (i == 0) require_simulator(loaded.scene);
+      if (i == 0) {
+        naming(job.scene_file.string(), [&] { require_simulator(loaded.scene); });
+      }
       run.key = run_key(program_hash, loaded);
       plan.runs.push_back(std::move(run));
     }

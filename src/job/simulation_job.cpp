@@ -7,6 +7,7 @@
 #include "core/counted.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/naming.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
 #include "inspect/pile_inspection.h"
@@ -256,13 +257,15 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             : claim_output(job.output, kSimulationEntries, job.force || job.resume);
   const LoadedScene loaded = load_scene(job.scene_file, job.overrides);
   const Scene& scene = loaded.scene;
-  Model model = build_model(scene);
+  const std::string scene_file = job.scene_file.string();
+  Model model = naming(scene_file, [&] { return build_model(scene); });
   const LastState begun_from = job.from ? begin_from(*job.from, model) : LastState{};
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
                        : no_direction(scene, model);
-  const std::unique_ptr<Simulator> simulator = direction->make_simulator();
+  const std::unique_ptr<Simulator> simulator =
+      naming(scene_file, [&] { return direction->make_simulator(); });
   SimulationReport report = begin_report(job, loaded, model);
   report.signatures = simulator->signatures();
   CheckpointKey key{.command = report.command,

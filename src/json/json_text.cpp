@@ -1,6 +1,7 @@
 #include "json/json_text.h"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -12,6 +13,8 @@ namespace pilesim {
 
 namespace {
 
+// A Json compares each key with those before it in the object. 2 s; one object of 31,000 keys.
+constexpr size_t kMostKeyComparisons = 500'000'000;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 // First offset at or after `offset` that is neither white space, comment, comma nor colon.
@@ -145,8 +148,11 @@ Error translate(const Json::exception& error, const std::string& text, const std
   return syntax_error(text, file, offset, "is no valid JSON: " + found, expected, remedy);
 }
 
-void check_depth(const std::string& text, const std::string& file) {
+// What the parser would take too much stack or time for.
+void check_bounds(const std::string& text, const std::string& file) {
   int depth = 0;
+  std::array<size_t, kMaxJsonDepth + 1> keys{};  // of the object that is open at each depth
+  size_t comparisons = 0;
   for (size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '"') {
       i = string_end(text, i) - 1;
@@ -157,7 +163,14 @@ void check_depth(const std::string& text, const std::string& file) {
         throw syntax_error(text, file, i, "is nested too deeply",
                            "at most " + std::to_string(kMaxJsonDepth) + " levels", "");
       }
-    } else if (text[i] == '}' || text[i] == ']') {
+      keys[depth] = 0;
+    } else if (text[i] == ':') {
+      comparisons += keys[depth]++;
+      if (comparisons > kMostKeyComparisons) {
+        throw syntax_error(text, file, i, "follows one key too many",
+                           "objects of fewer keys; one alone may have 30000", "");
+      }
+    } else if ((text[i] == '}' || text[i] == ']') && depth > 0) {
       --depth;
     }
   }
@@ -184,7 +197,7 @@ TextPosition LineIndex::position(size_t offset) const {
 }
 
 Json parse_json(const std::string& text, const std::string& file) {
-  check_depth(text, file);
+  check_bounds(text, file);
   // A stream, because its read position tells where the parser gave up, whatever it threw.
   std::istringstream stream(text);
   try {

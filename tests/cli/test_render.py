@@ -92,7 +92,7 @@ class Render(CommandTest):
     def test_pictures_beyond_all_memory_are_refused_at_once(self):
         for size in ("16384x16384", "10000x10000"):
             result = self.expect_exit(3, "render", "out", "--size", size, "--samples", "8")
-            self.assertIn("/render/size", result.stderr)
+            self.assertIn(f"--size {size}: is {size.replace('x', ' x ')}, ", result.stderr)
             self.assertIn("67108864 pixels", result.stderr)
         result = self.expect_exit(2, "render", "out", "--size", "8192x8192", "--sheet", "4x2")
         self.assertIn("--sheet", result.stderr)
@@ -103,8 +103,11 @@ class Render(CommandTest):
 
     def test_samples_that_cannot_be_drawn(self):
         for samples in ("0", "3", "16", "-1"):
-            result = self.expect_exit(3, "render", "out", "--samples", samples)
-            self.assertIn("/render/samples", result.stderr)
+            result = self.expect_exit(2, "render", "out", "--samples", samples)
+            self.assertIn(f"--samples: '{samples}' is not one of 1, 2, 4, 8", result.stderr)
+            override = f"/render/samples={samples}"
+            result = self.expect_exit(3, "render", "out", "--set", override)
+            self.assertIn(f"--set {override}: ", result.stderr)
             self.assertIn("1, 2, 4, 8", result.stderr)
 
     def test_a_step_beyond_all_frames(self):

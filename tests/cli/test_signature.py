@@ -66,6 +66,25 @@ class SampleSignature(CommandTest):
             data = (self.dir / "pictures" / f"{name}.png").read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG"), name)
 
+    def test_the_help_names_all_pictures_and_none_is_replaced_unasked(self):
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        text = self.succeed("inspect", "--help").stdout
+        draw = ["inspect", "box.sig", "--plot", "pictures", "--mesh", BOX]
+        self.succeed(*draw)
+        pictures = sorted(path.name for path in (self.dir / "pictures").iterdir())
+        self.assertEqual(len(pictures), 5)
+        for name in pictures:
+            self.assertIn(name, text)
+            for other in pictures:
+                (self.dir / "pictures" / other).unlink(missing_ok=True)
+            (self.dir / "pictures" / name).write_text("of an hour ago")
+            self.assertIn(name, self.expect_exit(2, *draw).stderr)
+            self.succeed(*draw, "--force")
+        # Without the mesh there is no picture of an earlier one left.
+        self.succeed(*draw[:-2], "--force")
+        left = sorted(path.name for path in (self.dir / "pictures").iterdir())
+        self.assertEqual(left, [name for name in pictures if name != "rest_pose_bodies.png"])
+
     def test_rest_poses_are_drawn_with_the_mesh(self):
         self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
         listed = self.succeed("inspect", "box.sig", "--plot", "pictures", "--mesh", BOX).stdout

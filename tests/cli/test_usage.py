@@ -170,6 +170,40 @@ class Usage(CommandTest):
             self.assertIn("xxx:", result.stderr)
         self.assertEqual(list(self.dir.iterdir()), [])
 
+    def test_words_are_the_words_of_the_help_and_no_numbers(self):
+        """Every option that takes one of some words, of every command."""
+        for command, inputs, option, words in (
+            ("simulate", ["scene.json", "-o", "out"], "--progress", "auto, bar, json, none"),
+            ("render", ["out"], "--overlay", "piles, guide"),
+            ("render", ["out"], "--samples", "1, 2, 4, 8"),
+            ("sample-signature", ["a.obj", "-o", "a.sig"], "--layout", "scale-free, dissertation"),
+            ("fit-bspline", ["a.sig", "-o", "b.sig"], "--coordinates", "cartesian, spherical"),
+            ("fit-bspline", ["a.sig", "-o", "b.sig"], "--parameters", "uniform, centripetal"),
+        ):
+            text = self.succeed(command, "--help").stdout
+            self.assertNotRegex(text, "->|value in| OR ")
+            for word in words.split(", "):
+                self.assertRegex(text, rf"(?s){option} .*\b{word}\b")
+            for value in ("0", "3", "", "Auto", "x"):
+                stderr = self.expect_exit(2, command, *inputs, option, value).stderr
+                self.assertIn(f"{option}: '{value}' is not one of {words}\n", stderr)
+
+    def test_a_fault_of_an_option_names_the_option(self):
+        """Not the --set that it is short for."""
+        self.succeed("simulate", self.write_scene(), "-o", "out")
+        for arguments, option in (
+            (["--size", "15x64"], "--size 15x64: /render/size/0: is 15"),
+            (["--size", "16384x16384"], "--size 16384x16384: "),
+            (["--size", "16384x16384", "--set", "/render/samples=8"], "--size 16384x16384: "),
+        ):
+            stderr = self.expect_exit(3, "render", "out", *arguments).stderr
+            self.assertIn(option, stderr)
+            self.assertNotIn("--set", stderr)
+        (self.dir / "list.json").write_text("[]")
+        stderr = self.expect_exit(3, "validate", "list.json", "--seed", "7").stderr
+        self.assertIn("--seed 7: ", stderr)
+        self.assertNotIn("--set", stderr)
+
     def test_a_wrong_value_names_its_option_once(self):
         result = self.expect_exit(2, "render", "out", "--frames", "5-1")
         self.assertEqual(result.stderr.count("--frames"), 1, result.stderr)
@@ -207,6 +241,45 @@ class Validate(CommandTest):
         result = self.expect_exit(3, "validate", self.write_scene(spoil))
         self.assertIn("has no signature", result.stderr)
         self.assertIn("sample-signature", result.stderr)
+
+    def test_what_only_the_model_shows_names_the_scene(self):
+        def no_body(scene):
+            scene["emitters"][0] = {
+                "name": "cloud", "type": "volume", "file": str(SOURCE / "assets/ring.obj"),
+                "spacing": 100, "shape": "box", "material": "wood",
+            }
+
+        def no_signature(scene):
+            scene["simulator"] = {"mode": "statistical"}
+
+        def hinge(scene):
+            scene["simulator"] = {"mode": "particle"}
+            scene["bodies"].append({"name": "flap", "shape": "box", "material": "wood",
+                                    "hinge": {"axis": [0, 0, 1]}})
+
+        def missed_target(scene):
+            scene["events"] = [{"time_s": 0.1, "type": "remove", "bodies": ["boxes/99"]}]
+
+        for spoil, where in ((no_body, ": /emitters/0: emits no body"),
+                             (no_signature, ": /shapes/box: the shape of"),
+                             (hinge, ": 'flap' has a hinge"),
+                             (missed_target, ":")):
+            scene = self.write_scene(spoil)
+            for command, more in (("validate", []), ("simulate", ["-o", "out"]),
+                                  ("compare", ["-o", "cmp", "--modes", "impulse"])):
+                if command == "compare" and spoil in (no_signature, hinge):
+                    more = ["-o", "cmp", "--modes", "statistical" if spoil is no_signature
+                            else "particle"]
+                stderr = self.expect_exit(3, command, scene, *more).stderr
+                self.assertIn(f"scene.json{where}", stderr, command)
+
+    def test_a_scene_of_very_many_keys_is_refused_early(self):
+        """Such objects take the square of the number of their keys."""
+        def spoil(scene):
+            scene["shapes"].update({f"s{i}": {"type": "plane"} for i in range(200_000)})
+
+        stderr = self.expect_exit(3, "validate", self.write_scene(spoil)).stderr
+        self.assertRegex(stderr, r"scene\.json:\d+:\d+: follows one key too many")
 
     def test_missing_meshes_are_named_with_all_else(self):
         def spoil(scene):

@@ -210,6 +210,28 @@ class Compare(SignalTest):
             self.check_and_resume()
             shutil.rmtree(self.dir / "out")
 
+    def test_ctrl_c_twice_ends_at_once_where_the_run_is_stuck(self):
+        for first, second in (("SIGINT", "SIGINT"), ("SIGTERM", "SIGTERM")):
+            process = self.start_comparing()
+            (run,) = children(process.pid)
+            os.kill(run, signal.SIGSTOP)  # it never takes what it is asked
+            process.send_signal(signal.Signals[first])
+            self.wait_until(lambda process=process: self.is_asked(run), process)
+            process.send_signal(signal.Signals[second])
+            code, _ = self.end_of(process)  # which waits for the run, too
+            self.assertEqual(code, -signal.Signals[second])
+            self.assertFalse(Path(f"/proc/{run}").exists())
+            store = Trajectory(self.dir / self.FIRST / "trajectory.zarr")
+            self.assertGreaterEqual(store.count, 0)
+            self.check_and_resume()
+            shutil.rmtree(self.dir / "out")
+
+    def is_asked(self, run):
+        """SIGTERM waits for it: pilesim has taken the first signal and passed it on."""
+        status = Path(f"/proc/{run}/status").read_text()
+        pending = [int(line.split()[1], 16) for line in status.splitlines() if "dPnd:" in line]
+        return any(mask >> (signal.SIGTERM - 1) & 1 for mask in pending)
+
     def test_kill_9_takes_the_run_with_it(self):
         process = self.start_comparing()
         (run,) = children(process.pid)

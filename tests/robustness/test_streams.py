@@ -11,10 +11,23 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
-from invariants import check_volatile  # noqa: E402
-from support import PILESIM, SOURCE, CommandTest, tree_bytes  # noqa: E402
+from invariants import Trajectory, check_volatile, temporaries  # noqa: E402
+from support import HANGING, PILESIM, SOURCE, CommandTest, tree_bytes  # noqa: E402
 
 BOX = SOURCE / "assets/box.obj"
+
+
+def works(command):
+    return subprocess.run([*command, "true"], capture_output=True, check=False).returncode == 0
+
+
+# What lets mount; none where nothing does.
+NAMESPACES = next(
+    (flags for flags in (["--mount"], ["--map-root-user", "--mount"]) if works(["unshare", *flags])),
+    [],
+)
+# What makes of root, who may do anything to files, a user like others.
+POWERLESS = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
 QUICK = ("--trials", "4", "--exemplars", "2", "--no-accuracy")
 
 
@@ -87,6 +100,62 @@ class Places(CommandTest):
     def test_a_place_that_cannot_be_written_is_found_before_any_work(self):
         result = self.expect_exit(4, "sample-signature", "nowhere.obj", "-o", "none/box.sig")
         self.assertIn("none/box.sig: cannot be written: No such file", result.stderr)
+
+    @unittest.skipUnless(NAMESPACES, "nothing can be mounted here")
+    def test_a_mount_that_is_read_only_is_found_before_any_work(self):
+        (self.dir / "disk/run").mkdir(parents=True)
+        self.write_scene()
+        self.succeed("simulate", "scene.json", "-o", "disk/run", "--set", "/duration_s=0.1")
+        before = tree_bytes(self.dir)
+        locked = (
+            "mount --bind disk disk && mount -o remount,bind,ro disk || exit 99; exec \"$0\" \"$@\""
+        )
+        for command, place in (
+            (["simulate", "nowhere.json"], "disk/new"),
+            (["simulate", "nowhere.json", "--force"], "disk/run"),
+            (["direct-pile", "nowhere.json"], "disk/a/b/c"),
+            (["compare", "nowhere.json", "--modes", "impulse"], "disk/new"),
+            (["sample-signature", "nowhere.obj"], "disk/a.sig"),
+            (["fit-bspline", "nowhere.sig"], "disk/a.sig"),
+            (["render", "disk/run"], "disk/new"),
+            (["render", "disk/run", "--sheet", "2x2"], "disk/run"),
+        ):
+            result = subprocess.run(
+                ["unshare", *NAMESPACES, "sh", "-c", locked, PILESIM, *command, "-o", place],
+                cwd=self.dir,
+                capture_output=True,
+                text=True,
+            )
+            self.assertEqual(result.returncode, 4, result.stderr)
+            self.assertIn(f"{place}: cannot be written: Read-only file system", result.stderr)
+        self.assertEqual(tree_bytes(self.dir), before)
+
+    @unittest.skipUnless(works(POWERLESS), "root cannot be without its power over permissions")
+    def test_a_directory_that_becomes_read_only_under_the_run(self):
+        """What was written until then stays, whole."""
+        def long_scene(scene):
+            scene["duration_s"] = 600
+            scene["simulator"] = {"sleeping": False}
+
+        self.write_scene(long_scene)
+        process = subprocess.Popen(
+            [*POWERLESS, PILESIM, "simulate", "scene.json", "-o", "out"],
+            cwd=self.dir,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.addCleanup(process.kill)
+        store = self.dir / "out/trajectory.zarr"
+        self.wait_until(process, (store / "position/0.0.0").exists)
+        for directory in (store, *(path for path in store.rglob("*") if path.is_dir())):
+            directory.chmod(0o555)
+        _, errors = process.communicate(timeout=HANGING)
+        self.assertEqual(process.returncode, 4, errors)
+        self.assertRegex(errors, r"out/trajectory\.zarr.*: Permission denied")
+        self.assertRegex(errors, r"out/trajectory\.zarr: holds the \d+ frames that were complete")
+        self.assertGreater(Trajectory(store).count, 0)
+        check_volatile("timing.csv", (self.dir / "out/timing.csv").read_bytes())
+        self.assertEqual(temporaries(self.dir), [])
 
     def test_an_output_that_is_removed_under_the_run(self):
         def long_scene(scene):

@@ -8,6 +8,7 @@ namespace pilesim {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 std::string parse_failure(const std::string& text) {
   try {
@@ -89,6 +90,28 @@ TEST(JsonText, DeepNestingIsAnErrorNotACrash) {
   EXPECT_EQ(parse_failure(std::string(1'000'000, '[')),
             "s.json:1:65: is nested too deeply; expected at most 64 levels");
   EXPECT_EQ(parse_failure(std::string(64, '[') + std::string(64, ']')), "");
+}
+
+std::string object_of_keys(size_t count) {
+  std::string text = "{";
+  for (size_t i = 0; i < count; ++i) {
+    text += (i == 0 ? "\"" : ",\"") + std::to_string(i) + "\":1";
+  }
+  return text + '}';
+}
+
+TEST(JsonText, ObjectsOfVeryManyKeysAreRefusedBeforeTheyTakeTheirSquare) {
+  EXPECT_EQ(parse_json(object_of_keys(30'000), "s.json").size(), 30'000u);
+  EXPECT_THAT(parse_failure(object_of_keys(200'000)),
+              HasSubstr("follows one key too many; expected objects of fewer keys"));
+  // Many objects of many keys as well, and what was closed before does not count.
+  std::string many = "[" + object_of_keys(5'000);
+  for (int i = 0; i < 60; ++i) many += ',' + object_of_keys(5'000);
+  EXPECT_THAT(parse_failure(many + ']'), HasSubstr("follows one key too many"));
+  std::string few = "[{}";
+  for (int i = 0; i < 200'000; ++i) few += ",{\"a\":{\"b\":1},\"c\":2}";
+  EXPECT_EQ(parse_failure(few + ']'), "");
+  EXPECT_NE(parse_failure("]]]]]}}{" + std::string(200'000, ':')), "");
 }
 
 }  // namespace

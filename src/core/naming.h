@@ -1,0 +1,20 @@
+// Errors of work that does not know which file it is about.
+#pragma once
+
+#include <string>
+
+#include "core/error.h"
+
+namespace pilesim {
+
+// What `work` gives. Of its errors, the problems that name no file name `file`.
+template <class Work>
+auto naming(const std::string& file, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    throw in_file(error, file);
+  }
+}
+
+}  // namespace pilesim
