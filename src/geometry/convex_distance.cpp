@@ -23,7 +23,7 @@ class Difference {
  public:
   Difference(const ConvexBody& a, const ConvexBody& b) : a_(a), b_(b) {}
   Vec3 farthest(const Vec3& direction) {
-    const Vec3 point = a_.farthest(direction) - b_.farthest(-direction);
+    Vec3 point = a_.farthest(direction) - b_.farthest(-direction);
     extent_m_ = std::max(extent_m_, point.norm());
     return point;
   }

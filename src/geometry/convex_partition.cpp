@@ -12,7 +12,7 @@ namespace pilesim {
 namespace {
 
 constexpr double kTie = 1e-9;         // of the solid's volume: smaller gains are rounding
-constexpr int kOversplit = 2;         // parts per part allowed, before merging
+constexpr size_t kOversplit = 2;      // parts per part allowed, before merging
 constexpr int kMaxRounds = 4;         // of improvement
 constexpr double kWorthwhile = 0.02;  // share of the excess that a further round has to save
 constexpr double kFarApart = 1.3;     // joint hull over both hulls: no neighbours
@@ -98,7 +98,7 @@ void Partition::cut(size_t index) {
 }
 
 void Partition::bisect() {
-  const auto limit = static_cast<size_t>(kOversplit * options_.max_parts);
+  const auto limit = kOversplit * static_cast<size_t>(options_.max_parts);
   // Half of the excess allowed leaves room for merges.
   while (parts_.size() < limit && excess() > 0.5 * options_.max_excess_m3) {
     size_t worst = 0;

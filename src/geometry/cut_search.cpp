@@ -80,7 +80,7 @@ std::vector<Vec3> cutting_directions(const std::vector<Vec3>& vertices) {
   for (const Vec3& vertex : vertices) covariance += (vertex - mean) * (vertex - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(covariance);
   // Axes of a round body are anything, so only those that stand out are used.
-  const Vec3 moments = axes.eigenvalues();
+  const Vec3& moments = axes.eigenvalues();
   for (int k = 0; k < 3; ++k) {
     const bool distinct = (k == 0 || moments[k] - moments[k - 1] > 0.01 * moments[2]) &&
                           (k == 2 || moments[k + 1] - moments[k] > 0.01 * moments[2]);

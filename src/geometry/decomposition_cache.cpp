@@ -38,7 +38,9 @@ std::string cache_key(const TriangleMesh& mesh, const DecompositionOptions& opti
 template <typename T>
 json to_binary(const std::vector<T>& values) {
   std::vector<uint8_t> bytes(values.size() * sizeof(T));
-  if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+  if (!bytes.empty()) {
+    std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
+  }
   return json::binary(std::move(bytes));
 }
 

@@ -112,7 +112,7 @@ Vec3 positive_direction(const Vec3& axis) {
 
 PrincipalInertia principal_inertia(const Mat3& inertia) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
-  const Vec3 moments = solver.eigenvalues();
+  const Vec3& moments = solver.eigenvalues();
   Mat3 axes = solver.eigenvectors();
 
   // Axes of equal moments are free. The solver would let rounding errors choose them; a symmetric

@@ -134,8 +134,8 @@ std::vector<Vec3> layer_inside(const InsideTest& inside, const Vec3& corner, dou
                                size_t columns, size_t rows) {
   std::vector<uint8_t> is_inside(columns * rows);
   const auto point = [&](size_t i) -> Vec3 {
-    return corner +
-           spacing * Vec3(static_cast<double>(i % columns), 0, static_cast<double>(i / columns));
+    const size_t row = i / columns, column = i % columns;
+    return corner + spacing * Vec3(static_cast<double>(column), 0, static_cast<double>(row));
   };
   constexpr size_t kGrain = 256;
   parallel_for(is_inside.size(), kGrain, [&](size_t begin, size_t end) {

@@ -89,7 +89,8 @@ class ModelBuilder {
   void build_shapes() {
     for (const auto& [name, shape] : scene_.shapes) {
       shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
-      problems_.attempt([&] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
+      problems_.attempt(
+          [&, &name = name] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
     }
   }
 

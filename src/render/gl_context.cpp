@@ -12,7 +12,7 @@ namespace pilesim {
 struct GlContext::State {
   OSMesaContext context = nullptr;
   // OSMesa wants a window-like surface; everything is drawn into framebuffer objects instead.
-  std::array<uint8_t, 4 * 4 * 4> surface{};
+  std::array<uint8_t, 64> surface{};  // 4 x 4 pixels of 4 bytes
 };
 
 GlContext::GlContext() : state_(std::make_unique<State>()) {

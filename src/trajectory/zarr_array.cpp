@@ -157,7 +157,7 @@ ZarrArray open_zarr_array(const fs::path& directory, const ZarrLayout& expected,
   const fs::path file = directory / ".zarray";
   const ordered_json found = read_zarr_json(file);
   const auto list = [&](const char* key) {
-    const ordered_json value = found.value(key, ordered_json());
+    ordered_json value = found.value(key, ordered_json());
     if (!value.is_array() || value.size() != expected.row_shape.size() + 1) {
       reject(file, std::string(key) + " is " + value.dump(),
              std::to_string(expected.row_shape.size() + 1) + " numbers");
@@ -211,7 +211,7 @@ void read_zarr_chunk(const ZarrArray& array, uint64_t index, std::vector<std::by
 }
 
 ZarrArray open_whole_zarr_array(const fs::path& directory, const ZarrLayout& expected) {
-  const ZarrArray array = open_zarr_array(directory, expected, kMostExtent);
+  ZarrArray array = open_zarr_array(directory, expected, kMostExtent);
   if (array.rows_per_chunk != std::max<uint64_t>(1, array.rows)) {
     reject(directory / ".zarray",
            "cuts " + std::to_string(array.rows) + " rows into chunks of " +

@@ -174,7 +174,9 @@ class Lint:
                     culprits = [s for s in unit if str(s.path) in wrong]
                     rest = [s for s in unit if s not in culprits]
                     parts = [[s] for s in culprits] + ([rest] if culprits and rest else [])
-                    return "".join(self.run(part) for part in parts or [[s] for s in unit])
+                    if not parts:  # the fault is in a header that two of them share
+                        parts = [unit[: len(unit) // 2], unit[len(unit) // 2 :]]
+                    return "".join(self.run(part) for part in parts)
             config = f"--config-file={ROOT / '.clang-tidy'}"
             result = subprocess.run(["clang-tidy", "--quiet", config, file, "--", *compiler],
                                     capture_output=True, text=True)

@@ -61,9 +61,8 @@ std::optional<std::vector<RestPose>> poses_on(const GaussMap& map) {
   // border.
   const std::vector<Saddle> saddles = flow.saddles();
   // Extremes and saddles of any function on the sphere: peaks - saddles + pits = 2.
-  const auto stable = static_cast<size_t>(std::ranges::count_if(
-      std::views::iota(uint32_t{0}, static_cast<uint32_t>(map.normals.size())),
-      [&](uint32_t f) { return flow.stable(f); }));
+  size_t stable = 0;
+  for (uint32_t f = 0; f < map.normals.size(); ++f) stable += flow.stable(f) ? 1 : 0;
   if (stable == 0 || flow.peak_count() + stable != saddles.size() + 2) return std::nullopt;
 
   std::vector<double> area(map.normals.size(), 0);

@@ -35,7 +35,7 @@ class BSplineBasis {
     const int span = std::min(static_cast<int>(place), spans_ - 1);
     const T u = place - static_cast<T>(span);
     const auto& powers = polynomials<T>();
-    const auto at = static_cast<size_t>(span * (degree_ + 1));
+    const size_t at = static_cast<size_t>(span) * static_cast<size_t>(degree_ + 1);
     weights = powers[at + static_cast<size_t>(degree_)];
     for (size_t power = static_cast<size_t>(degree_); power-- > 0;) {
       const auto& next = powers[at + power];

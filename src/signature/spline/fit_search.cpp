@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array kSteps = {0.002, 0.003, 0.004, 0.006, 0.008, 0.012,
                                0.016, 0.024, 0.032, 0.048, 0.064};
-constexpr int kLongestMove = 3;  // control points that one move adds
+constexpr size_t kLongestMove = 3;  // control points that one move adds
 // Control points lie outside the data's range by about this share of it.
 constexpr double kOvershoot = 0.2;
 constexpr double kFewestBits = 5;  // a level; bounds how many control points are tried

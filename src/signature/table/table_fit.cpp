@@ -151,7 +151,7 @@ TableCorners table_corners(std::span<const Axis> axes, uint32_t first, const flo
 }
 
 TableFit fit_table(std::span<const Axis> axes, size_t width, const Measurements& measurements) {
-  assert(axes.size() >= 1 && axes.size() <= 4 && width <= kMostValues);
+  assert(!axes.empty() && axes.size() <= 4 && width <= kMostValues);
   size_t cells = 1;
   for (const Axis& axis : axes) cells *= axis.size();
   TableFit fit;

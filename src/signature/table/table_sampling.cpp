@@ -93,11 +93,7 @@ void TableSampler::record(const TrialRequest& request, size_t cell, const TrialR
   const auto node = [&](size_t axis) { return table_.axes[axis].nodes[index[axis]]; };
   // Where the contact has no such angle, the launch says for which cell it was.
   if (spin.isZero()) keys[1] = node(1);
-  if (raw) {
-    keys[2] = node(2);
-  } else if (std::sin(keys[1]) < kNoAzimuth || spin.isZero()) {
-    keys[2] = node(2);
-  }
+  if (raw || std::sin(keys[1]) < kNoAzimuth || spin.isZero()) keys[2] = node(2);
   state_.responses.first[at] = index[0];
   std::copy_n(keys.begin() + 1, 3, &state_.responses.keys[3 * at]);
 
@@ -209,7 +205,7 @@ void TableSampler::add_exemplars(ResponseTable& table) const {
   std::vector<std::vector<uint32_t>> near(table.cell_count()), around(table.cell_count());
   for (uint32_t i = 0; i < state_.responses.first.size(); ++i) {
     const TableCorners at =
-        table_corners(table.axes, state_.responses.first[i], &state_.responses.keys[3 * i]);
+        table_corners(table.axes, state_.responses.first[i], &state_.responses.keys[size_t{3} * i]);
     const auto* heaviest = std::max_element(at.weight.begin(), at.weight.begin() + at.count);
     for (size_t c = 0; c < at.count; ++c) {
       (&at.weight[c] == heaviest ? near : around)[at.cell[c]].push_back(i);
@@ -220,7 +216,7 @@ void TableSampler::add_exemplars(ResponseTable& table) const {
   const auto take = [&](const std::vector<uint32_t>& list, size_t count) {
     const size_t stride = std::max<size_t>(1, list.size() / std::max<size_t>(1, count));
     for (size_t k = 0; k < count; ++k) {
-      const float* residual = &fit_.residuals[6 * list[k * stride % list.size()]];
+      const float* residual = &fit_.residuals[size_t{6} * list[k * stride % list.size()]];
       values.insert(values.end(), residual, residual + 6);
     }
   };

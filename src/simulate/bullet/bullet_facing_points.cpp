@@ -111,7 +111,7 @@ void keep_widest_four(const Plane& plane, double prefer_low, std::vector<FacingP
                                        points.begin());
   if (std::ranges::find(kept, low) == kept.end()) *std::ranges::max_element(kept, {}, height) = low;
   std::ranges::sort(kept);
-  const auto end = std::ranges::unique(kept).begin();
+  const auto end = std::unique(kept.begin(), kept.end());
   size_t count = 0;
   for (auto i = kept.begin(); i != end; ++i) points[count++] = points[*i];
   points.resize(count);
