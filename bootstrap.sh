@@ -82,8 +82,10 @@ fuzz() {
     build/fuzz/tests/fuzz/fuzz_"$name" "$grown" "$folder" -artifact_prefix=$found/"$name"- -seed=1 \
       -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 \
       >$found/"$name".log 2>&1 || failed=1
-    echo "$name: $(sed -n 's/^stat::number_of_executed_units: */executions: /p' $found/"$name".log)" \
-      "$(sed -n 's/.*Test unit written to /FAILED, kept in /p' $found/"$name".log)"
+    local executions kept
+    executions=$(sed -n 's/^stat::number_of_executed_units: *//p' $found/"$name".log)
+    kept=$(sed -n 's/.*Test unit written to //p' $found/"$name".log)
+    echo "$name: ${executions:-FAILED, see $found/$name.log} executions${kept:+, FAILED, kept in $kept}"
   done
   return $failed
 }
