@@ -18,6 +18,7 @@ const fs::path kCorpus = PILESIM_SOURCE_DIR "/tests/fuzz/corpus";
 
 class Corpus : public testing::TestWithParam<fuzz::Target> {};
 
+// In little memory, since the files have some kilobytes at most.
 TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(kCorpus / GetParam().name)) {
@@ -30,13 +31,6 @@ TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
     EXPECT_NO_THROW(GetParam().run(read_file(file)));
   }
   GetParam().run("");
-}
-
-// Files of some kilobytes: none of them may take much.
-TEST_P(Corpus, TakesLittleMemory) {
-  for (const auto& entry : fs::directory_iterator(kCorpus / GetParam().name)) {
-    GetParam().run(read_file(entry.path()));
-  }
   rusage usage{}, of_children{};
   getrusage(RUSAGE_SELF, &usage);
   getrusage(RUSAGE_CHILDREN, &of_children);

@@ -21,6 +21,13 @@ def adopt_orphans():
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
+def heed_signals():
+    """A job in the background ignores SIGINT, and so would what it starts: pilesim asks no more."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def reap_orphans():
     """Waits for them; they end by themselves, at once or with what their parent gave them."""
     end = time.monotonic() + LONGEST_S

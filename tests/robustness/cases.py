@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -171,11 +170,15 @@ def partial_signature(place):
     kept = place.parent / "a.sig.partial"
     while not kept.exists():
         process = subprocess.Popen(
-            [PILESIM, *RESUMED], cwd=place, env=environment(place), stderr=subprocess.DEVNULL
+            [PILESIM, *RESUMED, "--progress", "json"],
+            cwd=place,
+            env=environment(place),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
         )
-        time.sleep(0.3)
+        process.stderr.readline()  # the first that it tells of its progress
         process.send_signal(signal.SIGINT)
-        process.wait()
+        process.communicate()
         if (place / "a.sig.partial").exists():
             shutil.move(place / "a.sig.partial", kept)
         (place / "a.sig").unlink(missing_ok=True)

@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from bench import Bench, adopt_orphans, require_no_temporaries
+from bench import Bench, adopt_orphans, heed_signals, require_no_temporaries
 from cases import CASES
 from invariants import Broken, require
 
@@ -111,13 +111,15 @@ def small_disks(bench, count):
     """Disks of growing size, from one that holds the inputs to one that holds all."""
     tally = Tally(bench, "small disk")
     page = 4096
-    whole = sum(
-        page + -(-path.stat().st_size // page) * page for path in bench.place.rglob("*")
-    )
+
+    def sizes():
+        return {path: page + -(-path.stat().st_size // page) * page
+                for path in bench.place.rglob("*")}
+
+    results = sizes()
     bench.restore("prepared")
-    inputs = sum(
-        page + -(-path.stat().st_size // page) * page for path in bench.place.rglob("*")
-    )
+    inputs = sum(sizes().values())
+    whole = sum({**results, **sizes()}.values())  # some inputs are gone in the end
     for i in range(count):
         size = inputs + (whole - inputs) * i // count // page * page
 
@@ -189,6 +191,7 @@ def main():
     options = parser.parse_args()
     own_mounts = in_own_mounts()
     adopt_orphans()
+    heed_signals()
     kinds = {
         "kills": lambda bench, rng: random_kills(bench, options.kills, rng),
         "changes": lambda bench, rng: swept(

@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
-from bench import adopt_orphans, reap_orphans  # noqa: E402
+from bench import adopt_orphans, heed_signals, reap_orphans  # noqa: E402
 from invariants import Trajectory, check_png, check_video, temporaries  # noqa: E402
 from support import PILESIM, CommandTest, tree_bytes  # noqa: E402
 
@@ -30,6 +30,7 @@ class SignalTest(CommandTest):
     @classmethod
     def setUpClass(cls):
         adopt_orphans()
+        heed_signals()
 
     def start(self, *arguments, **options):
         process = subprocess.Popen(
