@@ -159,4 +159,12 @@ void allow_isolated_memory(uint64_t bytes) {
 #endif
 }
 
+bool isolation_limits_memory() {
+#ifdef PILESIM_SANITIZED
+  return false;
+#else
+  return true;
+#endif
+}
+
 }  // namespace pilesim

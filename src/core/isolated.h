@@ -9,7 +9,7 @@
 namespace pilesim {
 
 struct IsolationLimits {
-  uint64_t memory_bytes = 0;  // beyond what this process has; not held where sanitizers run
+  uint64_t memory_bytes = 0;  // beyond what this process has
   int cpu_s = 0;              // processor time, > 0; for what hangs, so far above all that does not
 };
 
@@ -28,5 +28,9 @@ IsolatedResult run_isolated(const std::function<std::string()>& work,
 
 // Within the work: lets it take so many bytes more.
 void allow_isolated_memory(uint64_t bytes);
+
+// False in programs with sanitizers, whose shadow memory takes terabytes of address space: there
+// the limit on memory does nothing.
+bool isolation_limits_memory();
 
 }  // namespace pilesim
