@@ -167,6 +167,41 @@ TEST(PileSupport, ASleeperMayBeWedgedInFromBothSides) {
   }
 }
 
+// Contacts may be a little apart, as engines keep them.
+TEST(PileSupport, WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot) {
+  const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}});
+  for (const bool is_near : {true, false}) {
+    ConstructedWorld world(boxes);
+    world.rest(1, 0, kEdge / 2);
+    world.rest(2, 1, kEdge / 2, (is_near ? 0.02 : 0.04) * kEdge);
+    world.asleep = {0, 0, 0};
+    const PileBodies bodies(boxes.model);
+    PileSupport support(boxes.model, bodies);
+    support.read(world.contacts, world.asleep, world.motions);
+    EXPECT_TRUE(support.grounded[1]);
+    EXPECT_EQ(support.grounded[2] != 0, is_near);
+  }
+}
+
+TEST(PileSupport, WhatTouchesOnlyFromTheSidesBalancesNothing) {
+  const Boxes boxes({{-0.2, 0.1, 0}, {0, 0.15, 0}, {0.2, 0.1, 0}});
+  for (const double up : {0.0, 0.1}) {
+    ConstructedWorld world(boxes);
+    for (const uint32_t side : {1u, 3u}) {
+      const double x = side == 1 ? -1 : 1;
+      const Vec3 normal = Vec3(-x, up, 0).normalized();
+      for (const double z : {-0.05, 0.05}) {
+        world.contacts.push_back({.a = 2, .b = side, .point = {0.1 * x, 0.1, z}, .normal = normal});
+      }
+    }
+    world.asleep = {0, 0, 0, 0};
+    const PileBodies bodies(boxes.model);
+    PileSupport support(boxes.model, bodies);
+    support.read(world.contacts, world.asleep, world.motions);
+    EXPECT_EQ(support.is_balanced[2] != 0, up > 0) << up;
+  }
+}
+
 TEST(PileWaking, WhatLosesItsSupportWakesAndWhatItCarriesToo) {
   const Boxes boxes({{0, 0.1, 0}, {0, 0.3, 0}, {0, 0.5, 0}, {1, 0.1, 0}});
   ConstructedWorld world(boxes);

@@ -252,6 +252,25 @@ TEST(Guide, NeedsTheImpulseMode) {
   EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
 }
 
+// Also of those that are many voxels wide, where most bodies are small.
+TEST(Guide, FitSeesAllOfALargeBody) {
+  SmallModel large;
+  const uint32_t stone = large.material(0, 0.7);
+  large.body(large.box(Vec3::Constant(1)), stone, Vec3::Zero());
+  const uint32_t crumb = large.box(Vec3::Constant(0.05));
+  for (int i = 0; i < 40; ++i) large.body(crumb, stone, {-0.4 + 0.02 * i, 0.2, 0.1});
+  large.model.guide = box_mesh(Vec3::Constant(1));
+  BodyStates states;
+  for (const ModelBody& body : large.model.bodies) {
+    states.position.push_back(body.pose.position);
+    states.orientation.push_back(body.pose.orientation);
+    states.flags.push_back(kPresent);
+  }
+  const GuideFit fit = measure_guide_fit(large.model, states);
+  ASSERT_LT(fit.voxel_m, 0.1);
+  EXPECT_GT(fit.overlap, 0.7);
+}
+
 TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   Column column(4);
   BodyStates states;
