@@ -57,7 +57,7 @@ bool conforms(const json& value, const json& schema) {
       holds = !conforms(value, rule);
     } else if (keyword == "items") {
       holds = std::all_of(value.begin(), value.end(),
-                          [&](const json& each) { return conforms(each, rule); });
+                          [&, &rule = rule](const json& each) { return conforms(each, rule); });
     } else if (keyword == "minimum") {
       holds = value >= rule;
     } else if (keyword == "maximum") {
