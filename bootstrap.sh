@@ -80,7 +80,7 @@ fuzz() {
     grown=build/fuzz/corpus/$name
     mkdir -p "$grown"
     build/fuzz/tests/fuzz/fuzz_"$name" "$grown" "$folder" -artifact_prefix=$found/"$name"- -seed=1 \
-      -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=60 -print_final_stats=1 \
+      -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=300 -print_final_stats=1 \
       >$found/"$name".log 2>&1 || failed=1
     local executions kept
     executions=$(sed -n 's/^stat::number_of_executed_units: *//p' $found/"$name".log)

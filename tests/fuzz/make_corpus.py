@@ -154,10 +154,6 @@ def meshes():
         + b"\xff" + struct.pack("<3i", 0, 1, 2_000_000_000))
     stl = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0)
                    for a, b, c in faces)
-    # assimp reads the head of this one for ever; libFuzzer found it.
-    start = "ply\nformat binary_little_endian 1.0\n"
-    put("mesh_ply", "no_end", start + "elemen" + start + "element vertex 4\nproperty float x\n"
-        "propert vertex 4\nproperty floaty float y\np")
     put("mesh_stl", "binary", bytes(80) + struct.pack("<I", 4) + stl)
     put("mesh_stl", "count", bytes(80) + struct.pack("<I", 0xFFFFFFF0))
     put("mesh_stl", "ascii", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"

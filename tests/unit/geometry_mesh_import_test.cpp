@@ -224,6 +224,15 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
 }
 
 // Devices and pipes, also as what another file names.
+// libFuzzer found it.
+TEST_F(MeshImport, AHeadThatAssimpReadsForEverIsRefused) {
+  const std::string head = "ply\nformat binary_little_endian 1.0\n";
+  expect_error(file("no_end.ply", head + "elemen" + head +
+                                      "element vertex 4\nproperty float x\npropert vertex "
+                                      "4\nproperty floaty float y\np"),
+               ErrorKind::input, "does not end within 6 s");
+}
+
 TEST_F(MeshImport, ReadsRegularFilesOnly) {
   expect_error("/dev/zero", ErrorKind::io, "expected a regular file");
   const std::string triangle = kCorners + "f 1 2 3\n";
