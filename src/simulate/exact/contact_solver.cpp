@@ -30,7 +30,7 @@ constexpr int kBounceSweeps = 10;
 // Of half the turn since the step began, beyond which corners are not where they were: 0.5 rad.
 constexpr double kLeastCosine = 0.969;
 // Turns of less than this in a substep need no care for what they do to the axis, rad.
-constexpr double kLeastTurn = 1e-3;
+constexpr double kLeastTurn = 0.02;
 // Colours with fewer blocks are solved by one thread.
 constexpr size_t kGrain = 64;
 

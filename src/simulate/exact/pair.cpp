@@ -176,6 +176,7 @@ class Finder {
 
   void meet(PiecePair& pieces) {
     const ConvexPiece& b = shape_b_.pieces[pieces.b];
+    pieces.known.is_wall = a_.moves != Moves::by_contacts || b_.moves != Moves::by_contacts;
     Vec3 guess = pieces.axis.cast<double>();
     if (!guess.isZero()) guess.normalize();
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);

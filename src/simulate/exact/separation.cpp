@@ -11,9 +11,9 @@ namespace {
 // Pieces that overlap are looked at as if they were this share of the smaller one's extent apart.
 constexpr double kShift = 0.02;
 // Where they are sunk into each other by more than this share, a face may be a better direction
-// than the one that was the best before. Where they are sunk in by more than the other share it has
-// to be far better: what all but went through a thin wall is to come back the way it went.
-constexpr double kDeep = 1e-3, kTooDeep = 0.2, kFarBetter = 0.25;
+// than the one that was the best before. Against a wall not where they are sunk in by more than the
+// other share: what all but went through a thin one is to come back the way it went.
+constexpr double kDeep = 1e-3, kTooDeep = 0.2;
 // Closer than this share of the extent, the direction from one to the other is lost in rounding.
 constexpr double kLeastDistance = 1e-3;
 constexpr double kGainByFace = 1e-5;
@@ -282,9 +282,9 @@ class Pair {
     Outcome outcome = climb(start, apart, small, reach, found);
     if (outcome == Outcome::beyond) return found;
     const double depth = radii_ - found.distance_m;
-    if (depth > kDeep * small) {
+    if (depth > kDeep * small && !(known_.is_wall && depth > kTooDeep * small)) {
       Vec3 face = found.normal;
-      double better = depth < kTooDeep * small ? kGainByFace * small - depth : -kFarBetter * depth;
+      double better = kGainByFace * small - depth;
       best_face(face, better);
       if (face != found.normal) {
         known_.count = 0;

@@ -32,6 +32,7 @@ struct Separation {
 struct KnownVertices {
   std::array<uint16_t, 4> a, b;
   uint8_t count = 0;
+  bool is_wall = false;  // one of them never moves
 };
 
 // How far apart supporting planes across `normal` are, radii included, m.
