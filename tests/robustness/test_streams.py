@@ -146,7 +146,11 @@ class Places(CommandTest):
         )
         self.addCleanup(process.kill)
         store = self.dir / "out/trajectory.zarr"
-        self.wait_until(process, (store / "position/0.0.0").exists)
+        # The shape is what is written last of a frame.
+        self.wait_until(
+            process,
+            lambda: (store / "position/0.0.0").exists() and Trajectory(store).count > 0,
+        )
         for directory in (store, *(path for path in store.rglob("*") if path.is_dir())):
             directory.chmod(0o555)
         _, errors = process.communicate(timeout=HANGING)
