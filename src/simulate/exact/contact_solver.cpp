@@ -542,7 +542,6 @@ void ContactSolver<T>::move(std::vector<SolverBody>& bodies, const Vec3& gravity
     if (i < moving_) {
       touched = false;
       for (size_t k = 0; k < 6; ++k) touched = touched || motion.v[k] != pulled_[i].v[k];
-      bodies[i].touched = bodies[i].touched || touched;
     }
     for (size_t k = 0; k < 3; ++k) shift.v[k] += h * motion.v[k];
     if (!touched) {  // a parabola
@@ -709,7 +708,6 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
       motions_[i].v[k] = static_cast<T>(bodies[i].velocity[static_cast<Eigen::Index>(k)]);
       motions_[i].v[k + 3] = static_cast<T>(bodies[i].spin[static_cast<Eigen::Index>(k)]);
     }
-    bodies[i].touched = false;
   }
   for (Shift& shift : shifts_) shift.v[6] = 1;
   colour(contacts, bodies.size(), moving);
@@ -718,15 +716,9 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   const bool any_bounces =
       std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; });
   if (any_bounces) {
-    const std::vector<Motion> before = motions_;
     blows_.assign(points_.size(), {});
     for (int i = 0; i < kBounceSweeps; ++i) {
       for_blocks([&](Block& block) { bounce(block); });
-    }
-    for (size_t i = 0; i < moving; ++i) {
-      for (size_t k = 0; k < 6; ++k) {
-        bodies[i].touched = bodies[i].touched || motions_[i].v[k] != before[i].v[k];
-      }
     }
   }
   int swept = 0;

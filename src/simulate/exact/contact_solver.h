@@ -29,7 +29,6 @@ struct SolverBody {
   Vec3 way = Vec3::Zero();       // m, of the step
   Quat turn = Quat::Identity();  // of the step, world
   double share = 1;              // of the step that is still to come for it
-  bool touched = false;          // something but gravity has changed its velocities
 };
 
 // Up to kMostOfPlane contacts of a pair. Bodies are places in the solver's list.

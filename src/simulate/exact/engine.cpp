@@ -611,7 +611,6 @@ void Engine::solve() {
           {&pair, first, end - first, place_a, place_b, friction, shallow, is_joined});
     }
   }
-  const auto world = static_cast<uint32_t>(solver_bodies_.size());
   bool joined = false;
   for (const Joint& joint : state_.joints) {
     const Body& a = bodies_[joint.a];
@@ -627,7 +626,6 @@ void Engine::solve() {
     solver_bodies_.push_back({Vec3::Zero(), Vec3::Zero()});
     body_at_.push_back(kNone);
   }
-  (void)world;
   std::vector<size_t> solved_joints;
   for (size_t i = 0; i < state_.joints.size(); ++i) {
     const Joint& joint = state_.joints[i];

@@ -268,7 +268,8 @@ class Finder {
     for (size_t i = first; i < scratch_.all.size(); ++i) {
       if (is_over(face, scratch_.all[i].place)) scratch_.all[kept++] = scratch_.all[i];
     }
-    scratch_.all.resize(kept, scratch_.all.front());
+    scratch_.all.erase(scratch_.all.begin() + static_cast<std::ptrdiff_t>(kept),
+                       scratch_.all.end());
   }
 
   static bool is_over(const TriangleSurface::Face& face, const Vec3& point) {
