@@ -27,6 +27,8 @@ constexpr int kMostAdvances = 24;
 // other direction can be better by more than twice as much.
 constexpr double kKept = 1e-3;
 constexpr double kBand = 1e-3;  // as in manifold.cpp
+// What is sunk into a closed surface by more than this share of its extent leaves it as it came.
+constexpr double kInside = 0.01;
 
 class Finder {
  public:
@@ -80,9 +82,13 @@ class Finder {
       for (const ConvexPiece& piece : shape_b_.pieces) meet_plane(piece, slack);
     } else {
       if (pair_.list_slack_m < reach_m_) list_pieces();
-      for (PiecePair& pieces : pair_.pieces) {
-        if (pieces.slack_m <= reach_m_) meet(pieces);
-        slack = std::min<double>(slack, pieces.slack_m);
+      // Faces that pieces have come to before those that they may have come to from behind.
+      for (const bool known_side : {true, false}) {
+        for (PiecePair& pieces : pair_.pieces) {
+          if ((pieces.side >= 0) != known_side) continue;
+          if (pieces.slack_m <= reach_m_) meet(pieces);
+          slack = std::min<double>(slack, pieces.slack_m);
+        }
       }
       slack = std::min<double>(slack, pair_.list_slack_m);
     }
@@ -212,6 +218,12 @@ class Finder {
     const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
+    if (pieces.side == 0) pieces.side = side_of(face, b);
+    // From behind a closed surface nothing comes: that is another triangle's.
+    if (pieces.side < 0 && shape_a_.surface->is_closed() && !has_come_round(face, triangle, b)) {
+      pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -height_over(face, b)));
+      return;
+    }
     bool first = true;
     const double distance = meet(
         is_round(b),
@@ -220,14 +232,6 @@ class Finder {
           if (!guess.isZero()) {
             const double apart = separation_along(triangle, b, relative, guess);
             if (apart > reach) return Separation{guess, apart, {}, {}, false};
-          }
-          if (pieces.side == 0) {
-            const double height = face.normal.dot(relative.apply(b.centre()) - face.corners[0]);
-            pieces.side = static_cast<int8_t>(height >= 0 ? 1 : -1);
-          }
-          // From behind a closed surface nothing comes: that is another triangle's.
-          if (pieces.side < 0 && shape_a_.surface->is_closed()) {
-            return Separation{guess, reach + kMargin * small_, {}, {}, false};
           }
           const Separation separation = find_separation(
               triangle, b, relative, pieces.side * face.normal, reach, pieces.known);
@@ -241,6 +245,25 @@ class Finder {
         });
     pieces.slack_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
+    if (distance < -kInside * small_) is_inside_ = true;
+  }
+
+  double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
+    return face.normal.dot(b_in_a_.apply(b.centre()) - face.corners[0]);
+  }
+
+  int8_t side_of(const TriangleSurface::Face& face, const ConvexPiece& b) const {
+    return height_over(face, b) >= 0 ? 1 : -1;
+  }
+
+  // A piece that was behind a face is before it now, and has not come there through the surface.
+  bool has_come_round(const TriangleSurface::Face& face, const ConvexPiece& triangle,
+                      const ConvexPiece& b) const {
+    if (is_inside_ || height_over(face, b) < 0) return false;
+    KnownVertices none;
+    const Separation apart = find_separation(triangle, b, b_in_a_, Vec3::Zero(),
+                                             std::numeric_limits<double>::infinity(), none);
+    return apart.distance_m > -kInside * small_;
   }
 
   // Never into the surface, nor against an edge that is inside of it.
@@ -321,6 +344,9 @@ class Finder {
         pair_.pieces.push_back(*known);
       } else {
         pair_.pieces.push_back({i, j, -1, Vec3f::Zero()});
+        if (shape_a_.surface) {
+          pair_.pieces.back().side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
+        }
       }
     }
     pair_.list_slack_m = static_cast<float>(around);
@@ -419,6 +445,7 @@ class Finder {
   Vec3 position_a_, position_b_;  // as relative_at() has left them
   double small_, turning_ = 0, reach_m_ = 0, near_m_ = 0;
   bool is_fast_ = false;
+  bool is_inside_ = false;  // of a surface, through faces that were before it
 };
 
 }  // namespace

@@ -36,7 +36,7 @@ struct PiecePair {
   Vec3f axis;            // unit, from a to b in a's frame, or zero: not known
   float looked_m = 0;    // motion since the direction was searched
   Feature feature = {};  // what they touched with then
-  int8_t side = 0;       // of a triangle: the one that the piece has come to; 0: none yet
+  int8_t side = 0;       // of a triangle: the one that the piece has come to; 0: not known
 
   static void fields(auto& self, auto& stream) {
     stream(self.a, self.b, self.slack_m, self.axis, self.looked_m, self.feature.of,
