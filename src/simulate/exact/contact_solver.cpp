@@ -20,9 +20,8 @@ constexpr double kContactRate = 0.25;
 constexpr double kContactDamping = 10;
 constexpr double kJointRate = 0.5;
 constexpr double kJointDamping = 5;
-// Of the shallow depth: what is deeper than this is undone no faster.
-constexpr int kDeepest = 20;
-// Points of a pair that hits hard are solved so often, one after the other, in each sweep.
+// Points of a pair that hits hard, or is sunk in, are solved so often, one after the other, in each
+// sweep.
 constexpr int kHardRounds = 8;
 constexpr int kFirstRelaxations = 4;
 // Sweeps in which contacts that bounce find the speeds at which they part.
@@ -354,7 +353,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           point.distance[i] = contact->distance_m;
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           point.bounce[i] = contact->bounce;
-          if (contact->hits) block.rounds = kHardRounds;
+          if (contact->hits || contact->distance_m < -range.shallow_m) block.rounds = kHardRounds;
           block.bounces = block.bounces || contact->bounce > 0;
         }
       }
@@ -467,7 +466,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
-  const L slow(slow_rate_), deepest(T{kDeepest});
+  const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
   const L shallow = L::load(block.shallow.data());
   const L edged = L::load(block.edged.data());
@@ -492,11 +491,13 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       const auto ahead = distance > zero;
       L bias, scale = one, give = zero;
       if constexpr (kSoft) {
-        const L deeper = max(distance + shallow, zero - deepest * shallow);
-        const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slow * deeper));
+        const L slowly = max(slow * (distance + shallow), zero - fastest);
+        const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
         bias = select(ahead, distance * rate_ahead, undone);
-        scale = select(ahead, one, mass_scale);
-        give = select(ahead, zero, force_scale);
+        // What is deep is undone slowly, but whatever its load.
+        const auto rigid = hn::Or(ahead, zero - shallow > distance);
+        scale = select(rigid, one, mass_scale);
+        give = select(rigid, zero, force_scale);
       } else {
         bias = select(ahead, distance * rate_ahead, zero);
       }
@@ -696,6 +697,7 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
                              std::span<SolverJoint> joints) {
   moving_ = moving;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
+  fastest_ = static_cast<T>(settings.push_speed);
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;

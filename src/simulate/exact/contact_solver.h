@@ -55,6 +55,7 @@ struct SolverJoint {
 struct SolverSettings {
   double step_s;
   double push_time_s;  // in which deep overlaps fall by e
+  double push_speed;   // m/s, at most
   int substeps;
   Vec3 gravity;                      // m/s^2
   std::function<void(int)> partner;  // before each sweep; empty: none
@@ -133,7 +134,7 @@ class ContactSolver {
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;
-  T slow_rate_ = 0;                                // 1/s
+  T slow_rate_ = 0, fastest_ = 0;                  // 1/s, m/s
   std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty

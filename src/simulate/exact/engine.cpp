@@ -34,10 +34,11 @@ constexpr double kAtLimit = 1 - 1e-4;
 // Of the smaller extent: bodies that are as near touch.
 constexpr double kTouch = 1e-3;
 // Overlaps beyond this share of the smaller extent fall by e in kPushTime sqrt(r / g) of the
-// smallest body: what starts inside of others parts without a burst.
-constexpr double kShallow = 1e-3, kPushTime = 0.3;
-// Where nothing falls, as if a body 10 cm wide did, s.
-constexpr double kUsualPushTime = 0.02;
+// smallest body, and no faster than kPushSpeed sqrt(g r): what starts inside of others parts
+// without a burst.
+constexpr double kShallow = 1e-3, kPushTime = 0.3, kPushSpeed = 0.15;
+// Where nothing falls, as if a body 10 cm wide did, s and m/s.
+constexpr double kUsualPushTime = 0.02, kUsualPushSpeed = 0.1;
 
 // What all but reaches the surface within the step, to this share of its way, bounces in it.
 constexpr double kAsGood = 0.01;
@@ -154,7 +155,7 @@ class Engine final : public ExactEngine {
   const Model& model_;
   double step_s_;
   Vec3 gravity_;
-  double push_time_s_ = kUsualPushTime;
+  double push_time_s_ = kUsualPushTime, push_speed_ = kUsualPushSpeed;
   std::vector<CollisionShape> shapes_;
   std::vector<BodyConstants> constants_;
   EngineState state_;
@@ -215,6 +216,7 @@ Engine::Engine(const Scene& scene, const Model& model)
   }
   if (gravity > 0 && std::isfinite(least_radius)) {
     push_time_s_ = kPushTime * std::sqrt(least_radius / gravity);
+    push_speed_ = kPushSpeed * std::sqrt(least_radius * gravity);
   }
 }
 
@@ -647,7 +649,7 @@ void Engine::solve() {
     solved_joints.push_back(i);
   }
   if (moving > 0) {
-    SolverSettings settings{step_s_, push_time_s_, 1, gravity_, partner_, 1};
+    SolverSettings settings{step_s_, push_time_s_, push_speed_, 1, gravity_, partner_, 1};
     if (partner_) {
       settings.sweeps = scene_.simulator.solver_iterations;
       settings.relaxations = kRelaxationsOfFew;

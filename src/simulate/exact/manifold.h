@@ -16,6 +16,7 @@ struct SurfacePoint {
   Vec3 other_arm = Vec3::Zero();
   double time_s = 0;
   bool is_round = false;
+  uint32_t pieces = 0;  // of the pair's
 };
 
 // The face that carries a contact.

@@ -29,6 +29,13 @@ constexpr double kKept = 1e-3;
 constexpr double kBand = 1e-3;  // as in manifold.cpp
 // What is sunk into a closed surface by more than this share of its extent leaves it as it came.
 constexpr double kInside = 0.01;
+// Pieces of which one pair is sunk by more than this share of the smaller one's extent, and that
+// push against each other by this cosine, leave along one direction, which is kept until another
+// is so much better. Points across or against it, by their cosine, are moved to it.
+constexpr double kSunk = 0.05;
+constexpr double kOpposed = -0.2;
+constexpr double kBetterWayOut = 0.8;
+constexpr double kAgrees = 0.3;
 
 class Finder {
  public:
@@ -86,13 +93,22 @@ class Finder {
       for (const bool known_side : {true, false}) {
         for (PiecePair& pieces : pair_.pieces) {
           if ((pieces.side >= 0) != known_side) continue;
+          const size_t first = scratch_.all.size();
           if (pieces.slack_m <= reach_m_) meet(pieces);
+          for (size_t i = first; i < scratch_.all.size(); ++i) {
+            scratch_.all[i].pieces = static_cast<uint32_t>(&pieces - pair_.pieces.data());
+          }
           slack = std::min<double>(slack, pieces.slack_m);
         }
       }
       slack = std::min<double>(slack, pair_.list_slack_m);
     }
     pair_.slack_m = static_cast<float>(slack);
+    if (slack < -kSunk * small_ && pair_.pieces.size() > 1 && !shape_a_.surface) {
+      leave_one_way();
+    } else {
+      pair_.way_out.setZero();
+    }
     reduce();
     take_over();
   }
@@ -350,6 +366,76 @@ class Finder {
       }
     }
     pair_.list_slack_m = static_cast<float>(around);
+  }
+
+  // Pairs of pieces know nothing of each other, and may push against each other for ever: of their
+  // directions the one by which all that do come apart soonest.
+  void leave_one_way() {
+    const auto distance = [&](const PiecePair& pieces, const Vec3& normal) {
+      return separation_along(shape_a_.pieces[pieces.a], shape_b_.pieces[pieces.b], b_in_a_,
+                              normal);
+    };
+    const auto touch = [&](const PiecePair& pieces) { return pieces.slack_m < kMargin * small_; };
+    std::vector<uint32_t> opposed;
+    for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
+      const PiecePair& one = pair_.pieces[i];
+      if (touch(one) && std::ranges::any_of(pair_.pieces, [&](const PiecePair& other) {
+            return touch(other) && std::min(one.slack_m, other.slack_m) < -kSunk * small_ &&
+                   one.axis.dot(other.axis) < kOpposed;
+          })) {
+        opposed.push_back(i);
+      }
+    }
+    if (opposed.empty()) {
+      pair_.way_out.setZero();
+      return;
+    }
+    // How far they are to go; the search ends where it is no better than `most`.
+    const auto depth = [&](const Vec3& normal, double most) {
+      double deepest = 0;
+      for (const uint32_t i : opposed) {
+        deepest = std::max(deepest, -distance(pair_.pieces[i], normal));
+        if (deepest >= most) break;
+      }
+      return deepest;
+    };
+    Vec3 way_out = pair_.way_out.cast<double>();
+    double least = std::numeric_limits<double>::infinity();
+    if (!way_out.isZero()) {
+      way_out.normalize();
+      least = kBetterWayOut * depth(way_out, least);
+    }
+    const auto consider = [&](const Vec3& normal) {
+      const double candidate = depth(normal, least);
+      if (candidate >= least) return;
+      least = candidate;
+      way_out = normal;
+    };
+    for (const uint32_t i : opposed) {
+      const PiecePair& pieces = pair_.pieces[i];
+      consider(pieces.axis.cast<double>());
+      for (const auto& face : shape_a_.pieces[pieces.a].faces()) consider(face.normal);
+      for (const auto& face : shape_b_.pieces[pieces.b].faces()) {
+        consider(-(b_in_a_.turn * face.normal));
+      }
+    }
+    pair_.way_out = way_out.cast<float>();
+    const Vec3 normal = turn_a_ * way_out;
+    std::erase_if(scratch_.all, [&](const SurfacePoint& point) {
+      return std::ranges::binary_search(opposed, point.pieces) &&
+             point.normal.dot(normal) < kAgrees;
+    });
+    for (const uint32_t i : opposed) {
+      const PiecePair& pieces = pair_.pieces[i];
+      const double apart = distance(pieces, way_out);
+      if (pieces.axis.cast<double>().dot(way_out) >= kAgrees || apart >= 0) continue;
+      const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
+      const Vec3 on_b =
+          b_in_a_.apply(b.farthest(-(b_in_a_.turn.transpose() * way_out))) - b.radius_m() * way_out;
+      const size_t first = scratch_.all.size();
+      scratch_.all.push_back({on_b - apart / 2 * way_out, way_out, apart});
+      add_contacts(first, 0, is_round(a) || is_round(b));
+    }
   }
 
   // Points from `first` on were found `t` seconds from now: to the world, and to how far they are

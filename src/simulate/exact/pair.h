@@ -46,16 +46,17 @@ struct PiecePair {
 };
 
 struct Pair {
-  uint32_t a, b;            // bodies; a plane or a surface is a
-  float slack_m = -1;       // as of pieces, of all of them
-  float list_slack_m = -1;  // as of all pieces that are not listed
-  float motion_m = 0;       // since its pieces were looked at: they have not paid for it yet
+  uint32_t a, b;                  // bodies; a plane or a surface is a
+  float slack_m = -1;             // as of pieces, of all of them
+  float list_slack_m = -1;        // as of all pieces that are not listed
+  float motion_m = 0;             // since its pieces were looked at: they have not paid for it yet
+  Vec3f way_out = Vec3f::Zero();  // unit, a's frame: of what is sunk into it, or zero
   std::vector<PiecePair> pieces;
   std::vector<Contact> contacts;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.a, self.b, self.slack_m, self.list_slack_m, self.motion_m, self.pieces,
-           self.contacts);
+    stream(self.a, self.b, self.slack_m, self.list_slack_m, self.motion_m, self.way_out,
+           self.pieces, self.contacts);
   }
   uint64_t key() const { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 };
