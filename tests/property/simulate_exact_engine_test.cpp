@@ -14,12 +14,14 @@
 #include "core/philox.h"
 #include "geometry/convex_distance.h"
 #include "geometry/convex_hull.h"
+#include "inspect/pile_inspection.h"
 #include "inspect/placed_piece.h"
 #include "simulate/exact/engine.h"
 #include "simulate/exact/manifold.h"
 #include "simulate/exact/pair_list.h"
 #include "simulate/exact/separation.h"
 #include "simulate/impulse_simulator.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 
@@ -267,6 +269,65 @@ TEST(ExactEngine, ACrowdKeepsItsMomentum) {
     }
     EXPECT_LT(energy, 0.9 * start) << "they meet";
   }
+}
+
+// Wider than the gap between two walls, as if something had forced it in: it may be lifted out, but
+// the force of two sides that do not give way is bounded.
+TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
+  Philox random(5, Stream::test, 0);
+  for (int trial = 0; trial < 20; ++trial) {
+    SmallModel m;
+    m.scene.simulator.engine = EngineKind::exact;
+    const uint32_t wood = m.material(0.2, 0.5);
+    const uint32_t wall = m.box({1, 1, 1});
+    const double gap = 0.15 + 0.03 * random.uniform();
+    m.body(wall, wood, {0.5 + gap / 2, 0, 0}, Role::fixed);
+    m.body(wall, wood, {-0.5 - gap / 2, 0, 0}, Role::fixed);
+    m.body(wall, wood, {0, -0.7, 0}, Role::fixed);
+    const uint32_t cube = m.box(Vec3::Constant(0.2));
+    m.body(cube, wood, {0, 0.3, 0}).pose.orientation =
+        Quat(Eigen::AngleAxisd(0.2 * random.uniform(), random_direction(random)));
+    const auto simulator = make_simulator(m.scene, m.model);
+    double fastest = 0;
+    for (int frame = 0; frame < 120; ++frame) {
+      simulator->step_frame();
+      fastest = std::max(fastest, simulator->states().linear_velocity[3].norm());
+    }
+    EXPECT_LT(fastest, 1.5) << trial;  // a fall through its own half
+  }
+}
+
+// Bodies of crossing bars, put into each other anyhow. Each pair of bars has a direction in which
+// it comes apart soonest, and those contradict each other.
+TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
+  SmallModel m;
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.gravity = Vec3::Zero();
+  const uint32_t wood = m.material(0, 0.3);
+  const uint32_t jack = m.box(Vec3::Constant(0.3));
+  ModelShape& shape = m.model.shapes[jack];
+  shape.pieces.clear();
+  for (int k = 0; k < 3; ++k) {
+    for (const double side : {0.085, -0.085}) {
+      Vec3 size = Vec3::Constant(0.06);
+      size[k] = 0.17;
+      shape.pieces.push_back(
+          {CollisionPiece::Kind::box, {side * Vec3::Unit(k), Quat::Identity()}, size, {}});
+    }
+  }
+  Philox random(6, Stream::test, 0);
+  constexpr int kPairs = 20;
+  for (int i = 0; i < kPairs; ++i) {
+    const Vec3 place(2 * (i % 10), 0, 2 * (i / 10));
+    m.body(jack, wood, place).pose.orientation = random_turn(random);
+    m.body(jack, wood, place + 0.1 * random.uniform() * random_direction(random)).pose.orientation =
+        random_turn(random);
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 480);
+  EXPECT_LT(inspect_pile(m.model, m.scene.gravity, simulator->states()).deepest_penetration_m,
+            1e-3);
+  for (const Vec3& velocity : simulator->states().linear_velocity) EXPECT_LT(velocity.norm(), 0.2);
 }
 
 // At any number of threads, for few bodies, solved in doubles, and for many, in floats.

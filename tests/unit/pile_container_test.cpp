@@ -13,7 +13,7 @@ constexpr double kEdge = 0.2;
 
 // A container 1 m wide and 0.4 m deep on the ground, with boxes that fall into it.
 struct Container : SmallModel {
-  explicit Container(int boxes) {
+  explicit Container(int boxes, double turn = 0) {
     scene.frame_rate = 60;
     scene.step_s = 1.0 / 120;
     scene.piles = {
@@ -32,7 +32,8 @@ struct Container : SmallModel {
     first = static_cast<uint32_t>(model.bodies.size());
     for (int i = 0; i < boxes; ++i) {
       ModelBody& fallen = body(shape, wood, {0.1 * std::sin(i), 1.4, 0.1 * std::cos(2.0 * i)});
-      fallen.pose.orientation = Quat(Eigen::AngleAxisd(0.7 * i, Vec3(1, i % 3, 1).normalized()));
+      fallen.pose.orientation =
+          Quat(Eigen::AngleAxisd(turn + 0.7 * i, Vec3(1, i % 3, 1).normalized()));
       fallen.linear_velocity = {0, -3, 0};
       fallen.start_s = 0.08 * i;
     }
@@ -66,21 +67,29 @@ TEST(PileInAContainer, StaysInsideUntilItIsFull) {
 // shape is of the boxes' tops, half an edge over where boxes would be cut off: of 0.44 m^3 loose
 // boxes fill more than half and less than three quarters, 27 to 41 of 80 boxes.
 TEST(PileInAContainer, RisesOverTheRimAndSpills) {
-  const Container container(80);
-  ReposeDirector director(container.scene, container.model);
-  const auto simulator = make_directed_simulator(container.scene, container.model, director);
-  run(*simulator, 480);
-  double highest = 0;
-  for (const Vec3& position : simulator->states().position) {
-    highest = std::max(highest, position.y());
+  constexpr int kPiles = 6;         // a box more or less on top is chance
+  std::array<double, 5> surplus{};  // m, mean of the piles, at each 0.1 m from the centre
+  for (int pile = 0; pile < kPiles; ++pile) {
+    const Container container(80, 0.1 * pile);
+    ReposeDirector director(container.scene, container.model);
+    const auto simulator = make_directed_simulator(container.scene, container.model, director);
+    run(*simulator, 480);
+    double highest = 0;
+    for (const Vec3& position : simulator->states().position) {
+      highest = std::max(highest, position.y());
+    }
+    EXPECT_GT(highest, Container::kRim + kEdge) << "a cone on top";
+    EXPECT_LT(highest, 1.3) << "all have come down";
+    const int inside = 80 - container.outside(simulator->states());
+    EXPECT_GE(inside, 27);
+    EXPECT_LE(inside, 41);
+    const IdealSurface& ideal = director.piles()[0].ideal;
+    for (size_t i = 0; i < surplus.size(); ++i) {
+      surplus[i] += ideal.surplus_m(0.1 * static_cast<double>(i)) / kPiles;
+    }
   }
-  EXPECT_GT(highest, Container::kRim + kEdge) << "a cone on top";
-  const int inside = 80 - container.outside(simulator->states());
-  EXPECT_GE(inside, 27);
-  EXPECT_LE(inside, 41);
-  const IdealSurface& ideal = director.piles()[0].ideal;
-  for (double distance = 0; distance < 0.5; distance += 0.1) {
-    EXPECT_GT(ideal.surplus_m(distance), -kEdge / 4) << "a hollow at " << distance;
+  for (size_t i = 0; i < surplus.size(); ++i) {
+    EXPECT_GT(surplus[i], -kEdge / 4) << "a hollow at " << 0.1 * static_cast<double>(i);
   }
 }
 

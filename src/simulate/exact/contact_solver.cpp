@@ -20,7 +20,7 @@ constexpr double kContactRate = 0.25;
 constexpr double kContactDamping = 10;
 constexpr double kJointRate = 0.5;
 constexpr double kJointDamping = 5;
-// Points of a pair that hits hard, or is sunk in, are solved so often, one after the other, in each
+// Points of a pair that hits hard are solved so often, one after the other, in each
 // sweep.
 constexpr int kHardRounds = 8;
 constexpr int kFirstRelaxations = 4;
@@ -353,7 +353,10 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           point.distance[i] = contact->distance_m;
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           point.bounce[i] = contact->bounce;
-          if (contact->hits || contact->distance_m < -range.shallow_m) block.rounds = kHardRounds;
+          if (contact->hits) block.rounds = kHardRounds;
+          if (contact->distance_m < -range.shallow_m) {
+            block.rounds = std::max(block.rounds, sunk_rounds_);
+          }
           block.bounces = block.bounces || contact->bounce > 0;
         }
       }
@@ -494,10 +497,8 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
         const L slowly = max(slow * (distance + shallow), zero - fastest);
         const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
         bias = select(ahead, distance * rate_ahead, undone);
-        // What is deep is undone slowly, but whatever its load.
-        const auto rigid = hn::Or(ahead, zero - shallow > distance);
-        scale = select(rigid, one, mass_scale);
-        give = select(rigid, zero, force_scale);
+        scale = select(ahead, one, mass_scale);
+        give = select(ahead, zero, force_scale);
       } else {
         bias = select(ahead, distance * rate_ahead, zero);
       }
@@ -698,6 +699,7 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   moving_ = moving;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
   fastest_ = static_cast<T>(settings.push_speed);
+  sunk_rounds_ = settings.sunk_rounds;
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;

@@ -61,6 +61,7 @@ struct SolverSettings {
   std::function<void(int)> partner;  // before each sweep; empty: none
   int sweeps = 1;                    // in a substep, and as many that relax
   int relaxations = 1;
+  int sunk_rounds = 1;  // over the points of a pair with a deep overlap, in each sweep
 };
 
 // In floats for many contacts, in doubles for few.
@@ -134,7 +135,8 @@ class ContactSolver {
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;
-  T slow_rate_ = 0, fastest_ = 0;                  // 1/s, m/s
+  T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
+  int sunk_rounds_ = 1;
   std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty

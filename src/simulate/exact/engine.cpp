@@ -55,6 +55,7 @@ constexpr uint32_t kNone = ~uint32_t{0};
 constexpr size_t kFewBodies = 300;
 constexpr int kSubstepsOfFew = 16;
 constexpr int kRelaxationsOfFew = 4;
+constexpr int kSunkRoundsOfFew = 8;
 constexpr int kSubstepsOfMany = 4;
 
 struct BodyConstants {
@@ -653,10 +654,12 @@ void Engine::solve() {
     if (partner_) {
       settings.sweeps = scene_.simulator.solver_iterations;
       settings.relaxations = kRelaxationsOfFew;
+      settings.sunk_rounds = kSunkRoundsOfFew;
       few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
     } else if (moving <= kFewBodies) {
       settings.substeps = kSubstepsOfFew;
       settings.relaxations = kRelaxationsOfFew;
+      settings.sunk_rounds = kSunkRoundsOfFew;
       few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
     } else {
       settings.substeps = kSubstepsOfMany;

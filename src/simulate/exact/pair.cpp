@@ -29,12 +29,12 @@ constexpr double kKept = 1e-3;
 constexpr double kBand = 1e-3;  // as in manifold.cpp
 // What is sunk into a closed surface by more than this share of its extent leaves it as it came.
 constexpr double kInside = 0.01;
-// Pieces of which one pair is sunk by more than this share of the smaller one's extent, and that
-// push against each other by this cosine, leave along one direction, which is kept until another
-// is so much better. Points across or against it, by their cosine, are moved to it.
+// Bodies of which two pairs of pieces push against each other by this cosine, and one is sunk by
+// more than this share of the smaller piece's extent, leave along one direction, which is kept
+// until another is so much better. Points across or against it, by their cosine, are moved to it.
 constexpr double kSunk = 0.05;
 constexpr double kOpposed = -0.2;
-constexpr double kBetterWayOut = 0.8;
+constexpr double kBetterWayOut = 0.5;
 constexpr double kAgrees = 0.3;
 
 class Finder {
@@ -375,25 +375,26 @@ class Finder {
       return separation_along(shape_a_.pieces[pieces.a], shape_b_.pieces[pieces.b], b_in_a_,
                               normal);
     };
-    const auto touch = [&](const PiecePair& pieces) { return pieces.slack_m < kMargin * small_; };
-    std::vector<uint32_t> opposed;
+    std::vector<uint32_t> touching;
     for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
-      const PiecePair& one = pair_.pieces[i];
-      if (touch(one) && std::ranges::any_of(pair_.pieces, [&](const PiecePair& other) {
-            return touch(other) && std::min(one.slack_m, other.slack_m) < -kSunk * small_ &&
-                   one.axis.dot(other.axis) < kOpposed;
-          })) {
-        opposed.push_back(i);
-      }
+      if (pair_.pieces[i].slack_m < kMargin * small_) touching.push_back(i);
     }
-    if (opposed.empty()) {
+    const auto opposed = [&](uint32_t i, uint32_t j) {
+      const PiecePair &one = pair_.pieces[i], &other = pair_.pieces[j];
+      return std::min(one.slack_m, other.slack_m) < -kSunk * small_ &&
+             one.axis.dot(other.axis) < kOpposed;
+    };
+    const bool conflict = std::ranges::any_of(touching, [&](uint32_t i) {
+      return std::ranges::any_of(touching, [&](uint32_t j) { return opposed(i, j); });
+    });
+    if (!conflict) {
       pair_.way_out.setZero();
       return;
     }
     // How far they are to go; the search ends where it is no better than `most`.
     const auto depth = [&](const Vec3& normal, double most) {
       double deepest = 0;
-      for (const uint32_t i : opposed) {
+      for (const uint32_t i : touching) {
         deepest = std::max(deepest, -distance(pair_.pieces[i], normal));
         if (deepest >= most) break;
       }
@@ -411,7 +412,7 @@ class Finder {
       least = candidate;
       way_out = normal;
     };
-    for (const uint32_t i : opposed) {
+    for (const uint32_t i : touching) {
       const PiecePair& pieces = pair_.pieces[i];
       consider(pieces.axis.cast<double>());
       for (const auto& face : shape_a_.pieces[pieces.a].faces()) consider(face.normal);
@@ -422,10 +423,10 @@ class Finder {
     pair_.way_out = way_out.cast<float>();
     const Vec3 normal = turn_a_ * way_out;
     std::erase_if(scratch_.all, [&](const SurfacePoint& point) {
-      return std::ranges::binary_search(opposed, point.pieces) &&
+      return std::ranges::binary_search(touching, point.pieces) &&
              point.normal.dot(normal) < kAgrees;
     });
-    for (const uint32_t i : opposed) {
+    for (const uint32_t i : touching) {
       const PiecePair& pieces = pair_.pieces[i];
       const double apart = distance(pieces, way_out);
       if (pieces.axis.cast<double>().dot(way_out) >= kAgrees || apart >= 0) continue;
