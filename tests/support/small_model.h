@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,14 +10,9 @@
 #include "geometry/convex_hull.h"
 #include "geometry/primitives.h"
 #include "model/model.h"
+#include "support/engine_under_test.h"
 
 namespace pilesim {
-
-// That of the environment variable, so that the same tests try each engine.
-inline EngineKind engine_under_test() {
-  const char* name = std::getenv("PILESIM_ENGINE_UNDER_TEST");
-  return name != nullptr && std::string(name) == "exact" ? EngineKind::exact : EngineKind::bullet;
-}
 
 struct SmallModel {
   SmallModel() { scene.simulator.engine = engine_under_test(); }
