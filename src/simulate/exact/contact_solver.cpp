@@ -424,6 +424,56 @@ void ContactSolver<T>::apply_forces(Block& block) {
 }
 
 template <typename T>
+void ContactSolver<T>::apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                    double substep_s) {
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+  const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
+  if (joint.a < moving_) {
+    add_velocity(joint.a, -a.inverse_mass * push,
+                 -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
+  }
+  if (joint.b < moving_) {
+    add_velocity(joint.b, b.inverse_mass * push,
+                 b.inverse_inertia * (joint.arm_b.cross(push) + twist));
+  }
+}
+
+// What the partner's contacts give in the step, found in turns with those here, for the step as a
+// whole and without moving anything. The substeps then have it as a force that is always there: so
+// the partner needs none of its own.
+template <typename T>
+void ContactSolver<T>::take_turns(const SolverSettings& settings,
+                                  const std::vector<SolverBody>& bodies,
+                                  std::span<SolverJoint> joints) {
+  const std::vector<Motion> motions = motions_;
+  const std::vector<Point> points = points_;
+  const std::vector<SolverJoint> former(joints.begin(), joints.end());
+  const auto step = static_cast<T>(settings.step_s);
+  for (size_t i = 0; i < moving_; ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      motions_[i].v[k] += step * static_cast<T>(settings.gravity[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  const auto scale = [&](Row& row) {
+    for (T& value : row) value *= static_cast<T>(settings.substeps);
+  };
+  for (Point& point : points_) {
+    scale(point.push);
+    for (Row& row : point.friction) scale(row);
+  }
+  for_blocks([&](Block& block) { apply_forces(block); });
+  for (const SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
+  for (int i = 0; i < settings.shared_sweeps; ++i) {
+    settings.partner(i);
+    for (SolverJoint& joint : joints) hold(joint, bodies, step, false);
+    for_blocks([&](Block& block) { sweep<false>(block, 1 / step); });
+  }
+  motions_ = motions;
+  points_ = points;
+  std::ranges::copy(former, joints.begin());
+}
+
+template <typename T>
 void ContactSolver<T>::bounce(Block& block) {
   if (!block.bounces) return;
   using L = Lanes<T>;
@@ -519,12 +569,14 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   scatter(block, g);
 }
 
-// Gravity, and what contacts gave in the substep before.
+// Gravity, the partner's contacts, and what contacts gave in the substep before.
 template <typename T>
 void ContactSolver<T>::pull(const SolverSettings& settings, T h, bool first) {
   const Vec3 change = settings.gravity * static_cast<double>(h);
+  const T share = 1 / static_cast<T>(settings.substeps);
   for (size_t i = 0; i < moving_; ++i) {
     Motion& motion = motions_[i];
+    for (size_t k = 0; k < 6; ++k) motion.v[k] += share * given_[i].v[k];
     for (size_t k = 0; k < 3; ++k) {
       motion.v[k] += static_cast<T>(change[static_cast<Eigen::Index>(k)]);
     }
@@ -543,7 +595,9 @@ void ContactSolver<T>::move(std::vector<SolverBody>& bodies, const Vec3& gravity
     bool touched = true;
     if (i < moving_) {
       touched = false;
-      for (size_t k = 0; k < 6; ++k) touched = touched || motion.v[k] != pulled_[i].v[k];
+      for (size_t k = 0; k < 6; ++k) {
+        touched = touched || motion.v[k] != pulled_[i].v[k] || given_[i].v[k] != 0;
+      }
     }
     for (size_t k = 0; k < 3; ++k) shift.v[k] += h * motion.v[k];
     if (!touched) {  // a parabola
@@ -612,8 +666,8 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
                         const Vec3& push, const Vec3& twist) {
     if (body >= moving_) return;
-    change_velocity(body, side * of.inverse_mass * push,
-                    side * (of.inverse_inertia * (arm.cross(push) + twist)));
+    add_velocity(body, side * of.inverse_mass * push,
+                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
   };
   // About the axis they are free, across it not.
   const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
@@ -661,6 +715,15 @@ Vec3 ContactSolver<T>::spin(uint32_t body) const {
 
 template <typename T>
 void ContactSolver<T>::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  add_velocity(body, linear, angular);
+  for (size_t k = 0; k < 3; ++k) {
+    given_[body].v[k] += static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
+    given_[body].v[k + 3] += static_cast<T>(angular[static_cast<Eigen::Index>(k)]);
+  }
+}
+
+template <typename T>
+void ContactSolver<T>::add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   Motion& motion = motions_[body];
   for (size_t k = 0; k < 3; ++k) {
     motion.v[k] += static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
@@ -725,35 +788,21 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
       for_blocks([&](Block& block) { bounce(block); });
     }
   }
-  int swept = 0;
+  given_.assign(moving, {});
+  if (settings.partner) take_turns(settings, bodies, joints);
   for (int substep = 0; substep < settings.substeps; ++substep) {
     pull(settings, h, substep == 0);
     if (substep == 0) {
       for_blocks([&](Block& block) { apply_forces(block); });
-      for (const SolverJoint& joint : joints) {
-        const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-        const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
-        if (joint.a < moving_) {
-          change_velocity(joint.a, -a.inverse_mass * push,
-                          -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
-        }
-        if (joint.b < moving_) {
-          change_velocity(joint.b, b.inverse_mass * push,
-                          b.inverse_inertia * (joint.arm_b.cross(push) + twist));
-        }
-      }
+      for (const SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
     }
-    for (int i = 0; i < settings.sweeps; ++i) {
-      if (settings.partner) settings.partner(swept++);
-      for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
-      for_blocks([&](Block& block) { sweep<true>(block, per_substep); });
-    }
+    for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
+    for_blocks([&](Block& block) { sweep<true>(block, per_substep); });
     move(bodies, settings.gravity, h);
     // What has just met finds its forces from nothing.
     const int relaxations =
         substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
     for (int i = 0; i < relaxations; ++i) {
-      if (settings.partner) settings.partner(swept++);
       for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
       for_blocks([&](Block& block) { sweep<false>(block, per_substep); });
     }

@@ -58,9 +58,9 @@ struct SolverSettings {
   double push_speed;   // m/s, at most
   int substeps;
   Vec3 gravity;                      // m/s^2
-  std::function<void(int)> partner;  // before each sweep; empty: none
-  int sweeps = 1;                    // in a substep, and as many that relax
-  int relaxations = 1;
+  int relaxations = 1;               // in a substep
+  std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
+  int shared_sweeps = 0;
   int sunk_rounds = 1;  // over the points of a pair with a deep overlap, in each sweep
 };
 
@@ -73,7 +73,8 @@ class ContactSolver {
   void solve(const SolverSettings& settings, std::vector<SolverBody>& bodies, size_t moving,
              std::span<const ContactRange> contacts, std::span<SolverJoint> joints);
 
-  // While it is solved: of a body by its place.
+  // For the partner: of a body by its place, as the step would end. What it changes acts on the
+  // body all through the step.
   Vec3 velocity(uint32_t body) const;
   Vec3 spin(uint32_t body) const;
   void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
@@ -122,7 +123,12 @@ class ContactSolver {
   void fill(std::span<const ContactRange> contacts, const std::vector<SolverBody>& bodies,
             double substep_s);
   void for_blocks(const std::function<void(Block&)>& visit);
+  void take_turns(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
+                  std::span<SolverJoint> joints);
+  void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
+  void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                    double substep_s);
   void bounce(Block& block);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
@@ -138,6 +144,7 @@ class ContactSolver {
   T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
   int sunk_rounds_ = 1;
   std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
+  std::vector<Motion> given_;                      // by the partner, in the step
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty
   std::vector<uint32_t> colour_first_;  // in blocks_

@@ -100,11 +100,18 @@ class Engine final : public ExactEngine {
   void set_partner(std::function<void(int iteration)> partner) override {
     partner_ = std::move(partner);
   }
-  bool is_solving(uint32_t body) const override { return place_[body] != kNone; }
-  Vec3 solver_velocity(uint32_t body) const override { return few_.velocity(place_[body]); }
-  Vec3 solver_spin(uint32_t body) const override { return few_.spin(place_[body]); }
+  bool is_solving(uint32_t body) const override { return place_[body] < moving_; }
+  Vec3 solver_velocity(uint32_t body) const override {
+    return are_few() ? few_.velocity(place_[body]) : many_.velocity(place_[body]);
+  }
+  Vec3 solver_spin(uint32_t body) const override {
+    return are_few() ? few_.spin(place_[body]) : many_.spin(place_[body]);
+  }
   void change_solver_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override {
-    few_.change_velocity(place_[body], linear, angular);
+    if (linear.isZero(0) && angular.isZero(0)) return;
+    met_[body] = 1;
+    if (are_few()) return few_.change_velocity(place_[body], linear, angular);
+    many_.change_velocity(place_[body], linear, angular);
   }
   void carry(uint32_t body) override;
   void step(StageTimer& timer, const std::function<void()>& before_solver) override;
@@ -132,6 +139,7 @@ class Engine final : public ExactEngine {
   void load(StateReader& reader) override;
 
  private:
+  bool are_few() const { return moving_ <= kFewBodies; }
   Vec3 moments(const Body& body) const { return body.mass_kg * shapes_[body.shape].moments; }
   Mat3 inverse_inertia(const Body& body) const;
   Vec3 velocity_at(const Body& body, const Vec3& arm) const {
@@ -167,7 +175,9 @@ class Engine final : public ExactEngine {
   std::function<void(int)> partner_;
   // Scratch of a step.
   std::vector<uint32_t> place_;  // of bodies in the solver's list
+  std::vector<uint8_t> met_;     // bodies that a contact, a joint or the partner may push
   std::vector<SolverBody> solver_bodies_;
+  size_t moving_ = 0;  // of them, which come first
   std::vector<uint32_t> body_at_;
   std::vector<ContactRange> ranges_;
   std::vector<SolverJoint> solver_joints_;
@@ -573,20 +583,20 @@ void Engine::solve() {
   body_at_.clear();
   ranges_.clear();
   solver_joints_.clear();
-  // Bodies that something may push come first.
-  std::vector<uint8_t> met(bodies_.size(), partner_ ? 1 : 0);
+  // Bodies that something may push come first: by the partner, any.
+  met_.assign(bodies_.size(), 0);
   for (const Pair& pair : state_.pairs) {
     if (pair.contacts.empty()) continue;
-    met[pair.a] = met[pair.b] = 1;
+    met_[pair.a] = met_[pair.b] = 1;
   }
   for (const Joint& joint : state_.joints) {
-    met[joint.a] = 1;
-    if (joint.b != Joint::kWorld) met[joint.b] = 1;
+    met_[joint.a] = 1;
+    if (joint.b != Joint::kWorld) met_[joint.b] = 1;
   }
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (met[i] != 0 && bodies_[i].is_awake()) take_place(i, true);
+    if ((met_[i] != 0 || partner_) && bodies_[i].is_awake()) take_place(i, true);
   }
-  const size_t moving = solver_bodies_.size();
+  moving_ = solver_bodies_.size();
   std::vector<uint64_t> joined_pairs;
   for (const Joint& joint : state_.joints) {
     if (joint.b != Joint::kWorld) joined_pairs.push_back(Pair{joint.a, joint.b}.key());
@@ -649,21 +659,20 @@ void Engine::solve() {
     solver_joints_.push_back(made);
     solved_joints.push_back(i);
   }
-  if (moving > 0) {
-    SolverSettings settings{step_s_, push_time_s_, push_speed_, 1, gravity_, partner_, 1};
-    if (partner_) {
-      settings.sweeps = scene_.simulator.solver_iterations;
+  if (moving_ > 0) {
+    SolverSettings settings{.step_s = step_s_,
+                            .push_time_s = push_time_s_,
+                            .push_speed = push_speed_,
+                            .substeps = are_few() ? kSubstepsOfFew : kSubstepsOfMany,
+                            .gravity = gravity_,
+                            .partner = partner_,
+                            .shared_sweeps = scene_.simulator.solver_iterations};
+    if (are_few()) {
       settings.relaxations = kRelaxationsOfFew;
       settings.sunk_rounds = kSunkRoundsOfFew;
-      few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
-    } else if (moving <= kFewBodies) {
-      settings.substeps = kSubstepsOfFew;
-      settings.relaxations = kRelaxationsOfFew;
-      settings.sunk_rounds = kSunkRoundsOfFew;
-      few_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
+      few_.solve(settings, solver_bodies_, moving_, ranges_, solver_joints_);
     } else {
-      settings.substeps = kSubstepsOfMany;
-      many_.solve(settings, solver_bodies_, moving, ranges_, solver_joints_);
+      many_.solve(settings, solver_bodies_, moving_, ranges_, solver_joints_);
     }
   }
   for (size_t i = 0; i < solved_joints.size(); ++i) {
@@ -674,7 +683,11 @@ void Engine::solve() {
   std::erase_if(state_.joints, [&](const Joint& joint) {
     return joint.force_n.norm() * step_s_ >= joint.breaking_impulse_ns;
   });
-  for (size_t i = 0; i < moving; ++i) {
+  for (size_t i = 0; i < moving_; ++i) {
+    if (met_[body_at_[i]] == 0) {  // it flies
+      place_[body_at_[i]] = kNone;
+      continue;
+    }
     Body& body = bodies_[body_at_[i]];
     const SolverBody& solved = solver_bodies_[i];
     body.velocity = solved.velocity;
