@@ -33,21 +33,10 @@ class DetailChecker {
     }
     check_camera();
     check_choice();
-    if (scene_.simulator.mode == SimulatorMode::mixed) {
-      check_hinges();
-      check_engine();
-    }
+    if (scene_.simulator.mode == SimulatorMode::mixed) check_hinges();
   }
 
  private:
-  void check_engine() {
-    if (scene_.simulator.engine != EngineKind::exact) return;
-    const Path root;
-    const Path simulator = root / "simulator";
-    log_.report(simulator / "engine", "is \"exact\", which the mixed mode does not have",
-                "\"bullet\", or the mode \"impulse\"");
-  }
-
   void check_limits(const std::vector<double>& limits, const char* key, bool ascending) {
     const Path place = detail_ / key;
     if (limits.empty() || !log_.is_sound(place)) return;

@@ -94,7 +94,8 @@ Codec<SimulatorSettings> simulator_codec() {
            field<S>("engine", &S::engine,
                     enumeration<EngineKind>(
                         {{"bullet", EngineKind::bullet}, {"exact", EngineKind::exact}}),
-                    "Who solves contacts in the impulse mode: Bullet, or pilesim's own engine."),
+                    "Who solves contacts, in the impulse and the mixed mode: Bullet, or pilesim's "
+                    "own engine."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
            field<S>("rest_control", &S::rest_control, boolean(),

@@ -32,7 +32,8 @@ class ExactEngine {
   // Another solver of the contacts of some bodies, called before each iteration of this one, once
   // in a step: all that is awake is one group then. None: empty.
   virtual void set_partner(std::function<void(int iteration)> partner) = 0;
-  // For the partner: whether this step moves the body, and how, gravity included.
+  // For the partner: whether this step moves the body, and how by the step's end as far as it is
+  // solved, gravity included.
   virtual bool is_solving(uint32_t body) const = 0;
   virtual Vec3 solver_velocity(uint32_t body) const = 0;
   virtual Vec3 solver_spin(uint32_t body) const = 0;

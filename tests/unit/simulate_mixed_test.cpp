@@ -119,18 +119,25 @@ TEST_F(Mixed, ExactPairsKeepMomentum) {
   const Vec3 before = momentum(), turning_before = turning();
   const double energy = simulator_->statistics().kinetic_energy_j;
   bool was_near = false;
+  int frames = 0;
   for (int i = 0; i < 30; ++i) {
     const FrameStatistics statistics = run(1);
     was_near |= is_near(1);
     EXPECT_LE(statistics.kinetic_energy_j, energy * (1 + 1e-5));
     EXPECT_LT((momentum() - before).norm(), 1e-5 * before.norm());
+    // Later one is a sphere, which turns about an axis that stays: no brick's momentum.
+    if (was_near && !is_near(1)) continue;
+    EXPECT_LT((turning() - turning_before).norm(), 0.01 * before.norm() * kSide) << i;
+    ++frames;
   }
   EXPECT_TRUE(was_near);
+  EXPECT_FALSE(is_near(1));
+  EXPECT_GT(frames, 6);
   EXPECT_GT(states().linear_velocity[1].x(), 0.5);
-  EXPECT_LT((turning() - turning_before).norm(), 0.01 * before.norm() * kSide);
 }
 
 TEST_F(Mixed, NoSphereReachesAMustImpulseBody) {
+  scene_.shapes["slab"] = BoxShape{{12, 0.4, 12}};  // nothing flies beyond it
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   Body& hammer = add("brick", {0, 2, 0}, kExact);
   hammer.linear_velocity = {0, -8, 0};
@@ -273,7 +280,7 @@ TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
   const Quat quarter(Eigen::AngleAxisd(kPi / 2, Vec3::UnitZ()));
   scene_.shapes["cross"] = CompoundShape{{{"stick", {}}, {"stick", {Vec3::Zero(), quarter}}}};
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
-  add("cube", {0.8, 0.5, 0}, kExact, Role::fixed);
+  add("cube", {0.66, 0.5, 0}, kExact, Role::fixed);  // between two arms, in the cross's box
   Body& cross = add("cross", {0.2, 0.5, 0}, kSphere);
   cross.pose.orientation = Quat(Eigen::AngleAxisd(kPi / 4, Vec3::UnitZ()));
   scene_.materials["stuff"].restitution = 0;
