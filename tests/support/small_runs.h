@@ -55,6 +55,7 @@ inline std::vector<SmallRun> small_runs() {
       {"particle_sleepers", "sleepers"},
       {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
       {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
+      {"mixed_exact", "mixed", {exact, levels + "level=2"}, Directed::no, Measured::table},
       {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
       {"mixed_by_distance", "mixed", by_distance, Directed::no, Measured::table},
       {"mixed_by_budget",

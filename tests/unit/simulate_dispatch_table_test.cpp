@@ -16,6 +16,7 @@ constexpr PairMethod none = PairMethod::none, impulse = PairMethod::impulse,
 Model six_bodies() {
   Model model;
   model.bodies.resize(6);
+  model.shapes.resize(1);
   for (const size_t i : {0, 1}) model.bodies[i].preference = Preference::must_impulse;
   for (const size_t i : {4, 5}) model.bodies[i].role = Role::fixed;
   return model;
@@ -40,6 +41,11 @@ TEST(DispatchTable, IsTableFourOne) {
       {exact, near_exact, {impulse, impulse, impulse}},
       {exact, standing, {impulse, impulse, impulse}},
       {exact, statistical, {none, none, none}},  // the update rule keeps it from happening
+      {exact, threaded, {impulse, impulse, impulse}},
+      {threaded, threaded, {impulse, impulse, particle}},
+      {threaded, near_exact, {impulse, PairMethod::statistical, particle}},
+      {threaded, standing, {impulse, impulse, particle}},
+      {threaded, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
       {near_exact, near_exact, {impulse, PairMethod::statistical, particle}},
       {near_exact, standing, {impulse, impulse, particle}},
       {near_exact, statistical, {PairMethod::statistical, PairMethod::statistical, particle}},
@@ -60,6 +66,12 @@ TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   detail.level = 2;  // level 1 is out of reach then
   EXPECT_FALSE(DispatchTable(detail, six_bodies()).may_solve_spheres());
   Model model = six_bodies();
+  model.shapes[0].pieces.resize(2);  // something may go through it
+  EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
+  detail.level = 3;
+  EXPECT_FALSE(DispatchTable(detail, model).may_solve_spheres());
+  detail.level = 2;
+  model = six_bodies();
   model.pair_rules = {{{2}, {3}, impulse}};
   EXPECT_TRUE(DispatchTable(detail, model).may_solve_spheres());
   detail.level = 1;

@@ -59,5 +59,63 @@ TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
   EXPECT_LT(states().orientation[3].angularDistance(about_z(kPi / 4)), 0.01);
 }
 
+constexpr double kThick = 0.06;
+
+// A square ring about the y axis.
+TriangleMesh ring_mesh(double outer, double inner) {
+  TriangleMesh mesh;
+  for (const double half : {outer / 2, inner / 2}) {
+    for (const double y : {-kThick / 2, kThick / 2}) {
+      for (const auto& [x, z] : {std::pair{1, 1}, {1, -1}, {-1, -1}, {-1, 1}}) {
+        mesh.vertices.emplace_back(x * half, y, z * half);
+      }
+    }
+  }
+  // Vertices of a corner: outer below, outer above, inner below, inner above.
+  const auto add = [&](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  };
+  for (uint32_t i = 0; i < 4; ++i) {
+    const uint32_t j = (i + 1) % 4;
+    add(i, j, 4 + j, 4 + i);
+    add(8 + j, 8 + i, 12 + i, 12 + j);
+    add(4 + i, 4 + j, 12 + j, 12 + i);
+    add(j, i, 8 + i, 8 + j);
+  }
+  return mesh;
+}
+
+class MixedRings : public MixedGround {
+ protected:
+  MixedRings() {
+    add_shape("ring", ring_mesh(0.5, 0.3));
+    std::get<MeshShape>(scene_.shapes["ring"]).collision = CollisionKind::decomposition;
+    scene_.shapes["post"] = BoxShape{{0.15, 2, 0.15}};
+    add_exact("post", {0, 1, 0}, Quat::Identity());
+  }
+};
+
+TEST_F(MixedRings, LieOnEachOtherAroundAPost) {
+  for (int i = 0; i < 3; ++i) add_body("ring", {0.02 * i, 2.1 + 0.3 * i, 0});
+  start();
+  EXPECT_EQ(run(180).bodies_awake, 0U);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(is_near(2 + i));
+    EXPECT_NEAR(states().position[2 + i].y(), (i + 0.5) * kThick, 0.005) << i;
+  }
+}
+
+TEST_F(MixedRings, AreBallsBesideAPost) {
+  scene_.gravity.setZero();
+  // Touching the post, the balls in each other.
+  for (int i = 0; i < 2; ++i) add_body("ring", {0.324, 0.5 + 0.1 * i, 0});
+  start();
+  run(1);
+  EXPECT_TRUE(is_near(2) && is_near(3));
+  run(60);
+  EXPECT_GT((states().position[3] - states().position[2]).norm(), 0.2);
+}
+
 }  // namespace
 }  // namespace pilesim

@@ -4,12 +4,26 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/convex_hull.h"
+
 namespace pilesim {
 namespace {
 
 constexpr double kLeastMap = 1e-3;  // m
+// Of the way from the centre to a face of the hull: what comes farther in than this is within.
+constexpr double kWithin = 0.75;
 
 }  // namespace
+
+ExactBoxes::ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world)
+    : model_(model), dispatch_(dispatch), world_(world), hulls_(model.shapes.size()) {
+  for (const ModelBody& body : model.bodies) {
+    const ModelShape& shape = model.shapes[body.shape];
+    if (body.role != Role::dynamic || body.preference != Preference::prefer_statistical) continue;
+    if (!may_be_threaded(shape) || !hulls_[body.shape].empty()) continue;
+    hulls_[body.shape] = flat_faces(convex_hull(shape.mesh.vertices));
+  }
+}
 
 void ExactBoxes::add(uint32_t body) {
   const ModelBody& source = model_.bodies[body];
@@ -110,6 +124,25 @@ bool ExactBoxes::touches(const Candidate& candidate) const {
   return std::ranges::any_of(boxes_, [&](const Box& box) {
     return (box.moves || !candidate.only_moving) && near(box, candidate) &&
            dispatch_.attracts(box.body, candidate.body);
+  });
+}
+
+bool ExactBoxes::reach_into(uint32_t body, const Pose& pose) const {
+  const std::vector<HullFace>& hull = hulls_[model_.bodies[body].shape];
+  if (hull.empty()) return false;
+  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+  const Vec3& centre = pose.position;
+  const auto is_within = [&](const Bounds& piece) {
+    const Vec3 nearest = centre.cwiseMax(piece.min()).cwiseMin(piece.max()) - centre;
+    if (nearest.squaredNorm() > radius * radius) return false;
+    const Vec3 place = pose.orientation.conjugate() * nearest;
+    return std::ranges::all_of(hull, [&](const HullFace& face) {
+      return face.normal.dot(place) < kWithin * face.offset_m;
+    });
+  };
+  return std::ranges::any_of(boxes_, [&](const Box& box) {
+    return !box.is_plane && box.bounds.squaredExteriorDistance(centre) <= radius * radius &&
+           dispatch_.attracts(box.body, body) && std::ranges::any_of(box.pieces, is_within);
   });
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/hull_faces.h"
 #include "model/model.h"
 #include "simulate/exact_engine.h"
 #include "simulate/sphere/dispatch_table.h"
@@ -17,8 +18,7 @@ namespace pilesim {
 class ExactBoxes {
  public:
   // All arguments must outlive it.
-  ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world)
-      : model_(model), dispatch_(dispatch), world_(world) {}
+  ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world);
 
   // A must-impulse body has come into the world or left it.
   void add(uint32_t body);
@@ -38,6 +38,9 @@ class ExactBoxes {
   bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
   // Whether its box touches one of a body whose pairs with it are solved. Any thread.
   bool touches(const Candidate& candidate) const;
+  // Whether such a box reaches into the hull of a body that has several pieces, as seen from its
+  // centre: it goes through a ring, or into a cup. Any thread.
+  bool reach_into(uint32_t body, const Pose& pose) const;
   // The least distance from a point to a box or a plane, m; infinite without any. Any thread.
   double distance_m(const Vec3& point) const;
   bool empty() const { return boxes_.empty(); }
@@ -67,7 +70,8 @@ class ExactBoxes {
   const Model& model_;
   const DispatchTable& dispatch_;
   const ExactEngine& world_;
-  std::vector<Box> boxes_;  // in the order of bodies
+  std::vector<std::vector<HullFace>> hulls_;  // by shape, of those that may be threaded
+  std::vector<Box> boxes_;                    // in the order of bodies
   // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.
   // Most bodies are far from all boxes.
   static constexpr int kCells = 64;

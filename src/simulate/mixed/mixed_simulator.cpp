@@ -113,7 +113,10 @@ class MixedSimulator final : public Simulator, public BodyControl {
   bool is_sphere(uint32_t body) const {
     return is_free(body) && prefers_spheres(model_.bodies[body]);
   }
-  bool is_near(uint32_t body) const { return state_.behaviours[body] == Behaviour::near_exact; }
+  bool is_near(uint32_t body) const {
+    return state_.behaviours[body] == Behaviour::near_exact ||
+           state_.behaviours[body] == Behaviour::threaded;
+  }
 
   void step();
   void add(uint32_t body);
@@ -131,6 +134,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void switch_engines();
   bool stands(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
+  Behaviour next_behaviour(uint32_t body) const;
   void read_states();
 
   const Scene& scene_;
@@ -148,8 +152,8 @@ class MixedSimulator final : public Simulator, public BodyControl {
   std::optional<DetailBudget> budget_;
   MixedState state_;
   std::vector<uint32_t> kinematic_;
-  std::vector<uint8_t> attracted_;  // by body: of the spheres, in the last update_behaviours()
-  std::vector<uint32_t> entered_;   // in the step at hand
+  std::vector<Behaviour> next_;    // by body: of the spheres, by the last update_behaviours()
+  std::vector<uint32_t> entered_;  // in the step at hand
   MixedFigures figures_;
   StageTimer timer_;
   StepDirector* director_;
@@ -174,7 +178,7 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
       levels_(scene, model),
       state_{.behaviours = std::vector<Behaviour>(model.bodies.size(), Behaviour::exact),
              .level_set = std::vector<uint8_t>(model.bodies.size())},
-      attracted_(model.bodies.size()),
+      next_(model.bodies.size(), Behaviour::statistical),
       figures_(scene, model),
       director_(director) {
   exact_.set_pair_filter(
@@ -296,6 +300,16 @@ bool MixedSimulator::is_attracted(uint32_t body) const {
                          .only_moving = sphere.asleep});
 }
 
+// What is threaded stays so until it leaves: as balls, those that lie on each other would be sunk.
+Behaviour MixedSimulator::next_behaviour(uint32_t body) const {
+  if (!is_attracted(body)) return Behaviour::statistical;
+  const SphereBody& sphere = spheres_.body(body);
+  if (state_.behaviours[body] == Behaviour::threaded) return Behaviour::threaded;
+  if (sphere.asleep || !dispatch_.tells_threaded(level(body))) return Behaviour::near_exact;
+  const Pose pose{sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()};
+  return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
+}
+
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
 // that of an I body, else S.
 void MixedSimulator::update_behaviours() {
@@ -304,25 +318,26 @@ void MixedSimulator::update_behaviours() {
   if (members.empty()) return;
   boxes_.update();
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) attracted_[members[i]] = is_attracted(members[i]) ? 1 : 0;
+    for (size_t i = begin; i < end; ++i) next_[members[i]] = next_behaviour(members[i]);
   });
-  change_with_contacts([&](uint32_t body) { return (attracted_[body] != 0) != is_near(body); },
+  change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
                        [&] { switch_engines(); });
 }
 
 void MixedSimulator::switch_engines() {
   for (const uint32_t body : spheres_.members()) {
-    const bool attracted = attracted_[body] != 0;
-    if (attracted == is_near(body)) continue;
-    if (attracted) {
+    const Behaviour next = next_[body];
+    if (next == state_.behaviours[body]) continue;
+    const bool is_near_now = next != Behaviour::statistical;
+    if (is_near_now && !is_near(body)) {
       coupling_.enter(body);
       const double friction = state_.friction.empty() ? -1 : state_.friction[body];
       if (friction >= 0) exact_.set_friction(body, friction);
       entered_.push_back(body);
-    } else {
+    } else if (!is_near_now) {
       coupling_.leave(body);
     }
-    set_behaviour(body, attracted ? Behaviour::near_exact : Behaviour::statistical);
+    set_behaviour(body, next);
   }
 }
 

@@ -76,21 +76,24 @@ void DispatchTable::make_groups(const Model& model) {
 }
 
 void DispatchTable::find_what_is_solved(const Model& model, uint32_t finest_level) {
-  std::set<uint8_t> free, standing;
+  std::set<uint8_t> free, hollow, standing;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.preference != Preference::prefer_statistical) continue;
     if (body.role == Role::dynamic) free.insert(group_[i]);
+    if (body.role == Role::dynamic && may_be_threaded(model.shapes[body.shape])) {
+      hollow.insert(group_[i]);
+    }
     if (stands(body)) standing.insert(group_[i]);
   }
-  const auto may_solve = [&](const std::set<uint8_t>& others, Behaviour behaviour) {
+  const auto may_solve = [&](const std::set<uint8_t>& ones, Behaviour one,
+                             const std::set<uint8_t>& others, Behaviour other) {
     bool at_some_level = false;
     for (uint32_t level = finest_level; level < level_count(); ++level) {
-      at_some_level |=
-          by_level(Behaviour::near_exact, level, behaviour, level) == PairMethod::impulse;
+      at_some_level |= by_level(one, level, other, level) == PairMethod::impulse;
     }
     bool found = false;
-    for (const uint8_t a : free) {
+    for (const uint8_t a : ones) {
       for (const uint8_t b : others) {
         const PairMethod by_rule = rule(a, b);
         found |= by_rule == PairMethod::impulse || (by_rule == PairMethod::none && at_some_level);
@@ -98,8 +101,10 @@ void DispatchTable::find_what_is_solved(const Model& model, uint32_t finest_leve
     }
     return found;
   };
-  may_solve_spheres_ = may_solve(free, Behaviour::near_exact);
-  may_solve_standing_ = may_solve(standing, Behaviour::standing);
+  constexpr Behaviour kNear = Behaviour::near_exact, kThreaded = Behaviour::threaded;
+  may_solve_spheres_ =
+      may_solve(free, kNear, free, kNear) || may_solve(hollow, kThreaded, hollow, kThreaded);
+  may_solve_standing_ = may_solve(free, kNear, standing, Behaviour::standing);
 }
 
 void DispatchTable::set(uint32_t body, Behaviour behaviour, uint32_t level) {
@@ -122,6 +127,13 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
                                    uint32_t level_b) const {
   using enum Behaviour;
   if (a > b) return by_level(b, level_b, a, level_a);
+  if (a == threaded) {
+    if (b == threaded && tells_threaded(std::min(level_a, level_b))) return PairMethod::impulse;
+    a = near_exact;
+    if (b == threaded) b = near_exact;
+  } else if (b == threaded) {
+    b = near_exact;
+  }
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
   // What an exact contact carries at one end would rock for ever on a sphere at the other.

@@ -12,13 +12,19 @@ namespace pilesim {
 
 // What a body does in a step. A prefer-statistical body that stands is `standing`: it is I' to I
 // bodies and S to S bodies, so that a ground that a must-impulse body lies on does not become exact
-// for all. I' bodies are solved on it, unless they are particles.
+// for all. I' bodies are solved on it, unless they are particles. Balls cannot stand for what
+// something goes through: rings on a pole would lie as far apart as the balls, which cannot go
+// aside.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
+  threaded,     // I', and an I body reaches into its hull
   near_exact,   // I': prefer-statistical, its box touches that of an I body
   statistical,  // S: prefer-statistical
   standing,     // prefer-statistical, static, kinematic or held
 };
+
+// Of several convex pieces: there may be room for something within its hull.
+inline bool may_be_threaded(const ModelShape& shape) { return shape.pieces.size() > 1; }
 
 inline bool by_spheres(PairMethod method) {
   return method == PairMethod::statistical || method == PairMethod::particle;
@@ -44,6 +50,10 @@ class DispatchTable {
   bool is_sphere_surface(uint32_t exact) const { return has_rule_[group_[exact]]; }
   // Whether what the body lies on turns it to a rest pose: particles are left as they are.
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
+  // Whether bodies of this level that are threaded are solved among each other.
+  bool tells_threaded(uint32_t level) const {
+    return levels_[level].near_near == PairMethod::statistical;
+  }
   bool uses(PairMethod method) const;  // anywhere in levels and rules
   // Whether some pair of dynamic bodies that prefer to be spheres may be solved, or one of such a
   // body and a prefer-statistical one that stands: by a rule, or at a level that is used.
@@ -57,7 +67,7 @@ class DispatchTable {
   void load(StateReader& reader);  // throws Error(input) for that of another table
 
  private:
-  static constexpr uint32_t kBehaviours = 4;
+  static constexpr uint32_t kBehaviours = 5;
   void make_groups(const Model& model);
   void find_what_is_solved(const Model& model, uint32_t finest_level);
   PairMethod method_of(uint32_t class_a, uint32_t class_b) const;
