@@ -6,6 +6,7 @@
 
 #include "core/philox.h"
 #include "geometry/mesh.h"
+#include "support/random_vectors.h"
 
 namespace pilesim::test {
 
@@ -53,9 +54,7 @@ inline TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
 }
 
 inline Pose random_pose(Philox& random, double reach) {
-  const Vec3 position(random.uniform(-reach, reach), random.uniform(-reach, reach),
-                      random.uniform(-reach, reach));
-  return {.position = position, .orientation = random.rotation()};
+  return {.position = random_in_box(random, -reach, reach), .orientation = random.rotation()};
 }
 
 }  // namespace pilesim::test

@@ -11,6 +11,7 @@
 #include "../support/convex_bodies.h"
 #include "geometry/convex_hull.h"
 #include "geometry/triangle_tree.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -114,7 +115,7 @@ TEST(ConvexDistanceProperty, OfRandomHullsIsThatOfTheirFeatures) {
     const TriangleMesh a = convex_hull(random_points(random, 6 + static_cast<int>(trial % 9), 1));
     TriangleMesh b = convex_hull(
         random_points(random, 4 + static_cast<int>(trial % 13), random.uniform(0.2, 2)));
-    b = test::moved(b, {random.uniform(0, 3.2) * random.direction(), random.rotation()});
+    b = test::moved(b, {test::random_arrow(random, 0, 3.2), random.rotation()});
     const double found = convex_distance(PointHull(a.vertices), PointHull(b.vertices), kFar);
     const double way = least_way_apart(a, b);
     (way > 0 ? overlapping : apart)++;
@@ -161,7 +162,7 @@ TEST(ConvexDistanceProperty, GrowsWithScaleAndNothingElse) {
   for (uint64_t trial = 0; trial < 200; ++trial) {
     Philox random(3, Stream::test, trial);
     std::vector<Vec3> a = random_points(random, 20, 1), b = random_points(random, 30, 1);
-    const Vec3 way = random.uniform(0, 2.5) * random.direction();
+    const Vec3 way = test::random_arrow(random, 0, 2.5);
     for (Vec3& v : b) v += way;
     const double once = convex_distance(PointHull(a), PointHull(b), kFar);
     for (const double scale : {1e-6, 1e6}) {
@@ -177,7 +178,7 @@ TEST(ConvexDistanceProperty, GrowsWithScaleAndNothingElse) {
 TEST(ConvexDistanceProperty, OfSpheresHasAClosedForm) {
   for (uint64_t trial = 0; trial < 500; ++trial) {
     Philox random(4, Stream::test, trial);
-    const Vec3 way = (trial % 10 == 0 ? 0 : random.uniform(0, 3)) * random.direction();
+    const Vec3 way = trial % 10 == 0 ? Vec3(Vec3::Zero()) : test::random_arrow(random, 0, 3);
     const double ra = random.uniform(0, 1), rb = random.uniform(0, 1);
     EXPECT_NEAR(convex_distance(PointHull({Vec3::Zero()}, ra), PointHull({way}, rb), kFar),
                 way.norm() - ra - rb, 1e-12);
@@ -195,7 +196,7 @@ TEST(ConvexDistanceProperty, OfCylindersOnAFloorAndOnEachOther) {
     const Vec3 centre(0, reach + height, 0);
     EXPECT_NEAR(convex_distance(Drum(centre, axis, r, h), floor, kFar), height, 1e-6) << trial;
     // Two that lie crosswise, apart or inside each other by less than they are thick.
-    const Vec3 other(random.uniform(-.1, .1), 2 * r + height, random.uniform(-.1, .1));
+    const Vec3 other{random.uniform(-.1, .1), 2 * r + height, random.uniform(-.1, .1)};
     EXPECT_NEAR(convex_distance(Drum(Vec3::Zero(), Vec3::UnitX(), r, h),
                                 Drum(other, Vec3::UnitZ(), r, h), kFar),
                 height, 1e-6)

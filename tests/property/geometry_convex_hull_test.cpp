@@ -7,6 +7,7 @@
 #include "../geometry_hulls.h"
 #include "../geometry_shapes.h"
 #include "geometry/mass_properties.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -15,18 +16,19 @@ enum class Cloud { ball, shell, gauss, grid, clusters, coplanar_slices, almost_c
 constexpr int kCloudCount = 7;
 
 Vec3 random_point(Cloud cloud, Philox& random) {
-  const Vec3 unit(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  const Vec3 unit = test::random_in_box(random, -1, 1);
+  const Vec3 direction = random.direction();
   switch (cloud) {
     case Cloud::ball:
-      return random.direction() * std::cbrt(random.uniform());
+      return std::cbrt(random.uniform()) * direction;
     case Cloud::shell:
-      return random.direction();
+      return direction;
     case Cloud::gauss:
       return {random.normal(), random.normal(), random.normal()};
     case Cloud::grid:
       return (4 * unit).array().round();
     case Cloud::clusters:  // points that nearly coincide
-      return (2 * unit).array().round().matrix() + 1e-13 * random.direction();
+      return (2 * unit).array().round().matrix() + 1e-13 * direction;
     case Cloud::coplanar_slices:
       return {unit.x(), std::round(unit.y()), unit.z()};
     case Cloud::almost_coplanar:
@@ -58,11 +60,11 @@ TEST(ConvexHullProperty, RandomCloudsGetClosedHullsThatContainThem) {
 TEST(ConvexHullProperty, CuboidVolumeIsExact) {
   for (uint64_t trial = 0; trial < 300; ++trial) {
     Philox random(12, Stream::test, trial);
-    const Vec3 size(random.uniform(0.01, 1), random.uniform(0.01, 1), random.uniform(0.01, 1));
+    const Vec3 size = test::random_in_box(random, 0.01, 1);
     const Pose pose = test::random_pose(random, 1);
     std::vector<Vec3> points;
     for (int i = 0; i < 200; ++i) {
-      Vec3 point(random.uniform(), random.uniform(), random.uniform());
+      Vec3 point = test::random_in_box(random, 0, 1);
       if (i < 8) point = Vec3(i & 1, i >> 1 & 1, i >> 2 & 1);
       if (i >= 8 && i < 150) point(i % 3) = i % 2;
       points.push_back(pose.apply(point.cwiseProduct(size)));

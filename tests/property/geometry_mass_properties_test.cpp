@@ -4,6 +4,7 @@
 
 #include "../geometry_shapes.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -34,7 +35,8 @@ TEST(MassPropertiesProperty, SeparatePiecesCombineToTheirUnion) {
     TriangleMesh all;
     std::vector<MassProperties> parts;
     for (int piece = 0; piece < 5; ++piece) {
-      const TriangleMesh mesh = test::moved(random_potato(random), test::random_pose(random, 10));
+      const TriangleMesh potato = random_potato(random);
+      const TriangleMesh mesh = test::moved(potato, test::random_pose(random, 10));
       parts.push_back(mass_properties(mesh));
       all = test::joined(all, mesh);
     }
@@ -49,7 +51,7 @@ TEST(MassPropertiesProperty, SeparatePiecesCombineToTheirUnion) {
 TEST(MassPropertiesProperty, PrincipalAxesDiagonaliseAnyInertia) {
   for (uint64_t trial = 0; trial < 500; ++trial) {
     Philox random(3, Stream::test, trial);
-    const Vec3 size(random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.1, 1));
+    const Vec3 size = test::random_in_box(random, 0.1, 1);
     const Mat3 inertia =
         transformed(box_mass_properties(size), {.orientation = random.rotation()}).inertia_m5;
     const PrincipalInertia principal = principal_inertia(inertia);

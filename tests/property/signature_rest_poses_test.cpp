@@ -16,6 +16,7 @@
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -61,8 +62,7 @@ TriangleMesh dodecahedron() {
 
 TriangleMesh random_hull(Philox& random, uint32_t count) {
   std::vector<Vec3> points;
-  for (uint32_t i = 0; i < count; ++i)
-    points.push_back(random.uniform(0.6, 1) * random.direction());
+  for (uint32_t i = 0; i < count; ++i) points.push_back(test::random_arrow(random, 0.6, 1));
   return convex_hull(points);
 }
 
@@ -86,8 +86,10 @@ TriangleMesh polyhedron(uint64_t which, Philox& random) {
       return box_mesh({1, 1, 1});
     case 1:
       return box_mesh({0.3, 1, 1.7});
-    case 2:
-      return prism(3 + random.index(9), random.uniform(0.2, 3));
+    case 2: {
+      const uint32_t sides = 3 + random.index(9);
+      return prism(sides, random.uniform(0.2, 3));
+    }
     case 3:
       return octahedron(0);
     case 4:
@@ -251,11 +253,11 @@ TEST(RestPosesProperty, DirtyHullsHavePosesThatShareTheSphere) {
   for (uint64_t trial = 0; trial < 240; ++trial) {
     Philox random(29, Stream::test, trial);
     const double noise = std::pow(10, random.uniform(-16, -2));
-    const Vec3 scale(std::pow(10, random.uniform(-2, 0)), 1, std::pow(10, random.uniform(-1, 0)));
+    const Vec3 scale{std::pow(10, random.uniform(-2, 0)), 1, std::pow(10, random.uniform(-1, 0))};
     const Quat turn = random.rotation();
     std::vector<Vec3> points;
     for (uint32_t i = 0; i < 8 + random.index(150); ++i) {
-      Vec3 point(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+      Vec3 point = test::random_in_box(random, -1, 1);
       if (trial % 3 != 0) point(i % 3) = std::round(point(i % 3));
       if (trial % 5 == 0) point = (3 * point).array().round() / 3;
       point += noise * random.direction();

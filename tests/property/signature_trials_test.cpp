@@ -4,6 +4,7 @@
 #include "signature/trial/contact_impulse.h"
 #include "signature/trial/contact_sampler.h"
 #include "signature/trial/flight_reach.h"
+#include "support/random_vectors.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {
@@ -11,8 +12,8 @@ namespace {
 
 TrialRequest random_request(const ContactBody& body, Philox& random, uint64_t object) {
   TrialRequest request;
-  request.velocity = Vec3(random.uniform(-3, 3), -random.uniform(0.05, 3), random.uniform(-3, 3));
-  request.spin = random.direction() * random.uniform(0, 4) / body.gyration_m;
+  request.velocity = test::random_in_box(random, {-3, -3, -3}, {3, -0.05, 3});
+  request.spin = test::random_arrow(random, 0, 4) / body.gyration_m;
   request.start = TrialStart::launch;
   request.object = object;
   request.count = 100;

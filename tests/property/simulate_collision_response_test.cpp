@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/random_vectors.h"
 #include "support/statistical_scene.h"
 
 namespace pilesim {
@@ -22,8 +23,8 @@ class Response : public test::StatisticalScene {
   Collider random_body(Philox& random) {
     const size_t shape = model_.bodies[random.index(2)].shape;
     return {&objects_[shape], static_cast<float>(random.uniform(0.01, 10)),
-            (random.uniform(0, 5) * random.direction()).cast<float>(),
-            (random.uniform(0, 30) * random.direction()).cast<float>()};
+            test::random_arrow(random, 0, 5).cast<float>(),
+            test::random_arrow(random, 0, 30).cast<float>()};
   }
   // Drawn or of particles, one as often as the other.
   static Collision collision(const Vec3f& normal, Philox& random) {

@@ -22,6 +22,7 @@
 #include "simulate/exact/separation.h"
 #include "simulate/impulse_simulator.h"
 #include "simulate/modes/make_simulator.h"
+#include "support/random_vectors.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 
@@ -37,7 +38,8 @@ Vec3 random_direction(Philox& random) {
 }
 
 Quat random_turn(Philox& random) {
-  return Quat(Eigen::AngleAxisd(2 * kPi * random.uniform(), random_direction(random)));
+  const double angle = 2 * kPi * random.uniform();
+  return Quat(Eigen::AngleAxisd(angle, random_direction(random)));
 }
 
 CollisionPiece random_piece(Philox& random) {
@@ -115,7 +117,8 @@ TEST(ExactEngine, BoundsOfFarPiecesAreBounds) {
   Philox random(2, Stream::test, 0);
   for (int i = 0; i < 2000; ++i) {
     const CollisionPiece a = random_piece(random), b = random_piece(random);
-    const Pose pose{3 * random.uniform() * random_direction(random), random_turn(random)};
+    const double far = 3 * random.uniform();
+    const Pose pose{far * random_direction(random), random_turn(random)};
     KnownVertices known;
     const Separation found =
         find_separation(ConvexPiece(a), ConvexPiece(b), relative(pose), Vec3::Zero(), 0.1, known);
@@ -173,7 +176,7 @@ TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
     Body& body = state.bodies[i];
     body.shape = shape;
     body.moves = i % 10 == 0 ? Moves::never : Moves::by_contacts;
-    body.position = 3 * Vec3(random.uniform(), random.uniform(), random.uniform());
+    body.position = test::random_in_box(random, 0, 3);
     body.orientation = random_turn(random);
     body.velocity = i % 10 == 0 ? Vec3(Vec3::Zero()) : Vec3(5 * random_direction(random));
     list.add(i);
@@ -285,8 +288,9 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
     m.body(wall, wood, {-0.5 - gap / 2, 0, 0}, Role::fixed);
     m.body(wall, wood, {0, -0.7, 0}, Role::fixed);
     const uint32_t cube = m.box(Vec3::Constant(0.2));
+    const double angle = 0.2 * random.uniform();
     m.body(cube, wood, {0, 0.3, 0}).pose.orientation =
-        Quat(Eigen::AngleAxisd(0.2 * random.uniform(), random_direction(random)));
+        Quat(Eigen::AngleAxisd(angle, random_direction(random)));
     const auto simulator = make_simulator(m.scene, m.model);
     double fastest = 0;
     for (int frame = 0; frame < 120; ++frame) {
@@ -320,8 +324,8 @@ TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
   for (int i = 0; i < kPairs; ++i) {
     const Vec3 place(2 * (i % 10), 0, 2 * (i / 10));
     m.body(jack, wood, place).pose.orientation = random_turn(random);
-    m.body(jack, wood, place + 0.1 * random.uniform() * random_direction(random)).pose.orientation =
-        random_turn(random);
+    const Vec3 shift = test::random_arrow(random, 0, 0.1);
+    m.body(jack, wood, place + shift).pose.orientation = random_turn(random);
   }
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 480);

@@ -34,7 +34,8 @@ TEST_P(RestTargets, SharesAreTheProbabilities) {
   std::vector<KnownRestPose> poses;
   double sum = 0;
   for (int i = 0; i < 2 + GetParam(); ++i) {
-    poses.push_back(pose(random.direction(), random.uniform(0.05, 1), "geometry"));
+    const Vec3 up = random.direction();
+    poses.push_back(pose(up, random.uniform(0.05, 1), "geometry"));
     sum += poses.back().probability;
   }
   const std::vector<RestTarget> targets = rest_targets(poses);

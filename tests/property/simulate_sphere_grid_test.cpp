@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/philox.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -22,8 +23,7 @@ TEST_P(Grid, MeetsEachPairThatTouchesOnce) {
   for (size_t i = 0; i < count; ++i) {
     // Most in a heap, some far out.
     const double width = i % 20 == 0 ? 1000 : 4;
-    centres.push_back(
-        (width * Vec3(random.uniform(), random.uniform(), random.uniform())).cast<float>());
+    centres.push_back(test::random_in_box(random, 0, width).cast<float>());
     radii.push_back(static_cast<float>(random.uniform(0.1, i % 7 == 0 ? 3 : 0.3)));
   }
   SphereGrid grid;
@@ -63,8 +63,7 @@ TEST_P(Grid, BlocksOfOneColourShareNothing) {
   std::vector<Vec3f> centres;
   std::vector<float> radii;
   for (size_t i = 0; i < 2000; ++i) {
-    centres.push_back(
-        (6 * Vec3(random.uniform(), random.uniform(), random.uniform())).cast<float>());
+    centres.push_back(test::random_in_box(random, 0, 6).cast<float>());
     radii.push_back(0.1F);
   }
   SphereGrid grid;

@@ -80,12 +80,16 @@ std::string damaged(std::string bytes, Philox& random) {
     case 1:
       bytes.resize(place());
       break;
-    case 2:
-      bytes.insert(place(), 1 + random.index(20), static_cast<char>('0' + random.index(10)));
+    case 2: {
+      const auto at = place(), count = 1 + random.index(20);
+      bytes.insert(at, count, static_cast<char>('0' + random.index(10)));
       break;
-    case 3:
-      bytes.erase(place(), 1 + random.index(8));
+    }
+    case 3: {
+      const auto at = place();
+      bytes.erase(at, 1 + random.index(8));
       break;
+    }
     default:
       for (int i = 0; i < 8; ++i) bytes[place()] = static_cast<char>(random.bits());
   }

@@ -9,6 +9,7 @@
 
 #include "core/philox.h"
 #include "pile/guide/equilibrium.h"
+#include "support/random_vectors.h"
 
 namespace pilesim::test {
 
@@ -30,7 +31,7 @@ inline EquilibriumInstance random_instance(uint64_t index) {
   const double friction = kind == 5 ? 0 : random.uniform(0, 1.2);
   const uint32_t count = kind == 7 ? 1 + random.index(3) : 2 + random.index(14);
   const Vec3 line = random.direction();
-  const Vec3 slope = (Vec3::UnitY() + 0.3 * random.uniform() * random.direction()).normalized();
+  const Vec3 slope = (Vec3::UnitY() + random_arrow(random, 0, 0.3)).normalized();
   for (uint32_t i = 0; i < count; ++i) {
     Vec3 normal = random.direction();
     if (kind != 8 && normal.y() < -0.2) normal = -normal;

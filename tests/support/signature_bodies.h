@@ -10,6 +10,7 @@
 #include "geometry/primitives.h"
 #include "signature/trial/contact_body.h"
 #include "signature/trial/free_flight.h"
+#include "support/random_vectors.h"
 
 namespace pilesim::test {
 
@@ -17,15 +18,15 @@ inline ContactBody box_body(const Vec3& size) { return make_contact_body(box_mes
 
 // The hull of `points` random points in a box of random proportions.
 inline ContactBody random_body(Philox& random, int points) {
-  const Vec3 size(random.uniform(0.2, 2), random.uniform(0.2, 2), random.uniform(0.2, 2));
+  const Vec3 size = random_in_box(random, 0.2, 2);
   std::vector<Vec3> cloud;
   for (int i = 0; i < points; ++i) cloud.push_back(random.direction().cwiseProduct(size));
   return make_contact_body(convex_hull(cloud), "random hull");
 }
 
 inline Flight random_flight(const ContactBody& body, Philox& random, double most_spin) {
-  const Vec3 velocity(random.uniform(-1, 1), -random.uniform(0.1, 1), random.uniform(-1, 1));
-  const Vec3 spin = random.direction() * random.uniform(0, most_spin) / body.gyration_m;
+  const Vec3 velocity = random_in_box(random, {-1, -1, -1}, {1, -0.1, 1});
+  const Vec3 spin = random_arrow(random, 0, most_spin) / body.gyration_m;
   return make_flight(random.rotation(), velocity, spin, body.outer_radius_m);
 }
 

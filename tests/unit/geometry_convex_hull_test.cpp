@@ -12,6 +12,7 @@
 #include "core/parallel_for.h"
 #include "geometry/mass_properties.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -110,7 +111,7 @@ TEST(ConvexHull, SeveralThreadsGetTheSameHulls) {
   const auto hull_of = [](size_t trial) {
     std::vector<Vec3> points;
     Philox random(7, Stream::test, trial % 4);
-    for (int i = 0; i < 300; ++i) points.push_back(random.direction() * random.uniform());
+    for (int i = 0; i < 300; ++i) points.push_back(test::random_arrow(random, 0, 1));
     return mesh_hash(convex_hull(points));
   };
   std::vector<std::string> hashes(64);

@@ -12,6 +12,7 @@
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
 #include "support/geometry_concave_shapes.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -53,7 +54,7 @@ TEST(HullVolume, AgreesWithTheHullMesh) {
     std::vector<Vec3> points;
     const uint32_t count = 4 + random.index(300);
     for (uint32_t k = 0; k < count; ++k) {
-      Vec3 point = random.direction() * (round % 2 == 0 ? 1.0 : random.uniform());
+      Vec3 point = test::random_arrow(random, round % 2 == 0 ? 1 : 0, 1);
       // Every third set has many points in common planes, as cuts make them.
       if (round % 3 == 0) point = point.cwiseMax(Vec3(-0.3, -0.5, -2)).cwiseMin(Vec3(2, 0.4, 0.6));
       points.push_back(point);

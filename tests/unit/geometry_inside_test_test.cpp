@@ -4,6 +4,7 @@
 
 #include "../geometry_shapes.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -29,8 +30,7 @@ void expect_matches_brute_force(const TriangleMesh& mesh, double reach) {
   const InsideTest test(mesh);
   for (uint64_t i = 0; i < 300; ++i) {
     Philox random(31, Stream::test, i);
-    const Vec3 point(random.uniform(-reach, reach), random.uniform(-reach, reach),
-                     random.uniform(-reach, reach));
+    const Vec3 point = test::random_in_box(random, -reach, reach);
     ASSERT_NEAR(test.winding_number(point), brute_force_winding_number(mesh, point), 1e-9)
         << point.transpose();
   }
@@ -41,7 +41,7 @@ TEST(InsideTest, AgreesWithTheSphere) {
   int inside = 0;
   for (uint64_t i = 0; i < 5000; ++i) {
     Philox random(32, Stream::test, i);
-    const Vec3 point = random.direction() * random.uniform(0, 2);
+    const Vec3 point = test::random_arrow(random, 0, 2);
     if (std::abs(point.norm() - 1) < 0.005) continue;  // between the ball and its facets
     inside += test.contains(point);
     ASSERT_EQ(test.contains(point), point.norm() < 1) << point.transpose();
@@ -54,8 +54,7 @@ TEST(InsideTest, AgreesWithTheTorus) {
   const InsideTest test(test::torus_mesh(1, 0.3, 96, 48));
   for (uint64_t i = 0; i < 5000; ++i) {
     Philox random(33, Stream::test, i);
-    const Vec3 point(random.uniform(-1.4, 1.4), random.uniform(-0.4, 0.4),
-                     random.uniform(-1.4, 1.4));
+    const Vec3 point = test::random_in_box(random, {-1.4, -0.4, -1.4}, {1.4, 0.4, 1.4});
     const double from_tube = std::hypot(std::hypot(point.x(), point.z()) - 1, point.y()) - 0.3;
     if (std::abs(from_tube) < 0.005) continue;
     ASSERT_EQ(test.contains(point), from_tube < 0) << point.transpose();
@@ -82,7 +81,7 @@ TEST(InsideTest, MatchesTheBruteForceSumOnDirtyMeshes) {
   Philox random(34, Stream::test, 0);
   TriangleMesh spray;  // unconnected triangles everywhere
   for (uint32_t i = 0; i < 3000; i += 3) {
-    const Vec3 centre(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Vec3 centre = test::random_in_box(random, -1, 1);
     for (int k = 0; k < 3; ++k) spray.vertices.push_back(centre + 0.2 * random.direction());
     spray.triangles.push_back({i, i + 1, i + 2});
   }
@@ -96,7 +95,7 @@ TEST(InsideTest, OneTriangleMissingOrFlippedChangesLittle) {
   const InsideTest open(missing), turned(flipped);
   for (uint64_t i = 0; i < 2000; ++i) {
     Philox random(35, Stream::test, i);
-    const Vec3 point = random.direction() * random.uniform(0, 2);
+    const Vec3 point = test::random_arrow(random, 0, 2);
     if (std::abs(point.norm() - 1) < 0.1) continue;
     ASSERT_EQ(open.contains(point), point.norm() < 1);
     ASSERT_EQ(turned.contains(point), point.norm() < 1);

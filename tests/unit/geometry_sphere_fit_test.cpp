@@ -8,6 +8,7 @@
 #include "core/parallel_for.h"
 #include "geometry/mass_properties.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -66,7 +67,7 @@ TEST(SphereFit, ReportedErrorMatchesRandomPoints) {
   const Vec3 reach(1.2, 1.7, 1.0);
   for (int i = 0; i < kPoints; ++i) {
     Philox random(71, Stream::test, static_cast<uint64_t>(i));
-    const Vec3 unit(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Vec3 unit = test::random_in_box(random, -1, 1);
     const Vec3 point = unit.cwiseProduct(reach);
     const bool in_box = (point.cwiseAbs().array() < Eigen::Array3d(0.5, 1, 0.3)).all();
     bool in_sphere = false;

@@ -6,6 +6,7 @@
 
 #include "../geometry_shapes.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -14,7 +15,7 @@ TEST(TriangleTree, DistanceToTheBoxIsExact) {
   const TriangleTree tree(box_mesh({2, 2, 2}));
   for (uint64_t i = 0; i < 1000; ++i) {
     Philox random(41, Stream::test, i);
-    const Vec3 p(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3));
+    const Vec3 p = test::random_in_box(random, -3, 3);
     const Vec3 outside = (p.cwiseAbs() - Vec3::Ones()).cwiseMax(0);
     const double expected = outside.norm() > 0 ? outside.norm() : 1 - p.cwiseAbs().maxCoeff();
     ASSERT_NEAR(tree.distance(p), expected, 1e-14) << p.transpose();
@@ -26,7 +27,7 @@ TEST(TriangleTree, DistanceMatchesASearchThroughAllTriangles) {
   const TriangleTree tree(mesh);
   for (uint64_t i = 0; i < 300; ++i) {
     Philox random(42, Stream::test, i);
-    const Vec3 p = random.direction() * random.uniform(0, 2);
+    const Vec3 p = test::random_arrow(random, 0, 2);
     double expected = 1e300;
     for (const Corners& corners : tree.corners()) {
       // Barycentric samples bound the true distance from above.

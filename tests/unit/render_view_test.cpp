@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/philox.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -34,7 +35,7 @@ TEST(View, RaysOfTheImageUndoTheProjection) {
     Philox random(1, Stream::test, i, 0);
     View view = make_view(some_camera(random), 1.6f, 0.05f, 50);
     view.shift(0.3f / 160, -0.2f / 100);
-    const Eigen::Vector2f pixel(160 * random.uniform(), 100 * random.uniform());
+    const Eigen::Vector2f pixel{160 * random.uniform(), 100 * random.uniform()};
     const auto distance = static_cast<float>(0.1 + 20 * random.uniform());
     const Vec3f ray = view.world_from_image(160, 100) * Vec3f(pixel.x(), pixel.y(), 1);
     EXPECT_NEAR(ray.dot(view.forward), 1, 1e-5);
@@ -61,7 +62,7 @@ TEST(View, SeesJustTheSpheresThatReachIntoThePicture) {
   for (uint32_t i = 0; i < 500; ++i) {
     Philox random(2, Stream::test, i, 0);
     const View view = make_view(some_camera(random), 1.5f, 0.05f, 50);
-    const Vec3f centre = (8 * random.uniform() * random.direction()).cast<float>();
+    const Vec3f centre = test::random_arrow(random, 0, 8).cast<float>();
     if (view.depth_of(centre) > 0.1f) {
       const Eigen::Vector2f at = view.project(centre, 1, 1);
       const bool inside = (at.array() > 0.001f).all() && (at.array() < 0.999f).all();

@@ -9,6 +9,7 @@
 
 #include "core/philox.h"
 #include "report/ensemble_error.h"
+#include "support/random_vectors.h"
 #include "support/trajectory_fixture.h"
 
 namespace pilesim {
@@ -153,8 +154,7 @@ TEST_F(RunMeasuresTest, AngleOfAConeOfBodies) {
     const auto path = write("cone" + std::to_string(angle_deg), 4000, 2, [&](size_t body, double) {
       for (uint32_t attempt = 0;; ++attempt) {
         Philox random(5, Stream::test, body, attempt);
-        const Vec3 place(random.uniform(-10, 10), random.uniform(0, 10 * slope),
-                         random.uniform(-10, 10));
+        const Vec3 place = test::random_in_box(random, {-10, 0, -10}, {10, 10 * slope, 10});
         const double radius = std::hypot(place.x(), place.z());
         if (place.y() > slope * (10 - radius)) continue;
         return Pose{place + Vec3(0, 3, 0), Quat::Identity()};  // on a table
@@ -245,7 +245,7 @@ TEST_F(RunMeasuresTest, InjectedFaultsAreSeen) {
     for (uint64_t seed = 0; seed < 5; ++seed) {
       const auto path = write(name + std::to_string(seed), 300, 3, [&](size_t body, double t) {
         Philox random(seed + (fault == Fault::none ? 0 : 50), Stream::test, body);
-        Vec3 place = random.uniform(0.2, 1) * random.direction();
+        Vec3 place = test::random_arrow(random, 0.2, 1);
         const double speed = random.uniform(0.5, 1.5);
         if (fault == Fault::larger) place *= 1.1;  // a radius 10 % too large
         if (fault == Fault::lower) place.y() -= 0.1;

@@ -10,6 +10,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/primitives.h"
+#include "support/random_vectors.h"
 
 namespace pilesim {
 namespace {
@@ -28,9 +29,9 @@ TriangleMesh centred_hull(std::vector<Vec3> points) {
 TriangleMesh random_hull(uint64_t which) {
   Philox random(7, Stream::test, which);
   std::vector<Vec3> points;
-  const Vec3 scale(random.uniform(0.3, 1), random.uniform(0.3, 1), random.uniform(0.3, 2));
+  const Vec3 scale = test::random_in_box(random, {0.3, 0.3, 0.3}, {1, 1, 2});
   for (int i = 0; i < 20 + 10 * static_cast<int>(which % 20); ++i) {
-    points.emplace_back(random.direction().cwiseProduct(scale) * random.uniform(0.7, 1));
+    points.emplace_back(test::random_arrow(random, 0.7, 1).cwiseProduct(scale));
   }
   return centred_hull(points);
 }

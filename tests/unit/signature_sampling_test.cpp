@@ -8,6 +8,7 @@
 #include "signature/accuracy.h"
 #include "signature/table/collision_height.h"
 #include "signature/table/table_sampling.h"
+#include "support/random_vectors.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {
@@ -287,7 +288,7 @@ TEST(Draws, KeepTheLimitsAndTheFrame) {
       const Vec3f normal = random.direction().cast<float>();
       Vec3f v = random.direction().cast<float>();
       if (v.dot(normal) > 0) v = -v;
-      const Vec3f w = (random.uniform(0, 5) * random.direction()).cast<float>();
+      const Vec3f w = test::random_arrow(random, 0, 5).cast<float>();
       const ResponseDraw draw = draw_response(table, model, k, 0.3, 0.5, normal, v, w, random);
       EXPECT_GE(draw.velocity.dot(normal), -1e-6F);
       const float before = v.squaredNorm() + k * k * w.squaredNorm();
