@@ -22,6 +22,14 @@ def long_scene(scene):
     scene["simulator"] = {"sleeping": False}
 
 
+def stop(pid):
+    """Returns when all its threads stand: until then they take other signals first."""
+    os.kill(pid, signal.SIGSTOP)
+    threads = list(Path(f"/proc/{pid}/task").iterdir())
+    while any("State:\tT" not in (thread / "status").read_text() for thread in threads):
+        time.sleep(0.001)
+
+
 def children(pid):
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
@@ -148,7 +156,7 @@ class Render(SignalTest):
         """One that will never end by itself, so that pilesim waits for it."""
         process = self.start_rendering()
         (ffmpeg,) = children(process.pid)
-        os.kill(ffmpeg, signal.SIGSTOP)
+        stop(ffmpeg)
         return process, ffmpeg
 
     def check_that_nothing_half_written_is_taken_for_whole(self):
@@ -215,7 +223,7 @@ class Compare(SignalTest):
         for first, second in (("SIGINT", "SIGINT"), ("SIGTERM", "SIGTERM")):
             process = self.start_comparing()
             (run,) = children(process.pid)
-            os.kill(run, signal.SIGSTOP)  # it never takes what it is asked
+            stop(run)  # it never takes what it is asked
             process.send_signal(signal.Signals[first])
             self.wait_until(lambda process=process: self.is_asked(run), process)
             process.send_signal(signal.Signals[second])
