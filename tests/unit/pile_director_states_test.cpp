@@ -254,6 +254,18 @@ TEST(PileWaking, AWokenBodyIsLeftItsGrace) {
   }
 }
 
+// Not after what flies over it, nor after what lies elsewhere.
+TEST(PileDrift, AConeWithoutAPlaceFollowsTheMeanOfWhatLiesInItsReach) {
+  Boxes boxes({{0, 0.1, 0}, {0.3, 0.1, 0}, {0.3, 0.1, 0.3}, {-0.1, 1, -0.1}, {5, 0.1, 0}});
+  boxes.scene.piles[0].centre.reset();
+  ConstructedWorld world(boxes);
+  for (const uint32_t body : {1u, 2u, 3u, 5u}) world.rest(body, 0, kEdge / 2);
+  ReposeDirector director(boxes.scene, boxes.model);
+  world.step(director, 600);
+  ASSERT_TRUE(director.piles()[0].shape);
+  EXPECT_LT((director.piles()[0].shape->middle() - GroundPoint(0.2, 0.1)).norm(), 1e-3);
+}
+
 // Three pyramids, of which two stand under each other's slopes.
 TEST(PileSlopes, ConesThatHaveRunTogetherShareOne) {
   std::vector<Vec3> centres;
