@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/state_stream.h"
 #include "support/small_runs.h"
 
 namespace pilesim {
@@ -19,34 +18,17 @@ using test::SmallRun;
 
 class SavedState : public test::SmallRuns, public testing::WithParamInterface<SmallRun> {};
 
-std::vector<std::byte> saved(const Simulator& simulator) {
-  StateWriter writer;
-  simulator.save(writer);
-  return {writer.bytes().begin(), writer.bytes().end()};
-}
-
-// Of what goes into reports, without times.
-std::vector<double> figures_of(const FrameStatistics& s) {
-  return {static_cast<double>(s.steps),
-          static_cast<double>(s.bodies_present),
-          static_cast<double>(s.bodies_awake),
-          static_cast<double>(s.contacts),
-          s.deepest_penetration_m,
-          s.kinetic_energy_j,
-          s.potential_energy_j};
-}
-
 TEST_P(SavedState, GoesOnWithTheSameBytes) {
   const SmallRun& run = GetParam();
   const test::RunScene scene(run, overrides_of(run));
   const RunningRun whole(run, scene);
   std::vector<std::string> hashes = {test::hash_of(whole.simulator->states())};
-  std::vector<std::vector<double>> figures = {figures_of(whole.simulator->statistics())};
-  std::vector<std::vector<std::byte>> states = {saved(*whole.simulator)};
+  std::vector<std::vector<double>> figures = {test::figures_of(whole.simulator->statistics())};
+  std::vector<std::vector<std::byte>> states = {test::saved(*whole.simulator)};
   for (int frame = 1; frame <= test::kFramesOfRun; ++frame) {
-    figures.push_back(figures_of(whole.simulator->step_frame()));
+    figures.push_back(test::figures_of(whole.simulator->step_frame()));
     hashes.push_back(test::hash_of(whole.simulator->states()));
-    states.push_back(saved(*whole.simulator));
+    states.push_back(test::saved(*whole.simulator));
   }
   int threads = 1;
   for (const size_t from : {0, 1, 6, 14, 23, 33, 44}) {
@@ -57,12 +39,12 @@ TEST_P(SavedState, GoesOnWithTheSameBytes) {
     resumed.simulator->load(reader);
     EXPECT_EQ(reader.left(), 0U);
     ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[from]);
-    EXPECT_TRUE(saved(*resumed.simulator) == states[from]) << "is not all loaded";
-    EXPECT_EQ(figures_of(resumed.simulator->statistics()).back(), figures[from].back());
+    EXPECT_TRUE(test::saved(*resumed.simulator) == states[from]) << "is not all loaded";
+    EXPECT_EQ(test::figures_of(resumed.simulator->statistics()).back(), figures[from].back());
     for (size_t frame = from + 1; frame < hashes.size(); ++frame) {
       const FrameStatistics statistics = resumed.simulator->step_frame();
       ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[frame]) << "frame " << frame;
-      ASSERT_EQ(figures_of(statistics), figures[frame]) << "frame " << frame;
+      ASSERT_EQ(test::figures_of(statistics), figures[frame]) << "frame " << frame;
     }
     EXPECT_EQ(resumed.simulator->figures(), whole.simulator->figures());
   }
@@ -74,7 +56,7 @@ TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
   const test::RunScene scene(run, overrides_of(run));
   const RunningRun whole(run, scene);
   for (int frame = 0; frame < 20; ++frame) whole.simulator->step_frame();
-  const std::vector<std::byte> state = saved(*whole.simulator);
+  const std::vector<std::byte> state = test::saved(*whole.simulator);
   std::mt19937 random(1);
   int refused = 0;
   const int kDamages = 45;
@@ -95,7 +77,7 @@ TEST_P(SavedState, DamagedAtRandomDoesNoHarm) {
     try {
       resumed.simulator->load(reader);
       resumed.simulator->statistics();
-      saved(*resumed.simulator);
+      test::saved(*resumed.simulator);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::input);
       ++refused;

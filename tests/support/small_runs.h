@@ -13,6 +13,7 @@
 
 #include "core/hash.h"
 #include "core/parallel_for.h"
+#include "core/state_stream.h"
 #include "pile/guide/guided_simulator.h"
 #include "pile/guide/upside_down.h"
 #include "pile/repose/repose_director.h"
@@ -94,6 +95,23 @@ inline std::string hash_of(const BodyStates& states) {
   hasher.add_values(std::span(states.angular_velocity));
   hasher.add_values(std::span(states.flags));
   return hasher.digest();
+}
+
+inline std::vector<std::byte> saved(const Simulator& simulator) {
+  StateWriter writer;
+  simulator.save(writer);
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
+// Of what goes into reports, without times.
+inline std::vector<double> figures_of(const FrameStatistics& s) {
+  return {static_cast<double>(s.steps),
+          static_cast<double>(s.bodies_present),
+          static_cast<double>(s.bodies_awake),
+          static_cast<double>(s.contacts),
+          s.deepest_penetration_m,
+          s.kinetic_energy_j,
+          s.potential_energy_j};
 }
 
 // What a run is made of.

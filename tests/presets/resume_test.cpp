@@ -1,0 +1,165 @@
+// N frames of a preset, saved, loaded into another simulator, and N more are the 2 N frames of a
+// run that was not saved, to the last bit, at any number of threads. For every scene in presets/,
+// made small by one rule (support/small_preset.h); what the rule cannot make small stands below.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "core/parallel_for.h"
+#include "core/state_stream.h"
+#include "job/direction.h"
+#include "scene/scene_loader.h"
+#include "signature/signature_file.h"
+#include "signature/signature_sampling.h"
+#include "support/small_preset.h"
+#include "support/small_runs.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kPresets = fs::path(PILESIM_SOURCE_DIR) / "presets";
+
+// Relative to presets/, without the ending.
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(kPresets)) {
+    if (entry.path().extension() == ".json") {
+      names.push_back(fs::relative(entry.path(), kPresets).replace_extension().generic_string());
+    }
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+// Where the rule would give a run that shows nothing.
+const test::PresetSize kAsleepSoon = {.simulated_s = 0.25};
+const test::PresetSize kFromFarUp = {.simulated_s = 1.5};
+const test::PresetSize kHardlySeenToTouch = {.simulated_s = 3};  // at the ends of frames
+const std::map<std::string, test::PresetSize> kSizes = {
+    {"equilibrium/wedged_crates", kAsleepSoon},
+    {"hard/contact_on_edge", kAsleepSoon},
+    {"hard/heavy_on_light", kAsleepSoon},
+    {"hard/pyramid", kAsleepSoon},
+    {"hard/rings", kAsleepSoon},
+    {"hard/spikes_and_wedges", kAsleepSoon},
+    {"hard/spinning", kHardlySeenToTouch},
+    {"statistical/rabbits_100000", kFromFarUp},
+};
+
+// What tests of one process share.
+struct Scratch {
+  Scratch() {
+    std::string pattern = (fs::temp_directory_path() / "presets_resume.XXXXXX").string();
+    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
+    directory = pattern;
+    setenv("XDG_CACHE_HOME", directory.c_str(), 1);
+  }
+  ~Scratch() { fs::remove_all(directory); }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  // Measured coarsely, once.
+  std::string signature_file(const test::SmallPreset::Measured& wanted) {
+    std::string& file =
+        files[{wanted.mesh.filename(), wanted.scale, wanted.restitution, wanted.friction}];
+    if (!file.empty()) return file;
+    SignatureOptions options{.mesh = wanted.mesh, .scale = wanted.scale};
+    options.material = {.restitution = wanted.restitution, .friction = wanted.friction};
+    options.sampling = {.trials_per_cell = 2, .exemplars = 2};
+    options.accuracy.reset();
+    options.progress = ProgressMode::none;
+    file = (directory / (std::to_string(files.size()) + ".sig")).string();
+    write_signature(sample_signature(options).signature, file);
+    return file;
+  }
+
+  fs::path directory;
+  std::map<std::tuple<fs::path, double, double, double>, std::string> files;
+};
+
+class PresetResume : public testing::TestWithParam<std::string> {
+ protected:
+  static void SetUpTestSuite() { scratch_ = std::make_unique<Scratch>(); }
+  static void TearDownTestSuite() { scratch_.reset(); }
+  ~PresetResume() override { set_thread_count(available_threads()); }
+
+  static std::unique_ptr<Scratch> scratch_;
+};
+std::unique_ptr<Scratch> PresetResume::scratch_;
+
+// A preset's run at its beginning, as `simulate` or `direct-pile` make it.
+struct PresetRun {
+  PresetRun(const Scene& scene, const Model& model, const GuideFilling& filling, bool is_directed)
+      : direction(is_directed ? direction_of("preset", scene, model, filling)
+                              : no_direction(scene, model)),
+        simulator(direction->make_simulator()) {}
+
+  std::unique_ptr<Direction> direction;
+  std::unique_ptr<Simulator> simulator;
+};
+
+TEST_P(PresetResume, EndsWithTheSameBytes) {
+  const std::string& name = GetParam();
+  const auto size = kSizes.find(name);
+  const fs::path file = kPresets / (name + ".json");
+  test::SmallPreset preset =
+      test::PresetShrinker(file, size == kSizes.end() ? test::PresetSize{} : size->second).result();
+  for (const auto& [shape, wanted] : preset.signatures) {
+    preset.overrides.push_back("/shapes/" + shape +
+                               "/signature=" + scratch_->signature_file(wanted));
+  }
+  const Scene scene = load_scene(file, preset.overrides).scene;
+  Model model = build_model(scene);
+  const GuideFilling filling = fill_guide(scene, model);
+
+  set_thread_count(1);
+  const PresetRun whole(scene, model, filling, preset.is_directed);
+  std::vector<std::string> hashes = {test::hash_of(whole.simulator->states())};
+  std::vector<std::vector<double>> figures = {test::figures_of(whole.simulator->statistics())};
+  std::vector<std::byte> half;
+  uint32_t contacts = 0;
+  for (size_t frame = 1; frame <= 2 * preset.half; ++frame) {
+    const FrameStatistics statistics = whole.simulator->step_frame();
+    hashes.push_back(test::hash_of(whole.simulator->states()));
+    figures.push_back(test::figures_of(statistics));
+    if (frame <= preset.half) contacts = std::max(contacts, statistics.contacts);
+    if (frame == preset.half) half = test::saved(*whole.simulator);
+  }
+  // A run in which there is nothing to be forgotten shows nothing: it wants a size of its own.
+  EXPECT_GT(contacts, 0U) << "nothing has met by the frame from which the run is resumed";
+  EXPECT_NE(hashes[preset.half], hashes.back()) << "nothing moves after that frame";
+
+  for (const int threads : {2, 3}) {
+    SCOPED_TRACE(std::to_string(threads) + " threads");
+    set_thread_count(threads);
+    const PresetRun resumed(scene, model, filling, preset.is_directed);
+    StateReader reader(half);
+    resumed.simulator->load(reader);
+    ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[preset.half]);
+    for (size_t frame = preset.half + 1; frame < hashes.size(); ++frame) {
+      const FrameStatistics statistics = resumed.simulator->step_frame();
+      ASSERT_EQ(test::hash_of(resumed.simulator->states()), hashes[frame]) << "frame " << frame;
+      ASSERT_EQ(test::figures_of(statistics), figures[frame]) << "frame " << frame;
+    }
+    // A director's state has the time that it took, too.
+    if (!preset.is_directed) {
+      EXPECT_TRUE(test::saved(*resumed.simulator) == test::saved(*whole.simulator));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, PresetResume, testing::ValuesIn(preset_names()), [](const auto& test) {
+  std::string name = test.param;
+  std::ranges::replace(name, '/', '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace pilesim
