@@ -136,11 +136,12 @@ btScalar BulletContactSolver::solveGroupCacheFriendlyFinish(btCollisionObject** 
       const btRigidBody* body = m_tmpSolverBodyPool[id].m_originalBody;
       if (body == nullptr || body->getUserPointer() == nullptr) continue;
       DynamicBody& dynamic = *static_cast<DynamicBody*>(body->getUserPointer());
-      dynamic.supported = true;
-      dynamic.sticks = dynamic.sticks || sticks(contact);
-      ++dynamic.loads;
+      BulletRest& rest = dynamic.rest;
+      rest.supported = true;
+      rest.sticks = rest.sticks || sticks(contact);
+      ++rest.loads;
       const auto& point = *static_cast<btManifoldPoint*>(contact.m_originalContactPoint);
-      if (-point.getDistance() > dynamic.rest_depth_m) dynamic.sunk = true;
+      if (-point.getDistance() > dynamic.rest_depth_m) rest.sunk = true;
     }
   }
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "simulate/bullet/bullet_state.h"
 #include "simulate/bullet/bullet_types.h"
 
 namespace pilesim {
@@ -18,16 +19,12 @@ struct DynamicBody {
   double time_to_sleep_s = 0;        // of rest before it may sleep
   double rest_depth_m = 0;           // the deepest contact that it may sleep with
   double rest_drift_m = 0;  // how far its centre may stray in that time, if nothing holds it
-  btVector3 rest_place = {0, 0, 0};  // m, world: where it was held last, or the time began
   bool hinged = false;
-  bool supported = false;  // some contact pushed it in the last step
-  bool sunk = false;       // some contact was deeper than rest_depth_m
-  bool sticks = false;     // friction of some contact was below its limit
-  int loads = 0;           // contacts that pushed it
+  BulletRest rest;  // all above is of the model
 
   // Whether contacts can keep it where it is: on one it may roll, and where friction is at its
   // limit in all of them it slides.
-  bool is_held() const { return hinged || (sticks && loads >= 2); }
+  bool is_held() const { return hinged || (rest.sticks && rest.loads >= 2); }
 };
 
 // Stock Bullet takes the approach speed of a bounce with the step's gravity already in it, adds the

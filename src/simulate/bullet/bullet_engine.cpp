@@ -127,7 +127,7 @@ void BulletEngine::set_up_dynamic(uint32_t index, const BodyMotion& start, btRig
   }
   dynamic.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
   dynamic.rest_drift_m = kRestDrift * radius;
-  dynamic.rest_place = to_bullet(start.position);
+  dynamic.rest.place = start.position;
   dynamic.rest_depth_m = kRestDepth * shape.smallest_extent;
   dynamic.hinged = source.hinge.has_value();
   body.setUserPointer(&dynamic);
@@ -197,9 +197,9 @@ void BulletEngine::change_solver_velocity(uint32_t body, const Vec3& linear, con
 }
 
 void BulletEngine::carry(uint32_t body) {
-  DynamicBody& dynamic = dynamic_[body];
-  dynamic.supported = dynamic.sticks = true;
-  dynamic.loads += 2;
+  BulletRest& rest = dynamic_[body].rest;
+  rest.supported = rest.sticks = true;
+  rest.loads += 2;
 }
 
 void BulletEngine::keep_apart(const std::vector<uint32_t>& bodies) {

@@ -58,8 +58,13 @@ class BulletEngine final : public ExactEngine {
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;
   void add_contacts_to(FrameStatistics& statistics) const override;
-  void save(StateWriter& writer) const override;
+  void save(StateWriter& writer) const override { writer(state()); }
   void load(StateReader& reader) override;
+
+  // What its world is between two steps.
+  BulletState state() const;
+  // Makes its world that one. Throws Error(input) where there is no such world of this model.
+  void set_state(const BulletState& state);
 
  private:
   // What Bullet has of a body of the model.
@@ -79,12 +84,14 @@ class BulletEngine final : public ExactEngine {
   void set_up_dynamic(uint32_t index, const BodyMotion& start, btRigidBody& body);
   void remove_constraints_of(uint32_t index);
   void clear();  // takes all out of the world
-  // In bullet_state.cpp:
+  // In bullet_save.cpp:
+  BulletBody body_state(const btRigidBody& body) const;
   std::vector<uint64_t> constraint_order() const;
-  std::vector<bullet_state::BodyNumbers> load_bodies(StateReader& reader);
-  void load_broad_phase(StateReader& reader, std::span<const bullet_state::BodyNumbers> bodies);
-  void load_constraints(StateReader& reader);
-  void load_pairs(StateReader& reader);
+  // In bullet_load.cpp:
+  void add_bodies(const std::vector<BulletBody>& bodies);
+  void set_broad_phase(const BulletState& state);
+  void set_constraints(const BulletState& state);
+  void set_pairs(const BulletState& state);
 
   const Scene& scene_;
   const Model& model_;

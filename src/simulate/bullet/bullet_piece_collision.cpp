@@ -59,6 +59,31 @@ void PieceCollisionAlgorithm::release(PiecePair& pair) {
   pair.manifold = nullptr;
 }
 
+void PieceCollisionAlgorithm::save(BulletPair& state) const {
+  state.b_from_a = from_bullet(b_from_a_);
+  state.list_slack_m = list_slack_m_;
+  for (const PiecePair& pair : pairs_) {
+    state.pieces.push_back({.a = pair.a,
+                            .b = pair.b,
+                            .apart = from_bullet(pair.apart),
+                            .slack_m = pair.slack_m,
+                            .manifold = place_of(pair.manifold)});
+  }
+}
+
+void PieceCollisionAlgorithm::load(const BulletPair& state, ManifoldPlaces& places) {
+  b_from_a_ = to_bullet(state.b_from_a);
+  list_slack_m_ = state.list_slack_m;
+  for (const BulletPiecePair& pair : state.pieces) {
+    StateReader::require(pair.a < a_.pieces.size() && pair.b < b_.pieces.size(),
+                         "a pair of pieces");
+    pairs_.push_back({pair.a, pair.b, to_bullet(pair.apart), pair.slack_m, nullptr});
+    if (pair.manifold == kNoManifold) continue;
+    pairs_.back().manifold = m_dispatcher->getNewManifold(&body_a_, &body_b_);
+    places.put(pair.manifold, *pairs_.back().manifold);
+  }
+}
+
 void PieceCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
   for (const PiecePair& pair : pairs_) {
     if (pair.manifold != nullptr) manifolds.push_back(pair.manifold);

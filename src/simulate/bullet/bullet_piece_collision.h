@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "simulate/bullet/bullet_state.h"
+#include "simulate/bullet/bullet_manifolds.h"
 #include "simulate/bullet/bullet_types.h"
 
 namespace pilesim {
@@ -47,14 +47,15 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  void save(StateWriter& writer) const;
-  void load(StateReader& reader, bullet_state::ManifoldPlaces& places);  // of one made anew
+  // Its part of a pair's state.
+  void save(BulletPair& state) const;
+  void load(const BulletPair& state, ManifoldPlaces& places);  // of one made anew
 
  private:
-  struct PiecePair {
-    uint32_t a, b;    // pieces
-    btVector3 apart;  // from b to a in the frame of body a, any length; zero: not known yet
-    double slack_m;   // motion until they may come within reach
+  struct PiecePair {  // as BulletPiecePair
+    uint32_t a, b;
+    btVector3 apart;
+    double slack_m;
     btPersistentManifold* manifold;
   };
 
@@ -70,12 +71,12 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
   const btCollisionObject& body_a_;
   const btCollisionObject& body_b_;
   btConvexPenetrationDepthSolver& depth_solver_;
-  double reach_;                  // m: pieces closer than this have contact points
-  double radius_a_;               // m, of the ball about body a's origin that holds it
-  btTransform b_from_a_;          // in the step before
-  double list_slack_m_ = -1;      // motion until `pairs_` may miss one
-  std::vector<PiecePair> pairs_;  // by a, then b
-  std::vector<PiecePair> former_;
+  double reach_;                   // m: pieces closer than this have contact points
+  double radius_a_;                // m, of the ball about body a's origin that holds it
+  btTransform b_from_a_;           // in the step before
+  double list_slack_m_ = -1;       // motion until `pairs_` may miss one
+  std::vector<PiecePair> pairs_;   // by a, then b
+  std::vector<PiecePair> former_;  // scratch
 };
 
 }  // namespace pilesim

@@ -53,6 +53,17 @@ PlaneCollisionAlgorithm::~PlaneCollisionAlgorithm() {
   if (manifold_ != nullptr) m_dispatcher->releaseManifold(manifold_);
 }
 
+void PlaneCollisionAlgorithm::save(BulletPair& state) const {
+  if (manifold_ != nullptr) state.manifolds = {place_of(manifold_)};
+}
+
+void PlaneCollisionAlgorithm::load(const BulletPair& state, ManifoldPlaces& places) {
+  StateReader::require(state.manifolds.size() <= 1, "one contact manifold with a plane");
+  if (state.manifolds.empty()) return;
+  manifold_ = m_dispatcher->getNewManifold(&body_, &plane_);
+  places.put(state.manifolds.front(), *manifold_);
+}
+
 void PlaneCollisionAlgorithm::getAllContactManifolds(btManifoldArray& manifolds) {
   if (manifold_ != nullptr) manifolds.push_back(manifold_);
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "simulate/bullet/bullet_facing_points.h"
-#include "simulate/bullet/bullet_state.h"
+#include "simulate/bullet/bullet_manifolds.h"
 
 namespace pilesim {
 
@@ -26,8 +26,9 @@ class PlaneCollisionAlgorithm final : public btCollisionAlgorithm {
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  void save(StateWriter& writer) const;
-  void load(StateReader& reader, bullet_state::ManifoldPlaces& places);  // of one made anew
+  // Its part of a pair's state.
+  void save(BulletPair& state) const;
+  void load(const BulletPair& state, ManifoldPlaces& places);  // of one made anew
 
  private:
   void collect_points(const Plane& plane);
@@ -36,8 +37,8 @@ class PlaneCollisionAlgorithm final : public btCollisionAlgorithm {
   const btCollisionObject& body_;
   const btCollisionObject& plane_;
   double reach_;  // m: points that are higher are no contacts
-  std::vector<FacingPoint> points_;
   btPersistentManifold* manifold_ = nullptr;
+  std::vector<FacingPoint> points_;  // scratch
 };
 
 // The plane of a body with a btStaticPlaneShape, world.

@@ -25,5 +25,13 @@ inline Quat from_bullet(const btQuaternion& q) { return {q.w(), q.x(), q.y(), q.
 inline btTransform to_bullet(const Pose& pose) {
   return btTransform(to_bullet(pose.orientation), to_bullet(pose.position));
 }
+inline btMatrix3x3 to_bullet(const Mat3& m) {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+}
+inline Mat3 from_bullet(const btMatrix3x3& m) {
+  Mat3 result;
+  for (int row = 0; row < 3; ++row) result.row(row) = from_bullet(m[row]);
+  return result;
+}
 
 }  // namespace pilesim

@@ -216,7 +216,8 @@ void BulletWorld::integrate(DynamicBody& dynamic, double step_s) {
   const btTransform from = body.getWorldTransform();
   btVector3 motion = body.getLinearVelocity() * step_s;
   // A body that nothing held in this step follows its parabola exactly.
-  if (!dynamic.supported && !dynamic.hinged) motion -= body.getGravity() * (step_s * step_s / 2);
+  if (!dynamic.rest.supported && !dynamic.hinged)
+    motion -= body.getGravity() * (step_s * step_s / 2);
   btQuaternion orientation = from.getRotation();
   btVector3 angular_velocity = body.getAngularVelocity();
   if (dynamic.hinged) {
@@ -237,11 +238,10 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     btRigidBody& body = *m_nonStaticRigidBodies[i];
     if (body.isStaticOrKinematicObject()) continue;
     DynamicBody& dynamic = *dynamic_of(body);
-    const bool supported = dynamic.supported || dynamic.hinged;
-    const bool sunk = dynamic.sunk;  // position corrections move it still
+    const bool supported = dynamic.rest.supported || dynamic.hinged;
+    const bool sunk = dynamic.rest.sunk;  // position corrections move it still
     const bool held = dynamic.is_held();
-    dynamic.supported = dynamic.sunk = dynamic.sticks = false;
-    dynamic.loads = 0;
+    dynamic.rest = {.place = dynamic.rest.place};
     if (body.getActivationState() == ISLAND_SLEEPING) {
       body.setLinearVelocity(btVector3(0, 0, 0));
       body.setAngularVelocity(btVector3(0, 0, 0));
@@ -252,11 +252,11 @@ void BulletWorld::updateActivationState(btScalar step_s) {
     const bool slow = body.getLinearVelocity().length2() < limit2 &&
                       (spin * dynamic.rest_reach).length2() < limit2;
     const btVector3& place = body.getWorldTransform().getOrigin();
-    if (held) dynamic.rest_place = place;
-    const bool strays = (place - dynamic.rest_place).length() > dynamic.rest_drift_m;
+    if (held) dynamic.rest.place = from_bullet(place);
+    const bool strays = (place - to_bullet(dynamic.rest.place)).length() > dynamic.rest_drift_m;
     if (!sleeping_ || !slow || sunk || strays) {
       body.setDeactivationTime(0);
-      dynamic.rest_place = place;
+      dynamic.rest.place = from_bullet(place);
     } else if (supported) {
       body.setDeactivationTime(body.getDeactivationTime() + step_s);
     }
