@@ -45,10 +45,8 @@ class AlgorithmLoader {
       case BulletAlgorithm::none:
         break;
       case BulletAlgorithm::pieces:
-        static_cast<PieceCollisionAlgorithm*>(made)->load(state, places_);
-        break;
       case BulletAlgorithm::plane:
-        static_cast<PlaneCollisionAlgorithm*>(made)->load(state, places_);
+        static_cast<PairAlgorithm*>(made)->load(state, places_);
         break;
       case BulletAlgorithm::compound:
         load_children(*static_cast<btCompoundCollisionAlgorithm*>(made), in_a, in_b, state);

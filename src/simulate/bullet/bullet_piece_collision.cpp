@@ -37,7 +37,7 @@ PieceCollisionAlgorithm::PieceCollisionAlgorithm(const btCollisionAlgorithmConst
                                                  const btCollisionObject& a,
                                                  const btCollisionObject& b,
                                                  btConvexPenetrationDepthSolver& depth_solver)
-    : btCollisionAlgorithm(info),
+    : PairAlgorithm(info),
       a_(pieces_of(a)),
       b_(pieces_of(b)),
       body_a_(a),

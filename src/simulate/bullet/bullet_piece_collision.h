@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "simulate/bullet/bullet_manifolds.h"
+#include "simulate/bullet/bullet_algorithms.h"
 #include "simulate/bullet/bullet_types.h"
 
 namespace pilesim {
@@ -32,7 +32,7 @@ double resting_gap_m(const ConvexPieces& body_a, const ConvexPiece& a, const Con
 // the motion since, and in which direction: most pairs cost nothing in a step, some two support
 // points, and only what touches, or nearly, goes through GJK and has contact points. Stock Bullet
 // runs GJK from scratch on each pair and searches two trees for them.
-class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
+class PieceCollisionAlgorithm final : public PairAlgorithm {
  public:
   PieceCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                           const btCollisionObject& a, const btCollisionObject& b,
@@ -41,15 +41,11 @@ class PieceCollisionAlgorithm final : public btCollisionAlgorithm {
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1;  // fast bodies get their contacts ahead
-  }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  // Its part of a pair's state.
-  void save(BulletPair& state) const;
-  void load(const BulletPair& state, ManifoldPlaces& places);  // of one made anew
+  BulletAlgorithm kind() const override { return BulletAlgorithm::pieces; }
+  void save(BulletPair& state) const override;
+  void load(const BulletPair& state, ManifoldPlaces& places) override;
 
  private:
   struct PiecePair {  // as BulletPiecePair

@@ -47,7 +47,7 @@ btManifoldPoint facing_contact(const FacingPoint& point, const Plane& plane,
 PlaneCollisionAlgorithm::PlaneCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObject& body,
                                                  const btCollisionObject& plane)
-    : btCollisionAlgorithm(info), body_(body), plane_(plane), reach_(reach_of(body)) {}
+    : PairAlgorithm(info), body_(body), plane_(plane), reach_(reach_of(body)) {}
 
 PlaneCollisionAlgorithm::~PlaneCollisionAlgorithm() {
   if (manifold_ != nullptr) m_dispatcher->releaseManifold(manifold_);

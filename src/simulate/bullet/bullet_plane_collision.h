@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "simulate/bullet/bullet_algorithms.h"
 #include "simulate/bullet/bullet_facing_points.h"
-#include "simulate/bullet/bullet_manifolds.h"
 
 namespace pilesim {
 
@@ -12,7 +12,7 @@ namespace pilesim {
 // best are its contacts; a point that was one in the step before keeps its impulses. Stock Bullet
 // collects points over several steps: of thin rods it merges them, and those of a rolling cylinder
 // stay behind and drive it.
-class PlaneCollisionAlgorithm final : public btCollisionAlgorithm {
+class PlaneCollisionAlgorithm final : public PairAlgorithm {
  public:
   PlaneCollisionAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
                           const btCollisionObject& body, const btCollisionObject& plane);
@@ -20,15 +20,11 @@ class PlaneCollisionAlgorithm final : public btCollisionAlgorithm {
 
   void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1;  // fast bodies get their contacts ahead
-  }
   void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-  // Its part of a pair's state.
-  void save(BulletPair& state) const;
-  void load(const BulletPair& state, ManifoldPlaces& places);  // of one made anew
+  BulletAlgorithm kind() const override { return BulletAlgorithm::plane; }
+  void save(BulletPair& state) const override;
+  void load(const BulletPair& state, ManifoldPlaces& places) override;
 
  private:
   void collect_points(const Plane& plane);

@@ -25,10 +25,8 @@ BulletPair pair_state(const btBroadphasePair& pair) {
     case BulletAlgorithm::none:
       break;
     case BulletAlgorithm::pieces:
-      static_cast<const PieceCollisionAlgorithm*>(pair.m_algorithm)->save(state);
-      break;
     case BulletAlgorithm::plane:
-      static_cast<const PlaneCollisionAlgorithm*>(pair.m_algorithm)->save(state);
+      static_cast<const PairAlgorithm*>(pair.m_algorithm)->save(state);
       break;
     case BulletAlgorithm::compound: {
       auto& children = children_of(*static_cast<btCompoundCollisionAlgorithm*>(pair.m_algorithm));
