@@ -39,6 +39,23 @@ BOXES = {
     "render": {"size": [64, 48], "samples": 1},
 }
 
+# A box that stands on the ground, 0.8 m wide: a guide.
+BOX_OBJ = """v -0.4 0 -0.4
+v 0.4 0 -0.4
+v 0.4 0 0.4
+v -0.4 0 0.4
+v -0.4 0.9 -0.4
+v 0.4 0.9 -0.4
+v 0.4 0.9 0.4
+v -0.4 0.9 0.4
+f 1 2 3 4
+f 8 7 6 5
+f 1 5 6 2
+f 2 6 7 3
+f 3 7 8 4
+f 4 8 5 1
+"""
+
 
 class CommandTest(unittest.TestCase):
     maxDiff = None

@@ -4,30 +4,13 @@ import json
 import unittest
 
 import zarr
-from support import CommandTest, tree_bytes
+from support import BOX_OBJ, CommandTest, tree_bytes
 
 
 def pile_of_boxes(scene):
     scene["duration_s"] = 4
     scene["emitters"][0].update(count=[3, 4, 3], centre=[0, 1.2, 0], spacing=[0.25, 0.25, 0.25])
     scene["piles"] = [{"angle_deg": 35, "centre": [0, 0]}]
-
-
-BOX_OBJ = """v -0.4 0 -0.4
-v 0.4 0 -0.4
-v 0.4 0 0.4
-v -0.4 0 0.4
-v -0.4 0.9 -0.4
-v 0.4 0.9 -0.4
-v 0.4 0.9 0.4
-v -0.4 0.9 0.4
-f 1 2 3 4
-f 8 7 6 5
-f 1 5 6 2
-f 2 6 7 3
-f 3 7 8 4
-f 4 8 5 1
-"""
 
 
 class Guides(CommandTest):

@@ -9,6 +9,7 @@
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
 #include "signature/table/table_sampling.h"
+#include "support/scratch_directory.h"
 #include "support/signature_bodies.h"
 
 namespace pilesim {
@@ -16,16 +17,8 @@ namespace {
 
 class Signatures : public testing::Test {
  protected:
-  Signatures() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "signatures.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    dir_ = pattern;
-  }
-  ~Signatures() override {
-    std::filesystem::remove_all(dir_);
-    set_thread_count(available_threads());
-  }
-  std::filesystem::path dir_;
+  ~Signatures() override { set_thread_count(available_threads()); }
+  test::ScratchDirectory dir_;
 };
 
 TEST_F(Signatures, DoNotDependOnThreads) {

@@ -16,6 +16,7 @@
 #include "scene/scene_loader.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "support/scratch_directory.h"
 #include "support/small_preset.h"
 #include "support/small_runs.h"
 
@@ -55,15 +56,7 @@ const std::map<std::string, test::PresetSize> kSizes = {
 
 // What tests of one process share.
 struct Scratch {
-  Scratch() {
-    std::string pattern = (fs::temp_directory_path() / "presets_resume.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    directory = pattern;
-    setenv("XDG_CACHE_HOME", directory.c_str(), 1);
-  }
-  ~Scratch() { fs::remove_all(directory); }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
+  Scratch() { setenv("XDG_CACHE_HOME", directory.path().c_str(), 1); }
 
   // Measured coarsely, once.
   std::string signature_file(const test::SmallPreset::Measured& wanted) {
@@ -80,7 +73,7 @@ struct Scratch {
     return file;
   }
 
-  fs::path directory;
+  test::ScratchDirectory directory;
   std::map<std::tuple<fs::path, double, double, double>, std::string> files;
 };
 

@@ -13,26 +13,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
 import support  # noqa: E402
-from support import BOXES  # noqa: E402
+from support import BOX_OBJ, BOXES  # noqa: E402
 
 PILESIM = str(Path(support.PILESIM).resolve())
 SOURCE = support.SOURCE.resolve()
 
-GUIDE = """v -0.4 0 -0.4
-v 0.4 0 -0.4
-v 0.4 0 0.4
-v -0.4 0 0.4
-v -0.4 0.9 -0.4
-v 0.4 0.9 -0.4
-v 0.4 0.9 0.4
-v -0.4 0.9 0.4
-f 1 2 3 4
-f 8 7 6 5
-f 1 5 6 2
-f 2 6 7 3
-f 3 7 8 4
-f 4 8 5 1
-"""
 QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
 # What belongs to the user: in the way of everything that is replaced, and never to be touched.
 OWN_FILES = {
@@ -133,7 +118,7 @@ def repose(place):
 
 
 def guide(place):
-    (place / "guide.obj").write_text(GUIDE)
+    (place / "guide.obj").write_text(BOX_OBJ)
 
     def change(document):
         document["guide"] = {"file": "guide.obj"}

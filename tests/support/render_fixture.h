@@ -8,6 +8,7 @@
 #include <string>
 
 #include "render/scene_renderer.h"
+#include "support/scratch_directory.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim::test {
@@ -98,17 +99,9 @@ inline Colour pixel(const Image& image, int x, int y) {
   return Colour(image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]) / 255;
 }
 
-// A directory removed at the test's end.
 class ScratchTest : public testing::Test {
  protected:
-  ScratchTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "render.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-  }
-  ~ScratchTest() override { std::filesystem::remove_all(directory_); }
-
-  std::filesystem::path directory_;
+  ScratchDirectory directory_;
 };
 
 }  // namespace pilesim::test

@@ -22,6 +22,7 @@
 #include "signature/signature_fitting.h"
 #include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
+#include "support/scratch_directory.h"
 
 namespace pilesim::test {
 
@@ -155,16 +156,8 @@ struct RunningRun {
 // left.
 class SmallRuns : public testing::Test {
  protected:
-  SmallRuns() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "small_runs.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-    setenv("XDG_CACHE_HOME", directory_.c_str(), 1);
-  }
-  ~SmallRuns() override {
-    set_thread_count(available_threads());
-    std::filesystem::remove_all(directory_);
-  }
+  SmallRuns() { setenv("XDG_CACHE_HOME", directory_.path().c_str(), 1); }
+  ~SmallRuns() override { set_thread_count(available_threads()); }
 
   std::string signature_file(Measured measured) {
     Signature signature = sample_signature(coarse("l_shape.obj")).signature;
@@ -182,7 +175,7 @@ class SmallRuns : public testing::Test {
     return overrides;
   }
 
-  std::filesystem::path directory_;
+  ScratchDirectory directory_;
 };
 
 }  // namespace pilesim::test

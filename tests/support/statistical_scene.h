@@ -9,6 +9,7 @@
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
 #include "support/scene_run.h"
+#include "support/scratch_directory.h"
 
 namespace pilesim::test {
 
@@ -18,9 +19,6 @@ class StatisticalScene : public SceneRun {
   static constexpr double kRestitution = 0.3, kFriction = 0.5;
 
   StatisticalScene() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "statistical.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
     scene_.name = "test";
     scene_.step_s = 1.0 / 60;
     scene_.simulator.mode = SimulatorMode::statistical;
@@ -28,7 +26,6 @@ class StatisticalScene : public SceneRun {
     scene_.materials["stuff"] = {kRestitution, kFriction, 1000};
     scene_.shapes["ground"] = PlaneShape{};
   }
-  ~StatisticalScene() override { std::filesystem::remove_all(directory_); }
 
   // A shape named `name` with the signature of the mesh.
   void add_shape(const std::string& name, const TriangleMesh& mesh,
@@ -60,7 +57,7 @@ class StatisticalScene : public SceneRun {
     return scene_.bodies.back();
   }
 
-  std::filesystem::path directory_;
+  ScratchDirectory directory_;
 };
 
 }  // namespace pilesim::test

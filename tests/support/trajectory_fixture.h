@@ -10,6 +10,8 @@
 
 #include "core/error.h"
 #include "core/philox.h"
+#include "support/scratch_directory.h"
+#include "support/thrown_error.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim::test {
@@ -56,17 +58,20 @@ inline bool equal(const TrajectoryFrame& a, const TrajectoryFrame& b) {
   return true;
 }
 
+// A store with frames 0 .. frames - 1 of make_frame(). `path`: it, or a directory that holds it.
+inline void expect_frames(const std::filesystem::path& path, size_t bodies, uint64_t frames) {
+  TrajectoryReader reader(path);
+  ASSERT_EQ(reader.frame_count(), frames);
+  TrajectoryFrame frame;
+  for (uint64_t i = 0; i < frames; ++i) {
+    reader.read(i, frame);
+    ASSERT_TRUE(equal(frame, make_frame(bodies, i))) << "frame " << i;
+  }
+}
+
 // A directory of the test's own, removed at its end.
 class TrajectoryTest : public testing::Test {
  protected:
-  TrajectoryTest() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "trajectory.XXXXXX").string();
-    EXPECT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-    store_ = directory_ / "trajectory.zarr";
-  }
-  ~TrajectoryTest() override { std::filesystem::remove_all(directory_); }
-
   // Frames 0 .. frames - 1 of make_frame().
   void write_store(size_t bodies, uint64_t frames) {
     TrajectoryWriter writer(store_, make_header(bodies));
@@ -74,20 +79,8 @@ class TrajectoryTest : public testing::Test {
     writer.close();
   }
 
-  std::filesystem::path directory_, store_;
+  ScratchDirectory directory_;
+  std::filesystem::path store_ = directory_ / "trajectory.zarr";
 };
-
-// What `action` throws, which must be of `kind`.
-template <typename Action>
-std::string error_text(const Action& action, ErrorKind kind) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "no error was thrown";
-  return {};
-}
 
 }  // namespace pilesim::test

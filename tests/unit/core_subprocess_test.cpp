@@ -1,4 +1,5 @@
 #include "core/subprocess.h"
+#include "support/thrown_error.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,17 +14,6 @@ namespace pilesim {
 namespace {
 
 using testing::HasSubstr;
-
-std::string message_of(const std::function<void()>& action, ErrorKind kind) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind);
-    return error.what();
-  }
-  ADD_FAILURE() << "no error was thrown";
-  return {};
-}
 
 TEST(Subprocess, GivesBackWhatTheProgramMakesOfItsInput) {
   EXPECT_EQ(run_program({"tr", "a-z", "A-Z"}, "coreutils", "pile of bodies"), "PILE OF BODIES");
@@ -42,14 +32,14 @@ TEST(Subprocess, SurvivesMuchInputAndMuchOutput) {
 }
 
 TEST(Subprocess, NamesThePackageOfAMissingProgram) {
-  EXPECT_EQ(
-      message_of([] { Subprocess({"no-such-program-anywhere"}, "some-package"); }, ErrorKind::io),
-      "no-such-program-anywhere: this program is needed and not installed. Install it: apt "
-      "install some-package");
+  EXPECT_EQ(test::error_text([] { Subprocess({"no-such-program-anywhere"}, "some-package"); },
+                             ErrorKind::io),
+            "no-such-program-anywhere: this program is needed and not installed. Install it: apt "
+            "install some-package");
 }
 
 TEST(Subprocess, ReportsStatusAndLastWordsOfAFailure) {
-  EXPECT_EQ(message_of(
+  EXPECT_EQ(test::error_text(
                 [] {
                   run_program({"sh", "-c", "echo out; echo no such codec >&2; exit 3"}, "dash");
                 },
@@ -60,13 +50,13 @@ TEST(Subprocess, ReportsStatusAndLastWordsOfAFailure) {
 TEST(Subprocess, ReportsAProgramThatStopsReadingWithoutSigpipe) {
   std::signal(SIGPIPE, SIG_DFL);  // the signal would end the test program
   const std::string much(1 << 20, 'x');
-  EXPECT_THAT(message_of(
+  EXPECT_THAT(test::error_text(
                   [&] {
                     run_program({"sh", "-c", "echo full >&2; exit 1"}, "dash", much);
                   },
                   ErrorKind::io),
               HasSubstr("failed with exit status 1: full"));
-  EXPECT_THAT(message_of([&] { run_program({"true"}, "coreutils", much); }, ErrorKind::io),
+  EXPECT_THAT(test::error_text([&] { run_program({"true"}, "coreutils", much); }, ErrorKind::io),
               HasSubstr("ended before it had read all of its input"));
   sigset_t pending;
   sigpending(&pending);

@@ -14,6 +14,7 @@
 #include "core/isolated.h"
 #include "json/cbor.h"
 #include "json/json_text.h"
+#include "support/thrown_error.h"
 
 namespace pilesim {
 namespace {
@@ -22,21 +23,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-template <typename Action>
-std::string error_text(ErrorKind kind, const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind);
-    return error.what();
-  }
-  ADD_FAILURE() << "no error was thrown";
-  return {};
-}
-
 TEST(ReadFile, RefusesWhatIsNoRegularFile) {
   const auto text = [](const std::string& file) {
-    return error_text(ErrorKind::io, [&] { read_file(file); });
+    return test::error_text([&] { read_file(file); }, ErrorKind::io);
   };
   EXPECT_EQ(text("/dev/zero"),
             "/dev/zero: is a device, a pipe or a socket; expected a regular file. Save what it "
@@ -54,17 +43,19 @@ TEST(ReadFile, HoldsToItsLimit) {
   const std::string file = testing::TempDir() + "limited";
   write_file_atomically(file, "0123456789");
   EXPECT_EQ(read_file(file, 10), "0123456789");
-  EXPECT_EQ(error_text(ErrorKind::input, [&] { read_file(file, 9); }),
+  EXPECT_EQ(test::error_text([&] { read_file(file, 9); }, ErrorKind::input),
             file + ": has 10 bytes or more; expected at most 9");
   std::filesystem::resize_file(file, uint64_t{1} << 40);  // a hole, which takes no room
-  EXPECT_THAT(error_text(ErrorKind::input, [&] { read_file(file); }), HasSubstr("1099511627776"));
-  EXPECT_THAT(error_text(ErrorKind::input, [&] { read_json_file(file); }), HasSubstr("at most"));
+  EXPECT_THAT(test::error_text([&] { read_file(file); }, ErrorKind::input),
+              HasSubstr("1099511627776"));
+  EXPECT_THAT(test::error_text([&] { read_json_file(file); }, ErrorKind::input),
+              HasSubstr("at most"));
   std::filesystem::remove(file);
   EXPECT_FALSE(read_file("/proc/self/status").empty());  // whose size is said to be 0
 }
 
 std::string cbor_error(const std::string& bytes) {
-  return error_text(ErrorKind::input, [&] { parse_cbor(bytes); });
+  return test::error_text([&] { parse_cbor(bytes); }, ErrorKind::input);
 }
 
 TEST(ParseCbor, ReadsWhatIsWritten) {

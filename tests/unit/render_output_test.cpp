@@ -180,7 +180,7 @@ TEST_F(Video, AnUnfinishedOneLeavesNothing) {
     VideoWriter video(file_, 64, 48, 30);
     video.append(plain_image(64, 48, 10));
   }
-  EXPECT_TRUE(std::filesystem::is_empty(directory_));
+  EXPECT_TRUE(std::filesystem::is_empty(directory_.path()));
 }
 
 // ffmpeg writes what it still holds when its input ends, and by itself takes no offence there.
@@ -205,7 +205,7 @@ TEST_F(Video, AFullDiskAtAnyPointLeavesNoVideo) {
 
 TEST_F(Video, WithoutFfmpegSaysWhatToInstall) {
   const std::string path = std::getenv("PATH");
-  ::setenv("PATH", directory_.c_str(), 1);
+  ::setenv("PATH", directory_.path().c_str(), 1);
   try {
     VideoWriter video(file_, 64, 48, 30);
     ADD_FAILURE() << "no error was thrown";

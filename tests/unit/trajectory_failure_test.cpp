@@ -10,6 +10,7 @@
 #include "../support/trajectory_fixture.h"
 #include "core/atomic_file.h"
 #include "core/subprocess.h"
+#include "support/scratch_directory.h"
 #include "trajectory/zarr_array.h"
 
 namespace pilesim {
@@ -23,16 +24,6 @@ using testing::AllOf;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-void expect_valid_frames(const fs::path& store, size_t bodies, uint64_t frames) {
-  TrajectoryReader reader(store);
-  ASSERT_EQ(reader.frame_count(), frames);
-  TrajectoryFrame frame;
-  for (uint64_t i = 0; i < frames; ++i) {
-    reader.read(i, frame);
-    ASSERT_TRUE(test::equal(frame, make_frame(bodies, i))) << "frame " << i;
-  }
-}
 
 TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
   test::on_a_small_disk(400 << 10, [](const test::SmallDisk& disk) {
@@ -53,14 +44,14 @@ TEST(TrajectoryFailure, FullDiskIsAnErrorAndKeepsTheFramesBefore) {
                 testing::ContainsRegex("cannot be (written|created): (No space left|File too)"));
     EXPECT_GT(writer.frames_on_disk(), 5u);
     EXPECT_EQ(writer.frames_on_disk(), appended - 1);
-    expect_valid_frames(store, kBodies, writer.frames_on_disk());
+    test::expect_frames(store, kBodies, writer.frames_on_disk());
     EXPECT_EQ(test::count_temporary_files(disk.directory), 0u);
 
     // What was in memory is not lost either, once there is room.
     disk.make_room();
     writer.append(make_frame(kBodies, appended));
     writer.close();
-    expect_valid_frames(store, kBodies, appended + 1);
+    test::expect_frames(store, kBodies, appended + 1);
   });
 }
 
@@ -75,12 +66,12 @@ TEST(TrajectoryFailure, FullDiskAtTheEndOfAChunkIsAnErrorOfEveryFurtherFrame) {
     };
     error_text(append, ErrorKind::io);
     error_text(append, ErrorKind::io);
-    expect_valid_frames(store, kBodies, 0);
+    test::expect_frames(store, kBodies, 0);
     disk.make_room();
     ++index;  // its frame is in memory: the append that threw had taken it
     append();
     writer.close();
-    expect_valid_frames(store, kBodies, 20);
+    test::expect_frames(store, kBodies, 20);
   });
 }
 
@@ -103,9 +94,7 @@ TEST(TrajectoryFailure, UnwritableDirectoryIsAnIoError) {
 TEST(TrajectoryFailure, Kill9LeavesAValidPrefix) {
   constexpr int kRounds = 25;
   constexpr size_t kBodies = 12;
-  std::string pattern = (fs::temp_directory_path() / "kill.XXXXXX").string();
-  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-  const fs::path directory = pattern;
+  const test::ScratchDirectory directory;
   std::vector<std::string> python = {
       "/usr/bin/python3", "-c",
       "import sys, zarr\n"
@@ -133,7 +122,7 @@ TEST(TrajectoryFailure, Kill9LeavesAValidPrefix) {
     close(progress[0]);
 
     const uint64_t frames = TrajectoryReader(store).frame_count();
-    expect_valid_frames(store, kBodies, frames);
+    test::expect_frames(store, kBodies, frames);
     EXPECT_GE(frames, least);
     most = std::max(most, frames);
     python.push_back(store);
@@ -141,7 +130,6 @@ TEST(TrajectoryFailure, Kill9LeavesAValidPrefix) {
   }
   EXPECT_GT(most, 5u);
   EXPECT_EQ(run_program(python, "python3-zarr"), expected);
-  fs::remove_all(directory);
 }
 
 class DamagedTrajectory : public test::TrajectoryTest {

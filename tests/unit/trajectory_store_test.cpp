@@ -18,18 +18,7 @@ using test::make_frame;
 using test::make_header;
 using testing::HasSubstr;
 
-class TrajectoryStore : public test::TrajectoryTest {
- protected:
-  void expect_frames(size_t bodies, uint64_t frames) {
-    TrajectoryReader reader(directory_);
-    ASSERT_EQ(reader.frame_count(), frames);
-    TrajectoryFrame frame;
-    for (uint64_t i = 0; i < frames; ++i) {
-      reader.read(i, frame);
-      ASSERT_TRUE(test::equal(frame, make_frame(bodies, i))) << "frame " << i;
-    }
-  }
-};
+using TrajectoryStore = test::TrajectoryTest;
 
 TEST_F(TrajectoryStore, GivesBackTheHeader) {
   const TrajectoryHeader header = make_header(5);
@@ -60,7 +49,7 @@ TEST_F(TrajectoryStore, GivesBackFramesOfWholeAndPartialChunks) {
   for (const uint64_t frames : {uint64_t{1}, per_chunk, per_chunk + 1, 2 * per_chunk}) {
     fs::remove_all(store_);
     write_store(kBodies, frames);
-    expect_frames(kBodies, frames);
+    test::expect_frames(directory_, kBodies, frames);
   }
 }
 
@@ -76,7 +65,7 @@ TEST_F(TrajectoryStore, ReadsInAnyOrder) {
 
 TEST_F(TrajectoryStore, HoldsASceneWithoutBodies) {
   write_store(0, 3);
-  expect_frames(0, 3);
+  test::expect_frames(directory_, 0, 3);
 }
 
 TEST_F(TrajectoryStore, ChunksStayNearTwoMegabytes) {
@@ -92,7 +81,7 @@ TEST_F(TrajectoryStore, FlushesWhatIsTooOldAndCountsHonestly) {
     for (uint64_t frame = 0; frame < 3; ++frame) {
       writer.append(make_frame(2, frame));
       EXPECT_EQ(writer.frames_on_disk(), frame + 1);
-      expect_frames(2, frame + 1);
+      test::expect_frames(directory_, 2, frame + 1);
     }
   }
   fs::remove_all(store_);
@@ -102,7 +91,7 @@ TEST_F(TrajectoryStore, FlushesWhatIsTooOldAndCountsHonestly) {
   EXPECT_EQ(TrajectoryReader(store_).frame_count(), 0u);
   writer.close();
   EXPECT_EQ(writer.frames_on_disk(), 3u);
-  expect_frames(2, 3);
+  test::expect_frames(directory_, 2, 3);
 }
 
 std::string hash_of_tree(const fs::path& directory) {
@@ -142,7 +131,7 @@ TEST_F(TrajectoryStore, RefusesAnExistingDirectory) {
 
 TEST_F(TrajectoryStore, ClosesWhenDestroyed) {
   { TrajectoryWriter(store_, make_header(2)).append(make_frame(2, 0)); }
-  expect_frames(2, 1);
+  test::expect_frames(directory_, 2, 1);
 }
 
 // The exact numbers, through Debian's python3-zarr and no code that knows trajectories.
@@ -164,19 +153,20 @@ for key in ("format", "format_version", "frame_rate", "seed", "scene_hash"):
 print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"], group.attrs["body_name"][1])
 )";
   const TrajectoryHeader header = make_header(kBodies);
-  EXPECT_EQ(run_program({"/usr/bin/python3", "-c", script, store_, directory_}, "python3-zarr"),
-            "position (400, 700, 3) float32 ['frame', 'body', 'xyz']\n"
-            "orientation (400, 700, 4) float32 ['frame', 'body', 'wxyz']\n"
-            "state (400, 700) uint8 ['frame', 'body']\n"
-            "body_shape (700,) uint32 ['body']\n"
-            "body_colour (700, 3) uint8 ['body', 'channel']\n"
-            "body_moves (700,) uint8 ['body']\n"
-            "shapes/0/vertices (4, 3) float32 ['vertex', 'axis']\n"
-            "shapes/0/triangles (4, 3) uint32 ['triangle', 'corner']\n"
-            "shapes/1/vertices (0, 3) float32 ['vertex', 'axis']\n"
-            "format pilesim-trajectory\nformat_version 1\nframe_rate 23.976023976023978\n"
-            "seed 18364758544493064720\nscene_hash " +
-                header.scene_hash + "\n2 0.1 bodies/1\n");
+  EXPECT_EQ(
+      run_program({"/usr/bin/python3", "-c", script, store_, directory_.path()}, "python3-zarr"),
+      "position (400, 700, 3) float32 ['frame', 'body', 'xyz']\n"
+      "orientation (400, 700, 4) float32 ['frame', 'body', 'wxyz']\n"
+      "state (400, 700) uint8 ['frame', 'body']\n"
+      "body_shape (700,) uint32 ['body']\n"
+      "body_colour (700, 3) uint8 ['body', 'channel']\n"
+      "body_moves (700,) uint8 ['body']\n"
+      "shapes/0/vertices (4, 3) float32 ['vertex', 'axis']\n"
+      "shapes/0/triangles (4, 3) uint32 ['triangle', 'corner']\n"
+      "shapes/1/vertices (0, 3) float32 ['vertex', 'axis']\n"
+      "format pilesim-trajectory\nformat_version 1\nframe_rate 23.976023976023978\n"
+      "seed 18364758544493064720\nscene_hash " +
+          header.scene_hash + "\n2 0.1 bodies/1\n");
 
   std::string position, orientation, state;
   const auto add = [](std::string& bytes, const void* values, size_t size) {
@@ -218,10 +208,10 @@ TEST_F(TrajectoryStore, TakesTheShortestOfTheThreeArrays) {
     auto json = nlohmann::ordered_json::parse(whole);
     json["shape"][0] = 4;
     write_file_atomically(file, json.dump());
-    expect_frames(2, 4);
+    test::expect_frames(directory_, 2, 4);
     write_file_atomically(file, whole);
   }
-  expect_frames(2, 5);
+  test::expect_frames(directory_, 2, 5);
 }
 
 }  // namespace
