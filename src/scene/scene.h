@@ -206,15 +206,16 @@ struct LevelOfDetail {
   static std::vector<DetailLevel> table_4_1();
 };
 
-// Who solves the contacts of the impulse mode.
-enum class EngineKind { bullet, exact };
+// Who solves the contacts of the impulse and the mixed mode: the engine of our own, or Bullet as a
+// second opinion.
+enum class EngineKind { exact, bullet };
 
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
-  EngineKind engine = EngineKind::bullet;
+  EngineKind engine = EngineKind::exact;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
-  int solver_iterations = 20;  // 1 .. 1000 sweeps of the velocity solver in a step
+  int solver_iterations = 20;  // 1 .. 1000 sweeps in a step: of Bullet, of the mixed mode
   LevelOfDetail detail;        // mixed
   // Mixed: levels by importance, as fine as the cost model allows in a step, or as coarse as keeps
   // the modelled error below a limit (docs/mixed.md). At most one of them.

@@ -93,16 +93,18 @@ Codec<SimulatorSettings> simulator_codec() {
                     "does each where it is fit."),
            field<S>("engine", &S::engine,
                     enumeration<EngineKind>(
-                        {{"bullet", EngineKind::bullet}, {"exact", EngineKind::exact}}),
-                    "Who solves contacts, in the impulse and the mixed mode: Bullet, or pilesim's "
-                    "own engine."),
+                        {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
+                    "Who solves contacts, in the impulse and the mixed mode: exact, pilesim's own "
+                    "engine, or bullet, as a second opinion."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
            field<S>("rest_control", &S::rest_control, boolean(),
                     "Statistical mode: bodies that lie alone on level ground turn into a pose of "
                     "their signature in which the object can rest."),
-           field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
-                    "Bullet's sweeps of the velocity solver in a step."),
+           field<S>(
+               "solver_iterations", &S::solver_iterations, integer(1, 1000),
+               "Sweeps of the velocity solver in a step: of Bullet, and of the mixed mode's exact "
+               "bodies and spheres in turns."),
            field<S>("level_of_detail", &S::detail, detail_codec(),
                     "Mixed mode: how pairs are treated, and who is at which level."),
            optional_field<S>("budget_ms_per_step", &S::budget_ms_per_step, number(above(0)),

@@ -1,5 +1,5 @@
 // The scenes of presets/hard in every mode that applies, at three step sizes.
-//   hard_cases_benchmark [--engine bullet|exact] [NAME...]
+//   hard_cases_benchmark [--engine exact|bullet] [NAME...]
 // prints a table of pass or fail with the figures. A pass means: nothing is not finite, the energy
 // never rises above its start (but for what undoing overlaps lifts), momentum is kept where nothing
 // takes it, nothing gets through a wall or the ground, penetration at the end stays below the
@@ -246,7 +246,7 @@ void run_all(int argc, char** argv) {
   const fs::path scratch = fs::temp_directory_path() / "pilesim_hard_cases";
   fs::create_directories(scratch);
   std::vector<std::string> names(argv + 1, argv + argc);
-  std::string engine = "bullet";
+  std::string engine = "exact";
   const auto given = std::ranges::find(names, "--engine");
   if (given != names.end() && given + 1 != names.end()) {
     engine = given[1];

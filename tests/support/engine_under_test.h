@@ -11,7 +11,7 @@ namespace pilesim {
 // That of the environment variable, so that the same tests try each engine.
 inline EngineKind engine_under_test() {
   const char* name = std::getenv("PILESIM_ENGINE_UNDER_TEST");
-  return name != nullptr && std::string(name) == "exact" ? EngineKind::exact : EngineKind::bullet;
+  return name != nullptr && std::string(name) == "bullet" ? EngineKind::bullet : EngineKind::exact;
 }
 
 }  // namespace pilesim

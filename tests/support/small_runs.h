@@ -39,7 +39,7 @@ inline void PrintTo(const SmallRun& run, std::ostream* stream) { *stream << run.
 
 inline std::vector<SmallRun> small_runs() {
   const std::string mode = "/simulator/mode=", levels = "/simulator/level_of_detail/";
-  const std::string exact = "/simulator/engine=exact";
+  const std::string bullet = "/simulator/engine=bullet";
   const std::vector<std::string> by_distance = {levels + "distances_m=[5,7]"};
   return {
       {"impulse_hulls", "hulls"},
@@ -47,17 +47,17 @@ inline std::vector<SmallRun> small_runs() {
       {"impulse_round_shapes", "round_shapes"},
       {"impulse_boxes", "boxes"},
       {"impulse_without_sleep", "boxes", {"/simulator/sleeping=false"}},
-      {"exact_hulls", "hulls", {exact}},
-      {"exact_pieces", "pieces", {exact}},
-      {"exact_round_shapes", "round_shapes", {exact}},
-      {"exact_boxes", "boxes", {exact}},
+      {"bullet_hulls", "hulls", {bullet}},
+      {"bullet_pieces", "pieces", {bullet}},
+      {"bullet_round_shapes", "round_shapes", {bullet}},
+      {"bullet_boxes", "boxes", {bullet}},
       {"statistical_table", "spheres", {}, Directed::no, Measured::table},
       {"statistical_splines", "spheres", {}, Directed::no, Measured::splines},
       {"particle", "spheres", {mode + "particle"}},
       {"particle_sleepers", "sleepers"},
       {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
       {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
-      {"mixed_exact", "mixed", {exact, levels + "level=2"}, Directed::no, Measured::table},
+      {"mixed_bullet", "mixed", {bullet, levels + "level=2"}, Directed::no, Measured::table},
       {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
       {"mixed_by_distance", "mixed", by_distance, Directed::no, Measured::table},
       {"mixed_by_budget",
@@ -71,8 +71,8 @@ inline std::vector<SmallRun> small_runs() {
       {"repose_whole_piles", "piles", {}, Directed::whole_piles},
       {"guide_freeze", "guide", {}, Directed::guide},
       {"guide_nail", "guide", {"/guide/hold=nail"}, Directed::guide},
-      {"repose_exact", "piles", {exact}, Directed::piles},
-      {"guide_exact", "guide", {"/guide/hold=nail", exact}, Directed::guide},
+      {"repose_bullet", "piles", {bullet}, Directed::piles},
+      {"guide_bullet", "guide", {"/guide/hold=nail", bullet}, Directed::guide},
       {"guide_without_mesh", "guide", {"/guide={}", "/emitters=[]"}, Directed::guide},
   };
 }
