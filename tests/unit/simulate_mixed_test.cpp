@@ -345,6 +345,19 @@ TEST_F(Mixed, ASphereWakesASleeperThatIsNear) {
   EXPECT_GT(states().position[1].x(), 0.02);
 }
 
+TEST_F(Mixed, SleepersFeelABlowOnWhatLeansOnThem) {
+  // It comes within a step, when spheres have looked already at what hits what.
+  add("ground", {0, 0, 0}, kSphere, Role::fixed);
+  add("cube", {-0.5, kSide / 2, 0}, kExact).linear_velocity = {6, 0, 0};
+  add("cube", {0, kSide / 2, 0}, kSphere);
+  for (int i = 1; i < 4; ++i) add("cube", {i * kSide, kSide / 2, 0}, kSphere).asleep = true;
+  start();
+  run(2);
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 2U);
+  run(5);
+  EXPECT_EQ(simulator_->statistics().bodies_awake, 5U);
+}
+
 TEST_F(Mixed, SleepersBesideWhatStandsAreLeftAlone) {
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   add("cube", {0, 0.1, 0}, kSphere).asleep = true;

@@ -153,6 +153,8 @@ void MixedCoupling::take_back() {
 void MixedCoupling::nudge() {
   for (size_t i = 0; i < bodies_.size(); ++i) {
     if (shared_[i].solved) nudge(bodies_[i], shared_[i]);
+    const bool woke = shared_[i].asleep && !spheres_.body(bodies_[i]).asleep;
+    if (woke && !exact_.is_active(bodies_[i])) exact_.wake(bodies_[i]);
   }
 }
 

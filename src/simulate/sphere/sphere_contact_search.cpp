@@ -196,6 +196,7 @@ void SphereContactSearch::find_contacts(const Input& input, const SleeperGrid& s
       batch.touches.clear();
       batch.impacts.clear();
       batch.hit.clear();
+      batch.pushed.clear();
       batch.left.clear();
       batch.pressed = 0;
       batch.deepest_m = 0;
@@ -435,7 +436,8 @@ void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint
                             .other = other,
                             .slot = batch_.contacts.add(contact, used_),
                             .next = last,
-                            .level = level});
+                            .level = level,
+                            .former_ns = contact.impulse.normal});
   last = static_cast<uint32_t>(batch_.touches.size() - 1);
 }
 

@@ -112,7 +112,7 @@ void SphereSolver::sweep(std::span<SphereBody> bodies, SphereStep& step) {
 
 // For the next step, and for putting to rest.
 void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch,
-                                 SphereStep& step) {
+                                 SphereStep& step) const {
   for (size_t i = 0; i < batch.touches.size(); ++i) {
     const SphereTouch& touch = batch.touches[i];
     const ContactGroup& group = batch.contacts.of(touch.slot);
@@ -126,11 +126,28 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
     batch.pressed += push > 0 ? 1 : 0;
     batch.deepest_m = std::max(batch.deepest_m, -group.gap[lane]);
     if ((touch.other & kSurface) == 0) {
+      note_push(bodies, touch, push, step, batch);
       step.body_push[touch.a] += push;
       if ((touch.b & ContactGroups::kFixed) == 0) step.body_push[touch.b] += push;
     } else {
       (touch.level ? step.surface_push : step.body_push)[touch.a] += push;
     }
+  }
+}
+
+// What another solver moves may be pushed in the midst of a step: what sleeps there stands like a
+// wall until it is over, and feels the blow then.
+void SphereSolver::note_push(std::span<const SphereBody> bodies, const SphereTouch& touch,
+                             float push_ns, const SphereStep& step, SphereBatch& batch) const {
+  const uint32_t a = step.body[touch.a];
+  const uint32_t sleeper = bodies[a].asleep ? a : touch.other;
+  const uint32_t pusher = sleeper == a ? touch.other : a;
+  if (!bodies[pusher].shared || bodies[pusher].asleep) return;
+  if (!bodies[sleeper].asleep || bodies[sleeper].put_to_sleep) return;
+  const SphereKind& kind = model_.kind(pusher);
+  const float more_ns = push_ns - touch.former_ns;
+  if (more_ns > kind.mass_kg * model_.impact_speed(kind.radius_m)) {
+    batch.pushed.push_back({sleeper, more_ns});
   }
 }
 

@@ -44,7 +44,9 @@ class SphereSolver {
   void collide(const Input& input, const SphereImpact& impact, SphereStep& step) const;
   Collision collision(const Input& input, const SphereImpact& impact) const;
   static void prepare_contacts(SphereStep& step);
-  static void keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch, SphereStep& step);
+  void keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch, SphereStep& step) const;
+  void note_push(std::span<const SphereBody> bodies, const SphereTouch& touch, float push_ns,
+                 const SphereStep& step, SphereBatch& batch) const;
 
   const SphereModel& model_;
   int sweeps_left_ = 0;

@@ -33,11 +33,12 @@ struct SphereReaches {
 
 // A contact as one body or both find it again in the next step.
 struct SphereTouch {
-  uint32_t a, b;   // places; b of bodies only
-  uint32_t other;  // body, or kSurface
-  uint32_t slot;   // in the groups
-  uint32_t next;   // the next one of a in the batch, or KeptImpulse::kLast
-  bool level;      // a horizontal surface that does not move
+  uint32_t a, b;    // places; b of bodies only
+  uint32_t other;   // body, or kSurface
+  uint32_t slot;    // in the groups
+  uint32_t next;    // the next one of a in the batch, or KeptImpulse::kLast
+  bool level;       // a horizontal surface that does not move
+  float former_ns;  // pushed in the step before
 };
 
 struct SphereImpact {
@@ -62,9 +63,10 @@ struct SphereBatch {
   std::vector<SphereTouch> touches;
   std::vector<SphereImpact> impacts;  // contacts that collide in this step
   std::vector<SphereHit> hit;
-  std::vector<uint32_t> left;  // bodies that sleep, by what they stand on
-  uint32_t kept_begin = 0;     // of its touches among what is kept
-  uint32_t pressed = 0;        // contacts that carry something
+  std::vector<SphereHit> pushed;  // sleepers, by the sweeps
+  std::vector<uint32_t> left;     // bodies that sleep, by what they stand on
+  uint32_t kept_begin = 0;        // of its touches among what is kept
+  uint32_t pressed = 0;           // contacts that carry something
   float deepest_m = 0;
 };
 
