@@ -25,8 +25,10 @@ constexpr double kClearance = 2;
 
 // In sqrt(r / g), the time that a body takes to tip over.
 constexpr double kFrame = 0.25;
-constexpr double kStep = 1.0 / 32;
 constexpr double kLongestFall = 400;
+// In sqrt(d / g) of the smaller of r and its smallest extent: a thin stick rolls from facet to
+// facet in a time that has nothing to do with its length.
+constexpr double kStep = 1.0 / 32;
 
 constexpr uint32_t kBody = 1;  // index in the model; the plane comes first
 
@@ -64,8 +66,8 @@ Model make_model(const TriangleMesh& mesh, const ContactMaterial& material) {
   return model;
 }
 
-double tipping_time_s(const Scene& scene, const Model& model) {
-  return std::sqrt(model.shapes[model.bodies[kBody].shape].bounding_radius / scene.gravity.norm());
+double time_of_size_s(const Scene& scene, double size_m) {
+  return std::sqrt(size_m / scene.gravity.norm());
 }
 
 // None: it did not come to rest.
@@ -91,9 +93,10 @@ std::optional<ObservedRest> drop(const Scene& scene, Model model, const Quat& or
 RestDrops drop_to_rest(const TriangleMesh& mesh, const RestDropSettings& settings) {
   const Model model = make_model(mesh, settings.material);
   Scene scene;
-  const double time_s = tipping_time_s(scene, model);
-  scene.frame_rate = 1 / (kFrame * time_s);
-  scene.step_s = kStep * time_s;
+  const ModelShape& shape = model.shapes[model.bodies[kBody].shape];
+  scene.frame_rate = 1 / (kFrame * time_of_size_s(scene, shape.bounding_radius));
+  scene.step_s =
+      kStep * time_of_size_s(scene, std::min(shape.bounding_radius, shape.smallest_extent));
 
   Progress progress(settings.progress, "dropping", settings.drops, "drops");
   std::mutex progress_mutex;

@@ -95,7 +95,7 @@ class Compare(CommandTest):
     def test_sees_doubled_restitution_but_not_half_the_step(self):
         def heap(scene):
             scene["duration_s"] = 1.5
-            scene["materials"]["wood"]["restitution"] = 0.3
+            scene["materials"]["wood"]["restitution"] = 0.4
             scene["emitters"][0].update(
                 count=[4, 4, 4],
                 spacing=[0.35, 0.35, 0.35],
@@ -105,7 +105,7 @@ class Compare(CommandTest):
 
         self.succeed(
             "compare", self.write_scene(heap), "-o", "out", "--runs", 3, "--reference", "impulse",
-            "--modes", "impulse@1/480,impulse+/materials/wood/restitution=0.6",
+            "--modes", "impulse@1/480,impulse+/materials/wood/restitution=0.8",
             env={**os.environ, "PATH": str(self.dir)},
         )
         _, finer, bouncing = self.figures()["modes"]

@@ -35,7 +35,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"simulate/sphere",
      {"core", "geometry", "scene", "model", "signature", "signature/rest", "signature/table",
       "simulate"}},
-    {"simulate/mixed", {"core", "scene", "model", "simulate", "simulate/sphere"}},
+    {"simulate/mixed", {"core", "geometry", "scene", "model", "simulate", "simulate/sphere"}},
     {"simulate/modes",
      {"core", "scene", "model", "simulate", "simulate/bullet", "simulate/exact", "simulate/sphere",
       "simulate/mixed"}},

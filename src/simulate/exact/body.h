@@ -31,7 +31,7 @@ struct Body {
   double moved_m = 0;                    // no point of it has moved farther in the last step
   // Rest; see islands.h.
   double rest_time_s = 0;          // for so long it has been slow
-  Vec3 rest_place = Vec3::Zero();  // m, world: where it was held last, or the time began
+  Vec3 rest_place = Vec3::Zero();  // m, world: where that time began
 
   static void fields(auto& self, auto& stream) {
     stream(self.position, self.orientation, self.velocity, self.spin, self.shape, self.moves,

@@ -27,6 +27,9 @@ constexpr double kRestTime = 3.0;
 // its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
 // of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
 constexpr double kRestDrift = 0.003;
+// And if friction of several contacts holds it, by so much more: what all but stands on an edge
+// tips as slowly at first, and what lies in a pile still settles.
+constexpr double kHeldDrift = 0.01;
 // Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
 constexpr double kRestDepth = 0.02;
 // Friction below this share of its limit sticks.
@@ -59,7 +62,7 @@ constexpr int kSunkRoundsOfFew = 8;
 constexpr int kSubstepsOfMany = 4;
 
 struct BodyConstants {
-  double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, rest_depth_m = 0;
+  double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, held_drift_m = 0, rest_depth_m = 0;
   Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
 };
 
@@ -223,6 +226,7 @@ Engine::Engine(const Scene& scene, const Model& model)
     c.rest_reach = radius * (moments / moments.maxCoeff()).cwiseSqrt();  // as felt_turn_rate()
     c.time_to_sleep_s = gravity > 0 ? kRestTime * std::sqrt(radius / gravity) : 0;
     c.rest_drift_m = kRestDrift * radius;
+    c.held_drift_m = kHeldDrift * radius;
     c.rest_depth_m = kRestDepth * shape.smallest_extent;
   }
   if (gravity > 0 && std::isfinite(least_radius)) {
@@ -744,8 +748,8 @@ void Engine::rest(uint32_t index) {
   const double limit2 = c.rest_speed * c.rest_speed;
   const bool slow = body.velocity.squaredNorm() < limit2 &&
                     spin.cwiseProduct(c.rest_reach).squaredNorm() < limit2;
-  if (held) body.rest_place = body.position;
-  const bool strays = (body.position - body.rest_place).norm() > c.rest_drift_m;
+  const bool strays =
+      (body.position - body.rest_place).norm() > (held ? c.held_drift_m : c.rest_drift_m);
   if (!slow || s.sunk || strays) {
     body.rest_time_s = 0;
     body.rest_place = body.position;
