@@ -176,4 +176,5 @@ def main():
     show(results, chosen)
 
 
-main()
+if __name__ == "__main__":
+    main()

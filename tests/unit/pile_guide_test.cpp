@@ -159,6 +159,31 @@ TEST(Guide, WhatComesSlowlyIsNoHit) {
   EXPECT_GT(simulator.states().position[6].x(), -0.26) << "it came";
 }
 
+TEST(Guide, WhatComesAtASixthOfItsFallIsAHit) {
+  Column column(5);
+  column.scene.guide->most_speed = 0.02;
+  const uint32_t ball = column.sphere(0.15);
+  ModelBody& heavy = column.body(ball, column.wood, {-0.27, 0.15, 0});
+  heavy.linear_velocity = {0.2, 0, 0};  // sqrt(g r) is 1.3 m/s
+  heavy.angular_velocity = {0, 0, -0.2 / 0.15};
+  heavy.mass_kg = 2000;
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 60);
+  EXPECT_GT(simulator.frames().back().counts.knocked_loose, 0);
+}
+
+TEST(Guide, WhatIsSunkByThreePerCentOfARadiusComesApartFirst) {
+  const auto held = [](double share) {
+    Column column(2);
+    column.model.bodies[2].pose.position.y() -= share * 0.1 * std::sqrt(3);
+    GuidedSimulator simulator(column.scene, column.model);
+    run(simulator, 1);
+    return simulator.frames().back().counts.held;
+  };
+  EXPECT_EQ(held(0.025), 2);
+  EXPECT_EQ(held(0.055), 0);
+}
+
 TEST(Guide, WhatMovesIsNotHeld) {
   Column column(1);
   column.model.bodies[1].linear_velocity = {2, 0, 0};

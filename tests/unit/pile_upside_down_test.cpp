@@ -150,6 +150,17 @@ TEST(UpsideDown, AGuideWithoutALevelBaseIsRefused) {
   }
 }
 
+TEST(UpsideDown, ABaseIsLevelToAThousandthOfTheHeight) {
+  const auto fill_tilted = [](double share) {
+    FilledBox filled(5);
+    const Quat tilted(Eigen::AngleAxisd(share * 0.6 / 0.5, Vec3::UnitX()));
+    for (Vec3& vertex : filled.model.guide.vertices) vertex = tilted * vertex;
+    fill_guide(filled.scene, filled.model);
+  };
+  EXPECT_NO_THROW(fill_tilted(0.7e-3));
+  EXPECT_THROW(fill_tilted(1.5e-3), Error);
+}
+
 TEST(UpsideDown, WithoutAnEmitterNothingHappens) {
   FilledBox filled(3);
   filled.model.guide_fill.reset();

@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Which tests notice that a tuned constant is wrong.
+
+    tests/mutation/constants.py src/simulate/sphere/*.h src/simulate/sphere/*.cpp
+    tests/mutation/constants.py src/pile/guide/guide_constants.h --only kMoved kTouch --list
+
+Takes every constant of the files (constexpr numbers named k...) as half and as twice its value, runs
+the test programs of the files' folder with each and prints the tests that fail. The program is built
+once, in a git worktree of the last commit under build/mutation, where the constants are read from
+the environment (tuned.h); --here takes this tree itself and build/release instead, and puts the
+sources back. Pinned hashes are left out: they notice every change and judge none. Results are lines
+of JSON in build/mutation/constants.jsonl; what is in there is not tried again.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from mutate import PROGRAMS, ROOT, Copy, run
+
+CONSTANT = re.compile(
+    r"(?P<indent>^ *)(?P<inline>inline )?constexpr (?P<type>double|float|int|size_t|uint64_t|uint8_t) "
+    r"(?P<name>k\w+)\s*=\s*(?P<value>[^;,(]+);", re.M)
+# Sizes of arrays, and what other constants are computed from at compile time.
+NEEDED_BY_THE_COMPILER = {"kAzimuths", "kDiagonal", "kFacingIds", "kLanes", "kMostGroups"}
+WHOLE = {"int", "size_t", "uint64_t", "uint8_t"}
+
+
+@dataclass(frozen=True)
+class Constant:
+    file: Path  # from the root
+    name: str
+    type: str
+    value: str
+
+    @property
+    def key(self):
+        return f"{self.file.stem}.{self.name}"
+
+    def values(self):
+        """Half and twice; of nothing, two values that are something."""
+        try:
+            value = float(self.value.rstrip("FU").replace("'", ""))
+        except ValueError:
+            return []
+        if value == 0:
+            return [0.1, 0.4]
+        if self.type not in WHOLE:
+            return [value / 2, value * 2]
+        return [v for v in (int(value) // 2, int(value) * 2) if v > 0]
+
+
+def constants_of(tree, file):
+    found = []
+    for match in CONSTANT.finditer((tree / file).read_text()):
+        if match["name"] not in NEEDED_BY_THE_COMPILER:
+            found.append(Constant(file, match["name"], match["type"], match["value"].strip()))
+    return [constant for constant in found if constant.values()]
+
+
+def make_tunable(tree, file, names):
+    def replace(match):
+        if match["name"] not in names:
+            # What is computed from them cannot be constexpr either.
+            computed = names & set(re.findall(r"\bk\w+", match["value"]))
+            return match[0].replace("constexpr", "const") if computed else match[0]
+        local = "static " if match["indent"] else ""  # in a function: once
+        return (f"{match['indent']}{match['inline'] or ''}{local}const {match['type']} {match['name']} = "
+                f"static_cast<{match['type']}>(tuned(\"{file.stem}.{match['name']}\", {match['value']}));")
+
+    path = tree / file
+    text = CONSTANT.sub(replace, path.read_text())
+    at = re.search(r"^#include|^namespace", text, re.M).start()
+    path.write_text(text[:at] + f'#include "{ROOT}/tests/mutation/tuned.h"\n' + text[at:])
+
+
+def failed_tests(program, tree, left_out, setting, scratch):
+    environment = os.environ | {"PILESIM_TUNED": setting, "TMPDIR": str(scratch)}
+    scratch.mkdir(parents=True, exist_ok=True)
+    try:
+        result = run([program, f"--gtest_filter=-{left_out}", "--gtest_brief=1"], cwd=tree, env=environment, timeout=900)
+    except subprocess.TimeoutExpired:
+        return ["does not end"]
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    failed = re.findall(r"^\[  FAILED  \] ([\w./-]+)(?:, where.*| \(\d+ ms\))?$", result.stdout, re.M)
+    if result.returncode != 0 and not failed:
+        failed = ["crashes"]
+    return sorted(set(failed))
+
+
+class Here(Copy):
+    """The tree itself."""
+
+    def __init__(self):
+        self.tree = ROOT
+        self.build = ROOT / "build" / "release"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", help="sources, from the root of the tree")
+    parser.add_argument("--only", nargs="+", help="names of constants")
+    parser.add_argument("--programs", nargs="+", help="test programs instead of the folder's")
+    parser.add_argument("--without", default="*Pinned*", help="tests that are left out")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--directory", type=Path, default=ROOT / "build" / "mutation")
+    parser.add_argument("--here", action="store_true", help="change this tree, for a while")
+    parser.add_argument("--list", action="store_true", help="print the constants and stop")
+    options = parser.parse_args()
+
+    files = [Path(f).resolve().relative_to(ROOT) for f in options.files]
+    chosen = [c for file in files for c in constants_of(ROOT, file)
+              if not options.only or c.name in options.only]
+    if options.list:
+        print("\n".join(f"{c.key} = {c.value}" for c in chosen))
+        return
+    programs = options.programs or PROGRAMS[files[0].parts[1]]
+    options.directory.mkdir(parents=True, exist_ok=True)
+    log = options.directory / "constants.jsonl"
+    known = {}
+    if log.exists():
+        for line in log.read_text().splitlines():
+            result = json.loads(line)
+            known[result["setting"]] = result["failed"]
+
+    copy = Here() if options.here else Copy(options.directory)
+    texts = {file: (copy.tree / file).read_text() for file in files}
+    try:
+        for file in files:
+            make_tunable(copy.tree, file, {c.name for c in chosen if c.file == file})
+        made = copy.make(programs, options.jobs)
+    finally:
+        for file, text in texts.items():
+            (copy.tree / file).write_text(text)
+    if made.returncode != 0:
+        sys.exit(made.stdout)
+
+    def fail(setting):
+        scratch = options.directory / "scratch" / setting
+        return [f"{name}: {test}" for name in programs
+                for test in failed_tests(copy.program(name), copy.tree, options.without, setting,
+                                          scratch)]
+
+    if before := fail("nothing=0"):
+        sys.exit(f"fails without any change: {before}")
+    settings = [f"{c.key}={value:g}" for c in chosen for value in c.values()]
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        new = [setting for setting in settings if setting not in known]
+        for setting, failed in zip(new, pool.map(fail, new)):
+            known[setting] = failed
+            with log.open("a") as stream:
+                stream.write(json.dumps({"setting": setting, "failed": failed}) + "\n")
+            print(f"{setting}: {', '.join(failed) or 'no test notices'}", flush=True)
+    noticed = sum(1 for setting in settings if known[setting])
+    print(f"{noticed} of {len(settings)} values are noticed")
+
+
+if __name__ == "__main__":
+    main()
