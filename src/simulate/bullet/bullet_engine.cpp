@@ -25,11 +25,9 @@ double position_time_s(const Scene& scene, const Model& model) {
     if (body.role != Role::dynamic) continue;
     radius = std::min(radius, model.shapes[body.shape].bounding_radius);
   }
-  // Where nothing falls, as if a body 10 cm wide did.
-  constexpr double kUsualTime = 0.02;
   const double gravity = scene.gravity.norm();
   return gravity > 0 && std::isfinite(radius) ? kPositionTime * std::sqrt(radius / gravity)
-                                              : kUsualTime;
+                                              : kPositionTimeInFlight;
 }
 
 }  // namespace

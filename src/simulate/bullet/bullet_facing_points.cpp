@@ -4,12 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "simulate/bullet/bullet_constants.h"
+
 namespace pilesim {
 
 namespace {
 
-// Flatter than this (the sine of the angle between cap and plane) a cylinder stands on its cap.
-constexpr double kStands = 0.02;
+using namespace bullet_constants;
 
 class Collector {
  public:

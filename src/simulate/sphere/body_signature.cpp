@@ -10,14 +10,12 @@
 #include "core/text.h"
 #include "geometry/convex_hull.h"
 #include "signature/signature_file.h"
+#include "simulate/sphere/sphere_constants.h"
 
 namespace pilesim {
 namespace {
 
-// Against runs of the impulse mode; see docs/statistical.md.
-constexpr double kHullShare = 0.35;
-constexpr double kRolling = 0.35;
-constexpr double kInterlocking = 0.2;
+using namespace sphere_constants;
 
 // Restitution and friction that differ by less are the same.
 constexpr double kSameMaterial = 1e-3;

@@ -9,8 +9,6 @@
 namespace pilesim {
 namespace {
 
-// Turns at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
-constexpr float kTurnRate = 0.4F;
 // Directions and rounds in which offsets are found: shares are right within one in a few hundred.
 constexpr int kDirections = 2048;
 constexpr int kRounds = 400;
@@ -108,7 +106,7 @@ bool turn_up(const Vec3f& up, float most, Quatf& orientation) {
 
 bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
                   Quatf& orientation, Vec3f& spin, float& radius_m) {
-  const float most = kTurnRate * std::sqrt(gravity / outer_radius_m) * step_s;
+  const float most = sphere_constants::kTurnRate * std::sqrt(gravity / outer_radius_m) * step_s;
   const bool there = turn_up(target.up, most, orientation);
   if (there) spin = Vec3f(0, spin.y(), 0);
   const float change = sphere_constants::kEaseSpeed * std::sqrt(gravity * outer_radius_m) * step_s;

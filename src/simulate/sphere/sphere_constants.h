@@ -1,5 +1,9 @@
 // What was tuned of the engine of spheres: pure numbers, in the unit that is said. g is gravity, r
 // the outer radius of the body. docs/lab/statistical.md tells of what was tried.
+//
+// "half" and "twice" name the tests that fail with half and with twice the value
+// (docs/lab/constants.md), pinned hashes aside: they notice any change. "heap" is
+// Statistical.AHeapThatSleepsIsKnockedOver.
 #pragma once
 
 #include <cstddef>
@@ -7,41 +11,91 @@
 
 namespace pilesim::sphere_constants {
 
-// Sleep. What is slower than this, in sqrt(g r), may sleep once it has been for so long, in
-// sqrt(r / g), while more than the half of its weight was carried.
+// --- Sleep
+
+// What is slower than this, in sqrt(g r), may sleep ...
+// half: none (a tenth: Structure.ASmallHitWakesOnlyWhatItCanMove);
+// twice: Structure.StructuresThatAreTouchedKeepTheirSize
 inline constexpr float kRestSpeed = 0.05F;
+// ... once it has been for so long, in sqrt(r / g), while more than the half of its weight was
+// carried. half, twice: SphereLaws.WhatLiesStillSleepsAfterThreeOfItsTimes
 inline constexpr float kRestTime = 3;
 // A body stands on another one if the way up to it is steeper than this (the cosine).
+// half, twice: SphereSupports.AreWhatIsSteeplyBelow
 inline constexpr float kSteepSupport = 0.3F;
 // Of the rest speed: what an impulse would move more slowly sleeps on. With less, walls of spheres
 // fall when they are touched; with more, they stand when they are hit.
+// half, twice: none (a tenth: Structure.ASmallHitWakesOnlyWhatItCanMove)
 inline constexpr float kFelt = 0.25F;
 
-// Contacts. They are kept up to this gap, in radii.
+// --- Contacts
+
+// They are kept up to this gap, in radii. half, twice: SphereSupports.AreWhatIsNear
 inline constexpr float kNearby = 0.02F;
 // The cosine up to which a contact with a surface is the one of the step before.
+// half: none; twice, which is never: heap
 inline constexpr float kSameContact = 0.8F;
 // In sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
-// nothing.
+// nothing. half: heap; twice: heap, Structure.ASmallHitWakesOnlyWhatItCanMove
 inline constexpr float kImpactSpeed = 0.3F;
-// In a step's gravity: what approaches more slowly than this only falls.
+// In a step's gravity: what approaches more slowly than this only falls. half, twice: heap
 inline constexpr float kImpactFall = 1.2F;
 
-// Depth. Spheres may stay sunk by this part of the radius: contacts do not come and go.
-inline constexpr float kSlop = 0.005F;
-// Sunk spheres come up by e in this time, in sqrt(r / g), or in s without gravity; in so many
-// sweeps.
-inline constexpr float kPositionTime = 0.3F;
-inline constexpr float kPositionTimeInFlight = 0.03F;
-inline constexpr int kPositionSweeps = 2;
+// --- Depth
 
-// Rest poses. In sqrt(g r): bodies slower than the first are turned; radii change at the second.
+// Spheres may stay sunk by this part of the radius: contacts do not come and go.
+// half, twice: SphereLaws.SunkSpheresStopHalfAPercentOfTheRadiusDeep
+inline constexpr float kSlop = 0.005F;
+// Sunk spheres come up by e in this time, in sqrt(r / g), ...
+// half, twice: SphereLaws.SunkSpheresComeUpInAThirdOfTheirTime
+inline constexpr float kPositionTime = 0.3F;
+// ... or in s without gravity; in so many sweeps.
+// half, twice: SphereLaws.WithoutGravityTheyComeUpInAThirdOfATenthOfASecond
+inline constexpr float kPositionTimeInFlight = 0.03F;
+inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
+
+// --- Rest poses
+
+// Bodies slower than this, in sqrt(g r), are turned. half, twice: none, nor ten times either way
 inline constexpr float kControlSpeed = 0.4F;
+// They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
+// half: none; twice: heap
+inline constexpr float kTurnRate = 0.4F;
+// In sqrt(g r): how fast radii change.
+// half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
 // In sqrt(g / r): how fast bodies rock that others lean on, until they sleep.
+// half, twice: none (ten times either way: Statistical.WhatOthersLeanOnRocksTowardsAPose)
 inline constexpr float kRockRate = 0.05F;
 
-// Speed alone; results do not depend on those below but for the first, by the places of sleepers.
+// --- What a body is as a sphere: against runs of the impulse mode, see docs/statistical.md
+
+// Power of hull over volume by which a concave body takes more room than its volume.
+// half, twice: none
+inline constexpr double kHullShare = 0.35;
+// Resistance to rolling and to sliding of what is unlike a ball: of 1 - lowest height / radius.
+// half: heap; twice: Structure.ASmallHitWakesOnlyWhatItCanMove
+inline constexpr double kRolling = 0.35;
+// half, twice: Statistical.WhatSlidesRubsMoreIfItIsNoBall
+inline constexpr double kInterlocking = 0.2;
+// rad: a cube of a structure that has turned by more has corners where its neighbours have faces.
+// half, twice: none
+inline constexpr float kTurned = 0.3F;
+
+// --- Surfaces
+
+// Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
+inline constexpr double kSameSurface = 0.95;
+// Cosine of the slope up to which ground is level.
+// half: none; twice, which is never: Statistical.BodiesOnLevelGroundEndInARestPose
+inline constexpr double kLevelGround = 0.9995;
+// A point this far behind a triangle, as a share of its distance, is in front of its edge still.
+// half, twice: none
+inline constexpr double kEdgeOn = 1e-3;
+
+// --- Speed alone; results do not depend on those below but for the first, by the places of
+// sleepers
+
 inline constexpr size_t kFewSleepers = 64;  // may stay among the awake
 inline constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as much as a sort of all
 inline constexpr size_t kBodiesPerTask = 1024;

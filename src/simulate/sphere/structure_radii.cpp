@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/sphere/sphere_constants.h"
 #include "simulate/sphere/sphere_grid.h"
 
 namespace pilesim {
 namespace {
 
-// rad: a cube that has turned by more has corners where its neighbours have faces.
-constexpr float kTurned = 0.3F;
+using namespace sphere_constants;
 
 }  // namespace
 

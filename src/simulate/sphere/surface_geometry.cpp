@@ -4,15 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "simulate/sphere/sphere_constants.h"
+
 namespace pilesim {
 namespace {
 
-// Contacts whose normals are closer than this (the cosine) are one.
-constexpr double kSameDirection = 0.95;
-// Cosine of the slope up to which ground is level.
-constexpr double kLevel = 0.9995;
-// A point this far behind a triangle, as a share of its distance, is in front of its edge still.
-constexpr double kEdgeOn = 1e-3;
+using namespace sphere_constants;
 
 Bounds box_around(const Bounds& box, const Pose& pose) {
   Bounds result;
@@ -106,7 +103,7 @@ void SurfaceGeometry::find(std::span<const uint32_t> surfaces, const Vec3f& cent
     const Vec3 arm = point - (gap + radius) * normal - placed.pose.position;
     const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
     contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(gap),
-                        velocity.cast<float>(), normal.y() > kLevel && velocity.isZero()});
+                        velocity.cast<float>(), normal.y() > kLevelGround && velocity.isZero()});
   }
 }
 
@@ -143,7 +140,7 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
   for (const Near& n : near) {
     if (count == kMostContacts) break;
     if (std::any_of(taken.begin(), taken.begin() + count,
-                    [&](const Vec3& t) { return t.dot(n.normal) > kSameDirection; })) {
+                    [&](const Vec3& t) { return t.dot(n.normal) > kSameSurface; })) {
       continue;
     }
     taken[count++] = n.normal;
@@ -152,7 +149,7 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
     const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
     contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(n.distance - radius),
                         velocity.cast<float>(),
-                        n.face && normal.y() > kLevel && velocity.isZero()});
+                        n.face && normal.y() > kLevelGround && velocity.isZero()});
   }
 }
 
