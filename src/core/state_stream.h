@@ -1,5 +1,5 @@
 // The state of a simulation as bytes, and back: what checkpoints are made of. Numbers are as they
-// lie in memory, so bytes are for the program that wrote them (simulate/checkpoint.h sees to that).
+// lie in memory, so bytes are for the program that wrote them (core/checkpoint_file.h sees to that).
 //
 // A struct of state lists its fields once, for both ways:
 //   static void fields(auto& state, auto& stream) { stream(state.position, state.speed); }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/naming.h"
 #include "core/text.h"
 #include "trajectory/guide_file.h"
 
@@ -31,21 +32,14 @@ std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
 
 GuideFilling fill_guide_of(const std::filesystem::path& scene_file, const Scene& scene,
                            Model& model) {
-  try {
-    return fill_guide(scene, model);
-  } catch (const Error& error) {
-    throw in_file(error, scene_file.string());
-  }
+  return naming(scene_file.string(), [&] { return fill_guide(scene, model); });
 }
 
 std::unique_ptr<Simulator> GuideDirection::make_simulator() {
-  try {
-    auto simulator = std::make_unique<GuidedSimulator>(scene_, model_);
-    simulator_ = simulator.get();
-    return simulator;
-  } catch (const Error& error) {
-    throw in_file(error, scene_file_.string());
-  }
+  auto simulator = naming(scene_file_.string(),
+                          [&] { return std::make_unique<GuidedSimulator>(scene_, model_); });
+  simulator_ = simulator.get();
+  return simulator;
 }
 
 void GuideDirection::measure(const Simulator& simulator) {

@@ -5,6 +5,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/naming.h"
 #include "core/text.h"
 #include "pile/repose/repose_director.h"
 #include "simulate/body_control.h"
@@ -98,11 +99,7 @@ struct ReposeDirection::State final : StepDirector {
 ReposeDirection::ReposeDirection(const std::filesystem::path& scene_file, const Scene& scene,
                                  const Model& model) {
   check(scene_file, scene);
-  try {
-    state_ = std::make_unique<State>(scene, model);
-  } catch (const Error& error) {
-    throw in_file(error, scene_file.string());
-  }
+  state_ = naming(scene_file.string(), [&] { return std::make_unique<State>(scene, model); });
 }
 
 ReposeDirection::~ReposeDirection() = default;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/naming.h"
 
 namespace pilesim {
 namespace {
@@ -25,17 +26,15 @@ void write_run_checkpoint(const std::filesystem::path& directory, const Checkpoi
 
 RunCheckpoint::RunCheckpoint(const std::filesystem::path& directory)
     : file_(directory / kCheckpointFile) {
-  try {
+  naming(file_.path().string(), [&] {
     StateReader reader(file_.state());
     reader(is_done_, bodies_);
     rest_ = file_.state().last(reader.left());
-  } catch (const Error& error) {
-    throw in_file(error, (directory / kCheckpointFile).string());
-  }
+  });
 }
 
 RunProgress RunCheckpoint::load(Simulator& simulator) const {
-  try {
+  return naming(file_.path().string(), [&] {
     StateReader reader(rest_);
     RunProgress progress;
     reader(progress);
@@ -43,9 +42,7 @@ RunProgress RunCheckpoint::load(Simulator& simulator) const {
     simulator.load(reader);
     StateReader::require(reader.left() == 0, "no more bytes");
     return progress;
-  } catch (const Error& error) {
-    throw in_file(error, file_.path().string());
-  }
+  });
 }
 
 bool CheckpointPace::is_due() const {

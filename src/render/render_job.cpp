@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/naming.h"
 #include "core/output_directory.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
@@ -220,12 +221,10 @@ class RenderProgress {
     const Checkpoint checkpoint(file_);
     checkpoint.require(key_);
     StateReader reader(checkpoint.state());
-    try {
+    naming(file_.string(), [&] {
       reader(done_);
       StateReader::require(done_ <= job.frames.size(), "no more pictures than were asked for");
-    } catch (const Error& error) {
-      throw in_file(error, file_.string());
-    }
+    });
   }
 
   uint64_t done() const { return done_; }
