@@ -293,7 +293,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     report.interrupted =
         simulate_frames(scene, model, job.inspect_every, *simulator, recorder, progress);
   } catch (const Error& error) {
-    rethrow_with_what_is_safe(error, job.output, recorder.frames_on_disk());
+    rethrow_with_what_is_safe(in_file(error, scene_file), job.output, recorder.frames_on_disk());
   }
   recorder.measure_time();
   report.rows = recorder.progress().rows;

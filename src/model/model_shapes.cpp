@@ -312,12 +312,16 @@ std::optional<std::filesystem::path> cache_directory() {
   return directory;
 }
 
+std::string shape_pointer(const std::string& name) {
+  return "/shapes/" + escape_pointer_token(name);
+}
+
 ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes) {
   using Kind = CollisionPiece::Kind;
   const Shape& source = scene.shapes.at(name);
   ModelShape shape;
   if (const auto* mesh = std::get_if<MeshShape>(&source)) {
-    shape = build_mesh_shape(*mesh, "/shapes/" + escape_pointer_token(name), meshes);
+    shape = build_mesh_shape(*mesh, shape_pointer(name), meshes);
   } else if (const auto* box = std::get_if<BoxShape>(&source)) {
     shape = primitive(Kind::box, box->size, box_mesh(box->size), box_mass_properties(box->size));
   } else if (const auto* ball = std::get_if<SphereShape>(&source)) {

@@ -35,6 +35,9 @@ std::optional<std::filesystem::path> cache_directory();
 std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
                                      const std::filesystem::path& file, const std::string& pointer);
 
+// The JSON pointer of the shape called `name`.
+std::string shape_pointer(const std::string& name);
+
 // The shape called `name`. Throws Error naming its JSON pointer and, for meshes, the file.
 ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes);
 

@@ -320,6 +320,18 @@ class Accidents(CommandTest):
         self.assertGreater(frames, 0)
         self.succeed("render", "out", "--frames", "0")
 
+    def test_what_leaves_all_bounds_names_the_scene(self):
+        def burst(scene):
+            scene["simulator"] = {"mode": "particle"}
+            scene["materials"]["wood"]["density_kg_m3"] = 1e-6
+            scene["shapes"]["box"]["size"] = [0.001, 0.001, 0.001]
+            scene["events"] = [{"time_s": 0.05, "type": "impulse", "bodies": ["boxes/0"],
+                                "impulse": [1e9, 1e9, 1e9]}]
+
+        result = self.expect_exit(3, "simulate", self.write_scene(burst), "-o", "out")
+        self.assertRegex(result.stderr, r"scene\.json: body 'boxes/0' left all bounds in frame \d+; ")
+        self.assertRegex(result.stderr, r"out/trajectory\.zarr: holds the \d+ frames?\b")
+
     def test_full_disk_is_an_error_that_loses_nothing_written(self):
         def limit():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

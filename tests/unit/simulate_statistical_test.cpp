@@ -270,14 +270,14 @@ TEST_F(Statistical, HardStartsStayFinite) {
 }
 
 TEST_F(Statistical, ABodyWithoutSignatureIsAnError) {
-  scene_.shapes["bare"] = BoxShape{Vec3::Ones()};
-  add_body("bare", Vec3::Zero());
+  scene_.shapes["bare/~"] = BoxShape{Vec3::Ones()};
+  add_body("bare/~", Vec3::Zero());
   try {
     start();
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
-    EXPECT_THAT(error.what(), HasSubstr("/shapes/bare"));
+    EXPECT_THAT(error.what(), HasSubstr("/shapes/bare~1~0: "));
     EXPECT_THAT(error.what(), HasSubstr("sample-signature"));
   }
 }
@@ -302,6 +302,7 @@ TEST_F(Statistical, ASignatureOfAnotherMeshOrMaterialIsAnError) {
   EXPECT_EQ(message(), "");
   box.signature = directory_ / "missing.sig";
   EXPECT_THAT(message(), HasSubstr("sample-signature"));
+  EXPECT_THAT(message(), HasSubstr("missing.sig: /shapes/box/signature: "));
   box.signature = right;
   scene_.materials["stuff"].restitution = 0.7;
   EXPECT_THAT(message(), HasSubstr("restitution"));

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "geometry/convex_hull.h"
+#include "model/model_shapes.h"
 #include "signature/signature_file.h"
 #include "simulate/sphere/sphere_constants.h"
 
@@ -24,7 +25,7 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   const auto refuse = [&](const std::string& found, const std::string& expected) {
     throw Error(ErrorKind::input,
                 {.file = shape.signature_file.string(),
-                 .pointer = "/shapes/" + shape.name + "/signature",
+                 .pointer = shape_pointer(shape.name) + "/signature",
                  .found = found,
                  .expected = expected,
                  .remedy = "Measure one with pilesim sample-signature, with the shape's scale and "
@@ -103,7 +104,7 @@ std::vector<BodySignature> load_signatures(const Model& model,
     const ModelShape& shape = model.shapes[body.shape];
     if (shape.signature_file.empty()) {
       throw Error(ErrorKind::input,
-                  {.pointer = "/shapes/" + shape.name,
+                  {.pointer = shape_pointer(shape.name),
                    .found = "the shape of '" + body.name + "' has no signature",
                    .expected = "one, since it collides by it in this /simulator/mode",
                    .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
@@ -112,7 +113,7 @@ std::vector<BodySignature> load_signatures(const Model& model,
     if (!std::filesystem::exists(shape.signature_file)) {
       throw Error(ErrorKind::input,
                   {.file = shape.signature_file.string(),
-                   .pointer = "/shapes/" + shape.name + "/signature",
+                   .pointer = shape_pointer(shape.name) + "/signature",
                    .found = "no such file",
                    .expected = "a signature of the shape's mesh",
                    .remedy = "Measure it with pilesim sample-signature (those of the presets: "
