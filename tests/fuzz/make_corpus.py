@@ -228,6 +228,16 @@ def others():
     put("guide", "index",
         head + '"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[]}')
     put("guide", "nested", '{"guide":' + "[" * 5000)
+    magic = b"pilesim checkpoint\n"
+    put("checkpoint", "no_state", magic + struct.pack("<I", 1))
+    put("checkpoint", "version", magic + struct.pack("<I", 9999))
+    put("checkpoint", "length", magic + struct.pack("<IQ", 1, 1 << 60))
+    # A byte in the middle of each run's state; all that follows cut off; the sign of each 50th.
+    for run in range(7):
+        put("checkpoint", f"changed_{run}", struct.pack("<BHB", run, 40000, 0x80))
+        put("checkpoint", f"cut_{run}", struct.pack("<BHB", run, 50000, 0))
+        put("checkpoint", f"signs_{run}", bytes([run]) + b"".join(
+            struct.pack("<HB", at, 0xC0) for at in range(0, 65536, 1311)))
     piece = {"vertices": struct.pack("<9d", 0, 0, 0, 1, 0, 0, 0, 1, 0),
              "triangles": struct.pack("<3I", 0, 1, 2)}
     whole = {"pieces": [piece], "mesh_volume_m3": 1.0, "union_volume_m3": 1.0,

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +17,11 @@
 #include "geometry/decomposition_cache.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
+#include "job/simulation_checkpoint.h"
 #include "json/cbor.h"
 #include "json/json_text.h"
+#include "pile/guide/guided_simulator.h"
+#include "pile/repose/repose_director.h"
 #include "render/guide_overlay.h"
 #include "render/pile_overlay.h"
 #include "scene/scene_loader.h"
@@ -24,6 +29,7 @@
 #include "signature/signature_document.h"
 #include "signature/signature_file.h"
 #include "signature/signature_summary.h"
+#include "simulate/modes/make_simulator.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim::fuzz {
@@ -208,6 +214,101 @@ void decomposition(std::string_view bytes) {
   cache.load();
 }
 
+// A scene of a few bodies that needs no other file, and its checkpoint after some frames.
+class SmallRun {
+ public:
+  explicit SmallRun(const std::vector<std::string>& overrides)
+      : scene_(parse_scene(R"({
+          "version": 1, "duration_s": 1, "frame_rate": 30, "step_s": 0.0166,
+          "materials": {"wood": {"restitution": 0, "friction": 0.6, "density_kg_m3": 700}},
+          "shapes": {"ground": {"type": "plane"}, "ball": {"type": "sphere", "radius": 0.1},
+                     "box": {"type": "box", "size": [0.2, 0.2, 0.2]}},
+          "bodies": [{"shape": "ground", "material": "wood", "role": "static"},
+                     {"shape": "ball", "material": "wood", "position": [-1, 0.2, 0],
+                      "linear_velocity": [3, 0, 0]}],
+          "emitters": [{"name": "tower", "type": "grid", "shape": "box", "material": "wood",
+                        "rotation_deg": [0, 0, 0], "centre": [0, 0.4, 0], "count": [2, 2, 1],
+                        "spacing": [0.3, 0.2, 0.2]}],
+          "events": [{"type": "remove", "time_s": 0.5, "bodies": ["tower/1"]}]})",
+                           "scene.json", overrides)
+                   .scene),
+        model_(build_model(scene_)) {
+    const auto [director, simulator] = begin();
+    for (int frame = 0; frame < 8; ++frame) simulator->step_frame();
+    const RunProgress progress{.rows = std::vector<FrameRow>(2), .inspections = {{}}};
+    write_run_checkpoint(scratch() / "", {}, progress, *simulator, false);
+    const Checkpoint written(scratch() / kCheckpointFile);
+    state_.assign(written.state().begin(), written.state().end());
+  }
+
+  const std::vector<std::byte>& state() const { return state_; }
+
+  // Goes on from the checkpoint that lies there.
+  void resume() const {
+    const RunCheckpoint checkpoint(scratch() / "");
+    if (checkpoint.is_done()) return;
+    const auto [director, simulator] = begin();
+    checkpoint.load(*simulator);
+    simulator->statistics();
+    StateWriter writer;
+    simulator->save(writer);
+  }
+
+ private:
+  struct Running {
+    std::unique_ptr<ReposeDirector> director;
+    std::unique_ptr<Simulator> simulator;
+  };
+  Running begin() const {
+    if (scene_.guide) return {nullptr, std::make_unique<GuidedSimulator>(scene_, model_)};
+    if (scene_.piles.empty()) return {nullptr, make_simulator(scene_, model_)};
+    auto director = std::make_unique<ReposeDirector>(scene_, model_);
+    auto simulator = make_directed_simulator(scene_, model_, *director);
+    return {std::move(director), std::move(simulator)};
+  }
+
+  Scene scene_;
+  Model model_;
+  std::vector<std::byte> state_;
+};
+
+// As a file; and as changes of what lies in a whole one, which no checksum keeps out then: the
+// first byte says of which run, and of three bytes each two say where and one what it is changed
+// by. 0 for it cuts the rest off.
+void checkpoint(std::string_view bytes) {
+  static const std::vector<std::unique_ptr<SmallRun>> runs = [] {
+    const std::string engine = "/simulator/engine=", mode = "/simulator/mode=";
+    const std::vector<std::vector<std::string>> overrides = {
+        {engine + "bullet"},
+        {engine + "exact"},
+        {mode + "particle"},
+        {mode + "mixed",
+         "/simulator/level_of_detail={\"levels\": [{\"near_near\": \"impulse\", \"near_far\": "
+         "\"particle\", \"far_far\": \"particle\"}]}"},
+        {"/guide={}"},
+        {"/guide={\"hold\": \"nail\"}"},
+        {"/piles=[{\"angle_deg\": 35}]"}};
+    std::vector<std::unique_ptr<SmallRun>> made;
+    for (const auto& each : overrides) made.push_back(std::make_unique<SmallRun>(each));
+    return made;
+  }();
+  if (bytes.empty()) return;
+  const SmallRun& run = *runs[static_cast<uint8_t>(bytes[0]) % runs.size()];
+  const fs::path file = file_of(kCheckpointFile, bytes);
+  accept_errors([&] { run.resume(); });
+  std::vector<std::byte> state = run.state();
+  for (size_t i = 1; i + 2 < bytes.size() && !state.empty(); i += 3) {
+    const size_t at =
+        (static_cast<uint8_t>(bytes[i]) | static_cast<uint8_t>(bytes[i + 1]) << 8) * state.size() >>
+        16;
+    const auto change = static_cast<std::byte>(bytes[i + 2]);
+    state[at] ^= change;
+    if (change == std::byte{0}) state.resize(at);
+  }
+  write_checkpoint(file, {}, state);
+  accept_errors([&] { run.resume(); });
+}
+
 }  // namespace
 
 std::span<const Target> targets() {
@@ -219,7 +320,8 @@ std::span<const Target> targets() {
       Target{"mesh_dae", mesh<6>},      Target{"mesh_off", mesh<7>},
       Target{"signature", signature},   Target{"partial_signature", partial_signature},
       Target{"trajectory", trajectory}, Target{"piles", piles},
-      Target{"guide", guide},           Target{"decomposition", decomposition}};
+      Target{"guide", guide},           Target{"decomposition", decomposition},
+      Target{"checkpoint", checkpoint}};
   return kTargets;
 }
 
