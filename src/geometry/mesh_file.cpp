@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -214,6 +215,23 @@ TriangleMesh unpack(std::string_view bytes) {
   return mesh;
 }
 
+// Of a PLY file: whether a line ends its head. assimp looks for one beyond the end of the file.
+bool has_endless_head(std::string_view bytes) {
+  constexpr std::string_view kBlank = " \t", kLineEnd = "\r\n", kEnd = "end_header";
+  const auto is_magic = [](char letter, char magic) { return (letter | 0x20) == magic; };
+  if (!std::ranges::equal(bytes.substr(0, 3), std::string_view("ply"), is_magic)) return false;
+  for (size_t at = 0; at < bytes.size(); at = bytes.find_first_of(kLineEnd, at)) {
+    at = bytes.find_first_not_of(kLineEnd, at);
+    if (at < bytes.size()) at = bytes.find_first_not_of(kBlank, at);
+    if (at >= bytes.size() || !bytes.substr(at).starts_with(kEnd)) continue;
+    const size_t after = at + kEnd.size();
+    if (after == bytes.size() || std::isspace(static_cast<unsigned char>(bytes[after])) != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
 // Runs in the other process.
 std::string parse(const std::string& name, const std::string& bytes, double scale) {
   Assimp::Importer importer;
@@ -245,6 +263,7 @@ Error no_mesh(const std::filesystem::path& file, std::string found) {
 
 TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale) {
   const std::string bytes = read_file(file);
+  if (has_endless_head(bytes)) throw no_mesh(file, "is a PLY file whose head has no end");
   const IsolationLimits limits{
       .memory_bytes = kBaseMemory + kMemoryPerByte * bytes.size(),
       .cpu_s = kBaseSeconds + static_cast<int>(bytes.size() / kBytesPerSecond)};
