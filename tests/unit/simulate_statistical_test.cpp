@@ -25,6 +25,21 @@ TEST_F(Statistical, AFlightIsAParabola) {
   EXPECT_NEAR(states().position[0].y(), 102 - 9.81 / 2, 1e-3);
 }
 
+// However far in a step.
+TEST_F(Statistical, AFlightTurnsByItsSpin) {
+  add_shape("box", box_mesh({0.2, 0.1, 0.3}));
+  for (const double turn : {0.01, 0.3, 0.9, 1.1, 2.5}) {  // rad a step
+    scene_.bodies.clear();
+    const Vec3 axis = Vec3(1, -2, 3).normalized();
+    add_body("box", {0, 100, 0}).angular_velocity = turn / scene_.step_s * axis;
+    start();
+    const int steps = static_cast<int>(run(1).steps);
+    run(39);
+    const Quat expected(Eigen::AngleAxisd(40 * steps * turn, axis));
+    EXPECT_LT(states().orientation[0].angularDistance(expected), 1e-3) << turn;
+  }
+}
+
 // The signature of a ball has no spread: Newton's restitution.
 TEST_F(Statistical, ABallBouncesToRestitutionSquaredOfItsHeight) {
   constexpr double kRadius = 0.1, kBounce = 0.8;
