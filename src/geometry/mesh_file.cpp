@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -215,21 +215,34 @@ TriangleMesh unpack(std::string_view bytes) {
   return mesh;
 }
 
-// Of a PLY file: whether a line ends its head. assimp looks for one beyond the end of the file.
-bool has_endless_head(std::string_view bytes) {
-  constexpr std::string_view kBlank = " \t", kLineEnd = "\r\n", kEnd = "end_header";
+// What is wrong with the head of a PLY file that assimp would read on by for ever, or nearly so;
+// empty for others: no line ends it, or it has more elements than there are bytes.
+std::string fault_of_ply_head(std::string_view bytes) {
+  constexpr std::string_view kBlank = " \t", kLineEnd = "\r\n";
   const auto is_magic = [](char letter, char magic) { return (letter | 0x20) == magic; };
-  if (!std::ranges::equal(bytes.substr(0, 3), std::string_view("ply"), is_magic)) return false;
-  for (size_t at = 0; at < bytes.size(); at = bytes.find_first_of(kLineEnd, at)) {
-    at = bytes.find_first_not_of(kLineEnd, at);
-    if (at < bytes.size()) at = bytes.find_first_not_of(kBlank, at);
-    if (at >= bytes.size() || !bytes.substr(at).starts_with(kEnd)) continue;
-    const size_t after = at + kEnd.size();
-    if (after == bytes.size() || std::isspace(static_cast<unsigned char>(bytes[after])) != 0) {
-      return false;
+  if (!std::ranges::equal(bytes.substr(0, 3), std::string_view("ply"), is_magic)) return {};
+  for (size_t at = 0; at < bytes.size();) {
+    const size_t end = std::min(bytes.size(), bytes.find_first_of(kLineEnd, at));
+    std::string_view line = bytes.substr(at, end - at);
+    at = end + 1;
+    const auto next_word = [&] {
+      line.remove_prefix(std::min(line.size(), line.find_first_not_of(kBlank)));
+      const std::string_view word = line.substr(0, line.find_first_of(kBlank));
+      line.remove_prefix(word.size());
+      return word;
+    };
+    const std::string_view key = next_word();
+    if (key == "end_header") return {};
+    if (key != "element") continue;
+    next_word();  // its name
+    const std::string_view number = next_word();
+    uint64_t count = 0;
+    const auto parsed = std::from_chars(number.data(), number.data() + number.size(), count);
+    if (parsed.ec == std::errc::result_out_of_range || count > bytes.size()) {
+      return "is a PLY file with more elements than bytes";
     }
   }
-  return true;
+  return "is a PLY file whose head has no end";
 }
 
 // Runs in the other process.
@@ -263,7 +276,7 @@ Error no_mesh(const std::filesystem::path& file, std::string found) {
 
 TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale) {
   const std::string bytes = read_file(file);
-  if (has_endless_head(bytes)) throw no_mesh(file, "is a PLY file whose head has no end");
+  if (std::string fault = fault_of_ply_head(bytes); !fault.empty()) throw no_mesh(file, fault);
   const IsolationLimits limits{
       .memory_bytes = kBaseMemory + kMemoryPerByte * bytes.size(),
       .cpu_s = kBaseSeconds + static_cast<int>(bytes.size() / kBytesPerSecond)};

@@ -150,6 +150,9 @@ def meshes():
     put("mesh_ply", "binary", (ply % ("binary_little_endian", 4, 4)).encode() + binary
         + b"".join(b"\x03" + struct.pack("<3i", *f) for f in faces))
     put("mesh_ply", "counts", ply % ("binary_little_endian", 4_000_000_000, 4_000_000_000))
+    put("mesh_ply", "no_end", (ply % ("ascii", 4, 4)).replace("end_header", "end_heade"))
+    put("mesh_ply", "counts_of_nothing", (ply % ("binary_little_endian", 4_000_000_000, 4)).replace(
+        "property float x", "property flkat x"))
     put("mesh_ply", "list", (ply % ("binary_little_endian", 4, 1)).encode() + binary
         + b"\xff" + struct.pack("<3i", 0, 1, 2_000_000_000))
     stl = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0)

@@ -219,7 +219,14 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
                     "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n"
                     "property float x\nproperty float y\nproperty float z\n"
                     "element face 4000000000\nproperty list uchar int vertex_index\nend_header\n"),
-               ErrorKind::input, "");
+               ErrorKind::input, "more elements than bytes");
+  // Of two lengths that assimp would count up to without reading a byte.
+  for (const char* count : {"4000000000", "99999999999999999999"}) {
+    expect_error(file("flkat.ply", std::string("ply\nformat binary_little_endian 1.0\n") +
+                                       "element vertex " + count +
+                                       "\nproperty flkat x\nproperty float y\nend_header\n"),
+                 ErrorKind::input, "more elements than bytes");
+  }
   expect_error(file("count.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), ErrorKind::input, "");
 }
 
@@ -229,7 +236,7 @@ TEST_F(MeshImport, AHeadWithoutAnEndIsRefused) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
       "property float z\nelement face 1\nproperty list uchar int vertex_indices\n";
   for (const std::string end :
-       {"", "end_heade", "end_header_\n", "comment end_header\n", "\r\n \n"}) {
+       {"", "end_heade", "end_header_\n", "comment end_header\n", "\r\n \n", "element"}) {
     expect_error(file("no_end.ply", head + end), ErrorKind::input, "whose head has no end");
     expect_error(file("no_end.ply", "PLY" + head.substr(3) + end), ErrorKind::input,
                  "whose head has no end");
