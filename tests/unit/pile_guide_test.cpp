@@ -162,6 +162,7 @@ TEST(Guide, WhatComesSlowlyIsNoHit) {
 TEST(Guide, WhatComesAtASixthOfItsFallIsAHit) {
   Column column(5);
   column.scene.guide->most_speed = 0.02;
+  column.scene.guide->neighbours = false;  // as above
   const uint32_t ball = column.sphere(0.15);
   ModelBody& heavy = column.body(ball, column.wood, {-0.27, 0.15, 0});
   heavy.linear_velocity = {0.2, 0, 0};  // sqrt(g r) is 1.3 m/s
