@@ -828,7 +828,9 @@ void Engine::find_hits(std::vector<Hit>& hits) {
       const Vec3 arm = (a_sleeps ? contact.arm_b : contact.arm_a).cast<double>();
       const Vec3 away = (a_sleeps ? 1.0 : -1.0) * contact.normal.cast<double>();
       const double closing = -velocity_at(body, arm).dot(away);
-      if (closing <= hit.closing_speed || contact.distance_m > closing * step_s_) continue;
+      if (closing <= hit.closing_speed || contact.distance_m > (1 + kAsGood) * closing * step_s_) {
+        continue;
+      }
       hit.closing_speed = closing;
       if (body.moves == Moves::by_contacts) {
         const Vec3 lever = arm.cross(away);
