@@ -162,6 +162,29 @@ TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
   }
 }
 
+// Crossed sticks lie face to face, if one is tilted by less than can be seen: its far end is then
+// below the other's face, beside it.
+TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
+  CollisionPiece stick;
+  stick.kind = CollisionPiece::Kind::box;
+  stick.size = {1, 0.02, 0.02};
+  const ConvexPiece piece(stick);
+  Philox random(7, Stream::test, 0);
+  for (int i = 0; i < 100; ++i) {
+    const double across = random.uniform(0.8, kPi / 2), tilt = random.uniform(-1e-4, 1e-4);
+    const Vec3 shift(random.uniform(-0.15, 0.15), 0.01999, random.uniform(-0.15, 0.15));
+    const Pose pose{shift, Quat(Eigen::AngleAxisd(tilt, Vec3::UnitX())) *
+                               Quat(Eigen::AngleAxisd(across, Vec3::UnitY()))};
+    KnownVertices known;
+    const Separation separation =
+        find_separation(piece, piece, relative(pose), Vec3::UnitY(), 1, known);
+    std::vector<SurfacePoint> points;
+    ManifoldScratch scratch;
+    add_manifold(piece, piece, relative(pose), separation, 2e-4, scratch, points);
+    EXPECT_EQ(points.size(), 4) << i << ": tilt " << tilt;
+  }
+}
+
 // All pairs whose boxes meet are listed, however bodies move, come and go.
 TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
   Philox random(4, Stream::test, 0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace pilesim::exact {
 namespace {
@@ -14,6 +15,9 @@ constexpr double kFacing = 0.95;
 constexpr double kFaceTolerance = 3e-4;
 // Of two faces that are as good, the one of a.
 constexpr double kPreference = 1e-5;
+// Faces this nearly across the normal, by their cosine, carry even if the other piece reaches below
+// their plane beside them, as the far ends of crossed sticks do.
+constexpr double kNearlyFacing = 1 - 1e-4;
 // Depths that differ by less are the same.
 constexpr double kSameDepth = 1e-4;
 // What lies on a plane lies on points that are no higher than the lowest by more than this share of
@@ -245,9 +249,27 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
     if (!apart.is_exact || apart.distance_m >= reach_m) return {};
     points.push_back({(apart.on_a + apart.on_b) / 2, apart.normal, apart.distance_m});
     return {};
-  } else if (add_line(a, b, b_in_a, separation, points)) {
-    return {};
   }
+  // Not of a triangle: what lies beside it is its neighbours'.
+  const bool is_triangle = !std::isfinite(a.smallest_extent_m());
+  for (const Feature::Of of : {Feature::Of::a, Feature::Of::b}) {
+    if (is_triangle) continue;
+    const ConvexPiece& piece = of == Feature::Of::a ? a : b;
+    const Vec3 outward =
+        of == Feature::Of::a ? separation.normal : -(a_in_b.turn * separation.normal);
+    const uint32_t face = piece.face_along(outward);
+    if (face == ConvexPiece::kNone || piece.faces()[face].normal.dot(outward) < kNearlyFacing) {
+      continue;
+    }
+    add_manifold(a, b, b_in_a, {of, face}, reach_m, scratch, points);
+    const auto own = std::span(points).subspan(first);
+    if (own.size() > 1 &&
+        std::ranges::min(own, {}, &SurfacePoint::distance_m).distance_m >= least) {
+      return {of, face};
+    }
+    points.resize(first);
+  }
+  if (add_line(a, b, b_in_a, separation, points)) return {};
   points.push_back(
       {(separation.on_a + separation.on_b) / 2, separation.normal, separation.distance_m});
   return {};

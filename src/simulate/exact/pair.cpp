@@ -104,7 +104,8 @@ class Finder {
       slack = std::min<double>(slack, pair_.list_slack_m);
     }
     pair_.slack_m = static_cast<float>(slack);
-    if (slack < -kSunk * small_ && pair_.pieces.size() > 1 && !shape_a_.surface) {
+    if (slack < -kSunk * small_ && pair_.pieces.size() > 1 && !shape_a_.surface &&
+        a_.moves == Moves::by_contacts && b_.moves == Moves::by_contacts) {
       leave_one_way();
     } else {
       pair_.way_out.setZero();
@@ -235,6 +236,7 @@ class Finder {
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
     if (pieces.side == 0) pieces.side = side_of(face, b);
+    if (pieces.side > 0 && has_gone_round(pieces, face, triangle, b)) pieces.side = -1;
     // From behind a closed surface nothing comes: that is another triangle's.
     if (pieces.side < 0 && shape_a_.surface->is_closed() && !has_come_round(face, triangle, b)) {
       pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -height_over(face, b)));
@@ -261,7 +263,8 @@ class Finder {
         });
     pieces.slack_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
-    if (distance < -kInside * small_) is_inside_ = true;
+    pieces.sunk = distance < -kInside * small_;
+    is_inside_ = is_inside_ || pieces.sunk;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
@@ -275,11 +278,22 @@ class Finder {
   // A piece that was behind a face is before it now, and has not come there through the surface.
   bool has_come_round(const TriangleSurface::Face& face, const ConvexPiece& triangle,
                       const ConvexPiece& b) const {
-    if (is_inside_ || height_over(face, b) < 0) return false;
+    return !is_inside_ && height_over(face, b) >= 0 && distance_of(triangle, b) > -kInside * small_;
+  }
+
+  // The same the other way, over an edge of the surface: what goes through the face is sunk into it
+  // in some step, if it does not move too far in one.
+  bool has_gone_round(const PiecePair& pieces, const TriangleSurface::Face& face,
+                      const ConvexPiece& triangle, const ConvexPiece& b) const {
+    return !pieces.sunk && height_over(face, b) < 0 && a_.moved_m + b_.moved_m < small_ / 2 &&
+           distance_of(triangle, b) > 0;
+  }
+
+  double distance_of(const ConvexPiece& triangle, const ConvexPiece& b) const {
     KnownVertices none;
-    const Separation apart = find_separation(triangle, b, b_in_a_, Vec3::Zero(),
-                                             std::numeric_limits<double>::infinity(), none);
-    return apart.distance_m > -kInside * small_;
+    return find_separation(triangle, b, b_in_a_, Vec3::Zero(),
+                           std::numeric_limits<double>::infinity(), none)
+        .distance_m;
   }
 
   // Never into the surface, nor against an edge that is inside of it.
