@@ -171,9 +171,11 @@ TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
   const ConvexPiece piece(stick);
   Philox random(7, Stream::test, 0);
   for (int i = 0; i < 100; ++i) {
-    const double across = random.uniform(0.8, kPi / 2), tilt = random.uniform(-1e-4, 1e-4);
+    const double across = random.uniform(0.8, kPi / 2);
+    const double tilt = random.uniform(-1e-4, 1e-4), roll = random.uniform(-1e-4, 1e-4);
     const Vec3 shift(random.uniform(-0.15, 0.15), 0.01999, random.uniform(-0.15, 0.15));
     const Pose pose{shift, Quat(Eigen::AngleAxisd(tilt, Vec3::UnitX())) *
+                               Quat(Eigen::AngleAxisd(roll, Vec3::UnitZ())) *
                                Quat(Eigen::AngleAxisd(across, Vec3::UnitY()))};
     KnownVertices known;
     const Separation separation =
@@ -181,7 +183,7 @@ TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
     std::vector<SurfacePoint> points;
     ManifoldScratch scratch;
     add_manifold(piece, piece, relative(pose), separation, 2e-4, scratch, points);
-    EXPECT_EQ(points.size(), 4) << i << ": tilt " << tilt;
+    EXPECT_EQ(points.size(), 4) << i << ": tilted by " << tilt << ", " << roll;
   }
 }
 
