@@ -243,6 +243,28 @@ TEST(Margins, TheSmallerOfTwoBodiesTellsTheGap) {
   }
 }
 
+// Over the edge of a thin slab of triangles, down to the ground: nothing hangs on the edge.
+TEST(Margins, WhatTipsOverAnEdgeFalls) {
+  for (int i = 0; i < 20; ++i) {
+    SmallModel m;
+    const uint32_t wood = m.material(0.1, 0.3);
+    m.body(m.plane(), wood, Vec3::Zero(), Role::fixed);
+    const uint32_t slab = m.box({1, 0.04, 1});
+    m.model.shapes[slab].pieces.clear();
+    m.model.shapes[slab].collides_as_mesh = true;
+    m.body(slab, wood, {0, 1, 0}, Role::fixed);
+    const uint32_t shape = m.box(i % 2 == 0 ? Vec3(0.3, 0.1, 0.2) : Vec3(0.4, 0.05, 0.05));
+    ModelBody& body = m.body(shape, wood, {0.2, 1.2, 0.1});
+    body.pose.orientation = Quat(Eigen::AngleAxisd(0.3 * i, Vec3(1, 0.3, 0.5).normalized()));
+    body.linear_velocity = {1.5 + 0.1 * i, 0, 0.2};
+    body.angular_velocity = {1, 2, -3};
+    const auto simulator = make_simulator(m.scene, m.model);
+    run(*simulator, 240);
+    const double y = simulator->states().position[2].y();
+    EXPECT_TRUE(y < 0.25 || y > 1.02) << i << ": hangs at " << y;
+  }
+}
+
 // Over the edges between triangles, large and small, at some speed.
 TEST(Margins, NothingThatSlidesFallsThroughEdges) {
   for (const double size : {0.01, 0.1}) {

@@ -236,12 +236,13 @@ class Finder {
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
     if (pieces.side == 0) pieces.side = side_of(face, b);
-    if (pieces.side > 0 && has_gone_round(pieces, face, triangle, b)) pieces.side = -1;
     // From behind a closed surface nothing comes: that is another triangle's.
     if (pieces.side < 0 && shape_a_.surface->is_closed() && !has_come_round(face, triangle, b)) {
       pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -height_over(face, b)));
       return;
     }
+    // What tips over an edge of the surface stays in touch with that edge.
+    const bool tips_over = !guess.isZero() && pieces.side * height_over(face, b) < 0;
     bool first = true;
     const double distance = meet(
         is_round(b),
@@ -252,7 +253,8 @@ class Finder {
             if (apart > reach) return Separation{guess, apart, {}, {}, false};
           }
           const Separation separation = find_separation(
-              triangle, b, relative, pieces.side * face.normal, reach, pieces.known);
+              triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
+              pieces.known);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
           first = false;
@@ -263,8 +265,7 @@ class Finder {
         });
     pieces.slack_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
-    pieces.sunk = distance < -kInside * small_;
-    is_inside_ = is_inside_ || pieces.sunk;
+    is_inside_ = is_inside_ || distance < -kInside * small_;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
@@ -278,22 +279,11 @@ class Finder {
   // A piece that was behind a face is before it now, and has not come there through the surface.
   bool has_come_round(const TriangleSurface::Face& face, const ConvexPiece& triangle,
                       const ConvexPiece& b) const {
-    return !is_inside_ && height_over(face, b) >= 0 && distance_of(triangle, b) > -kInside * small_;
-  }
-
-  // The same the other way, over an edge of the surface: what goes through the face is sunk into it
-  // in some step, if it does not move too far in one.
-  bool has_gone_round(const PiecePair& pieces, const TriangleSurface::Face& face,
-                      const ConvexPiece& triangle, const ConvexPiece& b) const {
-    return !pieces.sunk && height_over(face, b) < 0 && a_.moved_m + b_.moved_m < small_ / 2 &&
-           distance_of(triangle, b) > 0;
-  }
-
-  double distance_of(const ConvexPiece& triangle, const ConvexPiece& b) const {
+    if (is_inside_ || height_over(face, b) < 0) return false;
     KnownVertices none;
-    return find_separation(triangle, b, b_in_a_, Vec3::Zero(),
-                           std::numeric_limits<double>::infinity(), none)
-        .distance_m;
+    const Separation apart = find_separation(triangle, b, b_in_a_, Vec3::Zero(),
+                                             std::numeric_limits<double>::infinity(), none);
+    return apart.distance_m > -kInside * small_;
   }
 
   // Never into the surface, nor against an edge that is inside of it.

@@ -37,11 +37,10 @@ struct PiecePair {
   float looked_m = 0;    // motion since the direction was searched
   Feature feature = {};  // what they touched with then
   int8_t side = 0;       // of a triangle: the one that the piece has come to; 0: not known
-  bool sunk = false;     // into the triangle, when it was looked at last
 
   static void fields(auto& self, auto& stream) {
     stream(self.a, self.b, self.slack_m, self.axis, self.looked_m, self.feature.of,
-           self.feature.face, self.known.a, self.known.b, self.known.count, self.side, self.sunk);
+           self.feature.face, self.known.a, self.known.b, self.known.count, self.side);
   }
   KnownVertices known = {};
 };
