@@ -2,7 +2,9 @@
 // into chunks of a fixed grain, whoever runs them.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 
 namespace pilesim {
@@ -18,5 +20,31 @@ int thread_count();
 // are multiples of `grain`. An exception of a chunk is rethrown here.
 void parallel_for(size_t count, size_t grain,
                   const std::function<void(size_t begin, size_t end)>& body);
+
+// Threads that stay awake between short loops: to wake them for each would take longer than the
+// loops do.
+class Team {
+ public:
+  Team() = default;  // of one
+  // Calls work(team) here; until it returns, loops of the team have all threads.
+  static void gather(const std::function<void(Team&)>& work);
+
+  // As parallel_for(); `body` must not throw, nor begin parallel loops. Called from `work` only.
+  void parallel_for(size_t count, size_t grain,
+                    const std::function<void(size_t begin, size_t end)>& body);
+
+ private:
+  void help();
+  void run_chunk(uint32_t chunk);
+
+  // Loops are numbered. The number of the one under way, with the next chunk of it that nobody has
+  // taken in the lower half; what is below is of that loop until all chunks are done.
+  std::atomic<uint64_t> under_way_ = 0;
+  std::atomic<uint32_t> chunks_ = 0, done_ = 0;
+  std::atomic<size_t> count_ = 0, grain_ = 0;
+  std::atomic<const std::function<void(size_t, size_t)>*> body_ = nullptr;
+  std::atomic<bool> is_over_ = false;
+  bool is_alone_ = true;
+};
 
 }  // namespace pilesim

@@ -55,5 +55,51 @@ TEST(ParallelFor, ThrowsWhatAChunkThrowsWithMoreThreadsThanProcessors) {
   set_thread_count(available_threads());
 }
 
+// Each loop reads what the loop before has written.
+TEST(Team, ComesToEachIndexOnceInEachOfManyLoops) {
+  constexpr int kLoops = 2000;
+  for (const int threads : {1, 2, 5}) {
+    set_thread_count(threads);
+    std::vector<int> visits(97, 0), before(97, 0);
+    int wrong = 0;
+    Team::gather([&](Team& team) {
+      for (int loop = 0; loop < kLoops; ++loop) {
+        const size_t count = 1 + static_cast<size_t>(loop) % visits.size();
+        team.parallel_for(count, 4, [&](size_t begin, size_t end) {
+          for (size_t i = begin; i < end; ++i) visits[i] = before[count - 1 - i] + 1;
+        });
+        for (size_t i = 0; i < count; ++i) wrong += visits[i] != before[count - 1 - i] + 1 ? 1 : 0;
+        before = visits;
+      }
+    });
+    EXPECT_EQ(wrong, 0) << threads;
+  }
+  set_thread_count(available_threads());
+}
+
+TEST(Team, HasMoreThanOneThread) {
+  set_thread_count(3);
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  Team::gather([&](Team& team) {
+    for (int round = 0; round < 500 && seen.size() < 3; ++round) {
+      team.parallel_for(9, 1, [&](size_t, size_t) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        const std::lock_guard lock(mutex);
+        seen.insert(std::this_thread::get_id());
+      });
+    }
+  });
+  EXPECT_EQ(seen.size(), 3U);
+  set_thread_count(available_threads());
+}
+
+TEST(Team, EndsWhenItsWorkThrows) {
+  set_thread_count(3);
+  const auto fail = [](Team&) { throw std::runtime_error("no more"); };
+  EXPECT_THROW(Team::gather(fail), std::runtime_error);
+  set_thread_count(available_threads());
+}
+
 }  // namespace
 }  // namespace pilesim
