@@ -162,6 +162,43 @@ TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
   }
 }
 
+// Blunt corners have faces that are nearly the one that carries, with corners beside them.
+TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
+  Philox random(9, Stream::test, 0);
+  ManifoldScratch scratch;
+  const auto pebble = [&] {
+    CollisionPiece piece;
+    piece.kind = CollisionPiece::Kind::hull;
+    std::vector<Vec3> points;
+    for (int k = 0; k < 12; ++k) {
+      const Vec3 corner = random_direction(random);
+      for (int m = 0; m < 3; ++m) points.push_back(corner + 0.03 * random_direction(random));
+    }
+    piece.hull = convex_hull(points);
+    return piece;
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const CollisionPiece of_a = pebble(), of_b = pebble();
+    const ConvexPiece a(of_a), b(of_b);
+    const double depth = random.uniform(-0.01, 0.01);
+    const Vec3 direction = random_direction(random);
+    Pose pose{{}, random_turn(random)};
+    double low = 0, high = 5;
+    for (int k = 0; k < 30; ++k) {
+      const double middle = (low + high) / 2;
+      pose.position = middle * direction;
+      (judged(of_a, of_b, pose) > depth ? high : low) = middle;
+    }
+    KnownVertices known;
+    const Separation found = find_separation(a, b, relative(pose), Vec3::Zero(), 1, known);
+    std::vector<SurfacePoint> points;
+    add_manifold(a, b, relative(pose), found, 0.1, scratch, points);
+    ASSERT_FALSE(points.empty()) << i;
+    const auto deepest = std::ranges::min_element(points, {}, &SurfacePoint::distance_m);
+    EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3) << i;
+  }
+}
+
 // Crossed sticks lie face to face, if one is tilted by less than can be seen: its far end is then
 // below the other's face, beside it.
 TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {

@@ -29,7 +29,7 @@ struct Body {
   double friction = 0, restitution = 0;  // its material's; of a pair the product's root
   double mass_kg = 0;                    // 0: moves not by contacts
   double moved_m = 0;                    // no point of it has moved farther in the last step
-  // Rest; see islands.h.
+  // Rest; see rest.h.
   double rest_time_s = 0;          // for so long it has been slow
   Vec3 rest_place = Vec3::Zero();  // m, world: where that time began
 
@@ -42,5 +42,22 @@ struct Body {
   bool is_awake() const { return moves == Moves::by_contacts && !asleep && !put_to_sleep; }
   bool may_move() const { return is_awake() || moves == Moves::by_keys; }
 };
+
+struct CollisionShape;
+
+// Of a body of that shape: kg m^2; 1 / kg m^2, world.
+Vec3 principal_moments(const Body& body, const CollisionShape& shape);
+Mat3 inverse_inertia(const Body& body, const CollisionShape& shape);
+
+// m/s, of its point at `arm` (m, world) from its centre.
+inline Vec3 velocity_at(const Body& body, const Vec3& arm) {
+  return body.velocity + body.spin.cross(arm);
+}
+
+// On by a time in which nothing is near: a parabola, and a spin that nothing changes.
+void fly(Body& body, const CollisionShape& shape, const Vec3& gravity, double time_s);
+
+void rouse(Body& body);  // if it is one that sleeps by itself
+void fall_asleep(Body& body);
 
 }  // namespace pilesim::exact

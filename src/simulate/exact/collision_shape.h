@@ -1,6 +1,7 @@
 // The collision shape of a body: convex pieces, a plane, or triangles.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
@@ -52,5 +53,11 @@ struct CollisionShape {
   Vec3 moments = Vec3::Zero();   // m^2: principal inertia of 1 kg
   Quat axes = Quat::Identity();  // principal axes to body
 };
+
+// The extent by which two shapes that meet are measured: that of the smallest piece, m. A plane or
+// a surface comes first, and has none.
+inline double smaller_extent(const CollisionShape& a, const CollisionShape& b) {
+  return a.is_plane || a.surface ? b.piece_extent_m : std::min(a.piece_extent_m, b.piece_extent_m);
+}
 
 }  // namespace pilesim::exact

@@ -30,8 +30,12 @@ constexpr int kBounceSweeps = 10;
 constexpr double kLeastCosine = 0.969;
 // Turns of less than this in a substep need no care for what they do to the axis, rad.
 constexpr double kLeastTurn = 0.02;
-// Colours with fewer blocks are solved by one thread.
 constexpr size_t kGrain = 64;
+constexpr size_t kBlockGrain = 8;
+constexpr size_t kBodyGrain = 128;
+// m: what is as far does not touch.
+template <typename T>
+constexpr T kFar = static_cast<T>(1e15);
 
 struct Softness {
   double rate, mass_scale, force_scale;
@@ -220,12 +224,10 @@ HWY_INLINE Lanes3<T> relative(const G& g, const Lanes3<T>& arm_a, const Lanes3<T
   return (g.velocity_b + cross(g.spin_b, arm_b)) - (g.velocity_a + cross(g.spin_a, arm_a));
 }
 
-// Friction that stops what slides across `n`, as far as `limit` goes.
-template <typename T, typename G>
-HWY_INLINE Lanes3<T> hold_back(const G& g, const Lanes3<T>& n, const Lanes3<T>& arm_a,
-                               const Lanes3<T>& arm_b, Lanes<T> mass, Lanes<T> limit,
-                               const Lanes3<T>& before) {
-  const Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+// Friction that stops what goes by `dv` across `n`, as far as `limit` goes.
+template <typename T>
+HWY_INLINE Lanes3<T> hold_back(const Lanes3<T>& dv, const Lanes3<T>& n, Lanes<T> mass,
+                               Lanes<T> limit, const Lanes3<T>& before) {
   const Lanes3<T> sliding = sub_scaled(dv, dot(n, dv), n);
   const Lanes3<T> held = sub_scaled(before, mass, sliding);
   const Lanes<T> one(T{1}), size2 = dot(held, held);
@@ -350,7 +352,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
             point.arm[k][i] = contact->arm_a[e];
             point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
           }
-          point.distance[i] = contact->distance_m;
+          point.distance[i] = point.now[i] = contact->distance_m;
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           point.bounce[i] = contact->bounce;
           if (contact->hits) block.rounds = kHardRounds;
@@ -371,7 +373,11 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           return dot(cross(arm_a, u), weights.inertia_a * cross(arm_a, v)) +
                  dot(cross(arm_b, u), weights.inertia_b * cross(arm_b, v));
         };
-        const Lanes<T> along = mass + answer(n, n);
+        const Lanes3<T> answered = add_scaled(cross(weights.inertia_a * cross(arm_a, n), arm_a) +
+                                                  cross(weights.inertia_b * cross(arm_b, n), arm_b),
+                                              mass, n);
+        store3<T>(answered, point.answer);
+        const Lanes<T> along = dot(n, answered);
         const auto there = along > zero;
         select(there, one / select(there, along, one), zero).store(point.mass_along.data());
         // Across: by the direction that is easiest to move, so that friction never overshoots.
@@ -394,16 +400,14 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
 }
 
 template <typename T>
-void ContactSolver<T>::for_blocks(const std::function<void(Block&)>& visit) {
+void ContactSolver<T>::for_blocks(Team& team, const std::function<void(Block&)>& visit) {
   for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
     const size_t first = colour_first_[k], count = colour_first_[k + 1] - first;
-    if (count < 4 * kGrain || blocks_[first].lanes == 1) {
-      for (size_t m = first; m < first + count; ++m) visit(blocks_[m]);
-    } else {
-      parallel_for(count, kGrain, [&](size_t begin, size_t end) {
-        for (size_t m = begin; m < end; ++m) visit(blocks_[first + m]);
-      });
-    }
+    // Beyond the last colour blocks have one lane each, and may share bodies.
+    const size_t grain = blocks_[first].lanes == 1 ? count : kBlockGrain;
+    team.parallel_for(count, grain, [&](size_t begin, size_t end) {
+      for (size_t m = begin; m < end; ++m) visit(blocks_[first + m]);
+    });
   }
 }
 
@@ -461,12 +465,13 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
     scale(point.push);
     for (Row& row : point.friction) scale(row);
   }
-  for_blocks([&](Block& block) { apply_forces(block); });
+  Team alone;  // the partner has parallel loops of its own
+  for_blocks(alone, [&](Block& block) { apply_forces(block); });
   for (const SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);
     for (SolverJoint& joint : joints) hold(joint, bodies, step, false);
-    for_blocks([&](Block& block) { sweep<false>(block, 1 / step); });
+    for_blocks(alone, [&](Block& block) { sweep<false>(block, 1 / step); });
   }
   motions_ = motions;
   points_ = points;
@@ -487,20 +492,48 @@ void ContactSolver<T>::bounce(Block& block) {
     const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
     const Lanes3<T> arm_b = arm_a + between;
     const L target = L::load(point.bounce.data());
-    const L lacking = target - dot(n, relative<T>(g, arm_a, arm_b));
+    Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+    const L lacking = target - dot(n, dv);
     const L old_push = L::load(blow.push.data());
     const L push =
         select(target > zero,
                max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
     push.store(blow.push.data());
-    weights.apply((push - old_push) * n, arm_a, arm_b, g);
+    dv = add_scaled(dv, push - old_push, load3<T>(point.answer));
     const Lanes3<T> old_friction = load3<T>(blow.friction);
-    const Lanes3<T> held = hold_back(g, n, arm_a, arm_b, L::load(point.mass_across.data()),
-                                     friction * push, old_friction);
+    const Lanes3<T> held =
+        hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
     store3<T>(held, blow.friction);
-    weights.apply(held - old_friction, arm_a, arm_b, g);
+    weights.apply(add_scaled(held - old_friction, push - old_push, n), arm_a, arm_b, g);
   }
   scatter(block, g);
+}
+
+// How far apart points are where bodies have come to.
+template <typename T>
+HWY_INLINE void ContactSolver<T>::measure(Block& block) {
+  using L = Lanes<T>;
+  std::array<const T*, kLanes> rows;
+  std::array<L, 8> a, b;
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
+  gather8(rows.data(), a);
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
+  gather8(rows.data(), b);
+  const Lanes3<T> way = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  const Lanes3<T> turn_a = {a[3], a[4], a[5]}, turn_b = {b[3], b[4], b[5]};
+  const Lanes3<T> between = load3<T>(block.between);
+  const L edged = L::load(block.edged.data()), zero(T{0}), far(kFar<T>);
+  // Corners of what has turned far are elsewhere: the next step sees them.
+  const L least_turn = min(max(a[6], zero - a[6]), max(b[6], zero - b[6]));
+  const auto gone = hn::And(edged > zero, L(static_cast<T>(kLeastCosine)) > least_turn);
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    Point& point = points_[p];
+    const Lanes3<T> arm_a = load3<T>(point.arm), arm_b = arm_a + between;
+    const Lanes3<T> moved =
+        way + (turned_by(turn_b, b[6], edged, arm_b) - turned_by(turn_a, a[6], edged, arm_a));
+    const L distance = L::load(point.distance.data()) + dot(load3<T>(point.normal), moved);
+    select(gone, far, distance).store(point.now.data());
+  }
 }
 
 template <typename T>
@@ -508,24 +541,12 @@ template <bool kSoft>
 HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   using L = Lanes<T>;
   Gathered g = gather(block);
-  std::array<const T*, kLanes> rows;
-  std::array<L, 8> sa, sb;
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.a[i]].v.data();
-  gather8(rows.data(), sa);
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
-  gather8(rows.data(), sb);
-  const Lanes3<T> way = {sb[0] - sa[0], sb[1] - sa[1], sb[2] - sa[2]};
-  const Lanes3<T> turn_a = {sa[3], sa[4], sa[5]}, turn_b = {sb[3], sb[4], sb[5]};
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
   const L shallow = L::load(block.shallow.data());
-  const L edged = L::load(block.edged.data());
-  // Corners of what has turned far are elsewhere: the next step sees them.
-  const L least_turn = min(max(sa[6], zero - sa[6]), max(sb[6], zero - sb[6]));
-  const auto gone = hn::And(edged > zero, L(static_cast<T>(kLeastCosine)) > least_turn);
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
@@ -534,9 +555,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       Point& point = points_[p];
       const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
       const Lanes3<T> arm_b = arm_a + between;
-      const Lanes3<T> moved =
-          way + (turned_by(turn_b, sb[6], edged, arm_b) - turned_by(turn_a, sa[6], edged, arm_a));
-      const L distance = L::load(point.distance.data()) + dot(n, moved);
+      const L distance = L::load(point.now.data());
       const L mass = L::load(point.mass_along.data());
       const L old_push = L::load(point.push.data());
       // Ahead of the surface: so fast that it is reached when the substep ends. Behind it: back,
@@ -552,18 +571,19 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       } else {
         bias = select(ahead, distance * rate_ahead, zero);
       }
-      const L along = dot(n, relative<T>(g, arm_a, arm_b));
-      L push = neg_mul_add(mass * scale, along + bias, old_push);
+      Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+      L push = neg_mul_add(mass * scale, dot(n, dv) + bias, old_push);
       if constexpr (kSoft) push = neg_mul_add(give, old_push, push);
-      push = select(gone, zero, max(push, zero));
+      push = max(push, zero);
       push.store(point.push.data());
-      weights.apply((push - old_push) * n, arm_a, arm_b, g);
+      const L pushed = push - old_push;
+      dv = add_scaled(dv, pushed, load3<T>(point.answer));
 
       const Lanes3<T> old_friction = load3<T>(point.friction);
-      const Lanes3<T> held = hold_back(g, n, arm_a, arm_b, L::load(point.mass_across.data()),
-                                       friction * push, old_friction);
+      const Lanes3<T> held =
+          hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
       store3<T>(held, point.friction);
-      weights.apply(held - old_friction, arm_a, arm_b, g);
+      weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
     }
   }
   scatter(block, g);
@@ -571,57 +591,51 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
 
 // Gravity, the partner's contacts, and what contacts gave in the substep before.
 template <typename T>
-void ContactSolver<T>::pull(const SolverSettings& settings, T h, bool first) {
-  const Vec3 change = settings.gravity * static_cast<double>(h);
+void ContactSolver<T>::pull(size_t i, const SolverSettings& settings, T h, bool first) {
   const T share = 1 / static_cast<T>(settings.substeps);
-  for (size_t i = 0; i < moving_; ++i) {
-    Motion& motion = motions_[i];
-    for (size_t k = 0; k < 6; ++k) motion.v[k] += share * given_[i].v[k];
-    for (size_t k = 0; k < 3; ++k) {
-      motion.v[k] += static_cast<T>(change[static_cast<Eigen::Index>(k)]);
-    }
-    pulled_[i] = motion;
-    if (first) continue;
-    for (size_t k = 0; k < 6; ++k) motion.v[k] += gained_[i].v[k];
+  Motion& motion = motions_[i];
+  for (size_t k = 0; k < 6; ++k) motion.v[k] += share * given_[i].v[k];
+  for (size_t k = 0; k < 3; ++k) {
+    motion.v[k] += static_cast<T>(settings.gravity[static_cast<Eigen::Index>(k)]) * h;
   }
+  pulled_[i] = motion;
+  if (first) return;
+  for (size_t k = 0; k < 6; ++k) motion.v[k] += gained_[i].v[k];
 }
 
 template <typename T>
-void ContactSolver<T>::move(std::vector<SolverBody>& bodies, const Vec3& gravity, T substep_s) {
-  for (size_t i = 0; i < bodies.size(); ++i) {
-    const T h = substep_s * static_cast<T>(bodies[i].share);
-    Motion& motion = motions_[i];
-    Shift& shift = shifts_[i];
-    bool touched = true;
-    if (i < moving_) {
-      touched = false;
-      for (size_t k = 0; k < 6; ++k) {
-        touched = touched || motion.v[k] != pulled_[i].v[k] || given_[i].v[k] != 0;
-      }
+void ContactSolver<T>::move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s) {
+  const T h = substep_s * static_cast<T>(body.share);
+  const Motion& motion = motions_[i];
+  Shift& shift = shifts_[i];
+  bool touched = true;
+  if (i < moving_) {
+    touched = false;
+    for (size_t k = 0; k < 6; ++k) {
+      touched = touched || motion.v[k] != pulled_[i].v[k] || given_[i].v[k] != 0;
     }
-    for (size_t k = 0; k < 3; ++k) shift.v[k] += h * motion.v[k];
-    if (!touched) {  // a parabola
-      for (size_t k = 0; k < 3; ++k) {
-        shift.v[k] -= static_cast<T>(gravity[static_cast<Eigen::Index>(k)]) * h * h / 2;
-      }
-    }
-    // The turn by spin h, to fourth order: (s, c) ~ (sin, cos) of half of it.
-    const T x = motion.v[3] * h / 2, y = motion.v[4] * h / 2, z = motion.v[5] * h / 2;
-    const T half2 = x * x + y * y + z * z;
-    if (half2 == 0) continue;
-    if (i<moving_&& static_cast<double>(4 * half2)> kLeastTurn * kLeastTurn) {
-      turn_freely(bodies[i], i, static_cast<double>(h));
-      continue;
-    }
-    const T s = 1 - half2 / 6 + half2 * half2 / 120, c = 1 - half2 / 2 + half2 * half2 / 24;
-    const Eigen::Quaternion<T> step(c, s * x, s * y, s * z);
-    const Eigen::Quaternion<T> turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
-    const Eigen::Quaternion<T> turned = (step * turn).normalized();
-    shift.v[3] = turned.x();
-    shift.v[4] = turned.y();
-    shift.v[5] = turned.z();
-    shift.v[6] = turned.w();
   }
+  for (size_t k = 0; k < 3; ++k) shift.v[k] += h * motion.v[k];
+  if (!touched) {  // a parabola
+    for (size_t k = 0; k < 3; ++k) {
+      shift.v[k] -= static_cast<T>(gravity[static_cast<Eigen::Index>(k)]) * h * h / 2;
+    }
+  }
+  // The turn by spin h, to fourth order: (s, c) ~ (sin, cos) of half of it.
+  const T x = motion.v[3] * h / 2, y = motion.v[4] * h / 2, z = motion.v[5] * h / 2;
+  const T half2 = x * x + y * y + z * z;
+  if (half2 == 0) return;
+  if (i<moving_&& static_cast<double>(4 * half2)> kLeastTurn * kLeastTurn) {
+    return turn_freely(body, i, static_cast<double>(h));
+  }
+  const T s = 1 - half2 / 6 + half2 * half2 / 120, c = 1 - half2 / 2 + half2 * half2 / 24;
+  const Eigen::Quaternion<T> step(c, s * x, s * y, s * z);
+  const Eigen::Quaternion<T> turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+  const Eigen::Quaternion<T> turned = (step * turn).normalized();
+  shift.v[3] = turned.x();
+  shift.v[4] = turned.y();
+  shift.v[5] = turned.z();
+  shift.v[6] = turned.w();
 }
 
 // Of what turns fast the axis turns too.
@@ -756,6 +770,50 @@ void ContactSolver<T>::store(std::span<const ContactRange> contacts, double subs
 }
 
 template <typename T>
+void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
+                                     std::vector<SolverBody>& bodies,
+                                     std::span<SolverJoint> joints) {
+  const double substep_s = settings.step_s / settings.substeps;
+  const auto h = static_cast<T>(substep_s);
+  const T per_substep = 1 / h;
+  if (std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; })) {
+    blows_.assign(points_.size(), {});
+    for (int i = 0; i < kBounceSweeps; ++i) {
+      for_blocks(team, [&](Block& block) { bounce(block); });
+    }
+  }
+  for (int substep = 0; substep < settings.substeps; ++substep) {
+    team.parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
+    });
+    if (substep == 0) {
+      for_blocks(team, [&](Block& block) { apply_forces(block); });
+      for (const SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
+    }
+    for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
+    for_blocks(team, [&](Block& block) { sweep<true>(block, per_substep); });
+    team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
+    });
+    team.parallel_for(blocks_.size(), kBlockGrain, [&](size_t begin, size_t end) {
+      for (size_t m = begin; m < end; ++m) measure(blocks_[m]);
+    });
+    // What has just met finds its forces from nothing.
+    const int relaxations =
+        substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
+    for (int i = 0; i < relaxations; ++i) {
+      for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
+      for_blocks(team, [&](Block& block) { sweep<false>(block, per_substep); });
+    }
+    team.parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        for (size_t k = 0; k < 6; ++k) gained_[i].v[k] = motions_[i].v[k] - pulled_[i].v[k];
+      }
+    });
+  }
+}
+
+template <typename T>
 void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                              size_t moving, std::span<const ContactRange> contacts,
                              std::span<SolverJoint> joints) {
@@ -764,8 +822,6 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   fastest_ = static_cast<T>(settings.push_speed);
   sunk_rounds_ = settings.sunk_rounds;
   const double substep_s = settings.step_s / settings.substeps;
-  const auto h = static_cast<T>(substep_s);
-  const T per_substep = 1 / h;
   motions_.assign(bodies.size() + 1, {});  // the last for empty lanes
   shifts_.assign(bodies.size() + 1, {});
   gained_.assign(moving, {});
@@ -780,36 +836,9 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   colour(contacts, bodies.size(), moving);
   fill(contacts, bodies, substep_s);
 
-  const bool any_bounces =
-      std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; });
-  if (any_bounces) {
-    blows_.assign(points_.size(), {});
-    for (int i = 0; i < kBounceSweeps; ++i) {
-      for_blocks([&](Block& block) { bounce(block); });
-    }
-  }
   given_.assign(moving, {});
   if (settings.partner) take_turns(settings, bodies, joints);
-  for (int substep = 0; substep < settings.substeps; ++substep) {
-    pull(settings, h, substep == 0);
-    if (substep == 0) {
-      for_blocks([&](Block& block) { apply_forces(block); });
-      for (const SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
-    }
-    for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
-    for_blocks([&](Block& block) { sweep<true>(block, per_substep); });
-    move(bodies, settings.gravity, h);
-    // What has just met finds its forces from nothing.
-    const int relaxations =
-        substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
-    for (int i = 0; i < relaxations; ++i) {
-      for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
-      for_blocks([&](Block& block) { sweep<false>(block, per_substep); });
-    }
-    for (size_t i = 0; i < moving; ++i) {
-      for (size_t k = 0; k < 6; ++k) gained_[i].v[k] = motions_[i].v[k] - pulled_[i].v[k];
-    }
-  }
+  Team::gather([&](Team& team) { make_substeps(team, settings, bodies, joints); });
   for (size_t i = 0; i < bodies.size(); ++i) {
     const auto place = static_cast<uint32_t>(i);
     bodies[i].velocity = velocity(place);

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/parallel_for.h"
 #include "core/types.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
@@ -20,7 +21,8 @@ namespace pilesim::exact {
 
 // A body as solvers see it; world axes.
 struct SolverBody {
-  Vec3 velocity, spin;  // m/s, rad/s; with a step's contacts and gravity when it is solved
+  // m/s, rad/s; with the contacts and the gravity of the step when it is solved
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
   Mat3 inverse_inertia = Mat3::Zero();  // 1 / kg m^2, world, as the step begins
   double inverse_mass = 0;              // 1 / kg; 0: moves by its velocities alone
   // For what turns fast: principal moments, kg m^2, and the turn of those axes to the world.
@@ -105,7 +107,9 @@ class ContactSolver {
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
-    Row distance;
+    Row distance;      // m, as the step begins
+    Row now;           // and as the substep does
+    Rows answer;       // 1 / kg: how b is moved against a, there, by a push along the normal
     Row mass_along, mass_across;  // kg, effective
     Row push;                     // N s
     Rows friction;                // N s
@@ -122,9 +126,12 @@ class ContactSolver {
   void colour(std::span<const ContactRange> contacts, size_t bodies, size_t moving);
   void fill(std::span<const ContactRange> contacts, const std::vector<SolverBody>& bodies,
             double substep_s);
-  void for_blocks(const std::function<void(Block&)>& visit);
+  void for_blocks(Team& team, const std::function<void(Block&)>& visit);
+  void measure(Block& block);
   void take_turns(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                   std::span<SolverJoint> joints);
+  void make_substeps(Team& team, const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                     std::span<SolverJoint> joints);
   void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
   void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
@@ -134,8 +141,8 @@ class ContactSolver {
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
   void scatter(const Block& block, const Gathered& gathered);
-  void pull(const SolverSettings& settings, T h, bool first);
-  void move(std::vector<SolverBody>& bodies, const Vec3& gravity, T substep_s);
+  void pull(size_t i, const SolverSettings& settings, T h, bool first);
+  void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
   void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
   void store(std::span<const ContactRange> contacts, double substep_s);

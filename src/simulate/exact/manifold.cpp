@@ -20,6 +20,8 @@ constexpr double kPreference = 1e-5;
 constexpr double kNearlyFacing = 1 - 1e-4;
 // Depths that differ by less are the same.
 constexpr double kSameDepth = 1e-4;
+// What is beside a face by less than this share of the extent is as good as over it.
+constexpr double kBeside = 0.02;
 // What lies on a plane lies on points that are no higher than the lowest by more than this share of
 // the extent.
 constexpr double kBand = 1e-3;
@@ -27,6 +29,10 @@ constexpr double kBand = 1e-3;
 constexpr double kOnItsFace = 0.7;
 // Round sides touch along a line where axes are parallel to this cosine.
 constexpr double kParallel = 0.9999;
+
+double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
+  return std::min(a.smallest_extent_m(), b.smallest_extent_m());
+}
 
 // What a piece turns towards `direction`: corners of a face, the ends of a line, or a point.
 void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& polygon) {
@@ -99,21 +105,31 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   const ConvexPiece::Face& face = piece.faces()[face_index];
   facing(other, -(other_in_piece.turn.transpose() * face.normal), scratch.polygon);
   for (Vec3& corner : scratch.polygon) corner = other_in_piece.apply(corner);
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Vec3& point : scratch.polygon) nearest = std::min(nearest, face.normal.dot(point));
-  nearest -= face.offset_m + other.radius_m();
+  const Vec3 deepest = *std::ranges::min_element(
+      scratch.polygon, {}, [&](const Vec3& point) { return face.normal.dot(point); });
+  const double nearest = face.normal.dot(deepest) - face.offset_m - other.radius_m();
   const auto corner = [&](uint32_t i) -> const Vec3& {
     return piece.vertices()[piece.loops()[face.first + i % face.count]];
   };
+  double outside = 0;
   for (uint32_t i = 0; i < face.count && !scratch.polygon.empty(); ++i) {
     const Vec3 side = (corner(i + 1) - corner(i)).cross(face.normal);
+    outside = std::max(outside, side.dot(deepest - corner(i)) / side.norm());
     cut(side, side.dot(corner(i)), scratch.polygon, scratch.cut);
   }
-  for (const Vec3& point : scratch.polygon) {
+  double lowest = std::numeric_limits<double>::infinity();
+  const auto add = [&](const Vec3& point) {
     const double distance = face.normal.dot(point) - face.offset_m - other.radius_m();
-    if (distance >= reach_m) continue;
+    lowest = std::min(lowest, distance);
+    if (distance >= reach_m) return;
     points.push_back(
         {point - (distance / 2 + other.radius_m()) * face.normal, face.normal, distance});
+  };
+  std::ranges::for_each(scratch.polygon, add);
+  // A corner that has just passed the face's side still is what goes deepest.
+  const double small = smaller_extent(piece, other);
+  if (lowest < reach_m && lowest > nearest + kSameDepth * small && outside < kBeside * small) {
+    add(deepest);
   }
   return nearest;
 }
@@ -139,10 +155,6 @@ bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a
     points.push_back({between + (end - at) * a.axis(), separation.normal, separation.distance_m});
   }
   return true;
-}
-
-double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
-  return std::min(a.smallest_extent_m(), b.smallest_extent_m());
 }
 
 }  // namespace

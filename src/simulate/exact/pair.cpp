@@ -51,15 +51,13 @@ class Finder {
         shape_b_(shape_b),
         scratch_(scratch),
         step_s_(settings.step_s),
-        small_(shape_a.is_plane || shape_a.surface
-                   ? shape_b.piece_extent_m
-                   : std::min(shape_a.piece_extent_m, shape_b.piece_extent_m)) {
+        small_(smaller_extent(shape_a, shape_b)) {
     const double h = settings.step_s;
     const double fall = a.is_awake() != b.is_awake() ? settings.gravity * h * h : 0;
     turning_ = placed_a.turning_m_s + placed_b.turning_m_s;
-    const double way = h * ((a.velocity - b.velocity).norm() + turning_) + fall;
-    reach_m_ = kMargin * small_ + way;
-    is_fast_ = way > kFast * small_;
+    way_ = h * (b.velocity - a.velocity);
+    unknown_way_m_ = h * turning_ + fall;
+    reach_m_ = kMargin * small_ + way_.norm() + unknown_way_m_;
     near_m_ = 2 * kMargin * small_;
   }
 
@@ -83,6 +81,7 @@ class Finder {
     }
     pair_.motion_m = 0;
     b_in_a_ = relative_at(0);
+    reach_ = Reach(kMargin * small_ + unknown_way_m_, turn_a_.transpose() * way_);
     scratch_.all.clear();
     double slack = std::numeric_limits<double>::infinity();
     if (shape_a_.is_plane) {
@@ -137,15 +136,21 @@ class Finder {
             turn_a_.transpose() * (position_b_ - position_a_)};
   }
 
+  // Along the normal, a's frame, they may come nearer in the step by much.
+  bool is_fast(const Vec3& normal) const {
+    return reach_.along(normal) > (kMargin + kFast) * small_;
+  }
+
   // Contacts of one pair of pieces as bodies stand, and their distance. `look(relative, reach)`
   // finds the separation, `touch(relative, separation, reach)` adds points to scratch_.all.
   template <typename Look, typename Touch>
   double meet(bool is_round, const Look& look, const Touch& touch) {
-    const Separation now = look(b_in_a_, reach_m_);
-    if (!now.is_exact || now.distance_m > reach_m_) return now.distance_m;
+    const Separation now = look(b_in_a_, reach_);
+    const double reach_m = reach_.along(now.normal);
+    if (!now.is_exact || now.distance_m > reach_m) return now.distance_m;
     const size_t first = scratch_.all.size();
-    if (!is_fast_ || now.distance_m <= near_m_) {
-      touch(b_in_a_, now, reach_m_);
+    if (!is_fast(now.normal) || now.distance_m <= near_m_) {
+      touch(b_in_a_, now, reach_m);
       add_contacts(first, 0, is_round);
       return now.distance_m;
     }
@@ -178,7 +183,7 @@ class Finder {
     };
     slack = std::min(slack, meet(
                                 is_round(piece),
-                                [&](const Relative& relative, double) {
+                                [&](const Relative& relative, const Reach&) {
                                   const auto [normal, offset] = plane_in(relative);
                                   Separation separation;
                                   separation.normal = Vec3::UnitY();
@@ -204,11 +209,13 @@ class Finder {
     if (!guess.isZero()) guess.normalize();
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);
     const ConvexPiece& a = shape_a_.pieces[pieces.a];
-    if (!is_fast_ && pieces.feature.of != Feature::Of::none && pieces.looked_m < kKept * small_) {
+    if (pieces.feature.of != Feature::Of::none && pieces.looked_m < kKept * small_ &&
+        !is_fast(guess)) {
       const size_t first = scratch_.all.size();
+      const double reach_m = reach_.along(guess);
       pieces.slack_m = static_cast<float>(
-          add_manifold(a, b, b_in_a_, pieces.feature, reach_m_, scratch_.manifold, scratch_.all));
-      if (scratch_.all.size() > first || pieces.slack_m > reach_m_) {
+          add_manifold(a, b, b_in_a_, pieces.feature, reach_m, scratch_.manifold, scratch_.all));
+      if (scratch_.all.size() > first || pieces.slack_m > reach_m) {
         return add_contacts(first, 0, is_round(a) || is_round(b));
       }
     }
@@ -217,7 +224,7 @@ class Finder {
     bool first = true;
     const double distance = meet(
         is_round(a) || is_round(b),
-        [&](const Relative& relative, double reach) {
+        [&](const Relative& relative, const Reach& reach) {
           const Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
@@ -246,11 +253,11 @@ class Finder {
     bool first = true;
     const double distance = meet(
         is_round(b),
-        [&](const Relative& relative, double reach) {
+        [&](const Relative& relative, const Reach& reach) {
           // Apart as they were, or over the face, or beside it.
           if (!guess.isZero()) {
             const double apart = separation_along(triangle, b, relative, guess);
-            if (apart > reach) return Separation{guess, apart, {}, {}, false};
+            if (apart > reach.along(guess)) return Separation{guess, apart, {}, {}, false};
           }
           const Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
@@ -534,8 +541,11 @@ class Finder {
   Mat3 turn_a_;
   Relative b_in_a_;
   Vec3 position_a_, position_b_;  // as relative_at() has left them
-  double small_, turning_ = 0, reach_m_ = 0, near_m_ = 0;
-  bool is_fast_ = false;
+  double small_, turning_ = 0, near_m_ = 0;
+  Vec3 way_;                  // m, world: of b against a in the step, if nothing stops it
+  double unknown_way_m_ = 0;  // and by turning, and by gravity, in any direction
+  double reach_m_ = 0;        // in any direction: nothing farther can touch
+  Reach reach_ = 0;
   bool is_inside_ = false;  // of a surface, through faces that were before it
 };
 

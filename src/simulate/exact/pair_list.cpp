@@ -9,9 +9,11 @@ namespace pilesim::exact {
 namespace {
 
 // Boxes are wider than they need to be by this share of the body's smallest extent, and by what it
-// moves in so many steps.
-constexpr double kMargin = 0.1;
+// moves in so many steps. Those of what has become slower are made anew when they are too wide by
+// more than kLoose of the extent.
+constexpr double kMargin = 0.05;
 constexpr double kSteps = 2;
+constexpr double kLoose = 0.1;
 // Of the smaller extent: contacts are wanted within it; see pair.cpp.
 constexpr double kReach = 0.01;
 // The order of the trees is made anew after so many steps.
@@ -28,6 +30,12 @@ Bounds box_of(const CollisionShape& shape, const Body& body) {
 
 Bounds wider(const Bounds& box, double by) {
   return {Vec3(box.min().array() - by), Vec3(box.max().array() + by)};
+}
+
+// What the box passes on its `way`.
+Bounds swept(const Bounds& box, const Vec3& way, double around) {
+  return wider(Bounds(Vec3(box.min() + way.cwiseMin(0)), Vec3(box.max() + way.cwiseMax(0))),
+               around);
 }
 
 }  // namespace
@@ -82,13 +90,24 @@ void PairList::update(double step_s, double gravity) {
     if (!is_fresh && !body.may_move() && body.moved_m == 0) continue;
     const CollisionShape& shape = shapes_[body.shape];
     const Bounds tight = box_of(shape, body);
-    const double way =
-        step_s * (body.velocity.norm() + body.spin.norm() * shape.radius_m + step_s * gravity);
+    if (!body.may_move()) {
+      const WideBox box = WideBox::around(tight);
+      if (!is_fresh && state_.boxes[i].holds(box)) continue;
+      state_.boxes[i] = box;
+      moved.push_back(i);
+      continue;
+    }
+    const Vec3 way = step_s * body.velocity;
+    const double around = step_s * (body.spin.norm() * shape.radius_m + step_s * gravity);
     const double extent = shape.smallest_extent_m;
-    const Bounds needed = wider(tight, body.may_move() ? way + kReach * extent : 0);
-    if (!is_fresh && state_.boxes[i].holds(WideBox::around(needed))) continue;
-    state_.boxes[i] =
-        WideBox::around(body.may_move() ? wider(needed, kMargin * extent + kSteps * way) : needed);
+    const Bounds needed = swept(tight, way, around + kReach * extent);
+    const Bounds wide =
+        swept(tight, (1 + kSteps) * way, (1 + kSteps) * around + (kReach + kMargin) * extent);
+    if (!is_fresh && state_.boxes[i].holds(WideBox::around(needed)) &&
+        WideBox::around(wider(wide, kLoose * extent)).holds(state_.boxes[i])) {
+      continue;
+    }
+    state_.boxes[i] = WideBox::around(wide);
     moved.push_back(i);
   }
   if (changed_ || steps_++ % kRebuild == 0) {

@@ -174,7 +174,7 @@ class Pair {
 
   enum class Outcome { found, beyond, overlap };
   // With b moved by `shift`; the distance is that of the cores there. `guess` is unit.
-  Outcome gjk(const Vec3& shift, const Vec3& guess, double least, double beyond,
+  Outcome gjk(const Vec3& shift, const Vec3& guess, double least, const Reach& beyond,
               Separation& found) const {
     Simplex simplex;
     Vec3 closest;
@@ -202,7 +202,7 @@ class Pair {
       corner.at += shift;
       const double bound = normal.dot(corner.at);
       // In this direction they are apart by more than was asked for, where b really is.
-      if (bound - normal.dot(shift) - radii_ > beyond) {
+      if (bound - normal.dot(shift) - radii_ > beyond.along(normal)) {
         found.normal = normal;
         found.distance_m = bound - normal.dot(shift) - radii_;
         found.is_exact = false;
@@ -264,7 +264,7 @@ class Pair {
     }
   }
 
-  Separation find(const Vec3& guess, double reach) const {
+  Separation find(const Vec3& guess, const Reach& reach) const {
     const double small = std::min(a_.smallest_extent_m(), b_.smallest_extent_m());
     Separation found;
     Vec3 start = guess;
@@ -278,7 +278,7 @@ class Pair {
       best_face(start, most);
     }
     const double apart = along(start);
-    if (apart > reach) return {start, apart, Vec3::Zero(), Vec3::Zero(), false};
+    if (apart > reach.along(start)) return {start, apart, Vec3::Zero(), Vec3::Zero(), false};
     Outcome outcome = climb(start, apart, small, reach, found);
     if (outcome == Outcome::beyond) return found;
     const double depth = radii_ - found.distance_m;
@@ -297,7 +297,8 @@ class Pair {
 
  private:
   // From a direction to a better one, until it is the best about there.
-  Outcome climb(Vec3 start, double apart, double small, double reach, Separation& found) const {
+  Outcome climb(Vec3 start, double apart, double small, const Reach& reach,
+                Separation& found) const {
     for (int round = 0; round < kMostRounds; ++round) {
       // Cores with radii are apart where their surfaces overlap.
       double shift = std::max(0.0, kShift * small - (apart + radii_));
@@ -347,8 +348,8 @@ double separation_along(const ConvexPiece& a, const ConvexPiece& b, const Relati
 }
 
 Separation find_separation(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
-                           const Vec3& guess, double reach_m, KnownVertices& known) {
-  return Pair(a, b, b_in_a, known).find(guess, reach_m);
+                           const Vec3& guess, const Reach& reach, KnownVertices& known) {
+  return Pair(a, b, b_in_a, known).find(guess, reach);
 }
 
 }  // namespace pilesim::exact

@@ -6,6 +6,7 @@
 // it went in. The direction of the step before is nearly right for pieces that rest.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -35,12 +36,22 @@ struct KnownVertices {
   bool is_wall = false;  // one of them never moves
 };
 
+// What is farther apart than this along some direction is not looked at more closely.
+struct Reach {
+  Reach(double reach_m) : least_m(reach_m) {}  // NOLINT(google-explicit-constructor)
+  Reach(double reach_m, const Vec3& b_against_a) : least_m(reach_m), way(b_against_a) {}
+  double along(const Vec3& normal) const { return least_m + std::max(0.0, -normal.dot(way)); }
+
+  double least_m;
+  Vec3 way = Vec3::Zero();  // m, of b against a, in a's frame: what it is to come nearer by
+};
+
 // How far apart supporting planes across `normal` are, radii included, m.
 double separation_along(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
                         const Vec3& normal);
 
-// `guess` is unit, from a to b, or zero: not known. Beyond `reach_m` only a bound is found.
+// `guess` is unit, from a to b, or zero: not known. Beyond `reach` only a bound is found.
 Separation find_separation(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
-                           const Vec3& guess, double reach_m, KnownVertices& known);
+                           const Vec3& guess, const Reach& reach, KnownVertices& known);
 
 }  // namespace pilesim::exact

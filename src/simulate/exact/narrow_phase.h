@@ -1,0 +1,45 @@
+// The contacts of all pairs of a step.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "simulate/exact/state.h"
+#include "simulate/exact_engine.h"
+
+namespace pilesim::exact {
+
+class NarrowPhase {
+ public:
+  // Works on the bodies and pairs of `state`; both must outlive it. `gravity` in m/s^2.
+  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, double step_s,
+              const Vec3& gravity);
+
+  // Finds the contacts of all pairs that `filter` lets touch (empty: all), and how they bounce.
+  // What turns on its way to a contact of this step is moved there.
+  void find(const PairFilter& filter);
+
+  // As find() has left them: the pairs that have contacts, by their places in the state, ascending.
+  std::span<const uint32_t> touching() const { return touching_; }
+  // And of each body the part of the step that it has made already, s.
+  std::span<const double> ahead_s() const { return ahead_s_; }
+
+ private:
+  void find_all(const PairFilter& filter);
+  bool find_again(const PairFilter& filter);
+  void find_one(Pair& pair, NarrowScratch& scratch);
+  void bounce(Pair& pair) const;
+  const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
+
+  std::span<const CollisionShape> shapes_;
+  std::vector<Body>& bodies_;
+  std::vector<Pair>& pairs_;
+  NarrowSettings settings_;
+  Vec3 gravity_;
+  // Scratch of a step.
+  std::vector<Placed> placed_;
+  std::vector<double> ahead_s_;
+  std::vector<uint32_t> touching_;
+};
+
+}  // namespace pilesim::exact

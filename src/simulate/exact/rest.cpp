@@ -1,0 +1,179 @@
+#include "simulate/exact/rest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace pilesim::exact {
+namespace {
+
+// A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
+// own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
+// scale with the body, so that a pile of beads sleeps as a pile of boulders does.
+constexpr double kRestSpeed = 0.03;
+constexpr double kRestTime = 3.0;
+// Nor does it rest if it strays by more than this share of its radius in that time and nothing but
+// its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
+// of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
+constexpr double kRestDrift = 0.003;
+// And if friction of several contacts holds it, by so much more: what all but stands on an edge
+// tips as slowly at first, and what lies in a pile still settles.
+constexpr double kHeldDrift = 0.01;
+// Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
+constexpr double kRestDepth = 0.02;
+// Friction below this share of its limit sticks.
+constexpr double kAtLimit = 1 - 1e-4;
+// Of the smaller extent: bodies that are as near touch.
+constexpr double kTouch = 1e-3;
+
+}  // namespace
+
+void DisjointSets::reset(size_t count) {
+  parent_.resize(count);
+  std::iota(parent_.begin(), parent_.end(), 0U);
+}
+
+uint32_t DisjointSets::find(uint32_t i) {
+  while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+  return i;
+}
+
+void DisjointSets::unite(uint32_t i, uint32_t j) {
+  i = find(i);
+  j = find(j);
+  parent_[std::max(i, j)] = std::min(i, j);
+}
+
+Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
+           double step_s, const Vec3& gravity)
+    : shapes_(shapes),
+      state_(state),
+      bodies_(state.bodies),
+      step_s_(step_s),
+      constants_(model.bodies.size()) {
+  const double g = gravity.norm();
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].role != Role::dynamic) continue;
+    const ModelShape& shape = model.shapes[model.bodies[i].shape];
+    const Vec3& moments = shapes_[model.bodies[i].shape].moments;
+    const double radius = shape.bounding_radius;
+    BodyConstants& c = constants_[i];
+    c.rest_speed = kRestSpeed * std::sqrt(g * radius);
+    c.rest_reach = radius * (moments / moments.maxCoeff()).cwiseSqrt();  // as felt_turn_rate()
+    c.time_to_sleep_s = g > 0 ? kRestTime * std::sqrt(radius / g) : 0;
+    c.rest_drift_m = kRestDrift * radius;
+    c.held_drift_m = kHeldDrift * radius;
+    c.rest_depth_m = kRestDepth * shape.smallest_extent;
+  }
+}
+
+// Whether they do, or will within the step.
+bool Rest::touches(const Pair& pair) const {
+  const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+  const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
+  return std::ranges::any_of(pair.contacts, [&](const Contact& contact) {
+    if (contact.distance_m <= near || contact.push_n > 0) return true;
+    const Vec3 normal = contact.normal.cast<double>();
+    const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
+                                    velocity_at(a, contact.arm_a.cast<double>()));
+    return contact.distance_m <= near - speed * step_s_;
+  });
+}
+
+void Rest::wake_islands(std::span<const uint32_t> touching) {
+  const auto joins = [&](const Body& body) {
+    return body.moves == Moves::by_contacts && !body.put_to_sleep;
+  };
+  const auto stirs = [&](const Body& body) {  // a kinematic body that moves
+    return body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0));
+  };
+  supports_.assign(bodies_.size(), {});
+  islands_.reset(bodies_.size());
+  carried_.assign(bodies_.size(), 0);
+  for (const uint32_t i : touching) {
+    const Pair& pair = state_.pairs[i];
+    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+    const bool of_a = joins(a), of_b = joins(b);
+    if (!(of_a && of_b) && !(of_a && stirs(b)) && !(of_b && stirs(a))) continue;
+    if (!touches(pair)) continue;
+    if (of_a && of_b) {
+      islands_.unite(pair.a, pair.b);
+    } else {
+      carried_[of_a ? pair.a : pair.b] = 1;
+    }
+  }
+  for (const Joint& joint : state_.joints) {
+    if (joint.b == Joint::kWorld) continue;
+    if (joins(bodies_[joint.a]) && joins(bodies_[joint.b])) islands_.unite(joint.a, joint.b);
+  }
+  std::vector<uint8_t> stirred(bodies_.size(), 0);
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].is_awake() || carried_[i] != 0) stirred[islands_.find(i)] = 1;
+  }
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].asleep && stirred[islands_.find(i)] != 0) rouse(bodies_[i]);
+  }
+}
+
+void Rest::note_support(std::span<const uint32_t> touching) {
+  for (const uint32_t t : touching) {
+    const Pair& pair = state_.pairs[t];
+    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+    if (!a.is_awake() && !b.is_awake()) continue;
+    const double friction = std::sqrt(a.friction * b.friction);
+    for (const Contact& contact : pair.contacts) {
+      if (contact.push_n <= 0 || contact.bounce > 0) continue;
+      const bool sticks = contact.friction_n.norm() < kAtLimit * friction * contact.push_n;
+      for (const uint32_t i : {pair.a, pair.b}) {
+        Support& support = supports_[i];
+        support.supported = true;
+        support.sticks = support.sticks || sticks;
+        ++support.loads;
+        if (-contact.distance_m > constants_[i].rest_depth_m) support.sunk = true;
+      }
+    }
+  }
+}
+
+void Rest::carry(uint32_t body) {
+  Support& support = supports_[body];
+  support.supported = support.sticks = true;
+  support.loads += 2;
+}
+
+void Rest::count_rest(uint32_t index) {
+  Body& body = bodies_[index];
+  const BodyConstants& c = constants_[index];
+  const Support& s = supports_[index];
+  const bool supported = s.supported || body.hinged;
+  const bool held = body.hinged || (s.sticks && s.loads >= 2);
+  const Vec3 spin = (body.orientation * shapes_[body.shape].axes).conjugate() * body.spin;
+  const double limit2 = c.rest_speed * c.rest_speed;
+  const bool slow = body.velocity.squaredNorm() < limit2 &&
+                    spin.cwiseProduct(c.rest_reach).squaredNorm() < limit2;
+  const bool strays =
+      (body.position - body.rest_place).norm() > (held ? c.held_drift_m : c.rest_drift_m);
+  if (!slow || s.sunk || strays) {
+    body.rest_time_s = 0;
+    body.rest_place = body.position;
+  } else if (supported) {
+    body.rest_time_s += step_s_;
+  }
+}
+
+void Rest::end_step(bool may_sleep) {
+  std::vector<uint8_t> restless(bodies_.size(), 0);
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (!bodies_[i].is_awake()) continue;
+    count_rest(i);
+    if (!may_sleep || carried_[i] != 0 ||
+        !(bodies_[i].rest_time_s > constants_[i].time_to_sleep_s)) {
+      restless[islands_.find(i)] = 1;
+    }
+  }
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (bodies_[i].is_awake() && restless[islands_.find(i)] == 0) fall_asleep(bodies_[i]);
+  }
+}
+
+}  // namespace pilesim::exact

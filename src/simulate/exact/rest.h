@@ -1,0 +1,65 @@
+// Which bodies rest, sleep and wake. Bodies that touch each other are an island: they fall asleep
+// together, when all of them have been at rest for long enough, and what touches something awake
+// wakes.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "simulate/exact/state.h"
+
+namespace pilesim::exact {
+
+// Sets of things that are counted from 0.
+class DisjointSets {
+ public:
+  void reset(size_t count);  // each alone
+  uint32_t find(uint32_t i);
+  void unite(uint32_t i, uint32_t j);
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+class Rest {
+ public:
+  // Works on the bodies, pairs and joints of `state`; all must outlive it.
+  Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
+       double step_s, const Vec3& gravity);
+
+  // With the step's contacts, which the pairs `touching` have.
+  void wake_islands(std::span<const uint32_t> touching);
+  // Once these are solved; then the partner adds what it carries.
+  void note_support(std::span<const uint32_t> touching);
+  void carry(uint32_t body);
+  // Counts the time for which bodies have rested; islands fall asleep if they `may_sleep`.
+  void end_step(bool may_sleep);
+
+ private:
+  // What a step finds out about a body's contacts.
+  struct Support {
+    bool supported = false;  // some contact pushed it
+    bool sunk = false;       // some contact was deeper than it may sleep with
+    bool sticks = false;     // friction of some contact was below its limit
+    int loads = 0;           // contacts that pushed it
+  };
+  struct BodyConstants {
+    double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, held_drift_m = 0,
+           rest_depth_m = 0;
+    Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
+  };
+  bool touches(const Pair& pair) const;
+  void count_rest(uint32_t body);
+
+  std::span<const CollisionShape> shapes_;
+  EngineState& state_;
+  std::vector<Body>& bodies_;
+  double step_s_;
+  std::vector<BodyConstants> constants_;
+  // Scratch of a step.
+  DisjointSets islands_;
+  std::vector<Support> supports_;
+  std::vector<uint8_t> carried_;  // bodies on what moves by keys
+};
+
+}  // namespace pilesim::exact

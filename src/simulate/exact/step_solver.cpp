@@ -1,0 +1,231 @@
+#include "simulate/exact/step_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel_for.h"
+
+namespace pilesim::exact {
+namespace {
+
+// Overlaps beyond this share of the smaller extent fall by e in kPushTime sqrt(r / g) of the
+// smallest body, and no faster than kPushSpeed sqrt(g r): what starts inside of others parts
+// without a burst.
+constexpr double kShallow = 1e-3, kPushTime = 0.3, kPushSpeed = 0.15;
+// Where nothing falls, as if a body 10 cm wide did, s and m/s.
+constexpr double kUsualPushTime = 0.02, kUsualPushSpeed = 0.1;
+
+// Scenes of so few bodies are solved in double precision and shorter substeps.
+constexpr size_t kFewBodies = 300;
+constexpr int kSubstepsOfFew = 16;
+constexpr int kRelaxationsOfFew = 4;
+constexpr int kSunkRoundsOfFew = 8;
+constexpr int kSubstepsOfMany = 4;
+
+constexpr size_t kGrain = 128;
+
+SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) {
+  SolverSettings settings{.step_s = scene.actual_step_s(),
+                          .push_time_s = kUsualPushTime,
+                          .push_speed = kUsualPushSpeed,
+                          .substeps = is_few ? kSubstepsOfFew : kSubstepsOfMany,
+                          .gravity = scene.gravity,
+                          .shared_sweeps = scene.simulator.solver_iterations};
+  if (is_few) {
+    settings.relaxations = kRelaxationsOfFew;
+    settings.sunk_rounds = kSunkRoundsOfFew;
+  }
+  const double gravity = scene.gravity.norm();
+  double least_radius = std::numeric_limits<double>::infinity();
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    least_radius = std::min(least_radius, model.shapes[body.shape].bounding_radius);
+  }
+  if (gravity > 0 && std::isfinite(least_radius)) {
+    settings.push_time_s = kPushTime * std::sqrt(least_radius / gravity);
+    settings.push_speed = kPushSpeed * std::sqrt(least_radius * gravity);
+  }
+  return settings;
+}
+
+bool has_few(const Model& model) {
+  return static_cast<size_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role)) <=
+         kFewBodies;
+}
+
+}  // namespace
+
+StepSolver::StepSolver(const Scene& scene, const Model& model,
+                       std::span<const CollisionShape> shapes, EngineState& state)
+    : shapes_(shapes),
+      state_(state),
+      bodies_(state.bodies),
+      is_few_(has_few(model)),
+      settings_(settings_of(scene, model, is_few_)),
+      place_(model.bodies.size(), kNone) {}
+
+Vec3 StepSolver::velocity(uint32_t body) const {
+  return is_few_ ? few_.velocity(place_[body]) : many_.velocity(place_[body]);
+}
+
+Vec3 StepSolver::spin(uint32_t body) const {
+  return is_few_ ? few_.spin(place_[body]) : many_.spin(place_[body]);
+}
+
+void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  if (linear.isZero(0) && angular.isZero(0)) return;
+  met_[body] = 1;
+  if (is_few_) return few_.change_velocity(place_[body], linear, angular);
+  many_.change_velocity(place_[body], linear, angular);
+}
+
+void StepSolver::solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
+                       const std::function<void(int)>& partner) {
+  list_bodies(touching, ahead_s, static_cast<bool>(partner));
+  if (moving_ == 0) return;
+  list_contacts(touching);
+  list_joints();
+  settings_.partner = partner;
+  if (is_few_) {
+    few_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
+  } else {
+    many_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
+  }
+  take_over_joints();
+  take_over_bodies();
+}
+
+// Those that something may push come first: by the partner, any.
+void StepSolver::list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
+                             bool has_partner) {
+  std::ranges::fill(place_, kNone);
+  body_at_.clear();
+  met_.assign(bodies_.size(), 0);
+  for (const uint32_t t : touching) met_[state_.pairs[t].a] = met_[state_.pairs[t].b] = 1;
+  for (const Joint& joint : state_.joints) {
+    met_[joint.a] = 1;
+    if (joint.b != Joint::kWorld) met_[joint.b] = 1;
+  }
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if ((met_[i] == 0 && !has_partner) || !bodies_[i].is_awake()) continue;
+    place_[i] = static_cast<uint32_t>(body_at_.size());
+    body_at_.push_back(i);
+  }
+  moving_ = body_at_.size();
+  solver_bodies_.assign(moving_, {});
+  parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Body& body = bodies_[body_at_[i]];
+      const CollisionShape& shape = shapes_[body.shape];
+      SolverBody& solved = solver_bodies_[i];
+      solved.velocity = body.velocity;
+      solved.spin = body.spin;
+      solved.inverse_mass = 1 / body.mass_kg;
+      solved.inverse_inertia = inverse_inertia(body, shape);
+      solved.moments = principal_moments(body, shape);
+      solved.axes = body.orientation * shape.axes;
+      solved.share = 1 - ahead_s[body_at_[i]] / settings_.step_s;
+    }
+  });
+}
+
+uint32_t StepSolver::place_of(uint32_t index) {
+  if (place_[index] == kNone) {
+    place_[index] = static_cast<uint32_t>(solver_bodies_.size());
+    solver_bodies_.push_back({bodies_[index].velocity, bodies_[index].spin});
+    body_at_.push_back(index);
+  }
+  return place_[index];
+}
+
+void StepSolver::list_contacts(std::span<const uint32_t> touching) {
+  ranges_.clear();
+  std::vector<uint64_t> joined_pairs;
+  for (const Joint& joint : state_.joints) {
+    if (joint.b != Joint::kWorld) joined_pairs.push_back(Pair{joint.a, joint.b}.key());
+  }
+  std::ranges::sort(joined_pairs);
+  for (const uint32_t t : touching) {
+    Pair& pair = state_.pairs[t];
+    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+    if (!a.is_awake() && !b.is_awake()) continue;
+    const uint32_t place_a = place_of(pair.a), place_b = place_of(pair.b);
+    const double friction = std::sqrt(a.friction * b.friction);
+    const bool is_joined =
+        !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
+    const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
+    // Contacts of one range were found at one time.
+    const auto count = static_cast<uint32_t>(pair.contacts.size());
+    for (uint32_t first = 0, end = 1; first < count; first = end++) {
+      while (end < count && end < first + kMostOfPlane &&
+             pair.contacts[end].time_s == pair.contacts[first].time_s) {
+        ++end;
+      }
+      ranges_.push_back(
+          {&pair, first, end - first, place_a, place_b, friction, shallow, is_joined});
+    }
+  }
+}
+
+void StepSolver::list_joints() {
+  solver_joints_.clear();
+  joint_at_.clear();
+  uint32_t nobody = kNone;
+  for (size_t i = 0; i < state_.joints.size(); ++i) {
+    const Joint& joint = state_.joints[i];
+    const Body& a = bodies_[joint.a];
+    const bool of_b = joint.b != Joint::kWorld;
+    if (!a.is_awake() && !(of_b && bodies_[joint.b].is_awake())) continue;
+    if (!of_b && nobody == kNone) {
+      nobody = static_cast<uint32_t>(solver_bodies_.size());
+      solver_bodies_.push_back({Vec3::Zero(), Vec3::Zero()});
+      body_at_.push_back(kNone);
+    }
+    SolverJoint made;
+    made.a = place_of(joint.a);
+    made.b = of_b ? place_of(joint.b) : nobody;
+    made.arm_a = a.orientation * joint.point_a;
+    made.axis_a = a.orientation * joint.axis_a;
+    made.arm_b = of_b ? Vec3(bodies_[joint.b].orientation * joint.point_b) : Vec3::Zero();
+    made.axis_b = of_b ? Vec3(bodies_[joint.b].orientation * joint.axis_b) : joint.axis_b;
+    made.apart = (of_b ? Vec3(bodies_[joint.b].position + made.arm_b) : joint.point_b) -
+                 (a.position + made.arm_a);
+    made.force_n = joint.force_n;
+    made.torque_nm = joint.torque_nm;
+    solver_joints_.push_back(made);
+    joint_at_.push_back(i);
+  }
+}
+
+void StepSolver::take_over_joints() {
+  for (size_t i = 0; i < joint_at_.size(); ++i) {
+    Joint& joint = state_.joints[joint_at_[i]];
+    joint.force_n = solver_joints_[i].force_n;
+    joint.torque_nm = solver_joints_[i].torque_nm;
+  }
+  std::erase_if(state_.joints, [&](const Joint& joint) {
+    return joint.force_n.norm() * settings_.step_s >= joint.breaking_impulse_ns;
+  });
+}
+
+void StepSolver::take_over_bodies() {
+  parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t index = body_at_[i];
+      if (met_[index] == 0) {  // it flies
+        place_[index] = kNone;
+        continue;
+      }
+      Body& body = bodies_[index];
+      const SolverBody& solved = solver_bodies_[i];
+      body.velocity = solved.velocity;
+      body.spin = solved.spin;
+      body.position += solved.way;
+      body.orientation = (solved.turn * body.orientation).normalized();
+      body.moved_m += solved.way.norm() + 2 * solved.turn.vec().norm() * shape_of(index).radius_m;
+    }
+  });
+}
+
+}  // namespace pilesim::exact

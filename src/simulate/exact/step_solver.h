@@ -1,0 +1,63 @@
+// A step's contacts and joints as the contact solver wants them, and what it makes of them.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "scene/scene.h"
+#include "simulate/exact/contact_solver.h"
+#include "simulate/exact/state.h"
+
+namespace pilesim::exact {
+
+class StepSolver {
+ public:
+  // Works on the bodies, pairs and joints of `state`; all must outlive it.
+  StepSolver(const Scene& scene, const Model& model, std::span<const CollisionShape> shapes,
+             EngineState& state);
+
+  // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by a
+  // step, less what they have made of it already (`ahead_s`, of each body). Before each sweep that
+  // it shares the partner is called; empty: there is none.
+  void solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
+             const std::function<void(int)>& partner);
+  // Whether solve() has moved the body.
+  bool has_moved(uint32_t body) const { return place_[body] != kNone; }
+
+  // For the partner: see ExactEngine.
+  bool is_solving(uint32_t body) const { return place_[body] < moving_; }
+  Vec3 velocity(uint32_t body) const;
+  Vec3 spin(uint32_t body) const;
+  void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+
+ private:
+  static constexpr uint32_t kNone = ~uint32_t{0};
+  void list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
+                   bool has_partner);
+  void list_contacts(std::span<const uint32_t> touching);
+  void list_joints();
+  void take_over_joints();
+  void take_over_bodies();
+  uint32_t place_of(uint32_t body);  // of one that is not moved: listed when it is asked for
+  const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
+
+  std::span<const CollisionShape> shapes_;
+  EngineState& state_;
+  std::vector<Body>& bodies_;
+  bool is_few_;
+  SolverSettings settings_;
+  ContactSolver<float> many_;
+  ContactSolver<double> few_;
+  // Scratch of a step.
+  std::vector<uint32_t> place_;  // of bodies in the solver's list
+  std::vector<uint8_t> met_;     // bodies that a contact, a joint or the partner may push
+  std::vector<SolverBody> solver_bodies_;
+  std::vector<uint32_t> body_at_;
+  size_t moving_ = 0;  // of them, which come first
+  std::vector<ContactRange> ranges_;
+  std::vector<SolverJoint> solver_joints_;
+  std::vector<size_t> joint_at_;
+};
+
+}  // namespace pilesim::exact
