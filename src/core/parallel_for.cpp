@@ -73,9 +73,10 @@ void run_chunks(size_t chunks, const std::function<void(size_t)>& chunk) {
   if (failure) std::rethrow_exception(failure);
 }
 
-void run_beside(int helpers, const std::function<void()>& help, const std::function<void()>& work) {
+void run_beside(size_t helpers, const std::function<void(size_t)>& help,
+                const std::function<void()>& work) {
   std::vector<std::thread> threads;
-  for (int i = 0; i < helpers; ++i) threads.emplace_back(help);
+  for (size_t i = 1; i <= helpers; ++i) threads.emplace_back(help, i);
   work();
   for (std::thread& thread : threads) thread.join();
 }
@@ -96,11 +97,12 @@ void run_chunks(size_t chunks, const std::function<void(size_t)>& chunk) {
   }
 }
 
-// Helpers come when threads are free, at the latest when `work` is done.
-void run_beside(int helpers, const std::function<void()>& help, const std::function<void()>& work) {
+// Helpers, from 1, come when threads are free, at the latest when `work` is done.
+void run_beside(size_t helpers, const std::function<void(size_t)>& help,
+                const std::function<void()>& work) {
   const auto run = [&] {
     tbb::task_group group;
-    for (int i = 0; i < helpers; ++i) group.run(help);
+    for (size_t i = 1; i <= helpers; ++i) group.run([&help, i] { help(i); });
     work();
     group.wait();
   };
@@ -148,12 +150,13 @@ void parallel_for(size_t count, size_t grain,
 }
 
 void Team::gather(const std::function<void(Team&)>& work) {
+  constexpr size_t kMostChunks = 1024;  // at once; longer loops come in parts
   Team team;
-  const int helpers = thread_count() - 1;
-  team.is_alone_ = helpers == 0;
-  if (team.is_alone_) return work(team);
+  team.members_ = static_cast<size_t>(thread_count());
+  if (team.members_ == 1) return work(team);
+  team.taken_ = std::vector<std::atomic<uint32_t>>(kMostChunks);
   run_beside(
-      helpers, [&] { team.help(); },
+      team.members_ - 1, [&](size_t member) { team.help(member); },
       [&] {
         const struct End {
           std::atomic<bool>& is_over;
@@ -163,53 +166,63 @@ void Team::gather(const std::function<void(Team&)>& work) {
       });
 }
 
-void Team::run_chunk(uint32_t chunk) {
-  const size_t count = count_.load(std::memory_order_relaxed);
-  const size_t grain = grain_.load(std::memory_order_relaxed);
-  const size_t begin = chunk * grain;
-  (*body_.load(std::memory_order_relaxed))(begin, std::min(count, begin + grain));
-  done_.fetch_add(1, std::memory_order_release);
+// A chunk that nobody has taken yet keeps the loop from ending: so it is that loop's, even if it
+// was taken late.
+void Team::take_chunks(size_t member, uint64_t under_way) {
+  const auto loop = static_cast<uint32_t>(under_way >> 32);
+  const size_t chunks = static_cast<uint32_t>(under_way);
+  const size_t first = chunks * member / members_;
+  for (size_t i = 0; i < chunks; ++i) {
+    const size_t chunk = first + i < chunks ? first + i : first + i - chunks;
+    uint32_t before = taken_[chunk].load(std::memory_order_relaxed);
+    if (before >= loop) continue;
+    if (!taken_[chunk].compare_exchange_strong(before, loop, std::memory_order_acq_rel)) continue;
+    const size_t begin = chunk * grain_;
+    (*body_)(begin, std::min(count_, begin + grain_));
+    done_.fetch_add(1, std::memory_order_release);
+  }
 }
 
-void Team::help() {
+void Team::help(size_t member) {
   Patience patience;
+  uint64_t last = 0;
   while (!is_over_.load(std::memory_order_acquire)) {
-    uint64_t under_way = under_way_.load(std::memory_order_acquire);
-    const auto chunk = static_cast<uint32_t>(under_way);
-    if (chunk < chunks_.load(std::memory_order_acquire) &&
-        under_way_.compare_exchange_strong(under_way, under_way + 1, std::memory_order_acq_rel)) {
-      run_chunk(chunk);
-      patience = {};
-    } else {
+    const uint64_t under_way = under_way_.load(std::memory_order_acquire);
+    if (under_way == last) {
       patience.wait();
+      continue;
     }
+    take_chunks(member, under_way);
+    last = under_way;
+    patience = {};
   }
 }
 
 void Team::parallel_for(size_t count, size_t grain,
                         const std::function<void(size_t begin, size_t end)>& body) {
+  const size_t most = taken_.size() * grain;
+  if (most > 0 && count > most) {
+    for (size_t part = 0; part < count; part += most) {
+      parallel_for(std::min(most, count - part), grain,
+                   [&](size_t begin, size_t end) { body(part + begin, part + end); });
+    }
+    return;
+  }
   const size_t chunks = (count + grain - 1) / grain;
-  if (is_alone_ || chunks <= 1) {
+  if (members_ == 1 || chunks <= 1) {
     for (size_t begin = 0; begin < count; begin += grain) {
       body(begin, std::min(count, begin + grain));
     }
     return;
   }
-  // Nobody takes a chunk of the loop before, as none is left: these may change.
   done_.store(0, std::memory_order_relaxed);
-  count_.store(count, std::memory_order_relaxed);
-  grain_.store(grain, std::memory_order_relaxed);
-  body_.store(&body, std::memory_order_relaxed);
+  count_ = count;
+  grain_ = grain;
+  body_ = &body;
   const uint64_t loop = (under_way_.load(std::memory_order_relaxed) >> 32) + 1;
-  chunks_.store(0, std::memory_order_relaxed);
-  under_way_.store(loop << 32, std::memory_order_release);
-  chunks_.store(static_cast<uint32_t>(chunks), std::memory_order_release);
-  for (;;) {
-    const uint64_t under_way = under_way_.fetch_add(1, std::memory_order_acq_rel);
-    const auto chunk = static_cast<uint32_t>(under_way);
-    if (chunk >= chunks) break;
-    run_chunk(chunk);
-  }
+  const uint64_t under_way = loop << 32 | chunks;
+  under_way_.store(under_way, std::memory_order_release);
+  take_chunks(0, under_way);
   for (Patience patience; done_.load(std::memory_order_acquire) != chunks;) patience.wait();
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace pilesim {
 
@@ -22,7 +23,8 @@ void parallel_for(size_t count, size_t grain,
                   const std::function<void(size_t begin, size_t end)>& body);
 
 // Threads that stay awake between short loops: to wake them for each would take longer than the
-// loops do.
+// loops do. Each begins with its own part of a loop's range, the same in all loops, as what is
+// there is in its cache; then it helps the others.
 class Team {
  public:
   Team() = default;  // of one
@@ -34,17 +36,19 @@ class Team {
                     const std::function<void(size_t begin, size_t end)>& body);
 
  private:
-  void help();
-  void run_chunk(uint32_t chunk);
+  void help(size_t member);
+  void take_chunks(size_t member, uint64_t under_way);
 
-  // Loops are numbered. The number of the one under way, with the next chunk of it that nobody has
-  // taken in the lower half; what is below is of that loop until all chunks are done.
+  // Loops are numbered from 1. The number of the one under way in the upper half, its chunks in the
+  // lower; what is below is of that loop until all its chunks are done.
   std::atomic<uint64_t> under_way_ = 0;
-  std::atomic<uint32_t> chunks_ = 0, done_ = 0;
-  std::atomic<size_t> count_ = 0, grain_ = 0;
-  std::atomic<const std::function<void(size_t, size_t)>*> body_ = nullptr;
+  std::atomic<uint32_t> done_ = 0;
+  size_t count_ = 0, grain_ = 0;
+  const std::function<void(size_t, size_t)>* body_ = nullptr;
   std::atomic<bool> is_over_ = false;
-  bool is_alone_ = true;
+  size_t members_ = 1;
+  // Of each chunk the last loop in which somebody has taken it.
+  std::vector<std::atomic<uint32_t>> taken_;
 };
 
 }  // namespace pilesim

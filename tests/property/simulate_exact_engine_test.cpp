@@ -275,7 +275,7 @@ TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
     }
     for (Body& body : state.bodies) {
       body.position += kStep * body.velocity;
-      body.moved_m = kStep * body.velocity.norm();
+      body.moved = kStep * body.velocity;
     }
   }
 }

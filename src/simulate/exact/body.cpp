@@ -23,7 +23,8 @@ void fly(Body& body, const CollisionShape& shape, const Vec3& gravity, double ti
   if (turn > 0) rotate_freely(moments, shape.axes, time_s, body.orientation, body.spin);
   // The rate along the way is at most that of the same momentum about the least moment.
   const double most = turn > 0 ? moments.maxCoeff() / moments.minCoeff() : 1;
-  body.moved_m += way.norm() + turn * most * shape.radius_m;
+  body.moved += way;
+  body.turned_m += turn * most * shape.radius_m;
 }
 
 void rouse(Body& body) {

@@ -28,7 +28,8 @@ struct Body {
   bool hinged = false;
   double friction = 0, restitution = 0;  // its material's; of a pair the product's root
   double mass_kg = 0;                    // 0: moves not by contacts
-  double moved_m = 0;                    // no point of it has moved farther in the last step
+  Vec3 moved = Vec3::Zero();             // m, in the last step, of its centre
+  double turned_m = 0;                   // and no point of it has moved farther by turning
   // Rest; see rest.h.
   double rest_time_s = 0;          // for so long it has been slow
   Vec3 rest_place = Vec3::Zero();  // m, world: where that time began
@@ -36,11 +37,13 @@ struct Body {
   static void fields(auto& self, auto& stream) {
     stream(self.position, self.orientation, self.velocity, self.spin, self.shape, self.moves,
            self.asleep, self.put_to_sleep, self.kept_apart, self.hinged, self.friction,
-           self.restitution, self.mass_kg, self.moved_m, self.rest_time_s, self.rest_place);
+           self.restitution, self.mass_kg, self.moved, self.turned_m, self.rest_time_s,
+           self.rest_place);
   }
 
   bool is_awake() const { return moves == Moves::by_contacts && !asleep && !put_to_sleep; }
   bool may_move() const { return is_awake() || moves == Moves::by_keys; }
+  bool stands_still() const { return !may_move() && turned_m == 0 && moved.isZero(0); }
 };
 
 struct CollisionShape;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -42,6 +43,11 @@ class TriangleSurface {
 
 struct CollisionShape {
   explicit CollisionShape(const ModelShape& shape);
+  // By which contacts are measured: of the smallest piece; of a plane or a surface infinite, as
+  // what meets them is what counts. m
+  double own_extent() const {
+    return is_plane || surface ? std::numeric_limits<double>::infinity() : piece_extent_m;
+  }
 
   bool is_plane = false;  // y <= 0 in its frame
   std::vector<ConvexPiece> pieces;
@@ -54,10 +60,8 @@ struct CollisionShape {
   Quat axes = Quat::Identity();  // principal axes to body
 };
 
-// The extent by which two shapes that meet are measured: that of the smallest piece, m. A plane or
-// a surface comes first, and has none.
 inline double smaller_extent(const CollisionShape& a, const CollisionShape& b) {
-  return a.is_plane || a.surface ? b.piece_extent_m : std::min(a.piece_extent_m, b.piece_extent_m);
+  return std::min(a.own_extent(), b.own_extent());
 }
 
 }  // namespace pilesim::exact

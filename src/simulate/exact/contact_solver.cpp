@@ -328,7 +328,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           rows[4][i] = static_cast<T>(inertia(0, 2));
           rows[5][i] = static_cast<T>(inertia(1, 2));
         };
-        const Contact* contact = range.pair->contacts.data() + range.first;
+        const Contact* contact = range.contacts;
         take(a.inverse_inertia, block.inertia_a);
         take(b.inverse_inertia, block.inertia_b);
         for (size_t k = 0; k < 3; ++k) {
@@ -757,7 +757,7 @@ void ContactSolver<T>::store(std::span<const ContactRange> contacts, double subs
         const ContactRange& range = contacts[source];
         for (uint32_t p = 0; p < range.count; ++p) {
           const Point& point = points_[block.first_point + p];
-          Contact& contact = range.pair->contacts[range.first + p];
+          Contact& contact = range.contacts[p];
           contact.push_n = static_cast<float>(point.push[i] * per_second);
           for (size_t k = 0; k < 3; ++k) {
             contact.friction_n[static_cast<Eigen::Index>(k)] =

@@ -35,8 +35,8 @@ struct SolverBody {
 
 // Up to kMostOfPlane contacts of a pair. Bodies are places in the solver's list.
 struct ContactRange {
-  Pair* pair;
-  uint32_t first, count;
+  Contact* contacts;
+  uint32_t count;
   uint32_t a, b;
   double friction;
   double shallow_m;  // overlaps beyond it are undone slowly

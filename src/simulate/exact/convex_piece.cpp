@@ -1,6 +1,7 @@
 #include "simulate/exact/convex_piece.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -41,14 +42,13 @@ uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
     best = select(more, candidate, best);
     best_block = select(more, F(static_cast<float>(at / (3 * kVertexLanes))), best_block);
   }
-  alignas(32) float value[kVertexLanes], block[kVertexLanes];
-  best.store(value);
+  const F::Tag tag;
+  uint8_t lanes = 0;
+  hn::StoreMaskBits(tag, hn::Eq(best.v, hn::MaxOfLanes(tag, best.v)), &lanes);
+  const auto lane = static_cast<uint32_t>(std::countr_zero(lanes));
+  alignas(32) float block[kVertexLanes];
   best_block.store(block);
-  uint32_t found = 0;
-  for (uint32_t i = 1; i < kVertexLanes; ++i) {
-    if (value[i] > value[found]) found = i;
-  }
-  return static_cast<uint32_t>(block[found]) * static_cast<uint32_t>(kVertexLanes) + found;
+  return static_cast<uint32_t>(block[lane]) * static_cast<uint32_t>(kVertexLanes) + lane;
 }
 
 }  // namespace
@@ -139,6 +139,7 @@ void ConvexPiece::become(const std::array<Vec3, 3>& corners) {
   measure();
   smallest_extent_m_ = std::numeric_limits<double>::infinity();
   inner_radius_m_ = 0;
+  find_sides();
 }
 
 void ConvexPiece::take_vertices(std::vector<Vec3> vertices) {
@@ -161,6 +162,7 @@ void ConvexPiece::map_faces() {
   }
   if (kind_ == Kind::cylinder) inner_radius_m_ = std::min(inner_radius_m_, round_m_);
   inner_radius_m_ = std::max(inner_radius_m_, 0.0);
+  find_sides();
   std::vector<Vec3> normals;
   for (const Face& face : faces_) normals.push_back(face.normal);
   fill_blocks(normals, normal_blocks_);
@@ -172,6 +174,18 @@ void ConvexPiece::map_faces() {
   for (const std::vector<uint32_t>& faces : at) {
     faces_of_.insert(faces_of_.end(), faces.begin(), faces.end());
     first_face_of_.push_back(static_cast<uint32_t>(faces_of_.size()));
+  }
+}
+
+void ConvexPiece::find_sides() {
+  sides_.resize(loops_.size());
+  for (const Face& face : faces_) {
+    for (uint32_t i = 0; i < face.count; ++i) {
+      const Vec3& corner = vertices_[loops_[face.first + i]];
+      const Vec3& next = vertices_[loops_[face.first + (i + 1 < face.count ? i + 1 : 0)]];
+      const Vec3 normal = (next - corner).cross(face.normal);
+      sides_[face.first + i] = {normal, normal.dot(corner)};
+    }
   }
 }
 

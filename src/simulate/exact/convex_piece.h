@@ -22,6 +22,11 @@ class ConvexPiece {
     double offset_m;        // normal . x on the face
     uint32_t first, count;  // in loops(): its corners, counter-clockwise from outside
   };
+  // Of the edge from a face's corner to the next: normal . x > offset is beside the face.
+  struct Side {
+    Vec3 normal;  // in the face's plane, outward, as long as the edge
+    double offset;
+  };
   static constexpr uint32_t kRimPoints = 16;
   static constexpr uint32_t kNone = ~uint32_t{0};
 
@@ -46,6 +51,7 @@ class ConvexPiece {
   const std::vector<Vec3>& vertices() const { return vertices_; }
   const std::vector<Face>& faces() const { return faces_; }
   const std::vector<uint32_t>& loops() const { return loops_; }  // indices into vertices()
+  const std::vector<Side>& sides() const { return sides_; }      // one for each of loops()
 
   // The point of the core farthest along `direction`, of any length but 0, m. Of polytopes it is
   // searched in floats: what it misses is below 1e-6 of the extent.
@@ -60,6 +66,7 @@ class ConvexPiece {
   void take_vertices(std::vector<Vec3> vertices);
   void measure();
   void map_faces();
+  void find_sides();
 
   Kind kind_ = Kind::polytope;
   double radius_m_ = 0, smallest_extent_m_ = 0, inner_radius_m_ = 0;
@@ -70,6 +77,7 @@ class ConvexPiece {
   std::vector<Vec3> vertices_;
   std::vector<Face> faces_;
   std::vector<uint32_t> loops_;
+  std::vector<Side> sides_;
   std::vector<uint32_t> first_face_of_, faces_of_;  // faces at each vertex, by rows
   // Coordinates in blocks of kVertexLanes x, as many y, as many z; the last block repeats a vertex.
   std::vector<float> vertex_blocks_, normal_blocks_;

@@ -135,7 +135,7 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
 
 void Engine::remove(uint32_t index) {
   for (const Pair& pair : state_.pairs) {
-    if ((pair.a != index && pair.b != index) || pair.contacts.empty()) continue;
+    if ((pair.a != index && pair.b != index) || pair.contact_count == 0) continue;
     rouse(bodies_[pair.a == index ? pair.b : pair.a]);
   }
   std::erase_if(state_.joints, [&](const Joint& joint) {
@@ -173,7 +173,8 @@ void Engine::nudge(uint32_t index, const Vec3& way, const Quat& turn) {
   Body& body = bodies_[index];
   body.position += way;
   body.orientation = (turn * body.orientation).normalized();
-  body.moved_m += way.norm() + 2 * turn.vec().norm() * shapes_[body.shape].radius_m;
+  body.moved += way;
+  body.turned_m += 2 * turn.vec().norm() * shapes_[body.shape].radius_m;
 }
 
 void Engine::apply_impulse(uint32_t index, const ModelEvent& event) {
@@ -192,14 +193,13 @@ void Engine::move_by_keys(uint32_t index, double time_s) {
   const ModelShape& shape = model_.shapes[source.shape];
   const Pose now = pose_at(shape, source.motion, time_s);
   const Pose then = pose_at(shape, source.motion, time_s + step_s_);
-  const double way =
-      (now.position - body.position).norm() +
+  body.moved = now.position - body.position;
+  body.turned_m =
       turn_between(body.orientation, now.orientation).norm() * shapes_[body.shape].radius_m;
   body.position = now.position;
   body.orientation = now.orientation;
   body.velocity = (then.position - now.position) / step_s_;
   body.spin = turn_between(now.orientation, then.orientation) / step_s_;
-  body.moved_m = way;
 }
 
 void Engine::keep_apart(const std::vector<uint32_t>& bodies) {
@@ -276,8 +276,10 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
   {
     StageTimer::Scope scope(timer, Stage::solver);
     rest_.wake_islands(narrow_.touching());
-    for (uint32_t i = 0; i < bodies_.size(); ++i) {
-      if (bodies_[i].moves != Moves::by_keys && narrow_.ahead_s()[i] == 0) bodies_[i].moved_m = 0;
+    for (Body& body : bodies_) {
+      if (body.moves == Moves::by_keys) continue;  // when they are moved
+      body.moved.setZero();
+      body.turned_m = 0;
     }
     solver_.solve(narrow_.touching(), narrow_.ahead_s(), partner_);
   }
@@ -301,7 +303,7 @@ void Engine::fly_on() {
 void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
   contacts.clear();
   for (const Pair& pair : state_.pairs) {
-    for (const Contact& contact : pair.contacts) {
+    for (const Contact& contact : state_.contacts_of(pair)) {
       const Vec3 normal = contact.normal.cast<double>().normalized();
       const Vec3 between = bodies_[pair.a].position + contact.arm_a.cast<double>();
       contacts.push_back({.a = pair.b,
@@ -321,7 +323,7 @@ void Engine::find_hits(std::vector<Hit>& hits) {
     if (!bodies_[sleeper].put_to_sleep || !bodies_[other].may_move()) continue;
     const Body& body = bodies_[other];
     Hit hit{sleeper, other, 0, 0};
-    for (const Contact& contact : pair.contacts) {
+    for (const Contact& contact : state_.contacts_of(pair)) {
       const Vec3 arm = (a_sleeps ? contact.arm_b : contact.arm_a).cast<double>();
       const Vec3 away = (a_sleeps ? 1.0 : -1.0) * contact.normal.cast<double>();
       const double closing = -velocity_at(body, arm).dot(away);
@@ -361,7 +363,7 @@ bool Engine::holds(ConstraintId constraint) const {
 
 void Engine::add_contacts_to(FrameStatistics& statistics) const {
   for (const Pair& pair : state_.pairs) {
-    for (const Contact& contact : pair.contacts) {
+    for (const Contact& contact : state_.contacts_of(pair)) {
       if (contact.distance_m > 0 && contact.push_n <= 0) continue;
       ++statistics.contacts;
       statistics.deepest_penetration_m =
@@ -386,6 +388,8 @@ void Engine::load(StateReader& reader) {
     StateReader::require(pair.a < count && pair.b < count && pair.a != pair.b, "pairs of bodies");
     StateReader::require(pair.key() > last, "pairs in their order");
     last = pair.key();
+    StateReader::require(uint64_t{pair.first_contact} + pair.contact_count <= state.contacts.size(),
+                         "contacts of pairs");
     require_pieces(pair, state.bodies);
   }
   for (const Joint& joint : state.joints) {

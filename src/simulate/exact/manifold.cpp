@@ -66,16 +66,27 @@ void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& 
   }
 }
 
-// The part of the polygon below the plane normal . x <= offset.
-void cut(const Vec3& normal, double offset, std::vector<Vec3>& polygon, std::vector<Vec3>& rest) {
-  rest.clear();
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Vec3 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
-    const double dp = normal.dot(p) - offset, dq = normal.dot(q) - offset;
-    if (dp <= 0) rest.push_back(p);
-    if ((dp < 0 && dq > 0) || (dp > 0 && dq < 0)) rest.push_back(p + dp / (dp - dq) * (q - p));
+// Leaves of the polygon what is not beyond the side.
+void cut(const ConvexPiece::Side& side, ManifoldScratch& scratch) {
+  const std::vector<Vec3>& polygon = scratch.polygon;
+  const size_t count = polygon.size();
+  bool any = false;
+  scratch.beyond.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    scratch.beyond[i] = side.normal.dot(polygon[i]) - side.offset;
+    any = any || scratch.beyond[i] > 0;
   }
-  std::swap(polygon, rest);
+  if (!any) return;
+  scratch.cut.clear();
+  for (size_t i = 0; i < count; ++i) {
+    const size_t next = i + 1 < count ? i + 1 : 0;
+    const double here = scratch.beyond[i], there = scratch.beyond[next];
+    if (here <= 0) scratch.cut.push_back(polygon[i]);
+    if ((here < 0 && there > 0) || (here > 0 && there < 0)) {
+      scratch.cut.push_back(polygon[i] + here / (here - there) * (polygon[next] - polygon[i]));
+    }
+  }
+  std::swap(scratch.polygon, scratch.cut);
 }
 
 struct Reference {
@@ -108,14 +119,14 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   const Vec3 deepest = *std::ranges::min_element(
       scratch.polygon, {}, [&](const Vec3& point) { return face.normal.dot(point); });
   const double nearest = face.normal.dot(deepest) - face.offset_m - other.radius_m();
-  const auto corner = [&](uint32_t i) -> const Vec3& {
-    return piece.vertices()[piece.loops()[face.first + i % face.count]];
-  };
-  double outside = 0;
+  const double small = smaller_extent(piece, other);
+  bool is_beside = false;  // the deepest point, and far
   for (uint32_t i = 0; i < face.count && !scratch.polygon.empty(); ++i) {
-    const Vec3 side = (corner(i + 1) - corner(i)).cross(face.normal);
-    outside = std::max(outside, side.dot(deepest - corner(i)) / side.norm());
-    cut(side, side.dot(corner(i)), scratch.polygon, scratch.cut);
+    const ConvexPiece::Side& side = piece.sides()[face.first + i];
+    const double beyond = side.normal.dot(deepest) - side.offset;
+    is_beside = is_beside || (beyond > 0 && beyond * beyond > kBeside * small * kBeside * small *
+                                                                  side.normal.squaredNorm());
+    cut(side, scratch);
   }
   double lowest = std::numeric_limits<double>::infinity();
   const auto add = [&](const Vec3& point) {
@@ -127,10 +138,7 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   };
   std::ranges::for_each(scratch.polygon, add);
   // A corner that has just passed the face's side still is what goes deepest.
-  const double small = smaller_extent(piece, other);
-  if (lowest < reach_m && lowest > nearest + kSameDepth * small && outside < kBeside * small) {
-    add(deepest);
-  }
+  if (lowest < reach_m && lowest > nearest + kSameDepth * small && !is_beside) add(deepest);
   return nearest;
 }
 

@@ -31,6 +31,7 @@ inline constexpr size_t kMostOfPlane = 4;
 // Reused from pair to pair.
 struct ManifoldScratch {
   std::vector<Vec3> polygon, cut;
+  std::vector<double> beyond;  // of the polygon's corners, a plane
   std::vector<SurfacePoint> points;
 };
 

@@ -1,6 +1,7 @@
 #include "simulate/exact/narrow_phase.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/parallel_for.h"
@@ -17,102 +18,141 @@ constexpr double kTurnAhead = 0.02;
 constexpr size_t kPairGrain = 64;
 constexpr size_t kBodyGrain = 256;
 
-// What take(begin, end, list) puts into the lists of its chunks, in their order.
-template <typename Take>
-void collect(size_t count, size_t grain, std::vector<uint32_t>& collected, const Take& take) {
-  std::vector<std::vector<uint32_t>> parts((count + grain - 1) / grain);
-  parallel_for(count, grain,
-               [&](size_t begin, size_t end) { take(begin, end, parts[begin / grain]); });
-  collected.clear();
-  for (const std::vector<uint32_t>& part : parts) {
-    collected.insert(collected.end(), part.begin(), part.end());
-  }
-}
-
 }  // namespace
 
 NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, double step_s,
                          const Vec3& gravity)
     : shapes_(shapes),
+      state_(state),
       bodies_(state.bodies),
-      pairs_(state.pairs),
       settings_{step_s, gravity.norm()},
       gravity_(gravity),
-      placed_(state.bodies.size()) {}
+      placed_(state.bodies.size()),
+      stirs_(state.bodies.size()) {}
 
 void NarrowPhase::find(const PairFilter& filter) {
   parallel_for(bodies_.size(), kBodyGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Body& body = bodies_[i];
-      if (body.moves != Moves::not_there) placed_[i] = Placed(body, shapes_[body.shape]);
-    }
+    for (size_t i = begin; i < end; ++i) place(static_cast<uint32_t>(i));
   });
-  find_all(filter);
-  if (find_again(filter)) {
-    touching_.clear();
-    for (uint32_t i = 0; i < pairs_.size(); ++i) {
-      if (!pairs_[i].contacts.empty()) touching_.push_back(i);
+  find_all(filter, false);
+  if (advance()) find_all(filter, true);
+}
+
+void NarrowPhase::place(uint32_t index) {
+  const Body& body = bodies_[index];
+  if (body.moves == Moves::not_there) return;
+  const CollisionShape& shape = shapes_[body.shape];
+  placed_[index] = Placed(body, shape);
+  stirs_[index] = {body.velocity.cast<float>(),
+                   static_cast<float>(placed_[index].turning_m_s),
+                   body.moved.cast<float>(),
+                   static_cast<float>(body.turned_m),
+                   static_cast<float>(shape.own_extent()),
+                   body.is_awake(),
+                   body.stands_still()};
+}
+
+// `again`: of bodies that have advanced only.
+void NarrowPhase::find_all(const PairFilter& filter, bool again) {
+  const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
+  parts_.resize(std::max(parts_.size(), count));
+  for (Part& part : std::span(parts_).subspan(count)) part = {};
+  parallel_for(pairs, kPairGrain, [&](size_t begin, size_t end) {
+    find_part(begin, end, filter, again, parts_[begin / kPairGrain]);
+  });
+  std::vector<uint32_t> first_contact;
+  size_t contacts = 0;
+  touching_.clear();
+  for (const Part& part : std::span(parts_).first(count)) {
+    first_contact.push_back(static_cast<uint32_t>(contacts));
+    contacts += part.contacts.size();
+    touching_.insert(touching_.end(), part.touching.begin(), part.touching.end());
+  }
+  contacts_.resize(contacts);
+  parallel_for(count, 1, [&](size_t begin, size_t) {
+    const Part& part = parts_[begin];
+    std::ranges::copy(part.contacts, contacts_.begin() + first_contact[begin]);
+    for (const uint32_t i : part.touching) state_.pairs[i].first_contact += first_contact[begin];
+  });
+  std::swap(state_.contacts, contacts_);
+}
+
+void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, bool again,
+                            Part& part) {
+  part.touching.clear();
+  part.contacts.clear();
+  part.is_ahead = false;
+  std::array<bool, kPairGrain> is_looked_at{};
+  for (size_t i = begin; i < end; ++i) {
+    Pair& pair = state_.pairs[i];
+    const Stir &a = stirs_[pair.a], &b = stirs_[pair.b];
+    bool look = false;
+    if (again ? ahead_s_[pair.a] == 0 && ahead_s_[pair.b] == 0 : a.stands_still && b.stands_still) {
+      // As it was.
+    } else if (filter && !filter(pair.a, pair.b)) {
+      pair.contact_count = 0;
+      pair.slack_m = pair.list_slack_m = -1;  // its bodies move unseen
+      pair.pieces.clear();
+    } else if (may_touch(pair, a, b, settings_)) {
+      look = true;
+    } else {
+      pair.contact_count = 0;
     }
+    is_looked_at[i - begin] = look;
+    if (look) __builtin_prefetch(pair.pieces.data());
+  }
+  for (size_t i = begin; i < end; ++i) {
+    Pair& pair = state_.pairs[i];
+    const std::span<const Contact> former = state_.contacts_of(pair);
+    const size_t first = part.contacts.size();
+    if (is_looked_at[i - begin]) {
+      find_contacts(pair, placed_[pair.a], placed_[pair.b], settings_, former, part.contacts,
+                    part.scratch);
+      bounce(pair, std::span(part.contacts).subspan(first));
+    } else {
+      part.contacts.insert(part.contacts.end(), former.begin(), former.end());
+    }
+    pair.contact_count = static_cast<uint32_t>(part.contacts.size() - first);
+    pair.first_contact = 0;
+    if (pair.contact_count == 0) continue;
+    pair.first_contact = static_cast<uint32_t>(first);  // of the part, as yet
+    part.touching.push_back(static_cast<uint32_t>(i));
+    part.is_ahead =
+        part.is_ahead || std::ranges::any_of(std::span(part.contacts).subspan(first),
+                                             [](const Contact& c) { return c.time_s > 0; });
   }
 }
 
-void NarrowPhase::find_all(const PairFilter& filter) {
-  collect(pairs_.size(), kPairGrain, touching_,
-          [&](size_t begin, size_t end, std::vector<uint32_t>& touching) {
-            NarrowScratch scratch;
-            for (size_t i = begin; i < end; ++i) {
-              Pair& pair = pairs_[i];
-              const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-              if (!a.may_move() && !b.may_move() && a.moved_m == 0 && b.moved_m == 0) {
-                // As it was.
-              } else if (filter && !filter(pair.a, pair.b)) {
-                pair.contacts.clear();
-                pair.slack_m = pair.list_slack_m = -1;  // its bodies move unseen
-                pair.pieces.clear();
-              } else {
-                find_one(pair, scratch);
-              }
-              if (!pair.contacts.empty()) touching.push_back(static_cast<uint32_t>(i));
-            }
-          });
-}
-
-void NarrowPhase::find_one(Pair& pair, NarrowScratch& scratch) {
-  find_contacts(pair, bodies_[pair.a], bodies_[pair.b], placed_[pair.a], placed_[pair.b],
-                shape_of(pair.a), shape_of(pair.b), settings_, scratch);
-  if (!pair.contacts.empty()) bounce(pair);
-}
-
-// Contacts are solved with the inertia and the levers of the moment at which bodies touch. Whether
-// there are any that are not there yet.
-bool NarrowPhase::find_again(const PairFilter& filter) {
+// Contacts are solved with the inertia and the levers of the moment at which bodies touch: what
+// turns until then is moved there. Whether there is any.
+bool NarrowPhase::advance() {
   ahead_s_.assign(bodies_.size(), 0);
   bool any = false;
-  for (const uint32_t touching : touching_) {
-    const Pair& pair = pairs_[touching];
-    for (const Contact& contact : pair.contacts) {
-      if (contact.time_s <= 0) continue;
-      for (const uint32_t i : {pair.a, pair.b}) {
-        const double time_s = contact.time_s;
-        if (!bodies_[i].is_awake() || bodies_[i].spin.norm() * time_s < kTurnAhead) continue;
-        ahead_s_[i] = ahead_s_[i] > 0 ? std::min(ahead_s_[i], time_s) : time_s;
-        any = true;
+  for (const Part& part : parts_) {
+    if (!part.is_ahead) continue;
+    for (const uint32_t touching : part.touching) {
+      const Pair& pair = state_.pairs[touching];
+      for (const Contact& contact : state_.contacts_of(pair)) {
+        if (contact.time_s <= 0) continue;
+        for (const uint32_t i : {pair.a, pair.b}) {
+          const double time_s = contact.time_s;
+          if (!bodies_[i].is_awake() || bodies_[i].spin.norm() * time_s < kTurnAhead) continue;
+          ahead_s_[i] = ahead_s_[i] > 0 ? std::min(ahead_s_[i], time_s) : time_s;
+          any = true;
+        }
       }
     }
   }
   if (!any) return false;
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    stirs_[i].moved.setZero();
+    stirs_[i].turned_m = 0;
     if (ahead_s_[i] == 0) continue;
-    bodies_[i].moved_m = 0;
+    bodies_[i].moved.setZero();
+    bodies_[i].turned_m = 0;
     fly(bodies_[i], shape_of(i), gravity_, ahead_s_[i]);
-    placed_[i] = Placed(bodies_[i], shape_of(i));
     bodies_[i].velocity -= ahead_s_[i] * gravity_;  // the step's own comes whole
-  }
-  NarrowScratch scratch;
-  for (Pair& pair : pairs_) {
-    if (ahead_s_[pair.a] == 0 && ahead_s_[pair.b] == 0) continue;
-    if (filter && !filter(pair.a, pair.b)) continue;
-    find_one(pair, scratch);
+    place(i);
   }
   return true;
 }
@@ -120,20 +160,20 @@ bool NarrowPhase::find_again(const PairFilter& filter) {
 // A bounce reverses the speed of approach as it was before gravity, at the place where the body
 // is: with parabolic steps that keeps the energy. What would not outlive the step's gravity comes
 // to rest.
-void NarrowPhase::bounce(Pair& pair) const {
-  const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+void NarrowPhase::bounce(const Pair& pair, std::span<Contact> contacts) const {
+  if (contacts.empty()) return;
+  const Placed &a = placed_[pair.a], &b = placed_[pair.b];
   const double step_s = settings_.step_s;
   const double restitution = std::sqrt(a.restitution * b.restitution);
-  const double hard = kHard * smaller_extent(shape_of(pair.a), shape_of(pair.b));
+  const double hard = kHard * smaller_extent(*a.shape, *b.shape);
   const double pull = step_s * settings_.gravity;
-  const double fastest =
-      (a.velocity - b.velocity).norm() + placed_[pair.a].turning_m_s + placed_[pair.b].turning_m_s;
+  const double fastest = (a.velocity - b.velocity).norm() + a.turning_m_s + b.turning_m_s;
   if (fastest * step_s <= hard && restitution * fastest <= pull) return;
-  const Vec3 falls = gravity_ * ((b.is_awake() ? 1 : 0) - (a.is_awake() ? 1 : 0));
-  for (Contact& contact : pair.contacts) {
+  const Vec3 falls = gravity_ * ((b.is_awake ? 1 : 0) - (a.is_awake ? 1 : 0));
+  for (Contact& contact : contacts) {
     const Vec3 normal = contact.normal.cast<double>();
-    const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
-                                    velocity_at(a, contact.arm_a.cast<double>()));
+    const double speed = normal.dot(b.velocity + b.spin.cross(contact.arm_b.cast<double>()) -
+                                    a.velocity - a.spin.cross(contact.arm_a.cast<double>()));
     const double at_end =
         contact.distance_m + speed * step_s + normal.dot(falls) * step_s * step_s / 2;
     if (at_end > -kAsGood * speed * step_s) continue;

@@ -25,21 +25,32 @@ class NarrowPhase {
   std::span<const double> ahead_s() const { return ahead_s_; }
 
  private:
-  void find_all(const PairFilter& filter);
-  bool find_again(const PairFilter& filter);
-  void find_one(Pair& pair, NarrowScratch& scratch);
-  void bounce(Pair& pair) const;
+  // What is found of some pairs that follow each other.
+  struct Part {
+    std::vector<uint32_t> touching;
+    std::vector<Contact> contacts;
+    bool is_ahead = false;  // some contacts are of a later time than the step's begin
+    NarrowScratch scratch;
+  };
+  void find_all(const PairFilter& filter, bool again);
+  void find_part(size_t begin, size_t end, const PairFilter& filter, bool again, Part& part);
+  bool advance();
+  void place(uint32_t body);
+  void bounce(const Pair& pair, std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
   std::span<const CollisionShape> shapes_;
+  EngineState& state_;
   std::vector<Body>& bodies_;
-  std::vector<Pair>& pairs_;
   NarrowSettings settings_;
   Vec3 gravity_;
   // Scratch of a step.
   std::vector<Placed> placed_;
+  std::vector<Stir> stirs_;
   std::vector<double> ahead_s_;
   std::vector<uint32_t> touching_;
+  std::vector<Part> parts_;
+  std::vector<Contact> contacts_;
 };
 
 }  // namespace pilesim::exact

@@ -37,24 +37,27 @@ constexpr double kOpposed = -0.2;
 constexpr double kBetterWayOut = 0.5;
 constexpr double kAgrees = 0.3;
 
+// What is subtracted is never too little.
+void spend(float& slack, float motion) {
+  constexpr float kRounding = 1e-6F;
+  slack -= motion + kRounding * (std::abs(slack) + std::abs(motion));
+}
+
 class Finder {
  public:
-  Finder(Pair& pair, const Body& a, const Body& b, const Placed& placed_a, const Placed& placed_b,
-         const CollisionShape& shape_a, const CollisionShape& shape_b,
-         const NarrowSettings& settings, NarrowScratch& scratch)
+  Finder(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
+         NarrowScratch& scratch)
       : pair_(pair),
         a_(a),
         b_(b),
-        placed_a_(placed_a),
-        placed_b_(placed_b),
-        shape_a_(shape_a),
-        shape_b_(shape_b),
+        shape_a_(*a.shape),
+        shape_b_(*b.shape),
         scratch_(scratch),
         step_s_(settings.step_s),
-        small_(smaller_extent(shape_a, shape_b)) {
+        small_(smaller_extent(shape_a_, shape_b_)) {
     const double h = settings.step_s;
-    const double fall = a.is_awake() != b.is_awake() ? settings.gravity * h * h : 0;
-    turning_ = placed_a.turning_m_s + placed_b.turning_m_s;
+    const double fall = a.is_awake != b.is_awake ? settings.gravity * h * h : 0;
+    turning_ = a.turning_m_s + b.turning_m_s;
     way_ = h * (b.velocity - a.velocity);
     unknown_way_m_ = h * turning_ + fall;
     reach_m_ = kMargin * small_ + way_.norm() + unknown_way_m_;
@@ -62,30 +65,20 @@ class Finder {
   }
 
   void find() {
-    // What is subtracted is never too little.
-    const auto spend = [](float& slack, float motion) {
-      constexpr float kRounding = 2e-7F;
-      slack -= motion + kRounding * (std::abs(slack) + motion);
-    };
-    const auto motion = static_cast<float>(a_.moved_m + b_.moved_m);
-    spend(pair_.slack_m, motion);
-    pair_.motion_m += motion;
-    if (pair_.slack_m > reach_m_) {
-      pair_.contacts.clear();
-      return;
-    }
     spend(pair_.list_slack_m, pair_.motion_m);
     for (PiecePair& pieces : pair_.pieces) {
       spend(pieces.slack_m, pair_.motion_m);
       pieces.looked_m += pair_.motion_m;
     }
     pair_.motion_m = 0;
+    pair_.toward.setZero();
     b_in_a_ = relative_at(0);
     reach_ = Reach(kMargin * small_ + unknown_way_m_, turn_a_.transpose() * way_);
     scratch_.all.clear();
     double slack = std::numeric_limits<double>::infinity();
     if (shape_a_.is_plane) {
       for (const ConvexPiece& piece : shape_b_.pieces) meet_plane(piece, slack);
+      pair_.toward = (turn_a_ * Vec3::UnitY()).cast<float>();
     } else {
       if (pair_.list_slack_m < reach_m_) list_pieces();
       // Faces that pieces have come to before those that they may have come to from behind.
@@ -104,26 +97,57 @@ class Finder {
     }
     pair_.slack_m = static_cast<float>(slack);
     if (slack < -kSunk * small_ && pair_.pieces.size() > 1 && !shape_a_.surface &&
-        a_.moves == Moves::by_contacts && b_.moves == Moves::by_contacts) {
+        a_.is_moved_by_contacts && b_.is_moved_by_contacts) {
       leave_one_way();
     } else {
       pair_.way_out.setZero();
     }
     reduce();
-    take_over();
+  }
+
+  // Gives contacts the forces of those of the step before.
+  void take_over(std::span<const Contact> before, std::vector<Contact>& contacts) {
+    std::vector<Contact>& former = scratch_.former;
+    former.assign(before.begin(), before.end());
+    const auto near2 = static_cast<float>(kSamePlace * small_ * kSamePlace * small_);
+    for (const SurfacePoint& point : scratch_.all) {
+      Contact contact;
+      contact.arm_a = point.place.cast<float>();
+      contact.arm_b = point.other_arm.cast<float>();
+      contact.normal = point.normal.cast<float>();
+      contact.distance_m = static_cast<float>(point.distance_m);
+      contact.time_s = static_cast<float>(point.time_s);
+      contact.is_round = point.is_round;
+      Contact* best = nullptr;
+      float least = near2;
+      for (Contact& old : former) {
+        if (old.push_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
+        const float distance2 = std::min((old.arm_a - contact.arm_a).squaredNorm(),
+                                         (old.arm_b - contact.arm_b).squaredNorm());
+        if (distance2 >= least) continue;
+        least = distance2;
+        best = &old;
+      }
+      if (best != nullptr) {
+        contact.push_n = best->push_n;
+        contact.friction_n =
+            best->friction_n - best->friction_n.dot(contact.normal) * contact.normal;
+        best->push_n = -1;  // taken
+      }
+      contacts.push_back(contact);
+    }
   }
 
  private:
   // Where the bodies are `t` seconds from now, by their velocities.
   Relative relative_at(double t) {
     if (t == 0) {
-      turn_a_ = placed_a_.turn;
+      turn_a_ = a_.turn;
       position_a_ = a_.position;
       position_b_ = b_.position;
-      return {turn_a_.transpose() * placed_b_.turn,
-              turn_a_.transpose() * (b_.position - a_.position)};
+      return {turn_a_.transpose() * b_.turn, turn_a_.transpose() * (b_.position - a_.position)};
     }
-    const auto turned = [t](const Body& body) {
+    const auto turned = [t](const Placed& body) {
       const Vec3 turn = t * body.spin;
       const double angle = turn.norm();
       if (angle == 0) return body.orientation;
@@ -204,7 +228,7 @@ class Finder {
 
   void meet(PiecePair& pieces) {
     const ConvexPiece& b = shape_b_.pieces[pieces.b];
-    pieces.known.is_wall = a_.moves != Moves::by_contacts || b_.moves != Moves::by_contacts;
+    pieces.known.is_wall = !a_.is_moved_by_contacts || !b_.is_moved_by_contacts;
     Vec3 guess = pieces.axis.cast<double>();
     if (!guess.isZero()) guess.normalize();
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);
@@ -236,6 +260,9 @@ class Finder {
               add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
         });
     pieces.slack_m = static_cast<float>(distance);
+    if (shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
+      pair_.toward = (turn_a_ * pieces.axis.cast<double>()).cast<float>();
+    }
   }
 
   void meet_triangle(PiecePair& pieces, const ConvexPiece& b, Vec3 guess) {
@@ -338,10 +365,11 @@ class Finder {
                                                                  : shape_a_.smallest_extent_m);
     if (!shape_a_.surface && shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
       pair_.list_slack_m = std::numeric_limits<float>::infinity();
-      if (pair_.pieces.empty()) pair_.pieces.push_back({0, 0, -1, Vec3f::Zero()});
+      if (pair_.pieces.empty()) pair_.pieces.push_back({});
       return;
     }
-    std::vector<PiecePair> former;
+    std::vector<PiecePair>& former = scratch_.pieces;
+    former.clear();
     std::swap(former, pair_.pieces);
     const double around = reach_m_ + margin;
     const Mat3 spread = b_in_a_.turn.cwiseAbs();
@@ -370,7 +398,7 @@ class Finder {
       if (known != former.end() && known->a == i && known->b == j) {
         pair_.pieces.push_back(*known);
       } else {
-        pair_.pieces.push_back({i, j, -1, Vec3f::Zero()});
+        pair_.pieces.push_back({i, j});
         if (shape_a_.surface) {
           pair_.pieces.back().side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
         }
@@ -495,45 +523,9 @@ class Finder {
     std::swap(all, kept);
   }
 
-  void take_over() {
-    std::vector<Contact>& former = scratch_.former;
-    std::swap(former, pair_.contacts);
-    pair_.contacts.clear();
-    const auto near2 = static_cast<float>(kSamePlace * small_ * kSamePlace * small_);
-    for (const SurfacePoint& point : scratch_.all) {
-      Contact contact;
-      contact.arm_a = point.place.cast<float>();
-      contact.arm_b = point.other_arm.cast<float>();
-      contact.normal = point.normal.cast<float>();
-      contact.distance_m = static_cast<float>(point.distance_m);
-      contact.time_s = static_cast<float>(point.time_s);
-      contact.is_round = point.is_round;
-      Contact* best = nullptr;
-      float least = near2;
-      for (Contact& old : former) {
-        if (old.push_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
-        const float distance2 = std::min((old.arm_a - contact.arm_a).squaredNorm(),
-                                         (old.arm_b - contact.arm_b).squaredNorm());
-        if (distance2 >= least) continue;
-        least = distance2;
-        best = &old;
-      }
-      if (best != nullptr) {
-        contact.push_n = best->push_n;
-        contact.friction_n =
-            best->friction_n - best->friction_n.dot(contact.normal) * contact.normal;
-        best->push_n = -1;  // taken
-      }
-      pair_.contacts.push_back(contact);
-    }
-    former.clear();
-  }
-
   Pair& pair_;
-  const Body& a_;
-  const Body& b_;
-  const Placed& placed_a_;
-  const Placed& placed_b_;
+  const Placed& a_;
+  const Placed& b_;
   const CollisionShape& shape_a_;
   const CollisionShape& shape_b_;
   NarrowScratch& scratch_;
@@ -551,11 +543,31 @@ class Finder {
 
 }  // namespace
 
-void find_contacts(Pair& pair, const Body& a, const Body& b, const Placed& placed_a,
-                   const Placed& placed_b, const CollisionShape& shape_a,
-                   const CollisionShape& shape_b, const NarrowSettings& settings,
+bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings) {
+  const auto h = static_cast<float>(settings.step_s);
+  const auto fall = a.is_awake != b.is_awake ? static_cast<float>(settings.gravity) * h * h : 0.0F;
+  const Vec3f moved = b.moved - a.moved, velocity = b.velocity - a.velocity;
+  const float turned = a.turned_m + b.turned_m, motion = moved.norm();
+  pair.motion_m += motion + turned;
+  float closing = velocity.norm();
+  if (pair.toward.isZero(0)) {
+    spend(pair.slack_m, motion + turned);
+  } else {
+    spend(pair.slack_m, turned - pair.toward.dot(moved));
+    closing = std::max(0.0F, -pair.toward.dot(velocity));
+  }
+  const float reach = static_cast<float>(kMargin) * std::min(a.extent_m, b.extent_m) + fall +
+                      h * (closing + a.turning_m_s + b.turning_m_s);
+  constexpr float kSurely = 1 + 1e-5F;
+  return pair.slack_m <= kSurely * reach;
+}
+
+void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
+                   std::span<const Contact> former, std::vector<Contact>& contacts,
                    NarrowScratch& scratch) {
-  Finder(pair, a, b, placed_a, placed_b, shape_a, shape_b, settings, scratch).find();
+  Finder finder(pair, a, b, settings, scratch);
+  finder.find();
+  finder.take_over(former, contacts);
 }
 
 }  // namespace pilesim::exact

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "simulate/exact/body.h"
@@ -31,12 +32,12 @@ struct Contact {
 
 // Two pieces of them, or a triangle and a piece.
 struct PiecePair {
-  uint32_t a, b;
-  float slack_m;         // they were at least so far apart, less all motion since; below 0: look
-  Vec3f axis;            // unit, from a to b in a's frame, or zero: not known
-  float looked_m = 0;    // motion since the direction was searched
-  Feature feature = {};  // what they touched with then
-  int8_t side = 0;       // of a triangle: the one that the piece has come to; 0: not known
+  uint32_t a = 0, b = 0;
+  float slack_m = -1;  // they were at least so far apart, less all motion since; below 0: look
+  Vec3f axis = Vec3f::Zero();  // unit, from a to b in a's frame, or zero: not known
+  float looked_m = 0;          // motion since the direction was searched
+  Feature feature = {};        // what they touched with then
+  int8_t side = 0;             // of a triangle: the one that the piece has come to; 0: not known
 
   static void fields(auto& self, auto& stream) {
     stream(self.a, self.b, self.slack_m, self.axis, self.looked_m, self.feature.of,
@@ -46,35 +47,52 @@ struct PiecePair {
 };
 
 struct Pair {
-  uint32_t a, b;                  // bodies; a plane or a surface is a
-  float slack_m = -1;             // as of pieces, of all of them
-  float list_slack_m = -1;        // as of all pieces that are not listed
-  float motion_m = 0;             // since its pieces were looked at: they have not paid for it yet
+  uint32_t a, b;                 // bodies; a plane or a surface is a
+  float slack_m = -1;            // as of pieces, of all of them
+  Vec3f toward = Vec3f::Zero();  // unit, world: they are so far apart along it, or zero: in any way
+  float list_slack_m = -1;       // as of all pieces that are not listed
+  float motion_m = 0;            // since its pieces were looked at: they have not paid for it yet
   Vec3f way_out = Vec3f::Zero();  // unit, a's frame: of what is sunk into it, or zero
   std::vector<PiecePair> pieces;
-  std::vector<Contact> contacts;
+  uint32_t first_contact = 0, contact_count = 0;  // in the state's list
 
   static void fields(auto& self, auto& stream) {
-    stream(self.a, self.b, self.slack_m, self.list_slack_m, self.motion_m, self.way_out,
-           self.pieces, self.contacts);
+    stream(self.a, self.b, self.slack_m, self.toward, self.list_slack_m, self.motion_m,
+           self.way_out, self.pieces, self.first_contact, self.contact_count);
   }
   uint64_t key() const { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 };
 
-// A body as a step begins.
+// A body as the narrow phase sees it when a step begins.
 struct Placed {
   Placed() = default;
-  Placed(const Body& body, const CollisionShape& shape)
-      : turn(body.orientation.toRotationMatrix()),
-        turning_m_s(body.spin.isZero(0) ? 0 : body.spin.norm() * shape.radius_m) {}
+  Placed(const Body& body, const CollisionShape& of_shape)
+      : shape(&of_shape),
+        position(body.position),
+        turn(body.orientation.toRotationMatrix()),
+        velocity(body.velocity),
+        spin(body.spin),
+        orientation(body.orientation),
+        turning_m_s(body.spin.isZero(0) ? 0 : body.spin.norm() * of_shape.radius_m),
+        restitution(body.restitution),
+        is_awake(body.is_awake()),
+        is_moved_by_contacts(body.moves == Moves::by_contacts) {}
+
+  const CollisionShape* shape = nullptr;
+  Vec3 position;           // as of the body
   Mat3 turn;               // body to world
+  Vec3 velocity, spin;     // as of the body
+  Quat orientation;        // as turn
   double turning_m_s = 0;  // no point of it is faster by turning
+  double restitution = 0;
+  bool is_awake = false, is_moved_by_contacts = false;
 };
 
 struct NarrowScratch {
   ManifoldScratch manifold;
   std::vector<SurfacePoint> points, all;
   std::vector<Contact> former;
+  std::vector<PiecePair> pieces;
 };
 
 struct NarrowSettings {
@@ -82,11 +100,25 @@ struct NarrowSettings {
   double gravity;  // m/s^2, magnitude
 };
 
-// Finds the contacts of the pair as its bodies stand, and gives them the forces of those that were
+// What tells whether two bodies may touch in the step, in single precision.
+struct Stir {
+  Vec3f velocity = Vec3f::Zero();  // m/s
+  float turning_m_s = 0;           // as Placed's
+  Vec3f moved = Vec3f::Zero();     // m; as of the body
+  float turned_m = 0;
+  float extent_m = 0;  // that contacts are measured by; infinite: the other's
+  bool is_awake = false, stands_still = false;
+};
+
+// Takes the motion since they were looked at off what the pair has been apart. False: nothing of
+// them can touch within the step.
+bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings);
+
+// Finds the contacts of the pair as its bodies stand, when may_touch() has not said that there are
+// none, appends them to `contacts`, and gives them the forces of those that were
 // there before. Any thread, a pair each.
-void find_contacts(Pair& pair, const Body& a, const Body& b, const Placed& placed_a,
-                   const Placed& placed_b, const CollisionShape& shape_a,
-                   const CollisionShape& shape_b, const NarrowSettings& settings,
+void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
+                   std::span<const Contact> former, std::vector<Contact>& contacts,
                    NarrowScratch& scratch);
 
 }  // namespace pilesim::exact

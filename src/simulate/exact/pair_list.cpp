@@ -12,7 +12,7 @@ namespace {
 // moves in so many steps. Those of what has become slower are made anew when they are too wide by
 // more than kLoose of the extent.
 constexpr double kMargin = 0.05;
-constexpr double kSteps = 2;
+constexpr double kSteps = 1;
 constexpr double kLoose = 0.1;
 // Of the smaller extent: contacts are wanted within it; see pair.cpp.
 constexpr double kReach = 0.01;
@@ -87,7 +87,7 @@ void PairList::update(double step_s, double gravity) {
   for (const uint32_t i : present_) {
     const Body& body = state_.bodies[i];
     const bool is_fresh = state_.boxes[i].low[0] > state_.boxes[i].high[0];
-    if (!is_fresh && !body.may_move() && body.moved_m == 0) continue;
+    if (!is_fresh && body.stands_still()) continue;
     const CollisionShape& shape = shapes_[body.shape];
     const Bounds tight = box_of(shape, body);
     if (!body.may_move()) {
@@ -129,6 +129,8 @@ void PairList::update(double step_s, double gravity) {
   }
   state_.fresh.clear();
   if (moved.empty()) return;
+  is_moved_.assign(state_.bodies.size(), 0);
+  for (const uint32_t i : moved) is_moved_[i] = 1;
   look_up(moved);
   merge();
 }
@@ -190,7 +192,8 @@ void PairList::merge() {
     for (; found != found_.end() && *found < pair.key(); ++found) add(*found);
     const bool known = found != found_.end() && *found == pair.key();
     if (known) ++found;
-    if (known || meet(pair)) merged.push_back(std::move(pair));
+    const bool stays = is_moved_[pair.a] == 0 && is_moved_[pair.b] == 0;
+    if (known || stays || meet(pair)) merged.push_back(std::move(pair));
   }
   for (; found != found_.end(); ++found) add(*found);
   std::swap(state_.pairs, merged);

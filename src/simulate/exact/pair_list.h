@@ -32,7 +32,8 @@ class PairList {
   bool changed_ = true;            // present_ has, since the trees were built
   int steps_ = 0;
   WideTree moving_tree_, fixed_tree_;
-  std::vector<uint64_t> found_;  // keys
+  std::vector<uint8_t> is_moved_;  // bodies whose boxes are new
+  std::vector<uint64_t> found_;    // keys
   std::vector<Pair> merged_;
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/parallel_for.h"
+
 namespace pilesim::exact {
 namespace {
 
@@ -25,6 +27,7 @@ constexpr double kRestDepth = 0.02;
 constexpr double kAtLimit = 1 - 1e-4;
 // Of the smaller extent: bodies that are as near touch.
 constexpr double kTouch = 1e-3;
+constexpr size_t kGrain = 256;
 
 }  // namespace
 
@@ -71,7 +74,7 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
 bool Rest::touches(const Pair& pair) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
   const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
-  return std::ranges::any_of(pair.contacts, [&](const Contact& contact) {
+  return std::ranges::any_of(state_.contacts_of(pair), [&](const Contact& contact) {
     if (contact.distance_m <= near || contact.push_n > 0) return true;
     const Vec3 normal = contact.normal.cast<double>();
     const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
@@ -90,17 +93,24 @@ void Rest::wake_islands(std::span<const uint32_t> touching) {
   supports_.assign(bodies_.size(), {});
   islands_.reset(bodies_.size());
   carried_.assign(bodies_.size(), 0);
-  for (const uint32_t i : touching) {
-    const Pair& pair = state_.pairs[i];
-    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-    const bool of_a = joins(a), of_b = joins(b);
-    if (!(of_a && of_b) && !(of_a && stirs(b)) && !(of_b && stirs(a))) continue;
-    if (!touches(pair)) continue;
-    if (of_a && of_b) {
-      islands_.unite(pair.a, pair.b);
-    } else {
-      carried_[of_a ? pair.a : pair.b] = 1;
+  links_.resize(touching.size());
+  parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Pair& pair = state_.pairs[touching[i]];
+      const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+      const bool of_a = joins(a), of_b = joins(b);
+      const bool matters = (of_a && of_b) || (of_a && stirs(b)) || (of_b && stirs(a));
+      links_[i] = !matters || !touches(pair) ? Link::none
+                  : of_a && of_b             ? Link::both
+                  : of_a                     ? Link::a_on_b
+                                             : Link::b_on_a;
     }
+  });
+  for (size_t i = 0; i < touching.size(); ++i) {
+    const Pair& pair = state_.pairs[touching[i]];
+    if (links_[i] == Link::both) islands_.unite(pair.a, pair.b);
+    if (links_[i] == Link::a_on_b) carried_[pair.a] = 1;
+    if (links_[i] == Link::b_on_a) carried_[pair.b] = 1;
   }
   for (const Joint& joint : state_.joints) {
     if (joint.b == Joint::kWorld) continue;
@@ -116,44 +126,54 @@ void Rest::wake_islands(std::span<const uint32_t> touching) {
 }
 
 void Rest::note_support(std::span<const uint32_t> touching) {
-  for (const uint32_t t : touching) {
-    const Pair& pair = state_.pairs[t];
-    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-    if (!a.is_awake() && !b.is_awake()) continue;
-    const double friction = std::sqrt(a.friction * b.friction);
-    for (const Contact& contact : pair.contacts) {
-      if (contact.push_n <= 0 || contact.bounce > 0) continue;
-      const bool sticks = contact.friction_n.norm() < kAtLimit * friction * contact.push_n;
-      for (const uint32_t i : {pair.a, pair.b}) {
-        Support& support = supports_[i];
-        support.supported = true;
-        support.sticks = support.sticks || sticks;
-        ++support.loads;
-        if (-contact.distance_m > constants_[i].rest_depth_m) support.sunk = true;
+  loads_.resize(touching.size());
+  parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Pair& pair = state_.pairs[touching[i]];
+      const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+      Load& load = loads_[i] = {};
+      if (!a.is_awake() && !b.is_awake()) continue;
+      const auto friction = static_cast<float>(kAtLimit * std::sqrt(a.friction * b.friction));
+      for (const Contact& contact : state_.contacts_of(pair)) {
+        if (contact.push_n <= 0 || contact.bounce > 0) continue;
+        ++load.count;
+        load.sticks = load.sticks || contact.friction_n.norm() < friction * contact.push_n;
+        load.depth_m = std::max(load.depth_m, -contact.distance_m);
       }
+    }
+  });
+  for (size_t t = 0; t < touching.size(); ++t) {
+    const Load& load = loads_[t];
+    if (load.count == 0) continue;
+    const Pair& pair = state_.pairs[touching[t]];
+    for (const uint32_t i : {pair.a, pair.b}) {
+      Load& support = supports_[i];
+      support.sticks = support.sticks || load.sticks;
+      support.count += load.count;
+      support.depth_m = std::max(support.depth_m, load.depth_m);
     }
   }
 }
 
 void Rest::carry(uint32_t body) {
-  Support& support = supports_[body];
-  support.supported = support.sticks = true;
-  support.loads += 2;
+  Load& support = supports_[body];
+  support.sticks = true;
+  support.count += 2;
 }
 
 void Rest::count_rest(uint32_t index) {
   Body& body = bodies_[index];
   const BodyConstants& c = constants_[index];
-  const Support& s = supports_[index];
-  const bool supported = s.supported || body.hinged;
-  const bool held = body.hinged || (s.sticks && s.loads >= 2);
+  const Load& s = supports_[index];
+  const bool supported = s.count > 0 || body.hinged;
+  const bool held = body.hinged || (s.sticks && s.count >= 2);
   const Vec3 spin = (body.orientation * shapes_[body.shape].axes).conjugate() * body.spin;
   const double limit2 = c.rest_speed * c.rest_speed;
   const bool slow = body.velocity.squaredNorm() < limit2 &&
                     spin.cwiseProduct(c.rest_reach).squaredNorm() < limit2;
   const bool strays =
       (body.position - body.rest_place).norm() > (held ? c.held_drift_m : c.rest_drift_m);
-  if (!slow || s.sunk || strays) {
+  if (!slow || s.depth_m > c.rest_depth_m || strays) {
     body.rest_time_s = 0;
     body.rest_place = body.position;
   } else if (supported) {

@@ -36,13 +36,13 @@ class Rest {
   void end_step(bool may_sleep);
 
  private:
-  // What a step finds out about a body's contacts.
-  struct Support {
-    bool supported = false;  // some contact pushed it
-    bool sunk = false;       // some contact was deeper than it may sleep with
-    bool sticks = false;     // friction of some contact was below its limit
-    int loads = 0;           // contacts that pushed it
+  // What a step finds out about the contacts of a pair, or of a body.
+  struct Load {
+    int count = 0;        // of those that pushed
+    float depth_m = 0;    // of the deepest of them
+    bool sticks = false;  // friction of one of them was below its limit
   };
+  enum class Link : uint8_t { none, both, a_on_b, b_on_a };  // on: on what moves by keys
   struct BodyConstants {
     double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, held_drift_m = 0,
            rest_depth_m = 0;
@@ -58,7 +58,9 @@ class Rest {
   std::vector<BodyConstants> constants_;
   // Scratch of a step.
   DisjointSets islands_;
-  std::vector<Support> supports_;
+  std::vector<Load> supports_;    // of bodies
+  std::vector<Link> links_;       // of pairs that touch
+  std::vector<Load> loads_;       // and of these
   std::vector<uint8_t> carried_;  // bodies on what moves by keys
 };
 

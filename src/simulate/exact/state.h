@@ -1,6 +1,7 @@
 // All that the exact engine keeps from one step to the next; plain data.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "simulate/exact/body.h"
@@ -32,12 +33,22 @@ struct EngineState {
   std::vector<Body> bodies;     // (B) written by Engine
   std::vector<WideBox> boxes;   // (B) m, world, wider than the body; PairList
   std::vector<uint32_t> fresh;  // bodies that have come since the last step; PairList
-  std::vector<Pair> pairs;     // by key; PairList makes them, find_contacts() and solvers fill them
+  std::vector<Pair> pairs;      // by key; PairList makes them, NarrowPhase keeps them
+  // By pairs; NarrowPhase finds them, StepSolver writes their forces.
+  std::vector<Contact> contacts;
   std::vector<Joint> joints;   // nails by id, then hinges; Engine
   ConstraintId next_nail = 0;  // Engine
 
   static void fields(auto& self, auto& stream) {
-    stream(self.bodies, self.boxes, self.fresh, self.pairs, self.joints, self.next_nail);
+    stream(self.bodies, self.boxes, self.fresh, self.pairs, self.contacts, self.joints,
+           self.next_nail);
+  }
+
+  std::span<Contact> contacts_of(const Pair& pair) {
+    return std::span(contacts).subspan(pair.first_contact, pair.contact_count);
+  }
+  std::span<const Contact> contacts_of(const Pair& pair) const {
+    return std::span(contacts).subspan(pair.first_contact, pair.contact_count);
   }
 };
 

@@ -147,7 +147,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
   }
   std::ranges::sort(joined_pairs);
   for (const uint32_t t : touching) {
-    Pair& pair = state_.pairs[t];
+    const Pair& pair = state_.pairs[t];
     const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
     if (!a.is_awake() && !b.is_awake()) continue;
     const uint32_t place_a = place_of(pair.a), place_b = place_of(pair.b);
@@ -156,14 +156,15 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
         !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
     const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
     // Contacts of one range were found at one time.
-    const auto count = static_cast<uint32_t>(pair.contacts.size());
+    const std::span<Contact> contacts = state_.contacts_of(pair);
+    const auto count = static_cast<uint32_t>(contacts.size());
     for (uint32_t first = 0, end = 1; first < count; first = end++) {
       while (end < count && end < first + kMostOfPlane &&
-             pair.contacts[end].time_s == pair.contacts[first].time_s) {
+             contacts[end].time_s == contacts[first].time_s) {
         ++end;
       }
       ranges_.push_back(
-          {&pair, first, end - first, place_a, place_b, friction, shallow, is_joined});
+          {&contacts[first], end - first, place_a, place_b, friction, shallow, is_joined});
     }
   }
 }
@@ -223,7 +224,8 @@ void StepSolver::take_over_bodies() {
       body.spin = solved.spin;
       body.position += solved.way;
       body.orientation = (solved.turn * body.orientation).normalized();
-      body.moved_m += solved.way.norm() + 2 * solved.turn.vec().norm() * shape_of(index).radius_m;
+      body.moved += solved.way;
+      body.turned_m += 2 * solved.turn.vec().norm() * shape_of(index).radius_m;
     }
   });
 }
