@@ -138,7 +138,11 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   };
   std::ranges::for_each(scratch.polygon, add);
   // A corner that has just passed the face's side still is what goes deepest.
-  if (lowest < reach_m && lowest > nearest + kSameDepth * small && !is_beside) add(deepest);
+  // Where they are sunk into each other without it, they are parted without it.
+  const bool is_sunk = lowest < -kBeside * small;
+  if (lowest < reach_m && lowest > nearest + kSameDepth * small && !is_beside && !is_sunk) {
+    add(deepest);
+  }
   return nearest;
 }
 
@@ -283,9 +287,15 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
     }
     add_manifold(a, b, b_in_a, {of, face}, reach_m, scratch, points);
     const auto own = std::span(points).subspan(first);
-    if (own.size() > 1 &&
-        std::ranges::min(own, {}, &SurfacePoint::distance_m).distance_m >= least) {
-      return {of, face};
+    const double lowest =
+        own.empty() ? 0 : std::ranges::min(own, {}, &SurfacePoint::distance_m).distance_m;
+    if (own.size() > 1 && lowest >= least) {
+      if (lowest <= separation.distance_m + kFaceTolerance * small) return {of, face};
+      // They touch beside the face, too, and deeper.
+      points.push_back(
+          {(separation.on_a + separation.on_b) / 2, points[first].normal, separation.distance_m});
+      keep_spanning(points, first, kSameDepth * small);
+      return {};
     }
     points.resize(first);
   }
