@@ -306,7 +306,8 @@ struct Bed {
 Bed measure(const Case& one, const Scene& scene, const Model& model, TrajectoryReader& reader,
             double time_s) {
   TrajectoryFrame frame;
-  const auto index = static_cast<uint64_t>(time_s * kFrameRate + 0.5);
+  // The last frame until then: shaking begins when the rest ends.
+  const auto index = static_cast<uint64_t>(time_s * kFrameRate);
   reader.read(std::min(index, reader.frame_count() - 1), frame);
   BodyStates states;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
