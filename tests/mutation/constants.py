@@ -29,7 +29,7 @@ CONSTANT = re.compile(
     r"(?P<indent>^ *)(?P<inline>inline )?constexpr (?P<type>double|float|int|size_t|uint64_t|uint8_t) "
     r"(?P<name>k\w+)\s*=\s*(?P<value>[^;,(]+);", re.M)
 # Sizes of arrays, and what other constants are computed from at compile time.
-NEEDED_BY_THE_COMPILER = {"kAzimuths", "kDiagonal", "kFacingIds", "kLanes", "kMostGroups"}
+NEEDED_BY_THE_COMPILER = {"kAzimuths", "kCells", "kDiagonal", "kFacingIds", "kLanes", "kMostGroups"}
 WHOLE = {"int", "size_t", "uint64_t", "uint8_t"}
 
 

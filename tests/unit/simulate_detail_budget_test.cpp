@@ -6,6 +6,8 @@
 
 #include <numeric>
 
+#include "simulate/mixed/mixed_constants.h"
+
 namespace pilesim {
 namespace {
 
@@ -62,7 +64,7 @@ TEST_F(Budget, MoreTimeMakesMoreBodiesFiner) {
     EXPECT_GE(counts[0], finest_before);
     finest_before = counts[0];
     // Less than particles cost is not to be had.
-    EXPECT_LE(modelled_ms_, std::max(ms, 1e-3 * kCount * DetailCosts{}.particle_us) + 1e-12);
+    EXPECT_LE(modelled_ms_, std::max(ms, 1e-3 * kCount * mixed_constants::kParticleUs) + 1e-12);
   }
   EXPECT_EQ(finest_before, static_cast<int>(kCount));
 }

@@ -3,25 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/mixed/mixed_constants.h"
+
 namespace pilesim {
 namespace {
 
-constexpr DetailCosts kCosts;
-constexpr DetailErrors kErrors;
-
-constexpr double kUnseen = 0.05;  // of the importance of what is seen
-constexpr double kMostSize = 1;   // of the picture's height: larger is not more important
+using namespace mixed_constants;
 
 double cost_of(PairMethod method, double pieces) {
-  return method == PairMethod::impulse       ? kCosts.near_near_us * pieces
-         : method == PairMethod::statistical ? kCosts.statistical_us
-                                             : kCosts.particle_us;
+  return method == PairMethod::impulse       ? kNearNearUs * pieces
+         : method == PairMethod::statistical ? kStatisticalUs
+                                             : kParticleUs;
 }
 
 double error_of(PairMethod method) {
-  return method == PairMethod::impulse       ? kErrors.impulse
-         : method == PairMethod::statistical ? kErrors.statistical
-                                             : kErrors.particle;
+  return method == PairMethod::impulse       ? kImpulseError
+         : method == PairMethod::statistical ? kStatisticalError
+                                             : kParticleError;
 }
 
 }  // namespace
@@ -45,7 +43,7 @@ double DetailBudget::cost_us(const Candidate& candidate, uint32_t level) const {
   const ModelShape& shape = model_.shapes[model_.bodies[candidate.body].shape];
   const auto pieces = static_cast<double>(shape.pieces.size());
   if (!candidate.near && !row.exact) return cost_of(row.far_far, pieces);
-  return kCosts.near_us * pieces + cost_of(row.near_near, pieces);
+  return kNearUs * pieces + cost_of(row.near_near, pieces);
 }
 
 double DetailBudget::error(const Candidate& candidate, uint32_t level) const {

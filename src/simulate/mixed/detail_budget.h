@@ -15,19 +15,6 @@
 
 namespace pilesim {
 
-// Microseconds that a body which is awake takes in a step on one core; see docs/mixed.md.
-struct DetailCosts {
-  double statistical_us = 1.0;  // among spheres
-  double particle_us = 0.8;
-  double near_us = 5;        // a convex piece, against must-impulse bodies
-  double near_near_us = 15;  // a convex piece, in pairs of I' bodies that are solved
-};
-
-// Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.
-struct DetailErrors {
-  double impulse = 1, statistical = 2, particle = 3;
-};
-
 class DetailBudget {
  public:
   // Both arguments must outlive it. `exact_distance_m` is that of a point to the nearest

@@ -7,13 +7,8 @@
 #include "geometry/convex_hull.h"
 
 namespace pilesim {
-namespace {
 
-constexpr double kLeastMap = 1e-3;  // m
-// Of the way from the centre to a face of the hull: what comes farther in than this is within.
-constexpr double kWithin = 0.75;
-
-}  // namespace
+using namespace mixed_constants;
 
 ExactBoxes::ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world)
     : model_(model), dispatch_(dispatch), world_(world), hulls_(model.shapes.size()) {

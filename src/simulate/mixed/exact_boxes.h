@@ -11,6 +11,7 @@
 #include "geometry/hull_faces.h"
 #include "model/model.h"
 #include "simulate/exact_engine.h"
+#include "simulate/mixed/mixed_constants.h"
 #include "simulate/sphere/dispatch_table.h"
 
 namespace pilesim {
@@ -74,9 +75,8 @@ class ExactBoxes {
   std::vector<Box> boxes_;                    // in the order of bodies
   // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.
   // Most bodies are far from all boxes.
-  static constexpr int kCells = 64;
   static constexpr uint8_t kBoxThere = 1, kMovingThere = 2;
-  std::array<uint8_t, size_t{kCells} * kCells> map_{};
+  std::array<uint8_t, size_t{mixed_constants::kCells} * mixed_constants::kCells> map_{};
   bool has_plane_ = false;
   Vec3 map_origin_ = Vec3::Zero();
   Vec3 cells_per_m_ = Vec3::Zero();

@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/mixed/mixed_constants.h"
+
 namespace pilesim {
-namespace {
 
-// Of a step's gravity: contacts that change a velocity by less carry nothing.
-constexpr double kLeastLoad = 0.05;
-// Of the outer radius, in a step: spheres that are sunk into each other come apart no faster, and
-// below the least it is rounding.
-constexpr double kFarthestNudge = 0.1;
-constexpr double kLeastNudge = 1e-5;
-constexpr double kLeastTurn = 1e-5;  // rad
-
-}  // namespace
+using namespace mixed_constants;
 
 void MixedCoupling::enter(uint32_t body) {
   SphereBody& sphere = spheres_.body(body);

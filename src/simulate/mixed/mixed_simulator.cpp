@@ -15,6 +15,7 @@
 #include "simulate/mixed/exact_boxes.h"
 #include "simulate/mixed/kept_contacts.h"
 #include "simulate/mixed/level_of_detail.h"
+#include "simulate/mixed/mixed_constants.h"
 #include "simulate/mixed/mixed_coupling.h"
 #include "simulate/mixed/mixed_figures.h"
 #include "simulate/sphere/body_signature.h"
@@ -24,8 +25,7 @@
 namespace pilesim {
 namespace {
 
-// Of the outer radius: an I' body is one until its box is farther than this from all boxes.
-constexpr double kLeaveMargin = 0.1;
+using namespace mixed_constants;
 
 bool prefers_spheres(const ModelBody& body) {
   return body.role == Role::dynamic && body.preference == Preference::prefer_statistical;
