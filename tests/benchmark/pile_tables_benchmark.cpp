@@ -1,12 +1,10 @@
 // Tables 5.1 and 5.2 of the dissertation, measured here, beside its own numbers:
 //   pile_tables_benchmark times [FRAMES [CHARTS_DIRECTORY [PRESET,...]]]
 //   pile_tables_benchmark tau [FRAMES]
-//   pile_tables_benchmark waking [FRAMES [PRESET,...]]
 //   pile_tables_benchmark errors [FRAMES [PRESET,...]]
 // FRAMES: so many of each preset at most (0: all). `times` steps three simulations of a preset
 // frame by frame in turn: without any sleeping, with Bullet's own, with piles; times are user CPU
-// times of the process. `tau` repeats example 2 with other thresholds; `waking` compares avalanches
-// that wake what exceeds the surface with those that wake the whole pile; `errors`, of presets with
+// times of the process. `tau` repeats example 2 with other thresholds; `errors`, of presets with
 // one pile, says what part of the error is the difference of slope: against the simulation without
 // sleeping it compares piles of the angle asked, piles of the angle that simulation takes by
 // itself, and that simulation again under 9.8101 m/s^2, which is no error at all.
@@ -103,7 +101,7 @@ int64_t frames_of(const Scene& scene, int64_t most) {
 enum class Kind { full, sleeping, piles };
 
 std::unique_ptr<Run> start(const std::string& preset, Kind kind, int64_t most_frames,
-                           std::vector<std::string> overrides = {}, Waking waking = Waking::local) {
+                           std::vector<std::string> overrides = {}) {
   overrides.push_back(std::string("/simulator/sleeping=") +
                       (kind == Kind::full ? "false" : "true"));
   auto run = std::make_unique<Run>();
@@ -111,7 +109,7 @@ std::unique_ptr<Run> start(const std::string& preset, Kind kind, int64_t most_fr
       load_scene(PILESIM_SOURCE_DIR "/presets/repose/" + preset + ".json", overrides).scene;
   run->model = build_model(run->scene);
   if (kind == Kind::piles) {
-    run->director = std::make_unique<ReposeDirector>(run->scene, run->model, waking);
+    run->director = std::make_unique<ReposeDirector>(run->scene, run->model);
     run->measuring =
         std::make_unique<MeasureAtTheEnd>(*run->director, frames_of(run->scene, most_frames));
     run->simulator = make_directed_simulator(run->scene, run->model, *run->measuring);
@@ -263,26 +261,6 @@ void run_tau(int64_t most_frames) {
   }
 }
 
-void run_waking(int64_t most_frames, const std::string& presets) {
-  std::printf("%-17s %-10s %8s %8s %6s %6s %3s %3s\n", "", "waking", "s", "woken", "got", "awake",
-              "air", "in");
-  for (const Published& published : kTable51) {
-    if (!is_listed(published.preset, presets)) continue;
-    for (const Waking waking : {Waking::local, Waking::whole_pile}) {
-      const auto run = start(published.preset, Kind::piles, most_frames, {}, waking);
-      const int64_t frames = frames_of(run->scene, most_frames);
-      for (int64_t frame = 0; frame < frames; ++frame) run->step_frame();
-      const PlausibilityCounts& counts = run->director->plausibility();
-      std::printf("%-17s %-10s %8.1f %8u %6.1f %6u %3u %3u\n", published.preset,
-                  waking == Waking::local ? "local" : "whole pile", run->total_s,
-                  run->director->woken_by_avalanches(),
-                  degrees(run->director->piles()[0].slope.angle), run->last.bodies_awake,
-                  counts.hanging, counts.inside);
-      std::fflush(stdout);
-    }
-  }
-}
-
 // Of the pile that a simulation without piles has made at the place of the first one.
 double natural_angle_deg(const Run& full) {
   const Pile& pile = full.scene.piles.at(0);
@@ -351,13 +329,11 @@ void run(const std::vector<std::string>& arguments) {
     run_times(frames, argument(2), argument(3));
   } else if (argument(0) == "tau") {
     run_tau(frames);
-  } else if (argument(0) == "waking") {
-    run_waking(frames, argument(2));
   } else if (argument(0) == "errors") {
     run_errors(frames, argument(2));
   } else {
-    throw Error(ErrorKind::usage, Problem{.found = "'" + argument(0) + "'",
-                                          .expected = "times, tau, waking or errors"});
+    throw Error(ErrorKind::usage,
+                Problem{.found = "'" + argument(0) + "'", .expected = "times, tau or errors"});
   }
 }
 

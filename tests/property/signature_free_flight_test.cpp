@@ -18,7 +18,7 @@ TEST_P(FirstContact, AgreesWithADenseMarch) {
   const ContactBody body = test::random_body(random, 4 + 12 * GetParam());
   for (int trial = 0; trial < 40; ++trial) {
     const Flight start = test::random_flight(body, random, 8);
-    const FlightResult result = fly_one(body, start);
+    const test::FlightResult result = test::fly_one(body, start);
     ASSERT_EQ(result.end, FlightEnd::contact);
     // The march must stay clear of the plane until just before the contact: none was missed …
     SlowFlight slow(body, start);

@@ -26,6 +26,12 @@ class Trials : public testing::TestWithParam<int> {
   ContactBody body = test::random_body(random, 4 + 6 * GetParam());
 };
 
+// Per unit of mass, J/kg.
+double kinetic_energy(const ContactBody& body, const Flight& flight) {
+  return 0.5 * (flight.velocity.squaredNorm() +
+                body.inertia_m2.dot(flight.spin.cwiseProduct(flight.spin)));
+}
+
 // Energies from the inertia in the world would need the orientation after; the impulse itself is
 // watched instead.
 TEST_P(Trials, ImpulsesKeepEnergyRestitutionAndCoulombsLimit) {

@@ -24,6 +24,45 @@ inline ContactBody random_body(Philox& random, int points) {
   return make_contact_body(convex_hull(cloud), "random hull");
 }
 
+// With the body at `orientation` (body frame to world) and the spin given in the world.
+inline Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& world_spin,
+                          double height) {
+  const Quat to_body = orientation.conjugate();
+  Flight flight;
+  flight.x_axis = to_body * Vec3::UnitX();
+  flight.normal = to_body * Vec3::UnitY();
+  flight.spin = to_body * world_spin;
+  flight.velocity = velocity;
+  flight.height = height;
+  return flight;
+}
+
+// One flight to its next end.
+struct FlightResult {
+  FlightEnd end;
+  uint32_t vertex = 0;  // unless gone
+  Flight flight;        // at that moment
+};
+inline FlightResult fly_one(const ContactBody& body, const Flight& start) {
+  struct One : FlightCrew {
+    explicit One(const Flight& flight) : start(flight) {}
+    bool next(size_t, Flight& flight) override {
+      if (started) return false;
+      flight = start;
+      return started = true;
+    }
+    bool ended(size_t, FlightEnd end, uint32_t vertex, Flight& flight) override {
+      result = {end, vertex, flight};
+      return false;
+    }
+    Flight start;
+    bool started = false;
+    FlightResult result{};
+  } crew(start);
+  fly(body, crew);
+  return crew.result;
+}
+
 inline Flight random_flight(const ContactBody& body, Philox& random, double most_spin) {
   const Vec3 velocity = random_in_box(random, {-1, -1, -1}, {1, -0.1, 1});
   const Vec3 spin = random_arrow(random, 0, most_spin) / body.gyration_m;

@@ -26,7 +26,7 @@
 
 namespace pilesim::test {
 
-enum class Directed { no, piles, whole_piles, guide };
+enum class Directed { no, piles, guide };
 enum class Measured { no, table, splines };
 
 struct SmallRun {
@@ -68,7 +68,6 @@ inline std::vector<SmallRun> small_runs() {
       {"mixed_by_error", "mixed", {"/simulator/max_error=2"}, Directed::no, Measured::table},
       {"repose_impulse", "piles", {}, Directed::piles},
       {"repose_mixed", "piles", {mode + "mixed"}, Directed::piles},
-      {"repose_whole_piles", "piles", {}, Directed::whole_piles},
       {"guide_freeze", "guide", {}, Directed::guide},
       {"guide_nail", "guide", {"/guide/hold=nail"}, Directed::guide},
       {"repose_bullet", "piles", {bullet}, Directed::piles},
@@ -138,8 +137,7 @@ struct RunningRun {
     if (run.directed == Directed::guide) {
       simulator = std::make_unique<GuidedSimulator>(scene, model);
     } else if (run.directed != Directed::no) {
-      const Waking waking = run.directed == Directed::piles ? Waking::local : Waking::whole_pile;
-      director.emplace(scene, model, waking);
+      director.emplace(scene, model);
       simulator = make_directed_simulator(scene, model, *director);
     } else {
       simulator = make_simulator(scene, model);

@@ -12,7 +12,7 @@ namespace {
 
 Flight standing_on(const ContactBody& body, const Quat& orientation, const Vec3& velocity,
                    const Vec3& spin) {
-  Flight flight = make_flight(orientation, velocity, spin, 0);
+  Flight flight = test::make_flight(orientation, velocity, spin, 0);
   flight.height = lowest_vertex(body, flight.normal).height_m;
   return flight;
 }

@@ -32,9 +32,9 @@ TEST(CollisionHeight, OfTheSquareOfFigure32) {
     const int count = 400;
     for (int i = 0; i < count; ++i) {
       const Quat turn(Eigen::AngleAxisd(random.uniform(0, 2 * kPi), Vec3::UnitZ()));
-      const Flight start =
-          make_flight(turn * body.principal_axes, {0, -1, 0}, {0, 0, spin}, body.outer_radius_m);
-      const FlightResult contact = fly_one(body, start);
+      const Flight start = test::make_flight(turn * body.principal_axes, {0, -1, 0}, {0, 0, spin},
+                                             body.outer_radius_m);
+      const test::FlightResult contact = test::fly_one(body, start);
       ASSERT_EQ(contact.end, FlightEnd::contact);
       low = std::min(low, contact.flight.height);
       high = std::max(high, contact.flight.height);

@@ -1,7 +1,5 @@
 #include "pile/guide/candidates.h"
 
-#include "pile/guide/equilibrium_margins.h"
-
 namespace pilesim {
 
 CandidateAnalysis::CandidateAnalysis(const Guide& guide, const Vec3& gravity)

@@ -16,15 +16,10 @@ constexpr double kParallel = 1e-11;
 // A column of which less than this is left is orthogonalised again.
 constexpr double kCancelled = 0.7;
 
-// Exact cones take a few more sweeps than they have contacts; pyramids end by themselves.
+// Cones take a few more sweeps than they have contacts.
 constexpr int kMostSweeps = 200;
 
 constexpr size_t kLanes = 4;
-
-Vec3 level_tangent(const Vec3& normal) {
-  const Vec3 level = normal.cross(Vec3::UnitY());
-  return level.squaredNorm() > 1e-12 ? level.normalized() : Vec3::UnitX();
-}
 
 }  // namespace
 
@@ -33,12 +28,9 @@ void EquilibriumSolver::set_body(const Vec3& centre, double radius_m,
   assert(radius_m > 0);
   count_ = static_cast<uint32_t>(contacts.size());
   const size_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
-  const bool pyramid = settings_.cone == FrictionCone::pyramid;
   for (size_t axis = 0; axis < 3; ++axis) {
     normal_[axis].assign(padded, 0);
     arm_[axis].assign(padded, 0);
-    if (pyramid) level_[axis].assign(padded, 0);
-    if (pyramid) steep_[axis].assign(padded, 0);
   }
   given_friction_.assign(padded, 0);
   power_.resize(padded);
@@ -51,13 +43,6 @@ void EquilibriumSolver::set_body(const Vec3& centre, double radius_m,
       arm_[axis][i] = arm[axis];
     }
     given_friction_[i] = contact.friction;
-    if (!pyramid) continue;
-    const Vec3 level = level_tangent(contact.normal);
-    const Vec3 steep = contact.normal.cross(level);
-    for (int axis = 0; axis < 3; ++axis) {
-      level_[axis][i] = level[axis];
-      steep_[axis][i] = steep[axis];
-    }
   }
   friction_ = given_friction_;
 }
@@ -66,11 +51,7 @@ void EquilibriumSolver::scale_friction(double factor) {
   for (uint32_t i = 0; i < count_; ++i) friction_[i] = factor * given_friction_[i];
 }
 
-void EquilibriumSolver::set_friction(double coefficient) {
-  std::fill_n(friction_.begin(), count_, coefficient);
-}
-
-// The loops below are written for the compiler to vectorise: no branches, no calls.
+// The loop is written for the compiler to vectorise: no branches, no calls.
 void EquilibriumSolver::power_of_cones(const Wrench& left) {
   const double* nx = normal_[0].data();
   const double* ny = normal_[1].data();
@@ -93,39 +74,15 @@ void EquilibriumSolver::power_of_cones(const Wrench& left) {
   }
 }
 
-void EquilibriumSolver::power_of_pyramids(const Wrench& left) {
-  const double fx = left[0], fy = left[1], fz = left[2];
-  const double tx = left[3], ty = left[4], tz = left[5];
-  for (size_t i = 0; i < power_.size(); ++i) {
-    const double x = fx + ty * arm_[2][i] - tz * arm_[1][i];
-    const double y = fy + tz * arm_[0][i] - tx * arm_[2][i];
-    const double z = fz + tx * arm_[1][i] - ty * arm_[0][i];
-    const double along = x * normal_[0][i] + y * normal_[1][i] + z * normal_[2][i];
-    const double level = x * level_[0][i] + y * level_[1][i] + z * level_[2][i];
-    const double steep = x * steep_[0][i] + y * steep_[1][i] + z * steep_[2][i];
-    power_[i] = along + friction_[i] * (std::abs(level) + std::abs(steep));
-  }
-}
-
 Vec3 EquilibriumSolver::edge_force(uint32_t i, const Vec3& motion) const {
   const Vec3 normal(normal_[0][i], normal_[1][i], normal_[2][i]);
-  if (settings_.cone == FrictionCone::pyramid) {
-    const Vec3 level(level_[0][i], level_[1][i], level_[2][i]);
-    const Vec3 steep(steep_[0][i], steep_[1][i], steep_[2][i]);
-    return normal + std::copysign(friction_[i], motion.dot(level)) * level +
-           std::copysign(friction_[i], motion.dot(steep)) * steep;
-  }
   const Vec3 across = motion - motion.dot(normal) * normal;
   const double size = across.norm();
   return size > 0 ? Vec3(normal + friction_[i] / size * across) : normal;
 }
 
 EquilibriumSolver::Edge EquilibriumSolver::steepest_edge(const Wrench& left) {
-  if (settings_.cone == FrictionCone::exact) {
-    power_of_cones(left);
-  } else {
-    power_of_pyramids(left);
-  }
+  power_of_cones(left);
   Edge edge;
   for (uint32_t i = 0; i < count_; ++i) {
     if (i == 0 || power_[i] > edge.power) {
@@ -239,7 +196,7 @@ EquilibriumVerdict EquilibriumSolver::solve(const Vec3& up) {
   EquilibriumVerdict verdict;
   for (;; ++verdict.sweeps) {
     verdict.unbalanced = left.norm();
-    verdict.stable = verdict.unbalanced <= settings_.tolerance;
+    verdict.stable = verdict.unbalanced <= tolerance_;
     if (verdict.stable || count_ == 0) break;
     const Edge edge = steepest_edge(left);
     verdict.resistance = std::max(0.0, edge.power / verdict.unbalanced);
@@ -261,13 +218,22 @@ EquilibriumVerdict EquilibriumSolver::solve(const Vec3& up) {
   return verdict;
 }
 
-std::array<double, 2> EquilibriumSolver::contact_motion(uint32_t i, const Vec3& push,
-                                                        const Vec3& turn) const {
-  const Vec3 arm(arm_[0][i], arm_[1][i], arm_[2][i]);
-  const Vec3 normal(normal_[0][i], normal_[1][i], normal_[2][i]);
-  const Vec3 motion = push + turn.cross(arm);
-  const double along = motion.dot(normal);
-  return {along, (motion - along * normal).norm()};
+double contact_spread(std::span<const SupportPoint> contacts, double radius_m) {
+  if (contacts.empty()) return 0;
+  const auto farthest_from = [&](const Vec3& point) {
+    return std::ranges::max_element(contacts, {},
+                                    [&](const SupportPoint& contact) {
+                                      return (contact.position - point).squaredNorm();
+                                    })
+        ->position;
+  };
+  const Vec3 a = farthest_from(contacts.front().position);
+  const Vec3 b = farthest_from(a);
+  double area = 0;
+  for (const SupportPoint& contact : contacts) {
+    area = std::max(area, (contact.position - a).cross(b - a).norm());
+  }
+  return area / (radius_m * radius_m);
 }
 
 }  // namespace pilesim

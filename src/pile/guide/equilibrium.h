@@ -25,15 +25,6 @@ struct SupportPoint {
   double friction;  // Coulomb, >= 0
 };
 
-// exact: |tangential| <= mu normal. pyramid: of either tangential component alone, as in the
-// dissertation (2.28); its verdicts depend on the choice of tangents, here level and steepest.
-enum class FrictionCone { exact, pyramid };
-
-struct EquilibriumSettings {
-  FrictionCone cone = FrictionCone::exact;
-  double tolerance = 1e-3;  // in weights, > 0: an unbalanced rest that counts as none
-};
-
 struct ContactForce {
   uint32_t contact;  // index into the contacts given
   Vec3 force;        // in weights, world frame, onto the body
@@ -57,12 +48,12 @@ struct EquilibriumVerdict {
 // Holds one body at a time; keeps its memory from one to the next.
 class EquilibriumSolver {
  public:
-  explicit EquilibriumSolver(const EquilibriumSettings& settings = {}) : settings_(settings) {}
+  // `tolerance`, > 0: an unbalanced rest that counts as none, in weights.
+  explicit EquilibriumSolver(double tolerance = 1e-3) : tolerance_(tolerance) {}
 
   // `centre` of mass in m; `radius_m` > 0 bounds the body about it.
   void set_body(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts);
-  void scale_friction(double factor);     // of every contact as it was given, >= 0
-  void set_friction(double coefficient);  // of every contact, >= 0
+  void scale_friction(double factor);  // of every contact as it was given, >= 0
 
   // `up` is unit, against gravity.
   EquilibriumVerdict solve(const Vec3& up = Vec3::UnitY());
@@ -70,8 +61,6 @@ class EquilibriumSolver {
   std::span<const ContactForce> forces() const { return forces_; }
 
   uint32_t contact_count() const { return count_; }
-  // Of a contact in the motion `push`, `turn`: along its normal, and across it (the size).
-  std::array<double, 2> contact_motion(uint32_t contact, const Vec3& push, const Vec3& turn) const;
 
  private:
   using Wrench = Eigen::Matrix<double, 6, 1>;  // force in weights, torque in m g r
@@ -97,16 +86,20 @@ class EquilibriumSolver {
   void take_in(const Wrench& wanted, Wrench& left);
   void gather_forces();
   void power_of_cones(const Wrench& left);
-  void power_of_pyramids(const Wrench& left);
 
-  EquilibriumSettings settings_;
+  double tolerance_;
   uint32_t count_ = 0;
-  // (C padded to 4) contacts, one array a component: normals, arms over r, friction, tangents (of
-  // pyramids only). Padding has zero normals and no friction.
-  std::array<std::vector<double>, 3> normal_, arm_, level_, steep_;
+  // (C padded to 4) contacts, one array a component: normals, arms over r, friction. Padding has
+  // zero normals and no friction.
+  std::array<std::vector<double>, 3> normal_, arm_;
   std::vector<double> friction_, given_friction_, power_;
   ActiveSet active_;
   std::vector<ContactForce> forces_;
 };
+
+// Twice the area of the largest triangle over the two contacts farthest apart, in r^2: 0 where all
+// lie in a line. A bound on it does what (6.2) is meant to do without depending on scale, on the
+// order of the contacts or on two of them that coincide.
+double contact_spread(std::span<const SupportPoint> contacts, double radius_m);
 
 }  // namespace pilesim

@@ -154,14 +154,7 @@ double PileShape::way_round(const GroundPoint& point, double distance_m) const {
   return along < all ? along / all : 0;
 }
 
-// Steiner's formula: a convex core grown by the reach.
-double PileShape::section_area(double reach) const {
-  if (reach <= 0) return 0;
-  if (walls_.empty()) return core_area_ + core_perimeter_ * reach + kPi * reach * reach;
-  return sample_area_ *
-         static_cast<double>(std::ranges::lower_bound(distances_, reach) - distances_.begin());
-}
-
+// Of Steiner's formula: a convex core grown by the reach.
 double PileShape::area_integral(double reach) const {
   if (reach <= 0) return 0;
   if (walls_.empty()) {
@@ -187,11 +180,6 @@ double PileShape::reach_of_volume(double volume_m3) const {
     (volume(middle) < volume_m3 ? low : high) = middle;
   }
   return std::min(high, most_reach_);
-}
-
-double PileShape::surface_height(double reach, const GroundPoint& point) const {
-  if (!inside_walls(point)) return 0;
-  return std::max(0.0, (reach - distance(point)) * slope_);
 }
 
 }  // namespace pilesim

@@ -28,8 +28,6 @@ class PileShape {
   const std::vector<GroundPoint>& core() const { return core_; }    // a polygon turns left
   const std::vector<GroundPoint>& walls() const { return walls_; }  // turning left; empty: none
 
-  // Over all points with distance < `reach` inside the walls.
-  double section_area(double reach) const;  // m^2
   // Under the surface, between two heights. 0 <= low <= high.
   double volume(double reach, double low_m, double high_m) const;  // m^3
   double volume(double reach) const { return volume(reach, 0, apex_height(reach)); }
@@ -37,8 +35,6 @@ class PileShape {
 
   double slope() const { return slope_; }  // tan(angle)
   double apex_height(double reach) const { return reach * slope_; }
-  // 0 outside the foot and outside the walls.
-  double surface_height(double reach, const GroundPoint& point) const;
   // Beyond it the surface would rise over the walls' top; infinite without walls.
   double most_reach() const { return most_reach_; }
   double to_wall() const { return to_wall_; }  // from the core; infinite without walls
@@ -49,7 +45,8 @@ class PileShape {
 
  private:
   GroundPoint nearest(const GroundPoint& point) const;
-  double area_integral(double reach) const;  // of section_area from 0 on
+  // Over reaches from 0 on, of the area of all points inside the walls that are as near, m^3.
+  double area_integral(double reach) const;
   void sample_walls();
 
   std::vector<GroundPoint> core_;   // 1: point, 2: line, else polygon, turning left

@@ -25,12 +25,11 @@ ReposeState::ReposeState(size_t bodies)
       shaken_until_s(bodies),
       velocity_before(bodies, Vec3::Constant(kUnknown)) {}
 
-ReposeDirector::ReposeDirector(const Scene& scene, const Model& model, Waking waking)
+ReposeDirector::ReposeDirector(const Scene& scene, const Model& model)
     : model_(model),
       bodies_(model),
       speed_unit_(std::sqrt(scene.gravity.norm() * bodies_.size_m)),
       time_unit_s_(std::sqrt(bodies_.size_m / scene.gravity.norm())),
-      waking_(waking),
       gravity_(scene.gravity),
       steering_(bodies_.size_m, scene.gravity.norm()),
       state_(model.bodies.size()),
@@ -180,7 +179,6 @@ double ReposeDirector::excess_m(const PilePlace& place) const {
 }
 
 void ReposeDirector::wake_sleepers(BodyControl& control) {
-  if (waking_ == Waking::whole_pile) wake_piles_of_avalanches(control);
   for (const uint32_t body : bodies_.dynamic) {
     const bool fell_asleep = state_.motion.asleep[body] && !state_.slept[body];
     state_.slept[body] = state_.motion.present[body] ? state_.motion.asleep[body] : 1;
@@ -203,25 +201,6 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
       avalanches |= excess_m(place) > state_.excess_asleep_m[body] + most_m;
     }
     if (!avalanches) continue;
-    wake(control, body, kGrace * time_unit_s_);
-    ++state_.woken_by_avalanches;
-  }
-}
-
-void ReposeDirector::wake_piles_of_avalanches(BodyControl& control) {
-  std::vector<const PileState*> too_dense;
-  for (const PileState& pile : piles_.piles()) {
-    if (!pile.structure) continue;
-    for (size_t layer = 0; layer < pile.structure->layers().size(); ++layer) {
-      if (pile.density(layer) <= kAvalancheDensity) continue;
-      too_dense.push_back(&pile);
-      break;
-    }
-  }
-  for (const uint32_t body : bodies_.dynamic) {
-    if (!state_.motion.asleep[body]) continue;
-    const PilePlace place = piles_.place_of(state_.motion.motion[body].position);
-    if (std::ranges::find(too_dense, place.pile) == too_dense.end()) continue;
     wake(control, body, kGrace * time_unit_s_);
     ++state_.woken_by_avalanches;
   }

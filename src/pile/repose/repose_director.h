@@ -14,10 +14,6 @@
 
 namespace pilesim {
 
-// What an avalanche wakes: the bodies that exceed the pile's surface, or all of the pile as in
-// section 5.2.4 (for comparison).
-enum class Waking : uint8_t { local, whole_pile };
-
 // What the director keeps from step to step, besides the piles. (B): by body of the model. Written
 // by its decisions, but for `steps`.
 struct ReposeState {
@@ -51,7 +47,7 @@ class ReposeDirector final : public StepDirector {
  public:
   // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
   // nothing moves. Scene and model must outlive it.
-  ReposeDirector(const Scene& scene, const Model& model, Waking waking = Waking::local);
+  ReposeDirector(const Scene& scene, const Model& model);
 
   void direct(BodyControl& control) override;
   void save(StateWriter& writer) const override;
@@ -73,7 +69,6 @@ class ReposeDirector final : public StepDirector {
   double momentum_of(uint32_t body) const;  // in mean masses times sqrt(g L)
   bool flies_at_a_sleeper(uint32_t body, double near_m) const;
   void wake_sleepers(BodyControl& control);
-  void wake_piles_of_avalanches(BodyControl& control);
   void judge_awake(BodyControl& control);
   double excess_m(const PilePlace& place) const;
   double slack_m(const PilePlace& place) const;
@@ -92,8 +87,7 @@ class ReposeDirector final : public StepDirector {
   PileBodies bodies_;
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
-  Waking waking_;
-  Vec3 gravity_;  // m/s^2
+  Vec3 gravity_;        // m/s^2
   PileSteering steering_;
 
   ReposeState state_;

@@ -79,9 +79,4 @@ double apply_contact_impulse(const ContactBody& body, const ContactMaterial& mat
   return approach;
 }
 
-double kinetic_energy(const ContactBody& body, const Flight& flight) {
-  return 0.5 * (flight.velocity.squaredNorm() +
-                body.inertia_m2.dot(flight.spin.cwiseProduct(flight.spin)));
-}
-
 }  // namespace pilesim

@@ -18,7 +18,4 @@ namespace pilesim {
 double apply_contact_impulse(const ContactBody& body, const ContactMaterial& material,
                              uint32_t vertex, Flight& flight);
 
-// Kinetic energy per unit of mass, J/kg.
-double kinetic_energy(const ContactBody& body, const Flight& flight);
-
 }  // namespace pilesim

@@ -349,18 +349,6 @@ Quat Flight::orientation() const {
   return Quat(world_from_body).normalized();
 }
 
-Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& world_spin,
-                   double height) {
-  const Quat to_body = orientation.conjugate();
-  Flight flight;
-  flight.x_axis = to_body * Vec3::UnitX();
-  flight.normal = to_body * Vec3::UnitY();
-  flight.spin = to_body * world_spin;
-  flight.velocity = velocity;
-  flight.height = height;
-  return flight;
-}
-
 Support lowest_vertex(const ContactBody& body, const Vec3& normal) {
   Support support{0, -kNever};
   for (const SupportMap::Group& group : body.support.around(normal, 0).groups) {
@@ -414,26 +402,6 @@ void fly(const ContactBody& body, FlightCrew& crew) {
       }
     }
   }
-}
-
-FlightResult fly_one(const ContactBody& body, const Flight& start) {
-  struct One : FlightCrew {
-    explicit One(const Flight& flight) : start(flight) {}
-    bool next(size_t, Flight& flight) override {
-      if (started) return false;
-      flight = start;
-      return started = true;
-    }
-    bool ended(size_t, FlightEnd end, uint32_t vertex, Flight& flight) override {
-      result = {end, vertex, flight};
-      return false;
-    }
-    Flight start;
-    bool started = false;
-    FlightResult result{};
-  } crew(start);
-  fly(body, crew);
-  return crew.result;
 }
 
 }  // namespace pilesim

@@ -38,10 +38,6 @@ struct Flight {
   Quat orientation() const;
 };
 
-// A flight with the body at `orientation` (body frame to world) and the spin given in the world.
-Flight make_flight(const Quat& orientation, const Vec3& velocity, const Vec3& world_spin,
-                   double height);
-
 // The lowest vertex of the body, and the height at which the body then stands on it.
 struct Support {
   uint32_t vertex;
@@ -68,13 +64,5 @@ class FlightCrew {
   virtual bool ended(size_t lane, FlightEnd end, uint32_t vertex, Flight& flight) = 0;
 };
 void fly(const ContactBody& body, FlightCrew& crew);
-
-// One flight to its next end.
-struct FlightResult {
-  FlightEnd end;
-  uint32_t vertex = 0;  // unless gone
-  Flight flight;        // at that moment
-};
-FlightResult fly_one(const ContactBody& body, const Flight& start);
 
 }  // namespace pilesim
