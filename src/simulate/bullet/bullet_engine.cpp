@@ -326,8 +326,7 @@ void BulletEngine::refresh_friction() {
 void BulletEngine::read_contacts(std::vector<BodyContact>& contacts) const {
   contacts.clear();
   for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold =
-        *const_cast<FilteringDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
       contacts.push_back({.a = static_cast<uint32_t>(manifold.getBody0()->getUserIndex()),
@@ -379,8 +378,7 @@ double BulletEngine::kinetic_energy_j(uint32_t body) const {
 
 void BulletEngine::add_contacts_to(FrameStatistics& statistics) const {
   for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold =
-        *const_cast<FilteringDispatcher&>(dispatcher_).getManifoldByIndexInternal(m);
+    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
       if (point.getDistance() > 0 && point.getAppliedImpulse() <= 0) continue;

@@ -80,7 +80,6 @@ std::vector<BulletContact> manifold_state(const btPersistentManifold& manifold) 
 }  // namespace
 
 BulletState BulletEngine::state() const {
-  auto& self = const_cast<BulletEngine&>(*this);  // Bullet's getters are not const
   BulletState state;
   const btCollisionObjectArray& objects = world_.getCollisionObjectArray();
   for (int i = 0; i < objects.size(); ++i) {
@@ -90,10 +89,10 @@ BulletState BulletEngine::state() const {
   state.tree = read_tree(broad_phase_.m_sets[btDbvtBroadphase::DYNAMIC_SET]);
   state.last_proxy_id = broad_phase_.m_gid;
   state.has_parted = broad_phase_.parted();
-  const btBroadphasePairArray& pairs = self.broad_phase_.m_paircache->getOverlappingPairArray();
+  const btBroadphasePairArray& pairs = broad_phase_.m_paircache->getOverlappingPairArray();
   for (int i = 0; i < pairs.size(); ++i) state.pairs.push_back(pair_state(pairs[i]));
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-    state.manifolds.push_back(manifold_state(*self.dispatcher_.getManifoldByIndexInternal(i)));
+    state.manifolds.push_back(manifold_state(*dispatcher_.getManifoldByIndexInternal(i)));
   }
   for (const auto& [id, tie] : constraints_) {
     auto& slider = static_cast<btSliderConstraint&>(*tie.constraint);
