@@ -13,6 +13,7 @@ class NoDirection final : public Direction {
   std::unique_ptr<Simulator> make_simulator() override {
     return pilesim::make_simulator(scene_, model_);
   }
+  DirectedRun finish(const Simulator&, const std::filesystem::path&) const override { return {}; }
 
  private:
   const Scene& scene_;

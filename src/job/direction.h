@@ -1,4 +1,4 @@
-// What steers a run besides the events of its scene, and what that leaves beside the trajectory.
+// What steers a run besides the events of its scene, and what that tells at the end.
 #pragma once
 
 #include <filesystem>
@@ -11,17 +11,21 @@
 
 namespace pilesim {
 
+// What a direction tells of a run.
+struct DirectedRun {
+  std::string figures;             // JSON, for SimulationReport::piles; empty: none
+  std::vector<std::string> lines;  // for people
+};
+
 class Direction {
  public:
   virtual ~Direction() = default;
-  // To be called once.
+  // To be called once. It must outlive the simulator.
   virtual std::unique_ptr<Simulator> make_simulator() = 0;
-  // When the last frame is done; before the three below.
-  virtual void measure(const Simulator& /*simulator*/) {}
-  virtual std::string figures() const { return {}; }  // JSON, for SimulationReport::piles
-  virtual std::vector<std::string> lines() const { return {}; }  // for people
-  // Files beside the trajectory. Throws Error(io).
-  virtual void write_files(const std::filesystem::path& /*directory*/) const {}
+  // When the last frame is done, of what make_simulator() gave. Writes the files that belong beside
+  // the trajectory into `directory`. Throws Error(io).
+  virtual DirectedRun finish(const Simulator& simulator,
+                             const std::filesystem::path& directory) const = 0;
 };
 
 // None: the scene's own simulator. Both must outlive it.

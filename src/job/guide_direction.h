@@ -3,11 +3,8 @@
 
 #include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "job/direction.h"
-#include "pile/guide/guide_fit.h"
 #include "pile/guide/guided_simulator.h"
 
 namespace pilesim {
@@ -25,12 +22,10 @@ class GuideDirection final : public Direction {
 
   // Throws Error(input), naming the scene file, for a scene in another mode than impulse.
   std::unique_ptr<Simulator> make_simulator() override;
-  void measure(const Simulator& simulator) override;
-  std::string figures() const override;
-  std::vector<std::string> lines() const override;
-  // guide.json: counts, height and drift of each frame; the guide, and where bodies are held, for
-  // `pilesim render --overlay guide`.
-  void write_files(const std::filesystem::path& directory) const override;
+  // Writes guide.json: counts, height and drift of each frame; the guide, and where bodies are
+  // held, for `pilesim render --overlay guide`.
+  DirectedRun finish(const Simulator& simulator,
+                     const std::filesystem::path& directory) const override;
 
  private:
   const std::filesystem::path& scene_file_;
@@ -38,11 +33,6 @@ class GuideDirection final : public Direction {
   const Model& model_;
   GuideFilling filling_;
   const GuidedSimulator* simulator_ = nullptr;
-  GuideFit fit_;
-  double control_share_ = 0;  // of the simulation's wall time
-  double control_step_s_ = 0, simulation_step_s_ = 0;
-  std::vector<GuideFrame> frames_;
-  std::vector<GuideConstraints> constraints_;
 };
 
 }  // namespace pilesim

@@ -108,7 +108,9 @@ std::unique_ptr<Simulator> ReposeDirection::make_simulator() {
   return make_directed_simulator(state_->scene, state_->model, *state_);
 }
 
-std::string ReposeDirection::figures() const {
+DirectedRun ReposeDirection::finish(const Simulator& /*simulator*/,
+                                    const std::filesystem::path& directory) const {
+  write_pile_layers(directory / "piles.json", state_->changes);
   Json figures = Json::object();
   size_t index = 0;
   for (const PileState& pile : state_->director.piles()) {
@@ -128,10 +130,6 @@ std::string ReposeDirection::figures() const {
                     {"woken_by_avalanches", state_->director.woken_by_avalanches()},
                     {"wakes_by_momentum", state_->director.wakes_by_momentum()},
                     {"director_s", state_->seconds}};
-  return figures.dump();
-}
-
-std::vector<std::string> ReposeDirection::lines() const {
   std::vector<std::string> lines;
   for (const PileState& pile : state_->director.piles()) {
     const std::string asked = with_digits(degrees(pile.settings.angle), 3);
@@ -142,16 +140,11 @@ std::vector<std::string> ReposeDirection::lines() const {
                                with_digits(degrees(pile.slope.spread), 2) + " over " +
                                std::to_string(pile.slope.azimuths) + " azimuths"));
   }
-  const PlausibilityCounts& counts = state_->director.plausibility();
   lines.push_back("piles: " + std::to_string(counts.asleep) + " asleep, of them " +
                   std::to_string(counts.hanging) + " in the air and " +
                   std::to_string(counts.inside) + " inside another; " +
                   with_digits(state_->seconds, 3) + " s for directing");
-  return lines;
-}
-
-void ReposeDirection::write_files(const std::filesystem::path& directory) const {
-  write_pile_layers(directory / "piles.json", state_->changes);
+  return {figures.dump(), std::move(lines)};
 }
 
 }  // namespace pilesim

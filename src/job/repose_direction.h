@@ -16,10 +16,9 @@ class ReposeDirection final : public Direction {
   ~ReposeDirection() override;
 
   std::unique_ptr<Simulator> make_simulator() override;
-  std::string figures() const override;
-  std::vector<std::string> lines() const override;  // one a pile
-  // piles.json: the layers of each pile, frame by frame where they change.
-  void write_files(const std::filesystem::path& directory) const override;
+  // Writes piles.json: the layers of each pile, frame by frame where they change.
+  DirectedRun finish(const Simulator& simulator,
+                     const std::filesystem::path& directory) const override;
 
  private:
   struct State;

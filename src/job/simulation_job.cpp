@@ -307,9 +307,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.total_s = recorder.progress().wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
-  direction->measure(*simulator);
-  report.piles = direction->figures();
-  direction->write_files(job.output);
+  DirectedRun directed = direction->finish(*simulator, job.output);
+  report.piles = std::move(directed.figures);
   const std::string missing = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.
   if (!report.interrupted) recorder.write_checkpoint(*simulator, true);
@@ -339,7 +338,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   if (frames_before > 0) {
     summary.beginning.push_back("resumed after " + counted(frames_before, "frame"));
   }
-  summary.piles = direction->lines();
+  summary.piles = std::move(directed.lines);
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameQuality& inspected : report.inspections) {
     summary.deepest_inspected_m =

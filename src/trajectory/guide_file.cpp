@@ -13,13 +13,13 @@ constexpr SideFile kFormat{.format = "pilesim guide", .version = 1};
 // Calls use(name, member) for each member of a frame.
 void for_each_member(auto& frame, const auto& use) {
   use("time_s", frame.time_s);
-  use("in_guide", frame.in_guide);
-  use("passed", frame.passed);
-  use("filtered", frame.filtered);
-  use("failed", frame.failed);
-  use("held", frame.held);
-  use("nails", frame.nails);
-  use("knocked_loose", frame.knocked_loose);
+  use("in_guide", frame.counts.in_guide);
+  use("passed", frame.counts.passed);
+  use("filtered", frame.counts.filtered);
+  use("failed", frame.counts.failed);
+  use("held", frame.counts.held);
+  use("nails", frame.counts.nails);
+  use("knocked_loose", frame.counts.knocked_loose);
   use("height_m", frame.height_m);
   use("mean_drift_m", frame.mean_drift_m);
   use("largest_drift_m", frame.largest_drift_m);
@@ -63,15 +63,17 @@ void read_triangles(const std::filesystem::path& file, const Json& json, GuideFi
 
 }  // namespace
 
+Json guide_frame_json(const GuideFrame& frame) {
+  Json json;
+  for_each_member(frame, [&](const char* name, const auto& value) { json[name] = value; });
+  return json;
+}
+
 void write_guide_file(const std::filesystem::path& file, const GuideFile& guide) {
   Json frames = Json::array(), constraints = Json::array(), triangles = Json::array();
-  for (const GuideFileFrame& frame : guide.frames) {
-    Json one;
-    for_each_member(frame, [&](const char* name, const auto& value) { one[name] = value; });
-    frames.push_back(std::move(one));
-  }
+  for (const GuideFrame& frame : guide.frames) frames.push_back(guide_frame_json(frame));
   for (const auto& corners : guide.triangles) triangles.push_back(corners);
-  for (const GuideFileConstraints& change : guide.constraints) {
+  for (const GuideConstraints& change : guide.constraints) {
     constraints.push_back({{"frame", change.frame}, {"points", rounded(change.points)}});
   }
   Json json = kFormat.head();

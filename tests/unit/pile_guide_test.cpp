@@ -133,7 +133,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
     }
     GuidedSimulator simulator(column.scene, column.model);
     run(simulator, frames);
-    return simulator.frames().back().counts.control_steps;
+    return simulator.control_steps();
   };
   // 40 steps: two periods.
   EXPECT_LE(control_steps(0.2, 10), 21);

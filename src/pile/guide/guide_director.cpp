@@ -54,13 +54,13 @@ void GuideDirector::direct(ImpulseControl& control) {
   if (state_.step > 0 && (is_start || state_.step % period == 0)) {
     const Stopwatch watch;
     control_step(control);
-    state_.counts.control_s += watch.seconds();
+    state_.control_s += watch.seconds();
   }
   ++state_.step;
 }
 
 void GuideDirector::control_step(ImpulseControl& control) {
-  ++state_.counts.control_steps;
+  ++state_.control_steps;
   control.read_contacts(state_.contacts);
   graph_.build(state_.contacts);
   analyse(control);

@@ -14,24 +14,9 @@
 #include "pile/guide/support_graph.h"
 #include "scene/scene.h"
 #include "simulate/impulse_control.h"
+#include "trajectory/guide_file.h"
 
 namespace pilesim {
-
-// Of the last control step, and of all.
-struct GuideCounts {
-  uint32_t in_guide = 0;  // bodies that are controlled, by their centre of mass
-  uint32_t passed = 0, filtered = 0, failed = 0;
-  uint32_t held = 0;   // bodies that sleep or have a nail
-  uint32_t nails = 0;  // that were placed
-  uint64_t control_steps = 0;
-  uint64_t knocked_loose = 0;  // bodies that hits woke
-  double control_s = 0;        // wall time of all control steps
-
-  static void fields(auto& self, auto& stream) {
-    stream(self.in_guide, self.passed, self.filtered, self.failed, self.held, self.nails,
-           self.control_steps, self.knocked_loose, self.control_s);
-  }
-};
 
 // What the director keeps from step to step. (B): by body of the model. Written by its control
 // steps, but for `step`, and by hits.
@@ -54,10 +39,12 @@ struct GuideState {
   std::vector<Vec3> held_at;          // (B) m, of what sleeps
   std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails;  // of two bodies, the lower first
   GuideCounts counts;
+  uint64_t control_steps = 0;
+  double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
     stream(self.step, self.is_sunk, self.contacts, self.asleep, self.inside, self.tested,
-           self.held_at, self.nails, self.counts);
+           self.held_at, self.nails, self.counts, self.control_steps, self.control_s);
   }
 };
 
@@ -72,6 +59,8 @@ class GuideDirector final : public ImpulseDirector {
   void load(StateReader& reader) override;
 
   const GuideCounts& counts() const { return state_.counts; }
+  uint64_t control_steps() const { return state_.control_steps; }
+  double control_s() const { return state_.control_s; }  // wall time of them all
   // Where bodies are held, as of the last control step, m: the nails, or of each body that is held
   // still a contact through which it is.
   std::vector<Vec3> constraint_points() const;

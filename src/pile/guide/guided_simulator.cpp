@@ -45,16 +45,16 @@ FrameStatistics GuidedSimulator::step_frame() {
 }
 
 double GuidedSimulator::control_share() const {
-  return record_.total_s > 0 ? director_.counts().control_s / record_.total_s : 0;
+  return record_.total_s > 0 ? director_.control_s() / record_.total_s : 0;
 }
 
 double GuidedSimulator::control_step_s() const {
-  const GuideCounts& counts = director_.counts();
-  return counts.control_s / static_cast<double>(std::max<uint64_t>(1, counts.control_steps));
+  return director_.control_s() /
+         static_cast<double>(std::max<uint64_t>(1, director_.control_steps()));
 }
 
 double GuidedSimulator::simulation_step_s() const {
-  return (record_.total_s - director_.counts().control_s) /
+  return (record_.total_s - director_.control_s()) /
          static_cast<double>(std::max<uint64_t>(1, record_.steps));
 }
 

@@ -9,28 +9,6 @@
 
 namespace pilesim {
 
-// Of the state at the end of a frame.
-struct GuideFrame {
-  double time_s = 0;
-  GuideCounts counts;
-  double height_m = 0;  // from the lowest centre of mass of a dynamic body to the highest
-  // Mean and largest way of the dynamic bodies from where they were when the pile was whole: a body
-  // that appears or is released later counts from then on.
-  double mean_drift_m = 0, largest_drift_m = 0;
-
-  static void fields(auto& self, auto& stream) {
-    stream(self.time_s, self.counts, self.height_m, self.mean_drift_m, self.largest_drift_m);
-  }
-};
-
-// Where bodies are held from a frame on.
-struct GuideConstraints {
-  uint64_t frame = 0;
-  std::vector<Vec3> points;  // m
-
-  static void fields(auto& self, auto& stream) { stream(self.frame, self.points); }
-};
-
 // What a run under a guide notes, besides the states of simulator and director.
 struct GuideRecord {
   std::vector<Vec3> start;         // (B) m, where drift counts from
@@ -60,6 +38,7 @@ class GuidedSimulator final : public Simulator {
   const std::vector<GuideFrame>& frames() const { return record_.frames; }  // without frame 0
   // An entry for each frame in which they are others.
   const std::vector<GuideConstraints>& constraints() const { return record_.constraints; }
+  uint64_t control_steps() const { return director_.control_steps(); }
   double control_share() const;      // of the wall time of all frames
   double control_step_s() const;     // wall time of a control step
   double simulation_step_s() const;  // and of a step of the simulation without it
