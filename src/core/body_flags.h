@@ -16,4 +16,9 @@ enum BodyFlag : uint8_t {
   kFailed = 128,      // it found that the body cannot stand; with kPassed: filtered out
 };
 
+// The same for people, in the trajectory beside the array of flags.
+inline constexpr char kMeaningOfBodyFlags[] =
+    "bits: 1 present, 2 asleep, 4 impulse simulation, 8 held, 16 statistical, 32 frozen or nailed, "
+    "64 passed, 128 failed; 64 and 128: filtered out";
+
 }  // namespace pilesim

@@ -21,6 +21,7 @@
 #include "model/model.h"
 #include "pile/guide/upside_down.h"
 #include "report/comparison_writer.h"
+#include "report/report_json.h"
 #include "scene/overrides.h"
 #include "scene/scene_files.h"
 #include "scene/scene_loader.h"
@@ -216,41 +217,17 @@ BodyStates end_states(TrajectoryReader& trajectory) {
   return states;
 }
 
-// What `read` takes from a run's report, which a run with --resume may find in any state.
-template <typename Read>
-void read_report(const PlannedRun& run, const Read& read) {
-  const fs::path file = run.directory / "report.json";
-  const Json report = read_json_file(file);
-  try {
-    read(report);
-  } catch (const Json::exception& fault) {
-    throw Error(ErrorKind::input,
-                Problem{.file = file.string(),
-                        .found = fault.what(),
-                        .expected = "the report that pilesim simulate wrote",
-                        .remedy = "Remove the run's directory, and repeat with --resume"});
-  }
-}
-
-ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const Model& judge_model,
-                     const Vec3& gravity, TrajectoryReader& trajectory) {
+ComparedRun read_run(const ComparisonJob& job, const PlannedRun& run, const ReportedRun& report,
+                     const Model& judge_model, const Vec3& gravity, TrajectoryReader& trajectory) {
   ComparedRun result;
   result.seed = run.seed;
   result.simulated_s =
       static_cast<double>(trajectory.frame_count() - 1) / trajectory.header().frame_rate;
-  read_report(run, [&](const Json& report) {
-    const Json& time = report.at("time");
-    result.setup_s = time.at("setup_s");
-    result.cpu_s = time.at("cpu_s");
-    result.steps = report.at("counts").at("steps");
-    result.peak_memory_bytes = report.at("peak_memory_bytes");
-    const Json& stages = time.at("stages");
-    for (size_t i = 0; i < kStageCount; ++i) {
-      const std::string stage(stage_name(static_cast<Stage>(i)));
-      result.times.seconds[i] = stages.at(stage).at("total_s");
-    }
-    result.times.total_s = stages.at("all").at("total_s");
-  });
+  result.setup_s = report.setup_s;
+  result.times = report.times;
+  result.cpu_s = report.cpu_s;
+  result.steps = report.steps;
+  result.peak_memory_bytes = report.peak_memory_bytes;
   result.measures = measure_run(trajectory, job.times);
   result.quality = inspect_pile(judge_model, gravity, end_states(trajectory));
   return result;
@@ -276,7 +253,10 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
     const PlannedRun& run = plan.runs[i];
     ComparedMode& mode = comparison.modes[i % mode_count];
     TrajectoryReader trajectory(run.directory);
-    ComparedRun result = read_run(job, run, judge_model, plan.reference_scene.gravity, trajectory);
+    // A run that is resumed may have left its report in any state.
+    ReportedRun report = read_report(run.directory / "report.json");
+    ComparedRun result =
+        read_run(job, run, report, judge_model, plan.reference_scene.gravity, trajectory);
     // The reference's own error is its distance to its next seed.
     const size_t seed_index = i / mode_count;
     const size_t other = i % mode_count == 0
@@ -284,11 +264,7 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
                              : seed_index * mode_count;
     TrajectoryReader reference(plan.runs[other].directory);
     result.motion = motion_error(reference, trajectory);
-    if (mode.collision_shapes.empty()) {
-      read_report(run, [&](const Json& report) {
-        mode.collision_shapes = report.at("collision_shapes").get<std::vector<std::string>>();
-      });
-    }
+    if (mode.collision_shapes.empty()) mode.collision_shapes = std::move(report.collision_shapes);
     mode.runs.push_back(std::move(result));
   }
   return comparison;

@@ -4,12 +4,18 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
+#include "json/json_text.h"
 #include "report/machine_info.h"
 
 namespace pilesim {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr char kFormat[] = "pilesim report";
+// Readers accept this version only. Raise it with every change that they would misread.
+constexpr int kVersion = 1;
 
 // Of seconds a frame; the start, which takes no steps, is left out.
 Json distribution_ms(std::vector<double> seconds) {
@@ -110,8 +116,8 @@ Json report_json(const SimulationReport& report) {
     return report.body_diameter_m > 0 ? length_m / report.body_diameter_m : 0;
   };
   Json figures = {
-      {"format", "pilesim report"},
-      {"format_version", 1},
+      {"format", kFormat},
+      {"format_version", kVersion},
       {"command", report.command},
       {"scene",
        {{"name", report.scene_name}, {"file", report.scene_file}, {"hash", report.scene_hash}}},
@@ -158,6 +164,40 @@ Json report_json(const SimulationReport& report) {
   if (!report.piles.empty()) figures["piles"] = Json::parse(report.piles);
   if (!report.mode_figures.empty()) figures[report.mode] = Json::parse(report.mode_figures);
   return figures;
+}
+
+ReportedRun read_report(const std::filesystem::path& file) {
+  const auto refuse = [&](std::string found) {
+    throw Error(ErrorKind::input,
+                Problem{.file = file.string(),
+                        .found = std::move(found),
+                        .expected = "\"" + std::string(kFormat) + "\" of version " +
+                                    std::to_string(kVersion) + ", as pilesim simulate writes it",
+                        .remedy = "Remove the run's directory, and repeat with --resume"});
+  };
+  const Json report = read_json_file(file);
+  ReportedRun run;
+  try {
+    const Json &format = report.at("format"), &version = report.at("format_version");
+    if (format != kFormat || version != kVersion) {
+      refuse("is " + format.dump() + " of version " + version.dump());
+    }
+    const Json& time = report.at("time");
+    run.setup_s = time.at("setup_s");
+    run.cpu_s = time.at("cpu_s");
+    run.steps = report.at("counts").at("steps");
+    run.peak_memory_bytes = report.at("peak_memory_bytes");
+    const Json& stages = time.at("stages");
+    for (size_t i = 0; i < kStageCount; ++i) {
+      run.times.seconds[i] =
+          stages.at(std::string(stage_name(static_cast<Stage>(i)))).at("total_s");
+    }
+    run.times.total_s = stages.at("all").at("total_s");
+    run.collision_shapes = report.at("collision_shapes").get<std::vector<std::string>>();
+  } catch (const Json::exception& fault) {
+    refuse(fault.what());
+  }
+  return run;
 }
 
 }  // namespace pilesim

@@ -1,7 +1,10 @@
-// The figures of a simulation as JSON, in a fixed order.
+// report.json: the figures of a simulation, in a fixed order, as they are written and read.
 #pragma once
 
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 #include "report/report_writer.h"
 
@@ -9,6 +12,20 @@ namespace pilesim {
 
 // `report` has rows.
 nlohmann::ordered_json report_json(const SimulationReport& report);
+
+// What a comparison takes from the report of a run.
+struct ReportedRun {
+  double setup_s = 0;  // wall
+  StageTimes times;    // wall, of all frames
+  double cpu_s = 0;
+  uint64_t steps = 0;
+  uint64_t peak_memory_bytes = 0;
+  std::vector<std::string> collision_shapes;
+};
+
+// Throws Error(io), or Error(input) for a file of another format or version, and for one that lacks
+// any of it.
+ReportedRun read_report(const std::filesystem::path& file);
 
 nlohmann::ordered_json quality_json(const PileQuality& quality);
 

@@ -166,8 +166,7 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
     throw io_error(directory.string(), "cannot be created", EEXIST);
   }
   write_header(directory, header);
-  create_zarr_array(state_->state, {"frame", "body"},
-                    "bits: 1 present, 2 asleep, 4 impulse simulation, 8 held");
+  create_zarr_array(state_->state, {"frame", "body"}, kMeaningOfBodyFlags);
   create_zarr_array(state_->orientation, {"frame", "body", "wxyz"},
                     "unit quaternion (w, x, y, z), body to world");
   create_zarr_array(state_->position, {"frame", "body", "xyz"},

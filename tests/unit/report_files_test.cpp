@@ -11,6 +11,7 @@
 #include "report/report_json.h"
 #include "report/report_writer.h"
 #include "support/small_disk.h"
+#include "support/thrown_error.h"
 
 namespace pilesim {
 namespace {
@@ -61,6 +62,36 @@ TEST(ReportJson, AddsUpWhatTheFramesSay) {
   EXPECT_NEAR(stages["solver"]["total_s"].get<double>(), 0.027, 1e-12);
   EXPECT_NEAR(stages["other"]["total_s"].get<double>(), 0.027, 1e-12);
   EXPECT_NEAR(stages["all"]["total_s"].get<double>(), 0.054, 1e-12);
+}
+
+TEST(ReportJson, IsReadAsItWasWrittenInItsOwnVersionOnly) {
+  const fs::path directory = fs::path(testing::TempDir()) / "pilesim_read_report";
+  fs::create_directories(directory);
+  const fs::path file = directory / "report.json";
+  SimulationReport report = ten_frames();
+  report.setup_s = 0.25;
+  report.cpu_s = 1.5;
+  report.peak_memory_bytes = 12345;
+  nlohmann::ordered_json figures = report_json(report);
+  write_file_atomically(file, figures.dump());
+  const ReportedRun run = read_report(file);
+  EXPECT_EQ(run.setup_s, 0.25);
+  EXPECT_EQ(run.cpu_s, 1.5);
+  EXPECT_EQ(run.steps, 36);
+  EXPECT_EQ(run.peak_memory_bytes, 12345);
+  EXPECT_NEAR(run.times.of(Stage::solver), 0.027, 1e-12);
+  EXPECT_NEAR(run.times.total_s, 0.054, 1e-12);
+  EXPECT_EQ(run.collision_shapes, report.collision_shapes);
+  const auto refused = [&](const nlohmann::ordered_json& changed) {
+    write_file_atomically(file, changed.dump());
+    return test::error_text([&] { read_report(file); }, ErrorKind::input);
+  };
+  figures["format_version"] = 2;
+  EXPECT_THAT(refused(figures), HasSubstr(R"(is "pilesim report" of version 2)"));
+  figures["format_version"] = 1;
+  figures["time"].erase("cpu_s");
+  EXPECT_THAT(refused(figures), HasSubstr("cpu_s"));
+  fs::remove_all(directory);
 }
 
 TEST(TimingCsvTest, HasAColumnForEachNumberAndARowForEachFrame) {
