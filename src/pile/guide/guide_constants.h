@@ -2,9 +2,13 @@
 // gravity, r the bounding radius of a body, h the height of the guide. docs/equilibrium.md tells of
 // structures that they were tried on.
 //
-// "half" and "twice" name the tests that fail with half and with twice the value
-// (docs/lab/constants.md), pinned hashes aside: they notice any change. "base" is
+// Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
+// test that fails with it (measured by tests/mutation/constants.py; docs/lab/constants.md says how
+// far it was tried beyond). Pinned hashes aside: they notice any change. "base" is
 // UpsideDown.BodiesLieInsideAndOnTheBase, "fit" UpsideDown.WhatDoesNotFitLeavesTheModel.
+//
+// Found: by hand, when the part was written, but where it says otherwise; a section names the
+// structures that it is tried on.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +16,7 @@
 
 namespace pilesim::guide_constants {
 
-// --- Holding
-
-// A body is looked for in the guide again once it has moved by this share of its radius: speed
-// against being late by so much. half, twice: none
-inline constexpr double kMoved = 0.02;
+// --- Holding. Tried on the columns, towers and crates of presets/equilibrium.
 
 // A body is not held while it is sunk into another by more than this share of either's radius: what
 // was given with overlaps comes apart first. Not of the thickness: edges of cards sink into cards.
@@ -36,7 +36,8 @@ inline constexpr double kTouch = 0.1;
 // half: Guide.NailsHoldTheSameColumn; twice: Guide.SaysWhereBodiesAreHeld
 inline constexpr double kNailStrength = 10;
 
-// --- Filling upside down
+// --- Filling upside down. Tried on presets/equilibrium/stick_pile.json, for many bodies that lie
+// close after little time.
 
 // Of the guide's height: what is as low belongs to its base.
 // half, twice: UpsideDown.ABaseIsLevelToAThousandthOfTheHeight
@@ -67,7 +68,7 @@ inline constexpr int kMostSweeps = 10;
 inline constexpr uint64_t kLookSteps = 8;
 // After so many a body stays where it is. half: base; twice: fit
 inline constexpr int kLooks = 6;
-// For a drop clear of the rim. half, twice: none, nor ten times
+// Draws for a drop clear of the rim. half, twice: UpsideDown.BodiesAreDroppedClearOfTheRim
 inline constexpr int kCandidates = 16;
 
 }  // namespace pilesim::guide_constants

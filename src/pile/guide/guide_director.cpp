@@ -22,11 +22,7 @@ uint8_t flags_of(Standing standing, bool held) {
 
 }  // namespace
 
-GuideState::GuideState(size_t bodies)
-    : asleep(bodies),
-      inside(bodies),
-      tested(bodies, Vec3::Constant(std::numeric_limits<double>::infinity())),
-      held_at(bodies, Vec3::Zero()) {}
+GuideState::GuideState(size_t bodies) : asleep(bodies), held_at(bodies, Vec3::Zero()) {}
 
 GuideDirector::GuideDirector(const Scene& scene, const Model& model)
     : model_(model),
@@ -76,16 +72,6 @@ void GuideDirector::control_step(ImpulseControl& control) {
   }
 }
 
-bool GuideDirector::in_guide(uint32_t body, const Vec3& centre) {
-  if (!shape_) return true;
-  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
-  if (!((centre - state_.tested[body]).norm() <= kMoved * radius)) {
-    state_.tested[body] = centre;
-    state_.inside[body] = shape_->contains(centre);
-  }
-  return state_.inside[body] != 0;
-}
-
 // Bodies outside the guide are analysed too: those inside may rest on them.
 void GuideDirector::analyse(ImpulseControl& control) {
   state_.counts.in_guide = state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
@@ -96,7 +82,7 @@ void GuideDirector::analyse(ImpulseControl& control) {
     const BodyMotion motion = control.motion(body);
     const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
     standing_[body] = analysis_.standing(motion.position, radius, graph_.supports(body));
-    if (!in_guide(body, motion.position)) continue;
+    if (!in_guide(motion.position)) continue;
     ++state_.counts.in_guide;
     state_.counts.passed += standing_[body] == Standing::passed;
     state_.counts.filtered += standing_[body] == Standing::filtered;
@@ -262,8 +248,7 @@ void GuideDirector::take_hits(ImpulseControl& control, std::span<const Hit> hits
 void GuideDirector::load(StateReader& reader) {
   reader(state_);
   const size_t count = model_.bodies.size();
-  for (const size_t size :
-       {state_.asleep.size(), state_.inside.size(), state_.tested.size(), state_.held_at.size()}) {
+  for (const size_t size : {state_.asleep.size(), state_.held_at.size()}) {
     StateReader::require(size == count, "an entry for each body");
   }
   for (const BodyContact& contact : state_.contacts) {

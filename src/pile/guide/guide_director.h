@@ -34,8 +34,6 @@ struct GuideState {
   bool is_sunk = false;               // something overlapped too far at the last control step
   std::vector<BodyContact> contacts;  // of the last control step
   std::vector<uint8_t> asleep;        // (B) 1: put to sleep by this director
-  std::vector<uint8_t> inside;        // (B) 1: in the guide, at `tested`
-  std::vector<Vec3> tested;           // (B) m, where `inside` was found
   std::vector<Vec3> held_at;          // (B) m, of what sleeps
   std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails;  // of two bodies, the lower first
   GuideCounts counts;
@@ -43,8 +41,8 @@ struct GuideState {
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.inside, self.tested,
-           self.held_at, self.nails, self.counts, self.control_steps, self.control_s);
+    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.held_at, self.nails,
+           self.counts, self.control_steps, self.control_s);
   }
 };
 
@@ -75,7 +73,7 @@ class GuideDirector final : public ImpulseDirector {
   void nail(ImpulseControl& control);
   GuideState::DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
-  bool in_guide(uint32_t body, const Vec3& centre);
+  bool in_guide(const Vec3& centre) const { return !shape_ || shape_->contains(centre); }
   bool is_anchor(const ImpulseControl& control, uint32_t body) const;
   double free_fall_speed(uint32_t body) const;
 

@@ -1,10 +1,8 @@
 #include "pile/guide/upside_down.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,6 +13,7 @@
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "pile/guide/guide_constants.h"
+#include "pile/guide/vessel.h"
 #include "simulate/body_control.h"
 #include "simulate/modes/make_simulator.h"
 
@@ -22,82 +21,6 @@ namespace pilesim {
 namespace {
 
 using namespace guide_constants;
-
-// The guide without its base, and walls on from its rim.
-struct Vessel {
-  TriangleMesh walls;
-  std::vector<std::array<Vec3, 3>> base;
-  std::vector<std::array<Vec3, 2>> rim;
-  double level_m = 0;   // of the base, upwards
-  double height_m = 0;  // of the guide above it
-};
-
-Vessel open_guide(const TriangleMesh& guide, const Vec3& up, double chute_m) {
-  Vessel vessel;
-  const auto [low, high] =
-      std::ranges::minmax(guide.vertices, {}, [&](const Vec3& vertex) { return vertex.dot(up); });
-  vessel.level_m = low.dot(up);
-  vessel.height_m = high.dot(up) - vessel.level_m;
-  const double level_top = vessel.level_m + kLevel * vessel.height_m;
-  std::map<std::pair<uint32_t, uint32_t>, int> edges;
-  vessel.walls.vertices = guide.vertices;
-  for (const Triangle& t : guide.triangles) {
-    const auto& v = guide.vertices;
-    if (v[t[0]].dot(up) <= level_top && v[t[1]].dot(up) <= level_top &&
-        v[t[2]].dot(up) <= level_top) {
-      vessel.base.push_back({v[t[0]], v[t[1]], v[t[2]]});
-      continue;
-    }
-    vessel.walls.triangles.push_back(t);
-    for (int i = 0; i < 3; ++i) edges[std::pair(std::minmax({t[i], t[(i + 1) % 3]}))] += 1;
-  }
-  for (const auto& [edge, triangles] : edges) {
-    if (triangles != 1) continue;
-    const Vec3 from = guide.vertices[edge.first], to = guide.vertices[edge.second];
-    vessel.rim.push_back({from, to});
-    const auto next = static_cast<uint32_t>(vessel.walls.vertices.size());
-    vessel.walls.vertices.push_back(from - chute_m * up);
-    vessel.walls.vertices.push_back(to - chute_m * up);
-    vessel.walls.triangles.push_back({edge.first, edge.second, next});
-    vessel.walls.triangles.push_back({edge.second, next + 1, next});
-  }
-  return vessel;
-}
-
-double area_of(const std::array<Vec3, 3>& t) { return (t[1] - t[0]).cross(t[2] - t[0]).norm() / 2; }
-
-double distance_to_segment(const Vec3& point, const std::array<Vec3, 2>& ends) {
-  const Vec3 along = ends[1] - ends[0];
-  const double share = std::clamp((point - ends[0]).dot(along) / along.squaredNorm(), 0.0, 1.0);
-  return (point - ends[0] - share * along).norm();
-}
-
-// Uniform over the base, `clearance_m` from the rim if one of the candidates is.
-Vec3 drop_point(const Vessel& vessel, double clearance_m, Philox draws) {
-  double whole = 0;
-  for (const auto& triangle : vessel.base) whole += area_of(triangle);
-  Vec3 best = Vec3::Zero();
-  double best_distance = -1;
-  for (int candidate = 0; candidate < kCandidates && best_distance < clearance_m; ++candidate) {
-    double rest = whole * draws.uniform();
-    size_t i = 0;
-    while (i + 1 < vessel.base.size() && rest > area_of(vessel.base[i])) {
-      rest -= area_of(vessel.base[i++]);
-    }
-    const auto& [a, b, c] = vessel.base[i];
-    const double root = std::sqrt(draws.uniform()), share = draws.uniform();
-    const Vec3 point = (1 - root) * a + root * (1 - share) * b + root * share * c;
-    double distance = std::numeric_limits<double>::infinity();
-    for (const auto& edge : vessel.rim) {
-      distance = std::min(distance, distance_to_segment(point, edge));
-    }
-    if (distance > best_distance) {
-      best_distance = distance;
-      best = point;
-    }
-  }
-  return best;
-}
 
 // Puts to sleep for good what has come to lie: a vessel full of bodies that tremble under those
 // that drop on them takes ten times as long, and lies no better.
@@ -196,10 +119,8 @@ Fill::Fill(const Scene& scene, const Model& model)
   dropped_.bodies.push_back(std::move(vessel));
 
   // Long bodies may cross each other's bounding spheres, compact ones not.
-  double mouth = 0;
-  for (const auto& triangle : vessel_.base) mouth += area_of(triangle);
   const double size = std::sqrt(radius_ * std::cbrt(volume / static_cast<double>(fill_.count)));
-  const double abreast = std::max(1.0, std::floor(mouth / (4 * kPi * radius_ * radius_)));
+  const double abreast = std::max(1.0, std::floor(vessel_.base_m2 / (4 * kPi * radius_ * radius_)));
   const Vec3 speed = kDropSpeed * std::sqrt(gravity_ * radius_) * up_;
   const double interval_s = 2 * size / (speed.norm() * abreast);
   for (uint32_t i = 0; i < fill_.count; ++i) {
