@@ -93,6 +93,31 @@ TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
   EXPECT_GT(tilted, 18);
 }
 
+// A tilted cube that rides on a floor, at so many sqrt(g r): how far it is turned to a face in a
+// tenth of a second, rad.
+TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
+  const auto turned_rad = [&](double speed) {
+    scene_.bodies.clear();
+    const double speed_m_s = speed * std::sqrt(9.81 * 0.1 * std::sqrt(3));
+    scene_.bodies.push_back(
+        {.name = "floor", .shape = "floor", .material = "stuff", .role = Role::kinematic});
+    Pose end;
+    end.position = {10 * speed_m_s, 0, 0};
+    scene_.bodies.back().motion = {{0, {}}, {10, end}};
+    Body& cube = add_body("cube", {0, 0.216, 0});
+    cube.pose.orientation = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+    cube.linear_velocity = {speed_m_s, 0, 0};
+    start();
+    run(6);
+    const Vec3 up = states().orientation[1].conjugate() * Vec3::UnitY();
+    return 0.4 - std::acos(std::min(1.0, up.cwiseAbs().maxCoeff()));
+  };
+  add_shape("cube", box_mesh(Vec3::Constant(0.2)));
+  scene_.shapes["floor"] = BoxShape{{20, 0.2, 20}};
+  EXPECT_GT(turned_rad(0.33), 0.02);
+  EXPECT_LT(turned_rad(0.5), 0.001);
+}
+
 TEST_F(Statistical, AFittedSignatureServesAsWell) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));

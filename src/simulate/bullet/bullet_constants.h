@@ -2,8 +2,12 @@
 // gravity, r the bounding radius of the body. docs/hard_cases.md and docs/lab/margins_and_sleep.md
 // tell of scenes that they were tried on.
 //
-// "half" and "twice" name the tests that fail with half and with twice the value
-// (docs/lab/constants.md), pinned hashes aside: they notice any change.
+// Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
+// test that fails with it (measured by tests/mutation/constants.py; docs/lab/constants.md says how
+// far it was tried beyond). Pinned hashes aside: they notice any change.
+//
+// Found: by hand, when the part was written, but where it says otherwise; a section names the
+// scenes that it is tried on.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +15,8 @@
 
 namespace pilesim::bullet_constants {
 
-// --- Sleep, speed and depth
+// --- Sleep, speed and depth. Tried on towers, slopes, slabs and heaps
+// (docs/lab/margins_and_sleep.md, docs/hard_cases.md).
 
 // A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
 // own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
@@ -44,7 +49,8 @@ inline constexpr double kPositionTime = 0.3;
 // In s, where nothing falls: as if a body 10 cm wide did. half, twice: not tried
 inline constexpr double kPositionTimeInFlight = 0.02;
 
-// --- Shapes
+// --- Shapes. Tried on bodies of 1 cm to 1 m on rooms of 1 m to 1 km, as small as GJK bears
+// (docs/lab/margins_and_sleep.md).
 
 // Bullet rounds what it collides by a margin: a skin about a hull, a rounding of edges within a box
 // or a cylinder. As shares of the smallest extent they stay below what can be seen, and above what
@@ -66,25 +72,27 @@ inline constexpr double kFatShare = 0.05;
 // Boxes that are this many reaches apart are listed already. Speed alone.
 inline constexpr double kListedReaches = 2;
 
-// --- Planes
+// --- Planes. Tried on slabs, boxes and rabbits that lie and roll (presets/hard, presets/impulse).
 
 // Of the smallest extent: thin bodies must not reach the plane with their far side.
 // half, twice: Bullet.ContactsWithAPlaneReachATenthOfAThinBody
 inline constexpr double kReachShare = 0.1;
 
 // Another point takes the place of a contact only if it is better by this share of the reach, so
-// that rounding does not choose other points in each step. half, twice: none, nor ten times
+// that rounding does not choose other points in each step.
+// half, twice: Bullet.APlaceKeepsItsContactUntilAnotherIsBetterByAHundredthOfTheReach
 inline constexpr double kFavour = 0.01;
 
 // What lies on a plane is carried by its lowest points. With 20 a rabbit rocked on for ever: a
-// farther point 0.7 mm up took the place of one that carried it. half, twice: none, nor ten times
+// farther point 0.7 mm up took the place of one that carried it.
+// half, twice: Bullet.AContactHalfAMillimetreHigherIsFiveCentimetresFartherOut
 inline constexpr double kPreferLow = 100;
 
 // Flatter than this (the sine of the angle between cap and plane) a cylinder stands on its cap.
 // half, twice: not tried
 inline constexpr double kStands = 0.02;
 
-// --- Nails
+// --- Nails. Found: the dissertation's.
 
 // Share of its error that a nail takes back in a step (dissertation 6.3).
 // half: none; twice, and a tenth: ImpulseControl.NailsHoldUntilTheyAreRemoved

@@ -1,40 +1,56 @@
-// What was tuned of the mixed mode: pure numbers, in the unit that is said.
+// What was tuned of the mixed mode: pure numbers, in the unit that is said. docs/mixed.md tells of
+// scenes that they were tried on.
+//
+// Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
+// test that fails with it (measured by tests/mutation/constants.py; docs/lab/constants.md). Pinned
+// hashes aside: they notice any change.
+//
+// Found: by hand, when the part was written, but where it says otherwise; a section names the
+// scenes that it is tried on.
 #pragma once
 
 namespace pilesim::mixed_constants {
 
-// --- Who is solved
+// --- Who is solved. Tried on the crosses and the rings of presets/mixed.
 
 // Of the outer radius: an I' body is one until its box is farther than this from all boxes.
+// half, twice: none
 inline constexpr double kLeaveMargin = 0.1;
 // Of the way from the centre to a face of the hull: what comes farther in than this is within.
+// half: none; twice, which is never: MixedRings.AreBallsBesideAPost
 inline constexpr double kWithin = 0.75;
 
-// --- Between the engines
+// --- Between the engines. Tried on boxes that lie half on must-impulse bodies, half on spheres
+// (tests/unit/simulate_mixed_ground_test.cpp) and on the crosses.
 
-// Of a step's gravity: contacts that change a velocity by less carry nothing.
+// Of a step's gravity: contacts that change a velocity by less carry nothing. half, twice: none
 inline constexpr double kLeastLoad = 0.05;
 // Of the outer radius, in a step: spheres that are sunk into each other come apart no faster, and
-// below the least it is rounding.
+// below the least it is rounding. half, twice: none, of all three
 inline constexpr double kFarthestNudge = 0.1;
 inline constexpr double kLeastNudge = 1e-5;
 inline constexpr double kLeastTurn = 1e-5;  // rad
 
 // --- The budget
 
-// Microseconds that a body which is awake takes in a step on one core; see docs/mixed.md.
+// Microseconds that a body which is awake takes in a step on one core. Found: rough means of
+// mixed_benchmark (docs/mixed.md). half, twice: none
 inline constexpr double kStatisticalUs = 1.0;  // among spheres
 inline constexpr double kParticleUs = 0.8;
 inline constexpr double kNearUs = 5;       // a convex piece, against must-impulse bodies
 inline constexpr double kNearNearUs = 15;  // a convex piece, in pairs of I' bodies that are solved
 
 // Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.
-inline constexpr double kImpulseError = 1;
-inline constexpr double kStatisticalError = 2;
-inline constexpr double kParticleError = 3;
+// Their order counts, and that of the impulse mode against the others'. "error" is
+// Budget.TheErrorStaysBelowTheLimitAtTheLeastRefinement.
+inline constexpr double kImpulseError = 1;      // half, twice: error
+inline constexpr double kStatisticalError = 2;  // half, twice: none
+inline constexpr double kParticleError = 3;     // half: none; twice: error
 
-inline constexpr double kUnseen = 0.05;  // of the importance of what is seen
-inline constexpr double kMostSize = 1;   // of the picture's height: larger is not more important
+// Of the importance of what is seen. half, twice: none
+inline constexpr double kUnseen = 0.05;
+// Of the picture's height: larger is not more important. half, twice: none
+inline constexpr double kMostSize = 1;
 
 // --- Speed alone
 
