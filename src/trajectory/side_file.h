@@ -32,7 +32,7 @@ struct SideFile {
   auto read(const std::filesystem::path& file, const Use& use) const {
     const Json json = read_json_file(file);
     try {
-      const Json found_format = json.at("format"), found_version = json.at("version");
+      const Json &found_format = json.at("format"), &found_version = json.at("version");
       if (found_format != format || found_version != version) {
         refuse(file, "is " + found_format.dump() + " of version " + found_version.dump());
       }
