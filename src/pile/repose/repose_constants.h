@@ -31,6 +31,7 @@ inline constexpr double kAvalancheDensity = 0.8;
 inline constexpr double kAvalancheExcess = 0.2;  // of a sleeper in a layer that is not too dense
 // half, twice: none
 inline constexpr double kAvalancheOutflow = 0.5;  // at which sleepers on the surface wake
+// not tried
 inline constexpr double kAvalancheSkin = 0;  // as kSkin: half of them, the rest holds the slope
 // half: none; twice: rim
 inline constexpr double kOutflow = 0.2;  // at which what is awake on the surface moves on

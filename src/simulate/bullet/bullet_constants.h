@@ -46,7 +46,7 @@ inline constexpr double kRestDepth = 0.02;
 // Penetrations fall by e in this time, again in sqrt(r / g), of the smallest body.
 // half: Impulse.TenBoxesStandForTenSeconds; half, twice: two tests of Margins
 inline constexpr double kPositionTime = 0.3;
-// In s, where nothing falls: as if a body 10 cm wide did. half, twice: not tried
+// In s, where nothing falls: as if a body 10 cm wide did. half, twice: none
 inline constexpr double kPositionTimeInFlight = 0.02;
 
 // --- Shapes. Tried on bodies of 1 cm to 1 m on rooms of 1 m to 1 km, as small as GJK bears
@@ -89,7 +89,7 @@ inline constexpr double kFavour = 0.01;
 inline constexpr double kPreferLow = 100;
 
 // Flatter than this (the sine of the angle between cap and plane) a cylinder stands on its cap.
-// half, twice: not tried
+// half, twice: none
 inline constexpr double kStands = 0.02;
 
 // --- Nails. Found: the dissertation's.
