@@ -208,8 +208,7 @@ void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>&
                                             uint64_t frames) {
   std::vector<Problem> problems = error.problems();
   problems.push_back({.file = (output / "trajectory.zarr").string(),
-                      .found = "holds the " + counted(frames, "frame") +
-                               " that were complete before; they are valid"});
+                      .found = "holds " + counted(frames, "complete frame") + " and is valid"});
   throw Error(error.kind(), std::move(problems));
 }
 

@@ -156,7 +156,7 @@ class Places(CommandTest):
         _, errors = process.communicate(timeout=HANGING)
         self.assertEqual(process.returncode, 4, errors)
         self.assertRegex(errors, r"out/trajectory\.zarr.*: Permission denied")
-        self.assertRegex(errors, r"out/trajectory\.zarr: holds the \d+ frames? that were complete")
+        self.assertRegex(errors, r"out/trajectory\.zarr: holds \d+ complete frames? and is valid")
         self.assertGreater(Trajectory(store).count, 0)
         check_volatile("timing.csv", (self.dir / "out/timing.csv").read_bytes())
         self.assertEqual(temporaries(self.dir), [])
