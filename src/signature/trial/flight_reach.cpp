@@ -11,8 +11,9 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Relative difference of the moments below which a body is taken for a spherical top, which does
-// not precess, and rounding of the search in float.
+// not precess, rounding of its energy, and of the search in float.
 constexpr double kSpherical = 1e-9;
+constexpr double kEnergyRounding = 1e-15;
 constexpr double kRounding = 1e-5;
 
 // Where the direction of the angular momentum goes in the body frame: within `half` of `centre`,
@@ -28,13 +29,15 @@ Polhode polhode(const ContactBody& body, const Vec3& direction) {
   // It circles the axis of the smallest moment or that of the largest one.
   const bool smallest = energy > j.y();
   const Eigen::Index axis = smallest ? 0 : 2, other = smallest ? 2 : 0;
-  const auto square = [](double above, double span) {
-    return span > 0 ? std::clamp(above / span, 0.0, 1.0) : 0.0;
+  // The square of its component along that axis where only the axis of `end` has the rest.
+  const auto square = [&](double end, double rounding) {
+    const double span = std::abs(j(axis) - end);
+    const double part = (std::abs(energy - end) + rounding * j.x()) / span;
+    return span > 0 ? std::clamp(part, 0.0, 1.0) : 0.0;
   };
-  // Its component along that axis is largest where the middle one is zero, least where the other
-  // one is.
-  const double most = square(energy - j(other), j(axis) - j(other));
-  const double least = square(energy - j.y(), j(axis) - j.y());
+  // It is largest where the middle component is zero, least where the other one is.
+  const double most = square(j(other), kEnergyRounding);
+  const double least = square(j.y(), -kEnergyRounding);
   Polhode range;
   const double low = std::sqrt(std::min(least, most)), high = std::sqrt(most);
   range.centre = Vec3::Zero();
