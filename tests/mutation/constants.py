@@ -23,7 +23,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from mutate import PROGRAMS, ROOT, Copy, run
+from mutate import ROOT, Copy, Here, programs_of, run
 
 CONSTANT = re.compile(
     r"(?P<indent>^ *)(?P<inline>inline )?constexpr (?P<type>double|float|int|size_t|uint64_t|uint8_t) "
@@ -96,14 +96,6 @@ def failed_tests(program, tree, left_out, setting, scratch):
     return sorted(set(failed))
 
 
-class Here(Copy):
-    """The tree itself."""
-
-    def __init__(self):
-        self.tree = ROOT
-        self.build = ROOT / "build" / "release"
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -125,7 +117,7 @@ def main():
         return
     if any("bullet" in file.parts for file in files):
         os.environ["PILESIM_ENGINE_UNDER_TEST"] = "bullet"  # not the default
-    programs = options.programs or PROGRAMS[files[0].parts[1]]
+    programs = options.programs or programs_of(files[0])
     options.directory.mkdir(parents=True, exist_ok=True)
     log = options.directory / "constants.jsonl"
     known = {}

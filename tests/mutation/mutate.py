@@ -4,11 +4,13 @@
     tests/mutation/mutate.py --files src/simulate/sphere_*.cpp --sample 200
     tests/mutation/mutate.py --files src/pile/*.cpp --seconds 3600       # goes on where it stopped
     tests/mutation/mutate.py --files src/signature/rest/rest_poses.cpp --list
+    tests/mutation/mutate.py --here --files src/simulate/mixed/*     # nothing is built twice
 
 Changes a copy of the last commit (a git worktree under build/mutation), builds the test programs of
-the file's folder and of those above it, and runs them until one fails. Pinned hashes are left out:
-they notice every change and judge none. Results are lines of JSON in build/mutation/results.jsonl;
-what is in there is not tried again. Ctrl-C stops at any time.
+the file's folder and of those above it, and runs them until one fails; --here takes this tree itself
+and build/release instead, and puts each source back. Pinned hashes are left out: they notice every
+change and judge none. Results are lines of JSON in build/mutation/results.jsonl; what is in there is
+not tried again. Ctrl-C stops at any time.
 """
 
 import argparse
@@ -29,6 +31,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = {
     "signature": ["property_signature", "unit_signature", "unit_simulate"],
     "simulate": ["unit_simulate", "property_simulate", "unit_pile", "unit_job"],
+    "simulate/exact": ["property_simulate", "unit_simulate", "unit_pile", "unit_job"],
     "pile": ["unit_pile", "property_pile", "unit_job"],
     "inspect": ["unit_inspect"],
     "geometry": ["unit_geometry", "property_geometry", "unit_inspect", "unit_model", "unit_signature"],
@@ -36,6 +39,12 @@ PROGRAMS = {
     "scene": ["unit_scene", "property_scene"],
 }
 FILTER = "--gtest_filter=-*Pinned*"
+
+
+def programs_of(file):
+    folders = Path(file).parts[1:-1]
+    return next(PROGRAMS[name] for n in range(len(folders), 0, -1)
+                if (name := "/".join(folders[:n])) in PROGRAMS)
 
 
 def run(command, **options):
@@ -59,6 +68,9 @@ class Copy:
                           "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS=-w"])
         if configured.returncode != 0:
             sys.exit(configured.stdout)
+        self.forget()
+
+    def forget(self):
         self.times = {}  # s, of a program's tests
         self.binaries = {}  # hash of a program
 
@@ -110,6 +122,15 @@ class Copy:
             file.write_text(text)
 
 
+class Here(Copy):
+    """The tree itself."""
+
+    def __init__(self):
+        self.tree = ROOT
+        self.build = ROOT / "build" / "release"
+        self.forget()
+
+
 def show(results, chosen):
     verdicts = {m.key: results[m.key] for m in chosen if m.key in results}
     for key in sorted(k for k, v in verdicts.items() if v["verdict"] == "survived"):
@@ -129,6 +150,7 @@ def main():
     parser.add_argument("--programs", nargs="+", help="test programs instead of the folder's")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--directory", type=Path, default=ROOT / "build" / "mutation")
+    parser.add_argument("--here", action="store_true", help="change this tree, for a while")
     parser.add_argument("--list", action="store_true", help="print the changes and stop")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -151,14 +173,14 @@ def main():
     hashes = {str(f): hashlib.sha256((ROOT / f).read_bytes()).hexdigest()[:12] for f in files}
     results = {k: r for k, r in results.items() if hashes.get(k.split(":")[0]) == r["file_hash"]}
 
-    copy = Copy(options.directory)
+    copy = Here() if options.here else Copy(options.directory)
     try:
         for i, mutant in enumerate(chosen):
             if mutant.key in results:
                 continue
             if time.monotonic() > end:
                 break
-            names = options.programs or PROGRAMS[Path(mutant.file).parts[1]]
+            names = options.programs or programs_of(mutant.file)
             missing = [name for name in names if name not in copy.times]
             if missing:
                 copy.measure(missing, options.jobs)
