@@ -29,8 +29,9 @@ IsolatedResult run_isolated(const std::function<std::string()>& work,
 // Within the work: lets it take so many bytes more.
 void allow_isolated_memory(uint64_t bytes);
 
-// False in programs with sanitizers, whose shadow memory takes terabytes of address space: there
-// the limit on memory does nothing.
-bool isolation_limits_memory();
+// False in programs with sanitizers, whose address space is their own: there the limit on memory
+// holds for what is taken at once, such as an array of a length that a file claims, and work that
+// goes beyond it "fails".
+bool isolation_counts_memory();
 
 }  // namespace pilesim

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/atomic_file.h"
-#include "core/isolated.h"
 #include "targets.h"
 
 namespace pilesim {
@@ -37,9 +36,7 @@ TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
   getrusage(RUSAGE_CHILDREN, &of_children);
   constexpr long kMostKilobytes = 1 << 20;  // that of sanitizers included
   EXPECT_LT(usage.ru_maxrss, kMostKilobytes);
-  if (isolation_limits_memory()) {
-    EXPECT_LT(of_children.ru_maxrss, kMostKilobytes);
-  }
+  EXPECT_LT(of_children.ru_maxrss, kMostKilobytes);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Corpus,

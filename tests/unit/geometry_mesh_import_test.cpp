@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -228,6 +229,17 @@ TEST_F(MeshImport, LengthsThatAreNotThereTakeNoMemory) {
                  ErrorKind::input, "more elements than bytes");
   }
   expect_error(file("count.off", "OFF\n4000000000 4000000000 0\n0 0 0\n"), ErrorKind::input, "");
+  // A list's length stands in the body.
+  const uint32_t entries = 150'000'000;
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
+      "element face 1\nproperty list uint int vertex_index\nend_header\n" +
+      std::string(8, '\0');
+  std::memcpy(ply.data() + ply.size() - 4, &entries, sizeof entries);
+  expect_error(file("list.ply", ply), ErrorKind::input, "cannot be read as a mesh");
+  rusage of_children{};
+  getrusage(RUSAGE_CHILDREN, &of_children);
+  EXPECT_LT(of_children.ru_maxrss, 1 << 20) << "KB, what sanitizers take included";
 }
 
 // libFuzzer found it. By what it says, not by assimp, which would read on for ever.
