@@ -436,5 +436,37 @@ TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   EXPECT_NEAR(simulator->states().angular_velocity[1].z(), spin, 0.05 * std::abs(spin));
 }
 
+// What falls bounces in the step in which it arrives, and not before.
+TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
+  SmallModel m;
+  m.scene.gravity = Vec3(0, -9.81, 0);
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.frame_rate = 240;
+  const uint32_t material = m.material(0.8, 0.2);
+  const uint32_t ball = m.sphere(0.1);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  constexpr double kStep = 1.0 / 240, kSpeed = 0.5, kFall = 9.81 * kStep * kStep / 2;
+  Philox random(7, Stream::test, 0);
+  std::vector<double> left;  // of the way to the ground when the step ends, in falls
+  for (int i = 0; i < 60; ++i) {
+    left.push_back(random.uniform(-1, 2));
+    const double gap = kSpeed * kStep + (1 + left.back()) * kFall;
+    m.body(ball, material, {0.5 * i, 0.1 + gap, 0}).linear_velocity = {0, -kSpeed, 0};
+  }
+  const auto simulator = simulate(m);
+  run(*simulator, 1);
+  for (size_t i = 0; i < left.size(); ++i) {
+    const double rise = simulator->states().linear_velocity[i + 1].y();
+    SCOPED_TRACE(left[i]);
+    if (left[i] < 0) {
+      EXPECT_GT(rise, 0.7 * kSpeed);
+    }
+    // A hundredth of the step's way, a quarter of a fall, counts as none.
+    if (left[i] > 0.3) {
+      EXPECT_LT(rise, 0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pilesim::exact
