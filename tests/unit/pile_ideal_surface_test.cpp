@@ -163,6 +163,22 @@ TEST(IdealSurface, SectionsReachAsFarAsTheirBulk) {
   EXPECT_LT(ideal.reach_m(), 1.2);
 }
 
+// Bulk in one quarter alone would reach 4^(1/3) of what it does all round, and nothing elsewhere:
+// the foot of a pile is not torn so far.
+TEST(IdealSurface, NoSectionReachesMuchFartherThanTheWhole) {
+  const double slope = std::tan(radians(30));
+  const PileShape shape = cone(30);
+  const HeightField field = field_of([&](const GroundPoint& at) {
+    const bool heaped = at.x() > std::abs(at.y());
+    return heaped ? std::max(0.0, (1 - at.norm()) * slope) : 0.0;
+  });
+  IdealSurface ideal;
+  ideal.update(shape, cells_of(shape, field), field.cell_m(), 0.05);
+  const double whole_m = ideal.reach_m();
+  EXPECT_NEAR(ideal.reach_m(shape.way_round({1, 0}, 0)), 1.4 * whole_m, 1e-9);
+  EXPECT_NEAR(ideal.reach_m(shape.way_round({-1, 0}, 0)), 0.6 * whole_m, 1e-9);
+}
+
 // What moves counts for the line that it comes near, by its volume and its way.
 TEST(IdealSurface, WhatIsOnItsWayCountsAsGone) {
   const double slope = std::tan(radians(25)), size_m = 0.1;

@@ -139,7 +139,7 @@ inline constexpr double kStopTime = 2;  // sqrt(L / g), in which what moves can 
 inline constexpr double kFewestReach = 3.5;  // L, of a pile with slopes
 // half: none; twice: IdealSurface.EachSectionOfAConeHasItsOwn, levels, under
 inline constexpr double kSectionLength = 4;  // L, on the way round in the middle of the slope
-// half, twice: none
+// half, twice: IdealSurface.NoSectionReachesMuchFartherThanTheWhole
 inline constexpr double kReachTolerance = 0.4;  // of the whole's, by which a section's may differ
 
 }  // namespace pilesim::repose_constants
