@@ -4,8 +4,8 @@
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
 #   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers, short fuzzing
-#   ./bootstrap.sh sanitize [PROGRAM...]  these test programs under AddressSanitizer and
-#                                  UndefinedBehaviorSanitizer
+#   ./bootstrap.sh sanitize [--thread] [PROGRAM...]  these test programs under AddressSanitizer and
+#                                  UndefinedBehaviorSanitizer, or under ThreadSanitizer
 #   ./bootstrap.sh fuzz [SECONDS]  install what is needed and clang, feed every reader broken files for
 #                                  so long each (20)
 set -euo pipefail
@@ -107,13 +107,21 @@ stage() {
 
 # Programs that read what others wrote, geometry, and loops on several threads.
 sanitized=(unit_core unit_json unit_trajectory property_trajectory unit_scene property_geometry determinism_geometry)
+# Those that run on several threads.
+threaded=(unit_core determinism_geometry determinism_simulate determinism_pile property_simulate)
 
+# sanitize [--thread] PROGRAM...
 sanitize() {
+  local preset=asan-ubsan
+  if [ "$1" = --thread ]; then
+    preset=tsan
+    shift
+  fi
   install_packages
-  cmake --preset asan-ubsan && cmake --build --preset asan-ubsan -- "$@" || return
+  cmake --preset $preset && cmake --build --preset $preset -- "$@" || return
   local program
   for program in "$@"; do
-    UBSAN_OPTIONS=print_stacktrace=1 build/asan-ubsan/tests/"$program" --gtest_brief=1 || return
+    UBSAN_OPTIONS=print_stacktrace=1 build/$preset/tests/"$program" --gtest_brief=1 || return
   done
 }
 
@@ -137,7 +145,10 @@ case "${1:-}" in
   check) check ;;
   sanitize)
     shift
-    [ $# -gt 0 ] || set -- "${sanitized[@]}"
+    case $# in
+      0) set -- "${sanitized[@]}" ;;
+      1) [ "$1" != --thread ] || set -- --thread "${threaded[@]}" ;;
+    esac
     sanitize "$@"
     ;;
   fuzz) fuzz "${2:-20}" ;;
