@@ -84,7 +84,8 @@ class ResponseDraws : public test::StatisticalScene {
     }
     return result;
   }
-  // Limits put many draws on one value, from which the way to the world and back takes the last bits.
+  // Limits put many draws on one value, from which the way to the world and back takes the last
+  // bits.
   static double rounded(float value) { return std::round(1e5 * value); }
   static double worst(const std::vector<Vector6>& a, const std::vector<Vector6>& b) {
     double largest = 0;
@@ -101,6 +102,24 @@ class ResponseDraws : public test::StatisticalScene {
   std::optional<ResponseModel> responses_;
   float gyration_m_ = 0;
 };
+
+// Also of what only spins, or comes straight down.
+TEST(WorkingFrame, IsOrthonormalWhateverTheVelocity) {
+  Philox random(3, Stream::test, 2);
+  for (int i = 0; i < 20; ++i) {
+    const Vec3f normal = random.direction().cast<float>();
+    const Vec3f any = random.direction().cast<float>();
+    for (const Vec3f& velocity : {Vec3f(Vec3f::Zero()), Vec3f(-3 * normal), any}) {
+      const WorkingFrame frame = working_frame(normal, velocity);
+      Mat3 axes;
+      axes << frame.x.cast<double>(), frame.y.cast<double>(), frame.z.cast<double>();
+      EXPECT_TRUE((axes.transpose() * axes).isIdentity(1e-5)) << velocity.transpose();
+      EXPECT_EQ(frame.y, normal);
+      EXPECT_GE(frame.to_frame(velocity).x(), -1e-5);
+      EXPECT_NEAR(frame.to_frame(velocity).z(), 0, 1e-5);
+    }
+  }
+}
 
 TEST_F(ResponseDraws, FollowTheStatedDistribution) {
   // Exceeded by chance once in 10,000 comparisons.
