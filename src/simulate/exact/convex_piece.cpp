@@ -38,9 +38,10 @@ uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
   F best_block(0.0F);
   for (size_t at = 3 * kVertexLanes; at < blocks.size(); at += 3 * kVertexLanes) {
     const F candidate = product(at);
+    const size_t number = at / (3 * kVertexLanes);
     const auto more = candidate > best;
     best = select(more, candidate, best);
-    best_block = select(more, F(static_cast<float>(at / (3 * kVertexLanes))), best_block);
+    best_block = select(more, F(static_cast<float>(number)), best_block);
   }
   const F::Tag tag;
   uint8_t lanes = 0;

@@ -249,7 +249,7 @@ class Finder {
     const double distance = meet(
         is_round(a) || is_round(b),
         [&](const Relative& relative, const Reach& reach) {
-          const Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
+          Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
           first = false;
@@ -286,7 +286,7 @@ class Finder {
             const double apart = separation_along(triangle, b, relative, guess);
             if (apart > reach.along(guess)) return Separation{guess, apart, {}, {}, false};
           }
-          const Separation separation = find_separation(
+          Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
               pieces.known);
           guess = separation.normal;
