@@ -199,6 +199,27 @@ TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   }
 }
 
+// Logs that lie along each other touch from the first end that both have to the last.
+TEST(ExactEngine, LogsTouchAllAlongEachOther) {
+  CollisionPiece log;
+  log.kind = CollisionPiece::Kind::cylinder;
+  log.size = {0.1, 1, 0.1};
+  const ConvexPiece piece(log);
+  for (const double shift : {-0.7, -0.2, 0.0, 0.3}) {
+    const Pose pose{{0.1999, shift, 0}, Quat::Identity()};
+    KnownVertices known;
+    const Separation separation =
+        find_separation(piece, piece, relative(pose), Vec3::Zero(), 1, known);
+    std::vector<SurfacePoint> points;
+    ManifoldScratch scratch;
+    add_manifold(piece, piece, relative(pose), separation, 1e-3, scratch, points);
+    ASSERT_EQ(points.size(), 2);
+    const auto [low, high] = std::minmax(points[0].place.y(), points[1].place.y());
+    EXPECT_NEAR(low, std::max(-0.5, shift - 0.5), 1e-6);
+    EXPECT_NEAR(high, std::min(0.5, shift + 0.5), 1e-6);
+  }
+}
+
 // Crossed sticks lie face to face, if one is tilted by less than can be seen: its far end is then
 // below the other's face, beside it.
 TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
@@ -464,6 +485,38 @@ TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
     // A hundredth of the step's way, a quarter of a fall, counts as none.
     if (left[i] > 0.3) {
       EXPECT_LT(rise, 0);
+    }
+  }
+}
+
+// Two that fall alike meet as if nothing fell.
+TEST(ExactEngine, WhatFallsTogetherIsNotThrownApartBeforeItMeets) {
+  SmallModel m;
+  m.scene.gravity = Vec3(0, -9.81, 0);
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.frame_rate = 240;
+  const uint32_t material = m.material(0.8, 0.2);
+  const uint32_t ball = m.sphere(0.1);
+  constexpr double kStep = 1.0 / 240, kSpeed = 0.5, kFall = 9.81 * kStep * kStep / 2;
+  Philox random(8, Stream::test, 0);
+  std::vector<double> left;  // of the way to each other when the step ends, in falls
+  for (int i = 0; i < 60; ++i) {
+    left.push_back(random.uniform(-2, 2));
+    const double gap = kSpeed * kStep + left.back() * kFall;
+    m.body(ball, material, {0.5 * i, 10, 0});
+    m.body(ball, material, {0.5 * i, 10.2 + gap, 0}).linear_velocity = {0, -kSpeed, 0};
+  }
+  const auto simulator = simulate(m);
+  run(*simulator, 1);
+  const std::vector<Vec3>& velocity = simulator->states().linear_velocity;
+  for (size_t i = 0; i < left.size(); ++i) {
+    const double parting = velocity[2 * i + 1].y() - velocity[2 * i].y();
+    SCOPED_TRACE(left[i]);
+    if (left[i] < 0) {
+      EXPECT_GT(parting, 0.7 * kSpeed);
+    }
+    if (left[i] > 0.3) {
+      EXPECT_LT(parting, 0);
     }
   }
 }
