@@ -6,30 +6,18 @@
 #include <cstring>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/exact_constants.h"
 #include "simulate/free_rotation.h"
 
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
 constexpr uint32_t kNone = ~uint32_t{0};
 constexpr size_t kColours = 64;
 
-// A contact is a spring that swings at this share of the rate of substeps, damped so much more
-// than critically; against what does not move twice as stiff.
-constexpr double kContactRate = 0.25;
-constexpr double kContactDamping = 10;
-constexpr double kJointRate = 0.5;
-constexpr double kJointDamping = 5;
-// Points of a pair that hits hard are solved so often, one after the other, in each
-// sweep.
-constexpr int kHardRounds = 8;
-constexpr int kFirstRelaxations = 4;
-// Sweeps in which contacts that bounce find the speeds at which they part.
-constexpr int kBounceSweeps = 10;
-// Of half the turn since the step began, beyond which corners are not where they were: 0.5 rad.
-constexpr double kLeastCosine = 0.969;
-// Turns of less than this in a substep need no care for what they do to the axis, rad.
-constexpr double kLeastTurn = 0.02;
 constexpr size_t kGrain = 64;
 constexpr size_t kBlockGrain = 8;
 constexpr size_t kBodyGrain = 128;

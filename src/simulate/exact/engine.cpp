@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "simulate/exact/exact_constants.h"
 #include "simulate/exact/narrow_phase.h"
 #include "simulate/exact/pair_list.h"
 #include "simulate/exact/rest.h"
@@ -12,10 +13,10 @@
 
 namespace pilesim {
 namespace exact {
-namespace {
 
-// What all but reaches another within the step, to this share of its way, hits it.
-constexpr double kAsGood = 0.01;
+using namespace exact_constants;
+
+namespace {
 
 class Engine final : public ExactEngine {
  public:

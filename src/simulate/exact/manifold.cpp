@@ -6,29 +6,13 @@
 #include <optional>
 #include <span>
 
-namespace pilesim::exact {
-namespace {
+#include "simulate/exact/exact_constants.h"
 
-// A face carries the contact if its normal is about the direction of least overlap, and pieces are
-// along it closer by no more than this share of the smaller extent.
-constexpr double kFacing = 0.95;
-constexpr double kFaceTolerance = 3e-4;
-// Of two faces that are as good, the one of a.
-constexpr double kPreference = 1e-5;
-// Faces this nearly across the normal, by their cosine, carry even if the other piece reaches below
-// their plane beside them, as the far ends of crossed sticks do.
-constexpr double kNearlyFacing = 1 - 1e-4;
-// Depths that differ by less are the same.
-constexpr double kSameDepth = 1e-4;
-// What is beside a face by less than this share of the extent is as good as over it.
-constexpr double kBeside = 0.02;
-// What lies on a plane lies on points that are no higher than the lowest by more than this share of
-// the extent.
-constexpr double kBand = 1e-3;
-// A cylinder whose axis is nearer to the direction lies on its flat face, else on its round side.
-constexpr double kOnItsFace = 0.7;
-// Round sides touch along a line where axes are parallel to this cosine.
-constexpr double kParallel = 0.9999;
+namespace pilesim::exact {
+
+using namespace exact_constants;
+
+namespace {
 
 double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
   return std::min(a.smallest_extent_m(), b.smallest_extent_m());

@@ -5,16 +5,14 @@
 #include <cmath>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/exact_constants.h"
 
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
-// What all but reaches the surface within the step, to this share of its way, bounces in it.
-constexpr double kAsGood = 0.01;
-// What comes nearer by more than this share of the smaller extent in a step hits hard.
-constexpr double kHard = 0.01;
-// What turns by more until it touches is advanced to there, rad.
-constexpr double kTurnAhead = 0.02;
 constexpr size_t kPairGrain = 64;
 constexpr size_t kBodyGrain = 256;
 

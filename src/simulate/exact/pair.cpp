@@ -4,38 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/exact/exact_constants.h"
+
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
-// Pieces closer than this share of the smaller one's extent have contact points, whether or not
-// they can touch within the step: those are there when they are needed.
-constexpr double kMargin = 0.01;
-// The list of pairs of pieces holds for a motion of this share of the smaller body's extent.
-constexpr double kListShare = 0.1;
-// A contact takes over the force of one this near, as a share of the smaller piece's extent.
-constexpr double kSamePlace = 0.1;
-constexpr double kSameNormal = 0.7;  // cosine
-// Points whose normals differ by less than this cosine are of one plane.
-constexpr double kSamePlane = 0.999;
-constexpr double kSameDepth = 1e-4;
-// Pieces that may come nearer in a step than this share of the smaller one's extent, and are not
-// near yet, are met where they will be.
-constexpr double kFast = 0.1;
-constexpr double kBehind = 0.5;  // cosine
 constexpr int kMostAdvances = 24;
-// The face that carries a contact is kept for a motion of this share of the smaller extent: no
-// other direction can be better by more than twice as much.
-constexpr double kKept = 1e-3;
-constexpr double kBand = 1e-3;  // as in manifold.cpp
-// What is sunk into a closed surface by more than this share of its extent leaves it as it came.
-constexpr double kInside = 0.01;
-// Bodies of which two pairs of pieces push against each other by this cosine, and one is sunk by
-// more than this share of the smaller piece's extent, leave along one direction, which is kept
-// until another is so much better. Points across or against it, by their cosine, are moved to it.
-constexpr double kSunk = 0.05;
-constexpr double kOpposed = -0.2;
-constexpr double kBetterWayOut = 0.5;
-constexpr double kAgrees = 0.3;
 
 // What is subtracted is never too little.
 void spend(float& slack, float motion) {
@@ -60,8 +37,8 @@ class Finder {
     turning_ = a.turning_m_s + b.turning_m_s;
     way_ = h * (b.velocity - a.velocity);
     unknown_way_m_ = h * turning_ + fall;
-    reach_m_ = kMargin * small_ + way_.norm() + unknown_way_m_;
-    near_m_ = 2 * kMargin * small_;
+    reach_m_ = kContactMargin * small_ + way_.norm() + unknown_way_m_;
+    near_m_ = 2 * kContactMargin * small_;
   }
 
   void find() {
@@ -73,7 +50,7 @@ class Finder {
     pair_.motion_m = 0;
     pair_.toward.setZero();
     b_in_a_ = relative_at(0);
-    reach_ = Reach(kMargin * small_ + unknown_way_m_, turn_a_.transpose() * way_);
+    reach_ = Reach(kContactMargin * small_ + unknown_way_m_, turn_a_.transpose() * way_);
     scratch_.all.clear();
     double slack = std::numeric_limits<double>::infinity();
     if (shape_a_.is_plane) {
@@ -162,7 +139,7 @@ class Finder {
 
   // Along the normal, a's frame, they may come nearer in the step by much.
   bool is_fast(const Vec3& normal) const {
-    return reach_.along(normal) > (kMargin + kFast) * small_;
+    return reach_.along(normal) > (kContactMargin + kFast) * small_;
   }
 
   // Contacts of one pair of pieces as bodies stand, and their distance. `look(relative, reach)`
@@ -190,7 +167,7 @@ class Finder {
       then = look(relative_at(t), std::numeric_limits<double>::infinity());
     }
     if (t <= step_s_ && then.distance_m <= near_m_) {
-      touch(relative_at(t), then, near_m_ + kMargin * small_);
+      touch(relative_at(t), then, near_m_ + kContactMargin * small_);
       add_contacts(first, t, is_round);
     }
     relative_at(0);  // for the next pieces
@@ -360,9 +337,9 @@ class Finder {
 
   // Pairs of pieces whose boxes, widened, meet; those that were listed keep what is known of them.
   void list_pieces() {
-    const double margin = kListShare * std::min(shape_b_.smallest_extent_m,
-                                                shape_a_.surface ? shape_b_.smallest_extent_m
-                                                                 : shape_a_.smallest_extent_m);
+    const double margin = kListMargin * std::min(shape_b_.smallest_extent_m,
+                                                 shape_a_.surface ? shape_b_.smallest_extent_m
+                                                                  : shape_a_.smallest_extent_m);
     if (!shape_a_.surface && shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
       pair_.list_slack_m = std::numeric_limits<float>::infinity();
       if (pair_.pieces.empty()) pair_.pieces.push_back({});
@@ -416,7 +393,7 @@ class Finder {
     };
     std::vector<uint32_t> touching;
     for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
-      if (pair_.pieces[i].slack_m < kMargin * small_) touching.push_back(i);
+      if (pair_.pieces[i].slack_m < kContactMargin * small_) touching.push_back(i);
     }
     const auto opposed = [&](uint32_t i, uint32_t j) {
       const PiecePair &one = pair_.pieces[i], &other = pair_.pieces[j];
@@ -556,7 +533,7 @@ bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& s
     spend(pair.slack_m, turned - pair.toward.dot(moved));
     closing = std::max(0.0F, -pair.toward.dot(velocity));
   }
-  const float reach = static_cast<float>(kMargin) * std::min(a.extent_m, b.extent_m) + fall +
+  const float reach = static_cast<float>(kContactMargin) * std::min(a.extent_m, b.extent_m) + fall +
                       h * (closing + a.turning_m_s + b.turning_m_s);
   constexpr float kSurely = 1 + 1e-5F;
   return pair.slack_m <= kSurely * reach;

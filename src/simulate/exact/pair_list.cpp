@@ -4,18 +4,14 @@
 #include <cmath>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/exact_constants.h"
 
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
-// Boxes are wider than they need to be by this share of the body's smallest extent, and by what it
-// moves in so many steps. Those of what has become slower are made anew when they are too wide by
-// more than kLoose of the extent.
-constexpr double kMargin = 0.05;
-constexpr double kSteps = 1;
-constexpr double kLoose = 0.1;
-// Of the smaller extent: contacts are wanted within it; see pair.cpp.
-constexpr double kReach = 0.01;
 // The order of the trees is made anew after so many steps.
 constexpr int kRebuild = 16;
 constexpr size_t kGrain = 64;
@@ -100,11 +96,11 @@ void PairList::update(double step_s, double gravity) {
     const Vec3 way = step_s * body.velocity;
     const double around = step_s * (body.spin.norm() * shape.radius_m + step_s * gravity);
     const double extent = shape.smallest_extent_m;
-    const Bounds needed = swept(tight, way, around + kReach * extent);
-    const Bounds wide =
-        swept(tight, (1 + kSteps) * way, (1 + kSteps) * around + (kReach + kMargin) * extent);
+    const Bounds needed = swept(tight, way, around + kContactMargin * extent);
+    const Bounds wide = swept(tight, (1 + kBoxSteps) * way,
+                              (1 + kBoxSteps) * around + (kContactMargin + kBoxMargin) * extent);
     if (!is_fresh && state_.boxes[i].holds(WideBox::around(needed)) &&
-        WideBox::around(wider(wide, kLoose * extent)).holds(state_.boxes[i])) {
+        WideBox::around(wider(wide, kBoxLoose * extent)).holds(state_.boxes[i])) {
       continue;
     }
     state_.boxes[i] = WideBox::around(wide);

@@ -5,28 +5,14 @@
 #include <numeric>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/exact_constants.h"
 
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
-// A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
-// own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
-// scale with the body, so that a pile of beads sleeps as a pile of boulders does.
-constexpr double kRestSpeed = 0.03;
-constexpr double kRestTime = 3.0;
-// Nor does it rest if it strays by more than this share of its radius in that time and nothing but
-// its slowness speaks for a balance: what begins to slide, or to roll, from rest at an acceleration
-// of e g comes 4.5 e radii far, so that 1/1500 of gravity is told from none.
-constexpr double kRestDrift = 0.003;
-// And if friction of several contacts holds it, by so much more: what all but stands on an edge
-// tips as slowly at first, and what lies in a pile still settles.
-constexpr double kHeldDrift = 0.01;
-// Nothing sleeps that is sunk into another body by more than this share of its smallest extent.
-constexpr double kRestDepth = 0.02;
-// Friction below this share of its limit sticks.
-constexpr double kAtLimit = 1 - 1e-4;
-// Of the smaller extent: bodies that are as near touch.
-constexpr double kTouch = 1e-3;
 constexpr size_t kGrain = 256;
 
 }  // namespace

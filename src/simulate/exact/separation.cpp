@@ -5,15 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/exact/exact_constants.h"
+
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
 
-// Pieces that overlap are looked at as if they were this share of the smaller one's extent apart.
-constexpr double kShift = 0.02;
-// Where they are sunk into each other by more than this share, a face may be a better direction
-// than the one that was the best before. Against a wall not where they are sunk in by more than the
-// other share: what all but went through a thin one is to come back the way it went.
-constexpr double kDeep = 1e-3, kTooDeep = 0.2;
 // Closer than this share of the extent, the direction from one to the other is lost in rounding.
 constexpr double kLeastDistance = 1e-3;
 constexpr double kGainByFace = 1e-5;

@@ -5,23 +5,13 @@
 #include <limits>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/exact_constants.h"
 
 namespace pilesim::exact {
+
+using namespace exact_constants;
+
 namespace {
-
-// Overlaps beyond this share of the smaller extent fall by e in kPushTime sqrt(r / g) of the
-// smallest body, and no faster than kPushSpeed sqrt(g r): what starts inside of others parts
-// without a burst.
-constexpr double kShallow = 1e-3, kPushTime = 0.3, kPushSpeed = 0.15;
-// Where nothing falls, as if a body 10 cm wide did, s and m/s.
-constexpr double kUsualPushTime = 0.02, kUsualPushSpeed = 0.1;
-
-// Scenes of so few bodies are solved in double precision and shorter substeps.
-constexpr size_t kFewBodies = 300;
-constexpr int kSubstepsOfFew = 16;
-constexpr int kRelaxationsOfFew = 4;
-constexpr int kSunkRoundsOfFew = 8;
-constexpr int kSubstepsOfMany = 4;
 
 constexpr size_t kGrain = 128;
 

@@ -1,0 +1,150 @@
+// What was tuned of the exact engine: pure numbers, in the unit that is said. g is gravity, r the
+// radius of the ball that holds a body; an extent is that of the smaller of two pieces along the
+// axes of its box. What is a limit of arithmetic stands where it is used.
+//
+// Found: by hand, when the part was written, on 1,000 hulls and 1,000 rabbits at 1/60 to 1/240 s
+// (tests/benchmark/exact_benchmark.cpp) and on presets/hard, but where it says otherwise.
+// docs/lab/exact_engine.md tells of what was tried; docs/lab/constants.md says which of them have
+// been judged by half and twice.
+#pragma once
+
+#include <cstddef>
+
+namespace pilesim::exact_constants {
+
+// --- Boxes, in extents of the body. For speed alone: what comes out is the same. Tried on 10,648
+// hulls that fall.
+
+// They are wider than they need to be by this, and by what the body moves in so many steps.
+inline constexpr double kBoxMargin = 0.05;
+inline constexpr double kBoxSteps = 1;
+// Those of what has become slower are made anew when they are too wide by more.
+inline constexpr double kBoxLoose = 0.1;
+// As the boxes of pieces, for the list of pieces that are near, in extents of the body.
+inline constexpr double kListMargin = 0.1;
+
+// --- Where pieces touch, in extents.
+
+// Pieces this near have contact points, whether or not they can touch within the step: those are
+// there when they are needed.
+inline constexpr double kContactMargin = 0.01;
+// Pieces that may come nearer by more in a step, and are not near yet, are met where they will be.
+inline constexpr double kFast = 0.1;
+// What turns by more until it touches is advanced to there, rad.
+inline constexpr double kTurnAhead = 0.02;
+// The face that carries a contact is kept for so much motion: no other direction can be better by
+// more than twice as much.
+inline constexpr double kKept = 1e-3;
+// Pieces that overlap are looked at as if they were so far apart.
+inline constexpr double kShift = 0.02;
+// Where they are sunk by more, a face may be a better direction than the one of the step before.
+inline constexpr double kDeep = 1e-3;
+// But not against what does not move where they are sunk by more than this: what all but went
+// through a thin wall is to come back the way it went.
+inline constexpr double kTooDeep = 0.2;
+// What is sunk into a closed surface by more leaves it as it came.
+inline constexpr double kInside = 0.01;
+
+// --- The face that carries, and the points over it. Tried on crossed sticks
+// (ExactEngine.CrossedSticksTouchWithTheirFaces, presets/stick_tower) and hulls of 40 vertices.
+
+// Its normal is about the direction of least overlap (the cosine), and pieces are along it closer
+// by no more than the tolerance, in extents.
+inline constexpr double kFacing = 0.95;
+inline constexpr double kFaceTolerance = 3e-4;
+// Of two faces that are as good, to this many extents, the one of a.
+inline constexpr double kPreference = 1e-5;
+// Faces this nearly across the normal, by their cosine, carry even if the other piece reaches below
+// their plane beside them, as the far ends of crossed sticks do.
+inline constexpr double kNearlyFacing = 1 - 1e-4;
+// Depths that differ by less, in extents, are the same.
+inline constexpr double kSameDepth = 1e-4;
+// What is beside a face by less, in extents, is as good as over it.
+inline constexpr double kBeside = 0.02;
+// What lies on a plane lies on points that are no higher than the lowest by more, in extents.
+inline constexpr double kBand = 1e-3;
+// A cylinder whose axis is nearer to the direction, by its cosine, lies on its flat face, else on
+// its round side. Round sides touch along a line where axes are parallel to this cosine.
+inline constexpr double kOnItsFace = 0.7;
+inline constexpr double kParallel = 0.9999;
+// Points whose normals differ by less than this cosine are of one plane.
+inline constexpr double kSamePlane = 0.999;
+// The edge of what goes down on the other side of a surface is not touched from behind (a cosine).
+inline constexpr double kBehind = 0.5;
+// A contact takes over the force of one this near, in extents, whose normal is this near (cosine).
+inline constexpr double kSamePlace = 0.1;
+inline constexpr double kSameNormal = 0.7;
+
+// --- Bodies of several pieces that are stuck in each other. Tried on 500 to 1,200 rabbits at
+// 1/60 s.
+
+// Two pairs of their pieces push against each other by this cosine, and one is sunk by more, in
+// extents ...
+inline constexpr double kSunk = 0.05;
+inline constexpr double kOpposed = -0.2;
+// ... so they leave along one direction, which is kept until another is so much better. Points
+// across or against it, by their cosine, are moved to it.
+inline constexpr double kBetterWayOut = 0.5;
+inline constexpr double kAgrees = 0.3;
+
+// --- The solver. Tried on towers, arches and card houses (presets/hard), too.
+
+// A contact is a spring that swings at this share of the rate of substeps, damped so much more
+// than critically; against what does not move twice as stiff. Joints likewise.
+inline constexpr double kContactRate = 0.25;
+inline constexpr double kContactDamping = 10;
+inline constexpr double kJointRate = 0.5;
+inline constexpr double kJointDamping = 5;
+// Substeps of a step, relaxations of a substep, and how often the points of a pair that is sunk are
+// solved one after the other, in scenes of so few bodies, which are solved in doubles ...
+inline constexpr size_t kFewBodies = 300;
+inline constexpr int kSubstepsOfFew = 16;
+inline constexpr int kRelaxationsOfFew = 4;
+inline constexpr int kSunkRoundsOfFew = 8;
+// ... and of more; the others are 1.
+inline constexpr int kSubstepsOfMany = 4;
+// Relaxations of the first substep, at least: what has just met finds its forces from nothing.
+inline constexpr int kFirstRelaxations = 4;
+// What comes nearer by more in a step, in extents, hits hard: its points are solved so often.
+inline constexpr double kHard = 0.01;
+inline constexpr int kHardRounds = 8;
+// Sweeps in which contacts that bounce find the speeds at which they part.
+inline constexpr int kBounceSweeps = 10;
+// What all but reaches another within the step, to this share of its way, hits it.
+inline constexpr double kAsGood = 0.01;
+// Overlaps beyond this, in extents, fall by e in this time, in sqrt(r / g) of the smallest body,
+// and no faster than this, in sqrt(g r): what starts inside of others parts without a burst.
+inline constexpr double kShallow = 1e-3;
+inline constexpr double kPushTime = 0.3;
+inline constexpr double kPushSpeed = 0.15;
+// Where nothing falls, as if a body 10 cm wide did: s and m/s.
+inline constexpr double kUsualPushTime = 0.02;
+inline constexpr double kUsualPushSpeed = 0.1;
+// Of half the turn since the step began, beyond which corners are not where they were: 0.5 rad.
+inline constexpr double kLeastCosine = 0.969;
+// Turns of less than this in a substep need no care for what they do to the axis, rad.
+inline constexpr double kLeastTurn = 0.02;
+
+// --- Rest. Tried on slopes, turntables and tilting boards (unit_simulate, Balance*) and on 300
+// L-shapes.
+
+// A body rests when it is slower than this, in sqrt(g r), the speed that a fall through its own
+// size gives, for this time, in sqrt(r / g), that a body takes to tip over. Both scale with the
+// body, so that a pile of beads sleeps as a pile of boulders does.
+inline constexpr double kRestSpeed = 0.03;
+inline constexpr double kRestTime = 3.0;
+// Nor does it rest if it strays by more, in r, in that time and nothing but its slowness speaks for
+// a balance: what begins to slide, or to roll, from rest at an acceleration of e g comes 4.5 e
+// radii far, so that 1/1500 of gravity is told from none.
+inline constexpr double kRestDrift = 0.003;
+// And if friction of several contacts holds it, by so much more: what all but stands on an edge
+// tips as slowly at first, and what lies in a pile still settles.
+inline constexpr double kHeldDrift = 0.01;
+// Nothing sleeps that is sunk by more, in extents of the body.
+inline constexpr double kRestDepth = 0.02;
+// Friction below this share of its limit sticks.
+inline constexpr double kAtLimit = 1 - 1e-4;
+// Bodies that are as near, in extents, touch.
+inline constexpr double kTouch = 1e-3;
+
+}  // namespace pilesim::exact_constants
