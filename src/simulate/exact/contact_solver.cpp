@@ -25,117 +25,6 @@ constexpr size_t kBodyGrain = 128;
 template <typename T>
 constexpr T kFar = static_cast<T>(1e15);
 
-struct Softness {
-  double rate, mass_scale, force_scale;
-};
-Softness softness(double hertz, double damping, double h) {
-  const double omega = 2 * kPi * hertz;
-  const double a1 = 2 * damping + h * omega;
-  const double a2 = h * omega * a1;
-  const double a3 = 1 / (1 + a2);
-  return {omega / a1, a2 * a3, a3};
-}
-
-template <typename T>
-HWY_INLINE Lanes3<T> load3(const std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
-  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
-          Lanes<T>::load(rows[2].data())};
-}
-template <typename T>
-HWY_INLINE void store3(const Lanes3<T>& v, std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
-  v.x.store(rows[0].data());
-  v.y.store(rows[1].data());
-  v.z.store(rows[2].data());
-}
-
-// A symmetric matrix by lanes.
-template <typename T>
-struct Sym {
-  Lanes<T> xx, yy, zz, xy, xz, yz;
-};
-template <typename T>
-HWY_INLINE Sym<T> load_sym(const std::array<std::array<T, Lanes<T>::kCount>, 6>& rows) {
-  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
-          Lanes<T>::load(rows[2].data()), Lanes<T>::load(rows[3].data()),
-          Lanes<T>::load(rows[4].data()), Lanes<T>::load(rows[5].data())};
-}
-template <typename T>
-HWY_INLINE Lanes3<T> operator*(const Sym<T>& m, const Lanes3<T>& v) {
-  return {mul_add(m.xx, v.x, mul_add(m.xy, v.y, m.xz * v.z)),
-          mul_add(m.xy, v.x, mul_add(m.yy, v.y, m.yz * v.z)),
-          mul_add(m.xz, v.x, mul_add(m.yz, v.y, m.zz * v.z))};
-}
-
-// Rows of eight values to eight registers, one a value.
-HWY_INLINE void transpose(std::array<Lanes<float>, 8>& r) {
-  using F = Lanes<float>;
-  const F::Tag tag;
-  const hn::Repartition<double, F::Tag> pairs;
-  const auto low = [&](F a, F b) {
-    return F::of(hn::BitCast(
-        tag, hn::InterleaveLower(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
-  };
-  const auto high = [&](F a, F b) {
-    return F::of(hn::BitCast(
-        tag, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
-  };
-  for (size_t half = 0; half < 8; half += 4) {
-    const F l01 = F::of(hn::InterleaveLower(tag, r[half].v, r[half + 1].v));
-    const F h01 = F::of(hn::InterleaveUpper(tag, r[half].v, r[half + 1].v));
-    const F l23 = F::of(hn::InterleaveLower(tag, r[half + 2].v, r[half + 3].v));
-    const F h23 = F::of(hn::InterleaveUpper(tag, r[half + 2].v, r[half + 3].v));
-    r[half] = low(l01, l23);
-    r[half + 1] = high(l01, l23);
-    r[half + 2] = low(h01, h23);
-    r[half + 3] = high(h01, h23);
-  }
-  for (size_t i = 0; i < 4; ++i) {
-    const F left = r[i], right = r[i + 4];
-    r[i] = F::of(hn::ConcatLowerLower(tag, right.v, left.v));
-    r[i + 4] = F::of(hn::ConcatUpperUpper(tag, right.v, left.v));
-  }
-}
-HWY_INLINE void transpose4(Lanes<double>* r) {
-  using D = Lanes<double>;
-  const D::Tag tag;
-  const D l01 = D::of(hn::InterleaveLower(tag, r[0].v, r[1].v));
-  const D h01 = D::of(hn::InterleaveUpper(tag, r[0].v, r[1].v));
-  const D l23 = D::of(hn::InterleaveLower(tag, r[2].v, r[3].v));
-  const D h23 = D::of(hn::InterleaveUpper(tag, r[2].v, r[3].v));
-  r[0] = D::of(hn::ConcatLowerLower(tag, l23.v, l01.v));
-  r[1] = D::of(hn::ConcatLowerLower(tag, h23.v, h01.v));
-  r[2] = D::of(hn::ConcatUpperUpper(tag, l23.v, l01.v));
-  r[3] = D::of(hn::ConcatUpperUpper(tag, h23.v, h01.v));
-}
-
-HWY_INLINE void gather8(const float* const* rows, std::array<Lanes<float>, 8>& r) {
-  for (size_t i = 0; i < 8; ++i) r[i] = Lanes<float>::load(rows[i]);
-  transpose(r);
-}
-HWY_INLINE void gather8(const double* const* rows, std::array<Lanes<double>, 8>& r) {
-  for (size_t i = 0; i < 4; ++i) {
-    r[i] = Lanes<double>::load(rows[i]);
-    r[i + 4] = Lanes<double>::load(rows[i] + 4);
-  }
-  transpose4(r.data());
-  transpose4(r.data() + 4);
-}
-HWY_INLINE void scatter8(std::array<Lanes<float>, 8>& r, float* const* rows) {
-  transpose(r);
-  for (size_t i = 0; i < 8; ++i) {
-    if (rows[i] != nullptr) r[i].store(rows[i]);
-  }
-}
-HWY_INLINE void scatter8(std::array<Lanes<double>, 8>& r, double* const* rows) {
-  transpose4(r.data());
-  transpose4(r.data() + 4);
-  for (size_t i = 0; i < 4; ++i) {
-    if (rows[i] == nullptr) continue;
-    r[i].store(rows[i]);
-    r[i + 4].store(rows[i] + 4);
-  }
-}
-
 // What the turn (x, y, z, w) adds to `r`; of round sides along the tangent only.
 template <typename T>
 HWY_INLINE Lanes3<T> turned_by(const Lanes3<T>& q, Lanes<T> w, Lanes<T> edged, const Lanes3<T>& r) {
@@ -415,21 +304,6 @@ void ContactSolver<T>::apply_forces(Block& block) {
   scatter(block, g);
 }
 
-template <typename T>
-void ContactSolver<T>::apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                    double substep_s) {
-  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
-  if (joint.a < moving_) {
-    add_velocity(joint.a, -a.inverse_mass * push,
-                 -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
-  }
-  if (joint.b < moving_) {
-    add_velocity(joint.b, b.inverse_mass * push,
-                 b.inverse_inertia * (joint.arm_b.cross(push) + twist));
-  }
-}
-
 // What the partner's contacts give in the step, found in turns with those here, for the step as a
 // whole and without moving anything. The substeps then have it as a force that is always there: so
 // the partner needs none of its own.
@@ -643,64 +517,6 @@ void ContactSolver<T>::turn_freely(const SolverBody& body, size_t i, double h) {
     pulled_[i].v[k + 3] += after - motion.v[k + 3];  // no contact's doing
     motion.v[k + 3] = after;
   }
-}
-
-template <typename T>
-void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
-                            bool soft) {
-  const double step = static_cast<double>(h);
-  const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
-  const auto turn_of = [&](uint32_t body) {
-    const Shift& shift = shifts_[body];
-    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
-  };
-  const auto way_of = [&](uint32_t body) {
-    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
-  };
-  const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
-  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
-  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  const auto cross_matrix = [](const Vec3& v) {
-    Mat3 m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-  };
-  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
-                        const Vec3& push, const Vec3& twist) {
-    if (body >= moving_) return;
-    add_velocity(body, side * of.inverse_mass * push,
-                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
-  };
-  // About the axis they are free, across it not.
-  const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
-  const Vec3 u = axis_a.unitOrthogonal(), v = axis_a.cross(u);
-  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
-  Eigen::Matrix<double, 3, 2> across;
-  across << u, v;
-  const Eigen::Matrix2d k2 = across.transpose() * answer * across;
-  const Vec3 bent = axis_a.cross(axis_b);  // b is turned by it against a
-  const Eigen::Vector2d rate = across.transpose() * (spin(joint.b) - spin(joint.a));
-  const Eigen::Vector2d old2 = across.transpose() * joint.torque_nm * step;
-  const Eigen::Vector2d more2 =
-      -s.mass_scale * (k2.inverse() * (rate + s.rate * (across.transpose() * bent))) -
-      s.force_scale * old2;
-  const Vec3 twist = across * more2;
-  joint.torque_nm += twist / step;
-  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
-  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
-
-  const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
-  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
-                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
-  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
-                     (arm_a - joint.arm_a);
-  const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
-                       spin(joint.a).cross(arm_a);
-  const Vec3 push = -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) -
-                    s.force_scale * (joint.force_n * step);
-  joint.force_n += push / step;
-  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
-  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
 }
 
 template <typename T>

@@ -54,6 +54,21 @@ struct SolverJoint {
   Vec3 torque_nm = Vec3::Zero();
 };
 
+// How a substep pushes back: the speed that it asks for is `rate` (1/s) times the distance; of the
+// push that would give it, it gives mass_scale, and takes force_scale off what there was.
+struct Softness {
+  double rate, mass_scale, force_scale;
+};
+
+// Of a spring of so many Hz and so much damping (1: critical), in substeps of `h` s.
+inline Softness softness(double hertz, double damping, double h) {
+  const double omega = 2 * kPi * hertz;
+  const double a1 = 2 * damping + h * omega;
+  const double a2 = h * omega * a1;
+  const double a3 = 1 / (1 + a2);
+  return {omega / a1, a2 * a3, a3};
+}
+
 struct SolverSettings {
   double step_s;
   double push_time_s;  // in which deep overlaps fall by e

@@ -4,6 +4,8 @@
 
 #include <hwy/highway.h>
 
+#include <array>
+
 namespace pilesim::exact {
 
 template <typename T>
@@ -106,6 +108,106 @@ HWY_INLINE Lanes3<T> add_scaled(const Lanes3<T>& a, Lanes<T> s, const Lanes3<T>&
 template <typename T>
 HWY_INLINE Lanes3<T> sub_scaled(const Lanes3<T>& a, Lanes<T> s, const Lanes3<T>& b) {
   return {neg_mul_add(s, b.x, a.x), neg_mul_add(s, b.y, a.y), neg_mul_add(s, b.z, a.z)};
+}
+
+template <typename T>
+HWY_INLINE Lanes3<T> load3(const std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
+  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
+          Lanes<T>::load(rows[2].data())};
+}
+template <typename T>
+HWY_INLINE void store3(const Lanes3<T>& v, std::array<std::array<T, Lanes<T>::kCount>, 3>& rows) {
+  v.x.store(rows[0].data());
+  v.y.store(rows[1].data());
+  v.z.store(rows[2].data());
+}
+
+// A symmetric matrix by lanes.
+template <typename T>
+struct Sym {
+  Lanes<T> xx, yy, zz, xy, xz, yz;
+};
+template <typename T>
+HWY_INLINE Sym<T> load_sym(const std::array<std::array<T, Lanes<T>::kCount>, 6>& rows) {
+  return {Lanes<T>::load(rows[0].data()), Lanes<T>::load(rows[1].data()),
+          Lanes<T>::load(rows[2].data()), Lanes<T>::load(rows[3].data()),
+          Lanes<T>::load(rows[4].data()), Lanes<T>::load(rows[5].data())};
+}
+template <typename T>
+HWY_INLINE Lanes3<T> operator*(const Sym<T>& m, const Lanes3<T>& v) {
+  return {mul_add(m.xx, v.x, mul_add(m.xy, v.y, m.xz * v.z)),
+          mul_add(m.xy, v.x, mul_add(m.yy, v.y, m.yz * v.z)),
+          mul_add(m.xz, v.x, mul_add(m.yz, v.y, m.zz * v.z))};
+}
+
+// Rows of eight values to eight registers, one a value.
+HWY_INLINE void transpose(std::array<Lanes<float>, 8>& r) {
+  using F = Lanes<float>;
+  const F::Tag tag;
+  const hn::Repartition<double, F::Tag> pairs;
+  const auto low = [&](F a, F b) {
+    return F::of(hn::BitCast(
+        tag, hn::InterleaveLower(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
+  };
+  const auto high = [&](F a, F b) {
+    return F::of(hn::BitCast(
+        tag, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a.v), hn::BitCast(pairs, b.v))));
+  };
+  for (size_t half = 0; half < 8; half += 4) {
+    const F l01 = F::of(hn::InterleaveLower(tag, r[half].v, r[half + 1].v));
+    const F h01 = F::of(hn::InterleaveUpper(tag, r[half].v, r[half + 1].v));
+    const F l23 = F::of(hn::InterleaveLower(tag, r[half + 2].v, r[half + 3].v));
+    const F h23 = F::of(hn::InterleaveUpper(tag, r[half + 2].v, r[half + 3].v));
+    r[half] = low(l01, l23);
+    r[half + 1] = high(l01, l23);
+    r[half + 2] = low(h01, h23);
+    r[half + 3] = high(h01, h23);
+  }
+  for (size_t i = 0; i < 4; ++i) {
+    const F left = r[i], right = r[i + 4];
+    r[i] = F::of(hn::ConcatLowerLower(tag, right.v, left.v));
+    r[i + 4] = F::of(hn::ConcatUpperUpper(tag, right.v, left.v));
+  }
+}
+HWY_INLINE void transpose4(Lanes<double>* r) {
+  using D = Lanes<double>;
+  const D::Tag tag;
+  const D l01 = D::of(hn::InterleaveLower(tag, r[0].v, r[1].v));
+  const D h01 = D::of(hn::InterleaveUpper(tag, r[0].v, r[1].v));
+  const D l23 = D::of(hn::InterleaveLower(tag, r[2].v, r[3].v));
+  const D h23 = D::of(hn::InterleaveUpper(tag, r[2].v, r[3].v));
+  r[0] = D::of(hn::ConcatLowerLower(tag, l23.v, l01.v));
+  r[1] = D::of(hn::ConcatLowerLower(tag, h23.v, h01.v));
+  r[2] = D::of(hn::ConcatUpperUpper(tag, l23.v, l01.v));
+  r[3] = D::of(hn::ConcatUpperUpper(tag, h23.v, h01.v));
+}
+
+HWY_INLINE void gather8(const float* const* rows, std::array<Lanes<float>, 8>& r) {
+  for (size_t i = 0; i < 8; ++i) r[i] = Lanes<float>::load(rows[i]);
+  transpose(r);
+}
+HWY_INLINE void gather8(const double* const* rows, std::array<Lanes<double>, 8>& r) {
+  for (size_t i = 0; i < 4; ++i) {
+    r[i] = Lanes<double>::load(rows[i]);
+    r[i + 4] = Lanes<double>::load(rows[i] + 4);
+  }
+  transpose4(r.data());
+  transpose4(r.data() + 4);
+}
+HWY_INLINE void scatter8(std::array<Lanes<float>, 8>& r, float* const* rows) {
+  transpose(r);
+  for (size_t i = 0; i < 8; ++i) {
+    if (rows[i] != nullptr) r[i].store(rows[i]);
+  }
+}
+HWY_INLINE void scatter8(std::array<Lanes<double>, 8>& r, double* const* rows) {
+  transpose4(r.data());
+  transpose4(r.data() + 4);
+  for (size_t i = 0; i < 4; ++i) {
+    if (rows[i] == nullptr) continue;
+    r[i].store(rows[i]);
+    r[i + 4].store(rows[i] + 4);
+  }
 }
 
 }  // namespace pilesim::exact

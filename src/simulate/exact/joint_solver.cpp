@@ -1,0 +1,90 @@
+// The part of the contact solver that holds joints.
+#include "simulate/exact/contact_solver.h"
+#include "simulate/exact/exact_constants.h"
+
+namespace pilesim::exact {
+
+using namespace exact_constants;
+
+template <typename T>
+void ContactSolver<T>::apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                    double substep_s) {
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+  const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
+  if (joint.a < moving_) {
+    add_velocity(joint.a, -a.inverse_mass * push,
+                 -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
+  }
+  if (joint.b < moving_) {
+    add_velocity(joint.b, b.inverse_mass * push,
+                 b.inverse_inertia * (joint.arm_b.cross(push) + twist));
+  }
+}
+
+template <typename T>
+void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
+                            bool soft) {
+  const double step = static_cast<double>(h);
+  const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
+  const auto turn_of = [&](uint32_t body) {
+    const Shift& shift = shifts_[body];
+    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+  };
+  const auto way_of = [&](uint32_t body) {
+    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
+  };
+  const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
+  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+  const auto cross_matrix = [](const Vec3& v) {
+    Mat3 m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+  };
+  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
+                        const Vec3& push, const Vec3& twist) {
+    if (body >= moving_) return;
+    add_velocity(body, side * of.inverse_mass * push,
+                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
+  };
+  // About the axis they are free, across it not.
+  const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
+  const Vec3 u = axis_a.unitOrthogonal(), v = axis_a.cross(u);
+  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
+  Eigen::Matrix<double, 3, 2> across;
+  across << u, v;
+  const Eigen::Matrix2d k2 = across.transpose() * answer * across;
+  const Vec3 bent = axis_a.cross(axis_b);  // b is turned by it against a
+  const Eigen::Vector2d rate = across.transpose() * (spin(joint.b) - spin(joint.a));
+  const Eigen::Vector2d old2 = across.transpose() * joint.torque_nm * step;
+  const Eigen::Vector2d more2 =
+      -s.mass_scale * (k2.inverse() * (rate + s.rate * (across.transpose() * bent))) -
+      s.force_scale * old2;
+  const Vec3 twist = across * more2;
+  joint.torque_nm += twist / step;
+  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
+  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
+
+  const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
+  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
+                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
+  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
+                     (arm_a - joint.arm_a);
+  const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
+                       spin(joint.a).cross(arm_a);
+  const Vec3 push = -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) -
+                    s.force_scale * (joint.force_n * step);
+  joint.force_n += push / step;
+  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
+  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
+}
+
+template void ContactSolver<float>::apply_forces(const SolverJoint&, const std::vector<SolverBody>&,
+                                                 double);
+template void ContactSolver<double>::apply_forces(const SolverJoint&,
+                                                  const std::vector<SolverBody>&, double);
+template void ContactSolver<float>::hold(SolverJoint&, const std::vector<SolverBody>&, float, bool);
+template void ContactSolver<double>::hold(SolverJoint&, const std::vector<SolverBody>&, double,
+                                          bool);
+
+}  // namespace pilesim::exact
