@@ -164,7 +164,7 @@ class Finder {
       if (closing <= 0) break;
       t += (then.distance_m - near_m_ / 2) / closing;
       if (t > step_s_) break;
-      then = look(relative_at(t), std::numeric_limits<double>::infinity());
+      then = look(relative_at(t), near_m_);
     }
     if (t <= step_s_ && then.distance_m <= near_m_) {
       touch(relative_at(t), then, near_m_ + kContactMargin * small_);
