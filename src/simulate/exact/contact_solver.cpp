@@ -20,6 +20,8 @@ constexpr size_t kColours = 64;
 
 constexpr size_t kGrain = 64;
 constexpr size_t kBlockGrain = 8;
+// With fewer one thread is as fast.
+constexpr size_t kLeastBlocks = 48;
 constexpr size_t kBodyGrain = 128;
 // m: what is as far does not touch.
 template <typename T>
@@ -642,7 +644,12 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
 
   given_.assign(moving, {});
   if (settings.partner) take_turns(settings, bodies, joints);
-  Team::gather([&](Team& team) { make_substeps(team, settings, bodies, joints); });
+  if (blocks_.size() < kLeastBlocks) {
+    Team alone;
+    make_substeps(alone, settings, bodies, joints);
+  } else {
+    Team::gather([&](Team& team) { make_substeps(team, settings, bodies, joints); });
+  }
   for (size_t i = 0; i < bodies.size(); ++i) {
     const auto place = static_cast<uint32_t>(i);
     bodies[i].velocity = velocity(place);
