@@ -26,6 +26,8 @@ constexpr size_t kBodyGrain = 128;
 // m: what is as far does not touch.
 template <typename T>
 constexpr T kFar = static_cast<T>(1e15);
+template <typename T>
+constexpr T kLeast = static_cast<T>(1e-30);
 
 // What the turn (x, y, z, w) adds to `r`; of round sides along the tangent only.
 template <typename T>
@@ -411,6 +413,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
   const L shallow = L::load(block.shallow.data());
+  const L deeper = fastest * L(static_cast<T>(kDeeper * kShallow)) / max(shallow, L(kLeast<T>));
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
@@ -427,7 +430,8 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       const auto ahead = distance > zero;
       L bias, scale = one, give = zero;
       if constexpr (kSoft) {
-        const L slowly = max(slow * (distance + shallow), zero - fastest);
+        const L slowly =
+            max(slow * (distance + shallow), mul_add(deeper, distance, zero - fastest));
         const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
         bias = select(ahead, distance * rate_ahead, undone);
         scale = select(ahead, one, mass_scale);
