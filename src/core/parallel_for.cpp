@@ -75,10 +75,9 @@ void run_chunks(size_t chunks, const std::function<void(size_t)>& chunk) {
 
 void run_beside(size_t helpers, const std::function<void(size_t)>& help,
                 const std::function<void()>& work) {
-  std::vector<std::thread> threads;
+  std::vector<std::jthread> threads;  // waits for them also when `work` throws
   for (size_t i = 1; i <= helpers; ++i) threads.emplace_back(help, i);
   work();
-  for (std::thread& thread : threads) thread.join();
 }
 #else
 void run_chunks(size_t chunks, const std::function<void(size_t)>& chunk) {
