@@ -26,6 +26,7 @@ constexpr size_t kBodyGrain = 128;
 // m: what is as far does not touch.
 template <typename T>
 constexpr T kFar = static_cast<T>(1e15);
+// m: so that lanes without a contact, whose extent is nothing, divide by something.
 template <typename T>
 constexpr T kLeast = static_cast<T>(1e-30);
 
