@@ -115,8 +115,8 @@ struct Stir {
 bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings);
 
 // Finds the contacts of the pair as its bodies stand, when may_touch() has not said that there are
-// none, appends them to `contacts`, and gives them the forces of those that were
-// there before. Any thread, a pair each.
+// none, appends them to `contacts`, and gives them the forces of the `former` ones. Any thread, a
+// pair each.
 void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
                    std::span<const Contact> former, std::vector<Contact>& contacts,
                    NarrowScratch& scratch);

@@ -29,9 +29,10 @@ class Rest {
 
   // With the step's contacts, which the pairs `touching` have.
   void wake_islands(std::span<const uint32_t> touching);
-  // Once these are solved; then the partner adds what it carries.
-  void note_support(std::span<const uint32_t> touching);
+  // The partner's, while contacts are solved: it carries the body.
   void carry(uint32_t body);
+  // Once they are solved.
+  void note_support(std::span<const uint32_t> touching);
   // Counts the time for which bodies have rested; islands fall asleep if they `may_sleep`.
   void end_step(bool may_sleep);
 
