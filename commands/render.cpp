@@ -126,10 +126,14 @@ void add_render_command(CLI::App& app) {
       "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
       ->type_name("N");
   CLI::Option* overlay = add_choice<OverlayKind>(
-      *command, "--overlay", {{"piles", OverlayKind::piles}, {"guide", OverlayKind::guide}},
+      *command, "--overlay",
+      {{"piles", OverlayKind::piles},
+       {"guide", OverlayKind::guide},
+       {"solver", OverlayKind::solver}},
       options->overlay,
       "piles: the layers of directed piles as translucent cylinders, and what sleeps darker; "
-      "guide: the guide, dots where bodies are held, and bodies in the colours of the analysis");
+      "guide: the guide, dots where bodies are held, and bodies in the colours of the analysis; "
+      "solver: bodies in the colour of who steps them, with a legend, and what sleeps darker");
   command
       ->add_option("--compare-with", options->compare_with,
                    "Another directory that simulate wrote: drawn on the right of each picture with "

@@ -34,7 +34,12 @@ struct Entry {
     return std::tie(batch, depth, body) < std::tie(other.batch, other.depth, other.body);
   }
 };
-constexpr int kDarkness = 3;  // of sleepers
+
+PackedMaterial darker(PackedMaterial material) {
+  constexpr int kDarkness = 3;
+  for (size_t c = 0; c < 3; ++c) material[c] = static_cast<uint8_t>(material[c] / kDarkness);
+  return material;
+}
 
 constexpr uint32_t kLevelsPerShape = 32;
 
@@ -94,8 +99,7 @@ class ShadowReach {
     for (size_t body = 0; body < scene.shape.size(); ++body) {
       if (scene.drawn(frame, body)) {
         lowest_ = std::min(lowest_, frame.position[body].y() - scene.radius(body));
-      } else if (scene.is_plane[scene.shape[body]] != 0 &&
-                 (frame.state[body] & kPresent) != 0) {
+      } else if (scene.is_plane[scene.shape[body]] != 0 && (frame.state[body] & kPresent) != 0) {
         const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
         if (normal.dot(light_) > 0) planes_.emplace_back(normal, frame.position[body]);
       }
@@ -119,8 +123,8 @@ class ShadowReach {
 
 }  // namespace
 
-RenderScene::RenderScene(const TrajectoryHeader& header)
-    : shape(header.body_shape), moves(header.body_moves) {
+RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told)
+    : shape(header.body_shape), moves(header.body_moves), colours(told) {
   meshes.reserve(header.shapes.size());
   for (const TrajectoryShape& source : header.shapes) {
     meshes.push_back(make_render_mesh(source.vertices, source.triangles));
@@ -142,22 +146,25 @@ RenderScene::RenderScene(const TrajectoryHeader& header)
 }
 
 PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t body) const {
-  if (dark_sleepers && (frame.state[body] & kAsleep) != 0) {
-    PackedMaterial darker = material[body];
-    for (size_t c = 0; c < 3; ++c) darker[c] = static_cast<uint8_t>(darker[c] / kDarkness);
-    return darker;
+  const uint8_t state = frame.state[body];
+  const bool sleeps = (state & kAsleep) != 0;
+  switch (colours) {
+    case BodyColours::own:
+      break;
+    case BodyColours::sleepers:
+      return sleeps ? darker(material[body]) : material[body];
+    case BodyColours::analysis:
+      if ((state & (kPassed | kFailed)) == kPassed) return pack_material({70, 190, 200}, false);
+      if ((state & (kPassed | kFailed)) == kFailed) return pack_material({205, 60, 50}, false);
+      if ((state & kPassed) != 0) return pack_material({60, 90, 200}, false);
+      break;
+    case BodyColours::solver:
+      // What stands, and what is moved by its keys, is stepped by no one.
+      if ((state & (kImpulse | kStatistical)) == 0) break;
+      const PackedMaterial told = pack_material(solver_colour(state), false);
+      return sleeps ? darker(told) : told;
   }
-  if (!analysis) return material[body];
-  switch (frame.state[body] & (kPassed | kFailed)) {
-    case kPassed:
-      return pack_material({70, 190, 200}, false);
-    case kFailed:
-      return pack_material({205, 60, 50}, false);
-    case kPassed | kFailed:
-      return pack_material({60, 90, 200}, false);
-    default:
-      return material[body];
-  }
+  return material[body];
 }
 
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,

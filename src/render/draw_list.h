@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/types.h"
+#include "render/body_colours.h"
 #include "render/render_mesh.h"
 #include "render/view.h"
 #include "trajectory/trajectory.h"
@@ -45,10 +46,9 @@ struct RenderScene {
   std::vector<PackedMaterial> material;  // (body)
   std::vector<uint8_t> moves;            // (body)
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
-  bool dark_sleepers = false;            // bodies that sleep are darker
-  bool analysis = false;                 // colours tell the state of the equilibrium analysis
+  BodyColours colours;
 
-  explicit RenderScene(const TrajectoryHeader& header);
+  explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.

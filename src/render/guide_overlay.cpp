@@ -106,10 +106,11 @@ void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
   }
 }
 
-void GuideOverlay::draw(uint64_t frame, const CameraKey& camera, Image& image) const {
+void GuideOverlay::draw(uint64_t index, const TrajectoryFrame&, const CameraKey& camera,
+                        Image& image) const {
   draw_guide(camera, image);
   const auto after =
-      std::ranges::upper_bound(guide_.constraints, frame, {}, &GuideConstraints::frame);
+      std::ranges::upper_bound(guide_.constraints, index, {}, &GuideConstraints::frame);
   if (after == guide_.constraints.begin()) return;
   const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
   const View view = make_view(camera, width / height, kNear, kFar);

@@ -13,7 +13,8 @@ class GuideOverlay final : public Overlay {
   // As read_guide_file().
   explicit GuideOverlay(const std::filesystem::path& file);
 
-  void draw(uint64_t frame, const CameraKey& camera, Image& image) const override;
+  void draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
+            Image& image) const override;
 
  private:
   void draw_guide(const CameraKey& camera, Image& image) const;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/types.h"
+#include "render/body_colours.h"
 #include "render/scene_renderer.h"
 #include "scene/scene.h"
 
@@ -15,16 +16,20 @@ class Overlay {
  public:
   virtual ~Overlay() = default;
   // As of a frame of the trajectory. It is drawn over what stands before it, too.
-  virtual void draw(uint64_t frame, const CameraKey& camera, Image& image) const = 0;
+  virtual void draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
+                    Image& image) const = 0;
 };
 
 enum class OverlayKind {
-  piles,  // layers of stacking structures; what sleeps is darker
-  guide,  // the guide and what holds bodies, which have the colours of the analysis
+  piles,   // layers of stacking structures; what sleeps is darker
+  guide,   // the guide and what holds bodies, which have the colours of the analysis
+  solver,  // how many bodies are stepped by whom, in the colours that tell it
 };
 
-// Of a directory that `pilesim direct-pile` wrote. Throws Error(io), or Error(input) where its file
-// is not what that command writes.
+BodyColours colours_of(OverlayKind kind);
+
+// Of a directory that `pilesim direct-pile` wrote, but for `solver`: any run. Throws Error(io), or
+// Error(input) where its file is not what that command writes.
 std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::path& directory);
 
 // Of a pixel within the image; sRGB from 0 to 255.

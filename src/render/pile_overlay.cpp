@@ -119,8 +119,9 @@ std::vector<Eigen::Vector2f> PileOverlay::outline(const LayeredPile& pile, float
   return points;
 }
 
-void PileOverlay::draw(uint64_t frame, const CameraKey& camera, Image& image) const {
-  const auto after = std::ranges::upper_bound(changes_, frame, {}, &PileLayersChange::frame);
+void PileOverlay::draw(uint64_t index, const TrajectoryFrame&, const CameraKey& camera,
+                       Image& image) const {
+  const auto after = std::ranges::upper_bound(changes_, index, {}, &PileLayersChange::frame);
   if (after == changes_.begin()) return;
   const auto width = static_cast<float>(image.width);
   const auto height = static_cast<float>(image.height);

@@ -14,7 +14,8 @@ class PileOverlay final : public Overlay {
   // As read_pile_layers().
   explicit PileOverlay(const std::filesystem::path& file);
 
-  void draw(uint64_t frame, const CameraKey& camera, Image& image) const override;
+  void draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
+            Image& image) const override;
 
  private:
   static std::vector<Eigen::Vector2f> outline(const LayeredPile& pile, float radius_m);

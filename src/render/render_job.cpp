@@ -126,9 +126,8 @@ class Painter {
       camera_.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
     }
     if (job.overlay) overlay_ = make_overlay(*job.overlay, job.overlay_source);
-    RenderSettings settings = job.settings;
-    settings.analysis |= job.overlay == OverlayKind::guide;
-    renderer_.emplace(trajectory.header(), settings, job.overlay == OverlayKind::piles);
+    renderer_.emplace(trajectory.header(), job.settings,
+                      job.overlay ? colours_of(*job.overlay) : BodyColours::own);
     if (job.beside != nullptr) renderer_beside_.emplace(job.beside->header(), job.settings);
   }
 
@@ -140,7 +139,7 @@ class Painter {
     const CameraKey camera = camera_at(camera_, time_s(frame));
     trajectory_.read(frame, frame_);
     Image picture = renderer_->draw(frame_, camera);
-    if (overlay_) overlay_->draw(frame, camera, picture);
+    if (overlay_) overlay_->draw(frame, frame_, camera, picture);
     if (job_.beside == nullptr) return picture;
     job_.beside->read(frame, frame_);
     return contact_sheet(

@@ -145,7 +145,7 @@ struct SceneRenderer::State {
   LightView light;
   Image image, pass_image;
 
-  State(const TrajectoryHeader& header, const RenderSettings& settings);
+  State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours);
   ~State() { context.make_current(); }
   View view_of(const TrajectoryFrame& frame, const CameraKey& camera) const;
   float fade_distance(const TrajectoryFrame& frame, const View& view) const;
@@ -160,12 +160,12 @@ struct SceneRenderer::State {
   void draw_over_target(const GlFramebuffer& frame, int target_width, int target_height);
 };
 
-SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings& settings)
-    : scene(header),
+SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings& settings,
+                            BodyColours colours)
+    : scene(header, settings.analysis ? BodyColours::analysis : colours),
       width(settings.size[0]),
       height(settings.size[1]),
       samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0) {
-  scene.analysis = settings.analysis;
   // The driver's four samples are a square lattice; a second pass fills the middle of its cells.
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
@@ -377,10 +377,8 @@ void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& v
 }
 
 SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
-                             bool dark_sleepers)
-    : state_(std::make_unique<State>(header, settings)) {
-  state_->scene.dark_sleepers = dark_sleepers;
-}
+                             BodyColours colours)
+    : state_(std::make_unique<State>(header, settings, colours)) {}
 
 SceneRenderer::~SceneRenderer() = default;
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "render/body_colours.h"
 #include "scene/scene.h"
 #include "trajectory/trajectory.h"
 
@@ -25,9 +26,8 @@ class SceneRenderer {
  public:
   // Throws Error(internal) if no OpenGL 3.3 core context can be made, Error(usage) for a size or a
   // sample count that it cannot draw.
-  // `dark_sleepers`: bodies that sleep are drawn darker.
   SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
-                bool dark_sleepers = false);
+                BodyColours colours = BodyColours::own);
   ~SceneRenderer();
   SceneRenderer(const SceneRenderer&) = delete;
   SceneRenderer& operator=(const SceneRenderer&) = delete;

@@ -174,7 +174,7 @@ class Usage(CommandTest):
         """Every option that takes one of some words, of every command."""
         for command, inputs, option, words in (
             ("simulate", ["scene.json", "-o", "out"], "--progress", "auto, bar, json, none"),
-            ("render", ["out"], "--overlay", "piles, guide"),
+            ("render", ["out"], "--overlay", "piles, guide, solver"),
             ("render", ["out"], "--samples", "1, 2, 4, 8"),
             ("sample-signature", ["a.obj", "-o", "a.sig"], "--layout", "scale-free, dissertation"),
             ("fit-bspline", ["a.sig", "-o", "b.sig"], "--coordinates", "cartesian, spherical"),

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/philox.h"
+#include "render/overlay.h"
 #include "support/render_fixture.h"
 
 namespace pilesim {
@@ -66,6 +67,53 @@ TEST(VisibleBodies, RunFromFrontToBackInEachBatch) {
   for (size_t i = 1; i < 5; ++i) {
     EXPECT_LT(list.instances[i].position.z(), list.instances[i - 1].position.z());
   }
+}
+
+// A fixed body, one that is solved, one near those, a sphere, and a sphere that sleeps.
+DrawnScene of_all_solvers() {
+  DrawnScene drawn;
+  for (const int flags :
+       {0, int{kImpulse}, kImpulse | kStatistical, int{kStatistical}, kStatistical | kAsleep}) {
+    drawn.add(1, {2 * static_cast<float>(drawn.frame.state.size()), 1, 0}, test::kRed, flags != 0);
+    drawn.frame.state.back() = static_cast<uint8_t>(kPresent | flags);
+  }
+  return drawn;
+}
+
+TEST(VisibleBodies, HaveTheColourOfWhoStepsThem) {
+  const DrawnScene drawn = of_all_solvers();
+  const RenderScene own(drawn.header), told(drawn.header, BodyColours::solver);
+  std::set<PackedMaterial> colours;
+  for (size_t body = 1; body < drawn.frame.state.size(); ++body) {
+    EXPECT_EQ(own.material_of(drawn.frame, body), own.material[body]);
+    colours.insert(told.material_of(drawn.frame, body));
+  }
+  EXPECT_EQ(colours.size(), 5u);
+  EXPECT_EQ(told.material_of(drawn.frame, 1), own.material[1]);
+  EXPECT_LT(told.material_of(drawn.frame, 5)[2], told.material_of(drawn.frame, 4)[2]);
+}
+
+TEST(SolverOverlay, HasALegendOfThoseThatAreThere) {
+  DrawnScene drawn = of_all_solvers();
+  const auto overlay = make_overlay(OverlayKind::solver, {});
+  const auto colours_at_left = [&] {
+    Image image{.width = 320, .height = 180};
+    image.rgb.assign(3 * 320 * 180, 255);
+    overlay->draw(0, drawn.frame, {}, image);
+    std::set<std::array<uint8_t, 3>> colours;
+    for (size_t y = 0; y < 180; ++y) {
+      const uint8_t* pixel = &image.rgb[3 * 320 * y];
+      colours.insert({pixel[0], pixel[1], pixel[2]});
+    }
+    return colours;
+  };
+  const std::array<uint8_t, 3> white = {255, 255, 255};
+  EXPECT_EQ(colours_at_left(), (std::set<std::array<uint8_t, 3>>{
+                                   white, solver_colour(kImpulse), solver_colour(kStatistical),
+                                   solver_colour(kImpulse | kStatistical)}));
+  drawn.frame.state[2] = drawn.frame.state[3] = 0;  // not released yet
+  EXPECT_EQ(colours_at_left(),
+            (std::set<std::array<uint8_t, 3>>{white, solver_colour(kStatistical)}));
 }
 
 bool in_map(const LightView& light, const Vec3f& centre, float radius) {
