@@ -21,6 +21,10 @@ struct Material {
   double restitution = 0.3;     // 0 .. 1; of a pair: the product's square root
   double friction = 0.5;        // Coulomb, >= 0; of a pair: the product's square root
   double density_kg_m3 = 1000;  // > 0
+  // What holds back rolling, and spinning about the normal of a contact: a torque of up to this
+  // share of the force along the normal times the radius of the smaller body, as a ball of its
+  // volume (simulate/rolling_resistance.h). >= 0; of a pair: the product's square root.
+  double rolling_friction = 0, spinning_friction = 0;
 };
 
 // How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only.

@@ -77,6 +77,7 @@ class Checker {
     }
     const Path events = root_ / "events";
     for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
+    check_spheres_of_materials();
     check_counts();
     check_camera(root_ / "camera");
   }
@@ -277,6 +278,41 @@ class Checker {
                   "is " + quoted(name) + ", but " + quoted(emitter.name) + " has " +
                       counted(static_cast<uint64_t>(count), "body", "bodies"),
                   "an index below " + number_text(count) + " (they count from 0)");
+    }
+  }
+
+  // Spheres that stand for bodies have the rolling resistance of their mode.
+  void check_spheres_of_materials() {
+    const SimulatorMode mode = scene_.simulator.mode;
+    if (mode == SimulatorMode::impulse || !log_.is_sound_itself(materials_)) return;
+    const bool is_mixed = mode == SimulatorMode::mixed;
+    std::map<std::string, std::string> first;  // material -> who is a sphere of it
+    const auto note = [&](const std::string& material, Preference preference,
+                          const std::string& name) {
+      if (is_mixed && preference == Preference::must_impulse) return;
+      first.emplace(material, name);
+    };
+    for (const Body& body : scene_.bodies) {
+      if (body.role == Role::dynamic) note(body.material, body.preference, body.name);
+    }
+    for (const Emitter& emitter : scene_.emitters) {
+      note(emitter.material, emitter.preference, emitter.name);
+    }
+    for (const auto& [material, name] : first) {
+      const auto found = scene_.materials.find(material);
+      if (found == scene_.materials.end()) continue;
+      const auto check = [&](const char* key, double value) {
+        const Path place = materials_ / material;
+        if (value == 0 || !log_.is_sound(place / key)) return;
+        log_.report(place / key,
+                    "is " + number_text(value) + ", and " + quoted(name) +
+                        " of this material is a sphere in the " + mode_name(mode) + " mode",
+                    "0: spheres have the rolling resistance of their mode",
+                    is_mixed ? R"(Give the body "preference": "must_impulse" or another material)"
+                             : R"(Set /simulator/mode to "impulse", or take the key away)");
+      };
+      check("rolling_friction", found->second.rolling_friction);
+      check("spinning_friction", found->second.spinning_friction);
     }
   }
 

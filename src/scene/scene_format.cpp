@@ -54,6 +54,11 @@ Codec<Material> material_codec() {
                            "Coulomb friction. A pair has the product's square root."),
            field<Material>("density_kg_m3", &Material::density_kg_m3, number(above(0)),
                            "Density, kg/m^3."),
+           field<Material>("rolling_friction", &Material::rolling_friction, number(at_least(0)),
+                           "Tangent of the steepest slope that does not set a ball rolling. A pair "
+                           "has the product's square root. Exact contacts only."),
+           field<Material>("spinning_friction", &Material::spinning_friction, number(at_least(0)),
+                           "As rolling_friction, against turning about the contact's normal."),
        }});
 }
 

@@ -52,6 +52,25 @@ TEST(SceneDetail, LimitsAreOneLessThanLevelsAndInOrder) {
               ElementsAre(HasSubstr("/screen_sizes/1: is 0.2 after 0.1; expected descending")));
 }
 
+// Of a material that spheres have; a ground that has it beside must-impulse bodies is fine.
+TEST(SceneDetail, SpheresHaveNoRollingFriction) {
+  const auto of_mode = [](const std::string& mode, const std::string& body) {
+    return problems_of(R"({"version": 1, "materials": {"m": {"rolling_friction": 0.1}, "n": {}},
+      "shapes": {"ball": {"type": "sphere", "radius": 1}, "plane": {"type": "plane"}}, "bodies": [
+      {"name": "g", "shape": "plane", "material": "m", "role": "static"},
+      {"name": "b", "shape": "ball", )" +
+                       body + R"(}], "simulator": {"mode": ")" + mode + "\"}}");
+  };
+  const std::string refused =
+      "/materials/m/rolling_friction: is 0.1, and \"b\" of this material is";
+  EXPECT_THAT(of_mode("impulse", R"("material": "m")"), IsEmpty());
+  for (const char* mode : {"statistical", "particle", "mixed"}) {
+    EXPECT_THAT(of_mode(mode, R"("material": "m")"), ElementsAre(HasSubstr(refused))) << mode;
+    EXPECT_THAT(of_mode(mode, R"("material": "n")"), IsEmpty()) << mode;
+  }
+  EXPECT_THAT(of_mode("mixed", R"("material": "m", "preference": "must_impulse")"), IsEmpty());
+}
+
 TEST(SceneDetail, SpheresAreNeverSolved) {
   EXPECT_THAT(detail_problems(R"("levels": [{"far_far": "impulse"}])"),
               ElementsAre(HasSubstr("/levels/0/far_far: is \"impulse\"; expected one of")));

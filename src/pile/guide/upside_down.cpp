@@ -104,7 +104,11 @@ Fill::Fill(const Scene& scene, const Model& model)
       .engine = scene.simulator.engine,
       .solver_iterations = std::min(kMostSweeps, scene.simulator.solver_iterations)};
   dropped_.materials = model.materials;
-  for (Material& material : dropped_.materials) material.friction *= kSlippery;
+  for (Material& material : dropped_.materials) {
+    material.friction *= kSlippery;
+    material.rolling_friction *= kSlippery;
+    material.spinning_friction *= kSlippery;
+  }
   dropped_.shapes = model.shapes;
   ModelShape& walls = dropped_.shapes.emplace_back();
   walls.name = "guide";

@@ -307,6 +307,7 @@ void ContactSolver<T>::apply_forces(Block& block) {
     weights.apply(push, arm, arm + between, g);
   }
   scatter(block, g);
+  if (block.holds_turning) apply_torques(block);
 }
 
 // What the partner's contacts give in the step, found in turns with those here, for the step as a
@@ -318,6 +319,7 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
                                   std::span<SolverJoint> joints) {
   const std::vector<Motion> motions = motions_;
   const std::vector<Point> points = points_;
+  const std::vector<Torque> torques = torques_;
   const std::vector<SolverJoint> former(joints.begin(), joints.end());
   const auto step = static_cast<T>(settings.step_s);
   for (size_t i = 0; i < moving_; ++i) {
@@ -332,6 +334,9 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
     scale(point.push);
     for (Row& row : point.friction) scale(row);
   }
+  for (Torque& torque : torques_) {
+    for (Row& row : torque.given) scale(row);
+  }
   Team alone;  // the partner has parallel loops of its own
   for_blocks(alone, [&](Block& block) { apply_forces(block); });
   for (const SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
@@ -342,6 +347,7 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
   }
   motions_ = motions;
   points_ = points;
+  torques_ = torques;
   std::ranges::copy(former, joints.begin());
 }
 
@@ -374,6 +380,7 @@ void ContactSolver<T>::bounce(Block& block) {
     weights.apply(add_scaled(held - old_friction, push - old_push, n), arm_a, arm_b, g);
   }
   scatter(block, g);
+  if (block.holds_turning) hold_turning(block, true);
 }
 
 // How far apart points are where bodies have come to.
@@ -456,6 +463,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
     }
   }
   scatter(block, g);
+  if (block.holds_turning) hold_turning(block, false);
 }
 
 // Gravity, the partner's contacts, and what contacts gave in the substep before.
@@ -646,6 +654,8 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   for (Shift& shift : shifts_) shift.v[6] = 1;
   colour(contacts, bodies.size(), moving);
   fill(contacts, bodies, substep_s);
+  torques_.clear();
+  if (settings.has_torques) fill_torques(contacts, substep_s);
 
   given_.assign(moving, {});
   if (settings.partner) take_turns(settings, bodies, joints);
@@ -664,6 +674,7 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
     bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
   }
   store(contacts, substep_s);
+  if (!torques_.empty()) store_torques(contacts, substep_s);
 }
 
 template class ContactSolver<float>;

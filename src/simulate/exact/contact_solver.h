@@ -16,6 +16,7 @@
 #include "core/types.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
+#include "simulate/rolling_resistance.h"
 
 namespace pilesim::exact {
 
@@ -41,6 +42,7 @@ struct ContactRange {
   double friction;
   double shallow_m;  // overlaps beyond it are undone slowly
   bool is_joined;    // by a joint, which overlaps are not to strain
+  TorqueArms arms;   // of what holds back rolling and spinning
 };
 
 // A point of one body held at a point of another, about an axis that is free. Places in the
@@ -78,7 +80,8 @@ struct SolverSettings {
   int relaxations = 1;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  int sunk_rounds = 1;  // over the points of a pair with a deep overlap, in each sweep
+  int sunk_rounds = 1;       // over the points of a pair with a deep overlap, in each sweep
+  bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
 // In floats for many contacts, in doubles for few.
@@ -119,6 +122,7 @@ class ContactSolver {
     uint32_t first_point, points, lanes;
     int rounds;  // over the points, in a sweep
     bool bounces;
+    bool holds_turning;  // some lane's torque arms are not 0
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
@@ -134,6 +138,17 @@ class ContactSolver {
   struct alignas(32) Blow {
     Row push;
     Rows friction;
+  };
+  // What holds back the turning of b against a at a point, along the normal and two directions
+  // across it. See rolling_solver.cpp.
+  struct alignas(32) Torque {
+    Rows across;                     // unit, the first of the two
+    Row spinning, rolling;           // m: limits along and across, for a push
+    Row along_mass;                  // kg m^2, effective
+    std::array<Row, 3> across_mass;  // kg m^2, of both; uu, vv, uv
+    Row least_mass;                  // kg m^2, of the direction across that turns most easily
+    Rows given;                      // N m s, on b
+    Rows blow;                       // N m s, in a bounce; not carried over
   };
   struct Gathered;
   using V3 = Eigen::Matrix<T, 3, 1>;
@@ -156,6 +171,10 @@ class ContactSolver {
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
   void scatter(const Block& block, const Gathered& gathered);
+  void fill_torques(std::span<const ContactRange> contacts, double substep_s);
+  void apply_torques(const Block& block);
+  void hold_turning(const Block& block, bool of_blow);
+  void store_torques(std::span<const ContactRange> contacts, double substep_s) const;
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
@@ -172,7 +191,8 @@ class ContactSolver {
   std::vector<uint32_t> colour_first_;  // in blocks_
   std::vector<Block> blocks_;
   std::vector<Point> points_;
-  std::vector<Blow> blows_;  // beside points_, where something bounces
+  std::vector<Blow> blows_;      // beside points_, where something bounces
+  std::vector<Torque> torques_;  // beside points_, where something holds back turning
 };
 
 extern template class ContactSolver<float>;

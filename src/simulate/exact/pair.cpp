@@ -109,6 +109,7 @@ class Finder {
         contact.push_n = best->push_n;
         contact.friction_n =
             best->friction_n - best->friction_n.dot(contact.normal) * contact.normal;
+        contact.torque_nm = best->torque_nm;
         best->push_n = -1;  // taken
       }
       contacts.push_back(contact);

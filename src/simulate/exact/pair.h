@@ -19,6 +19,7 @@ struct Contact {
   float distance_m;                  // along the normal; below 0 they overlap
   float push_n = 0;                  // force along the normal in the last step, on b
   Vec3f friction_n = Vec3f::Zero();  // and across it
+  Vec3f torque_nm = Vec3f::Zero();   // that holds back turning, on b
   float bounce = 0;                  // m/s, >= 0: the speed at which they are to part
   float time_s = 0;                  // from the step's begin until they are as the arms say
   bool hits = false;                 // bodies meet hard in this step
@@ -26,7 +27,7 @@ struct Contact {
 
   static void fields(auto& self, auto& stream) {
     stream(self.arm_a, self.arm_b, self.normal, self.distance_m, self.push_n, self.friction_n,
-           self.bounce, self.time_s, self.hits, self.is_round);
+           self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round);
   }
 };
 

@@ -51,9 +51,12 @@ StepSolver::StepSolver(const Scene& scene, const Model& model,
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
+      resistance_(model),
       is_few_(has_few(model)),
       settings_(settings_of(scene, model, is_few_)),
-      place_(model.bodies.size(), kNone) {}
+      place_(model.bodies.size(), kNone) {
+  settings_.has_torques = !resistance_.is_none();
+}
 
 Vec3 StepSolver::velocity(uint32_t body) const {
   return is_few_ ? few_.velocity(place_[body]) : many_.velocity(place_[body]);
@@ -144,6 +147,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
     const double friction = std::sqrt(a.friction * b.friction);
     const bool is_joined =
         !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
+    const TorqueArms arms = resistance_.between(pair.a, pair.b);
     const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
     // Contacts of one range were found at one time.
     const std::span<Contact> contacts = state_.contacts_of(pair);
@@ -154,7 +158,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
         ++end;
       }
       ranges_.push_back(
-          {&contacts[first], end - first, place_a, place_b, friction, shallow, is_joined});
+          {&contacts[first], end - first, place_a, place_b, friction, shallow, is_joined, arms});
     }
   }
 }

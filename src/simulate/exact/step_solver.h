@@ -45,6 +45,7 @@ class StepSolver {
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   std::vector<Body>& bodies_;
+  RollingResistance resistance_;
   bool is_few_;
   SolverSettings settings_;
   ContactSolver<float> many_;

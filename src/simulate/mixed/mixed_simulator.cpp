@@ -18,6 +18,7 @@
 #include "simulate/mixed/mixed_constants.h"
 #include "simulate/mixed/mixed_coupling.h"
 #include "simulate/mixed/mixed_figures.h"
+#include "simulate/rolling_resistance.h"
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/dispatch_table.h"
 #include "simulate/sphere/sphere_world.h"
@@ -52,6 +53,7 @@ std::vector<BodySignature> make_objects(const Model& model, const DispatchTable&
                  .expected = "hinges of must_impulse bodies only in the mixed mode",
                  .remedy = R"(Give the body "preference": "must_impulse".)"});
   }
+  refuse_rolling_friction(model, prefers_spheres);
   return dispatch.uses(PairMethod::statistical) ? load_signatures(model, prefers_spheres)
                                                 : particle_spheres(model);
 }

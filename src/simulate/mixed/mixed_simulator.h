@@ -10,8 +10,8 @@
 namespace pilesim {
 
 // Scene, model and director must outlive it; `director` may be null. `engine`: of the same scene
-// and model, without bodies. Throws Error(input) if a prefer-statistical dynamic body has a hinge,
-// or needs a signature that it does not have.
+// and model, without bodies. Throws Error(input) if a prefer-statistical dynamic body has a hinge
+// or a material with rolling friction, or needs a signature that it does not have.
 std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
                                                 std::unique_ptr<ExactEngine> engine,
                                                 StepDirector* director = nullptr);

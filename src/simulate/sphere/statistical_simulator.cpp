@@ -8,6 +8,7 @@
 #include "core/parallel_for.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
+#include "simulate/rolling_resistance.h"
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/sphere_world.h"
 
@@ -55,6 +56,7 @@ class StatisticalSimulator final : public Simulator {
         objects_(is_particle_mode(scene) ? particle_spheres(model) : load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
+    refuse_rolling_friction(model, [](const ModelBody&) { return true; });
     for (uint32_t i = 0; i < model.bodies.size(); ++i) {
       const ModelBody& body = model.bodies[i];
       if (body.role == Role::kinematic && !body.motion.empty()) moving_surfaces_.push_back(i);

@@ -9,7 +9,7 @@
 namespace pilesim {
 
 // Both arguments must outlive it. Throws Error(input) if a dynamic body has no signature that fits
-// it, or a hinge, which this mode does not know.
+// it, or a hinge or a material with rolling friction, which this mode does not know.
 std::unique_ptr<Simulator> make_statistical_simulator(const Scene& scene, const Model& model);
 
 }  // namespace pilesim
