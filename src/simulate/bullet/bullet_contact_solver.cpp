@@ -70,6 +70,8 @@ void BulletContactSolver::convertContacts(btPersistentManifold** manifolds, int 
       bouncing_[static_cast<size_t>(i)] = 1;
     }
   }
+  held_turning_.clear();
+  if (!resistance_.is_none()) list_held_turning(manifolds, count);
 }
 
 btVector3 BulletContactSolver::velocity(const btRigidBody& body) const {
@@ -98,6 +100,7 @@ btScalar BulletContactSolver::solveSingleIteration(
       iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info,
       draw);
   release_unloaded_friction();
+  for (HeldTurning& held : held_turning_) hold_turning(held);
   return partner ? std::numeric_limits<btScalar>::infinity() : residual;
 }
 

@@ -7,6 +7,7 @@
 
 #include "simulate/bullet/bullet_state.h"
 #include "simulate/bullet/bullet_types.h"
+#include "simulate/rolling_resistance.h"
 
 namespace pilesim {
 
@@ -38,9 +39,12 @@ struct DynamicBody {
 // Stock Bullet also leaves the friction of a contact as it was when later sweeps take the contact's
 // normal impulse away; here such friction goes too. Else a box that slides at 0.8 of the slope's
 // tangent loses some percent of its way.
+//
+// Bullet's own rolling friction holds no more than the coefficient itself in N m s, however heavy
+// the body, and along two axes apart; here it is what rolling_resistance.h says.
 class BulletContactSolver : public btSequentialImpulseConstraintSolver {
  public:
-  explicit BulletContactSolver(double gravity) : gravity_(gravity) {}
+  BulletContactSolver(double gravity, const Model& model) : gravity_(gravity), resistance_(model) {}
 
   // Called before each iteration: another solver that changes bodies' velocities in turns with this
   // one. While it is there no group stops before the last iteration.
@@ -62,12 +66,23 @@ class BulletContactSolver : public btSequentialImpulseConstraintSolver {
                                          const btContactSolverInfo& info) override;
 
  private:
+  // What holds back the turning of b against a at a contact of the group.
+  struct HeldTurning {
+    int contact;  // its place
+    TorqueArms arms;
+    Vec3 given = Vec3::Zero();  // N m s, on b
+  };
+  // In bullet_rolling.cpp:
+  void list_held_turning(btPersistentManifold** manifolds, int count);
+  void hold_turning(HeldTurning& held);
   double approach_velocity(const btSolverConstraint& contact);
   bool sticks(const btSolverConstraint& contact) const;
   void release_unloaded_friction();
 
-  double gravity_;                 // m/s^2, magnitude
+  double gravity_;  // m/s^2, magnitude
+  RollingResistance resistance_;
   std::vector<uint8_t> bouncing_;  // one for each contact of the group being solved
+  std::vector<HeldTurning> held_turning_;
 };
 
 }  // namespace pilesim

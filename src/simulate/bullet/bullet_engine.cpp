@@ -37,7 +37,7 @@ BulletEngine::BulletEngine(const Scene& scene, const Model& model)
       model_(model),
       step_s_(scene.actual_step_s()),
       shapes_(bullet_shapes(model)),
-      solver_(scene.gravity.norm()),
+      solver_(scene.gravity.norm(), model),
       world_(&dispatcher_, &broad_phase_, &solver_, &configuration_),
       dynamic_(model.bodies.size()),
       records_(model.bodies.size()) {
