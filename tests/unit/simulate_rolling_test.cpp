@@ -231,7 +231,7 @@ TEST(Rolling, WhatIsSavedGoesOnAlike) {
 // Spheres that stand for bodies have a resistance of their own: theirs would say nothing.
 TEST(Rolling, SpheresOfOtherModesRefuseIt) {
   SmallModel m = ground(rolls(0, 0));
-  m.body(m.sphere(0.05), 0, {0, 0.05, 0});
+  m.body(m.box({0.1, 0.1, 0.1}), 0, {0, 0.05, 0});
   m.scene.simulator.mode = SimulatorMode::particle;
   EXPECT_NO_THROW(make_simulator(m.scene, m.model));
   m.model.materials[0].spinning_friction = 0.1;
