@@ -329,6 +329,22 @@ std::unique_ptr<Simulator> simulate(const SmallModel& m) {
   return make_impulse_simulator(m.scene, m.model, make_exact_engine(m.scene, m.model));
 }
 
+// Springs of contacts go with the lighter body: a load is no overlap to be undone slowly.
+TEST(ExactEngine, AThousandTimesItsMassSinksLessThanAHundredthOfItsHeight) {
+  for (const double edge : {0.1, 1.0}) {
+    SmallModel m;
+    const uint32_t light = m.material(0.1, 0.5, 1000), heavy = m.material(0.1, 0.5, 1e6);
+    const uint32_t box = m.box(Vec3::Constant(edge));
+    m.body(m.plane(), light, Vec3::Zero(), Role::fixed);
+    m.body(box, light, {0, edge / 2, 0});
+    m.body(box, heavy, {0, 1.5 * edge, 0});
+    const auto simulator = simulate(m);
+    for (int i = 0; i < 180; ++i) simulator->step_frame();
+    EXPECT_NEAR(simulator->states().position[2].y(), 1.5 * edge, 0.01 * edge) << edge;
+    EXPECT_NEAR(simulator->states().position[1].y(), 0.5 * edge, 0.005 * edge) << edge;
+  }
+}
+
 // Bodies that fly into each other keep momentum, and gain no energy.
 // As far as doubles tell for few bodies, and floats for many.
 TEST(ExactEngine, ACrowdKeepsItsMomentum) {

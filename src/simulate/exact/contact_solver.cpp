@@ -248,6 +248,13 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
       const Lanes3<T> between = load3<T>(block.between);
       const Lanes<T> zero(T{0}), one(T{1}), half(T{0.5});
       const Lanes<T> mass = weights.mass_a + weights.mass_b;
+      // How deep the spring of a contact is pressed in, for an impulse on an inertia.
+      const Lanes<T> least(kLeast<T>);
+      const Lanes<T> give =
+          Lanes<T>::load(block.force_scale.data()) /
+          max(Lanes<T>::load(block.mass_scale.data()) * Lanes<T>::load(block.rate.data()), least);
+      const Lanes<T> shallow = Lanes<T>::load(block.shallow.data());
+      const Lanes<T> most_loaded = shallow * Lanes<T>(static_cast<T>(kLoaded / kShallow));
       for (Point& point : points) {
         const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
         const Lanes3<T> arm_b = arm_a + between;
@@ -262,6 +269,8 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
         const Lanes<T> along = dot(n, answered);
         const auto there = along > zero;
         select(there, one / select(there, along, one), zero).store(point.mass_along.data());
+        const Lanes<T> load = give * Lanes<T>::load(point.push.data()) * along;
+        max(shallow, min(load, most_loaded)).store(point.shallow.data());
         // Across: by the direction that is easiest to move, so that friction never overshoots.
         const auto flat = Lanes<T>::of(hn::Abs(n.x.v)) > Lanes<T>(static_cast<T>(0.6));
         const Lanes3<T> other = {select(flat, zero, one), select(flat, one, zero), zero};
@@ -420,8 +429,8 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
-  const L shallow = L::load(block.shallow.data());
-  const L deeper = fastest * L(static_cast<T>(kDeeper * kShallow)) / max(shallow, L(kLeast<T>));
+  const L deeper = fastest * L(static_cast<T>(kDeeper * kShallow)) /
+                   max(L::load(block.shallow.data()), L(kLeast<T>));
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
@@ -438,6 +447,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
       const auto ahead = distance > zero;
       L bias, scale = one, give = zero;
       if constexpr (kSoft) {
+        const L shallow = L::load(point.shallow.data());
         const L slowly =
             max(slow * (distance + shallow), mul_add(deeper, distance, zero - fastest));
         const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));

@@ -133,6 +133,7 @@ class ContactSolver {
     Row push;                     // N s
     Rows friction;                // N s
     Row bounce;                   // m/s
+    Row shallow;                  // m: overlaps beyond it are undone slowly
   };
   // What a bounce gives, N s; not carried over.
   struct alignas(32) Blow {

@@ -116,7 +116,9 @@ inline constexpr int kBounceSweeps = 10;
 inline constexpr double kAsGood = 0.01;
 // Overlaps beyond this, in extents, fall by e in this time, in sqrt(r / g) of the smallest body,
 // and no faster than this, in sqrt(g r): what starts inside of others parts without a burst.
-inline constexpr double kShallow = 2e-3;
+inline constexpr double kShallow = 1e-3;
+// So are those that a load presses in by its weight, to this depth: 1,000 kg on 1 kg.
+inline constexpr double kLoaded = 3e-3;
 inline constexpr double kPushTime = 0.3;
 inline constexpr double kPushSpeed = 0.15;
 // By so much faster where they are sunk by an extent: if all pushed alike, what is deepest amid a
