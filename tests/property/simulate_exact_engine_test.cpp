@@ -406,6 +406,34 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
   }
 }
 
+// Lengths times s, times times sqrt(s): what starts inside of others leaves them at the same pace.
+TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
+  const auto distances_at = [](double scale) {
+    SmallModel m;
+    m.scene.simulator.engine = EngineKind::exact;
+    m.scene.frame_rate = 60 / std::sqrt(scale);
+    m.scene.step_s = 1 / (240 / std::sqrt(scale));
+    const uint32_t material = m.material(0, 0.5);
+    const uint32_t ball = m.sphere(0.1 * scale);
+    m.body(ball, material, {0, 0, 0});
+    m.body(ball, material, {0.1 * scale, 0, 0});
+    const auto simulator = make_simulator(m.scene, m.model);
+    std::vector<double> distances;  // in radii
+    for (int frame = 0; frame < 30; ++frame) {
+      simulator->step_frame();
+      const std::vector<Vec3>& position = simulator->states().position;
+      distances.push_back((position[1] - position[0]).norm() / (0.1 * scale));
+    }
+    return distances;
+  };
+  const std::vector<double> reference = distances_at(1);
+  EXPECT_GT(reference.back(), 1.3) << "they part";
+  for (const double scale : {1.0 / 256, 16.0}) {
+    const std::vector<double> found = distances_at(scale);
+    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], reference[i], 1e-3) << scale;
+  }
+}
+
 // Bodies of crossing bars, put into each other anyhow. Each pair of bars has a direction in which
 // it comes apart soonest, and those contradict each other.
 TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
