@@ -1,0 +1,30 @@
+// What the exact engine lets sleep.
+#include <gtest/gtest.h>
+
+#include "simulate/modes/make_simulator.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim {
+namespace {
+
+// A cube between two walls, held by their friction: it sleeps where they are as far apart as it is
+// wide, and not where they are nearer, however still it is.
+TEST(ExactRest, WhatIsSunkStaysAwake) {
+  for (const double gap : {0.2, 0.16}) {
+    SmallModel m;
+    m.scene.simulator.engine = EngineKind::exact;
+    const uint32_t material = m.material(0, 0.5);
+    m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+    const uint32_t wall = m.box({1, 1, 1});
+    m.body(wall, material, {0.5 + gap / 2, 0.5, 0}, Role::fixed);
+    m.body(wall, material, {-0.5 - gap / 2, 0.5, 0}, Role::fixed);
+    m.body(m.box(Vec3::Constant(0.2)), material, {0, 0.1, 0});
+    const auto simulator = make_simulator(m.scene, m.model);
+    EXPECT_EQ(run(*simulator, 240).bodies_awake, gap < 0.2 ? 1 : 0) << gap;
+    EXPECT_LT(simulator->states().linear_velocity[3].norm(), 0.01) << gap;
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
