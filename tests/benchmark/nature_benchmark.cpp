@@ -1,17 +1,20 @@
 // Packings against experiments (docs/lab/nature.md has the results and what they are worth):
 //   nature_benchmark [-o DIRECTORY] [--seeds N] [--friction MU] [--dice N] [--cycles N]
-//                    [--step HZ] [--threads N] [--mode impulse|bullet|statistical]... [NAME...]
+//                    [--tube D] [--bodies N] [--step HZ] [--threads N]
+//                    [--mode impulse|bullet|statistical]... [NAME...]
 // pours the five Platonic solids into a wide cup, and spheres, cylinders and Raschig rings into
 // tubes, and shakes them; names are tetrahedron, cube, octahedron, dodecahedron, icosahedron,
-// sphere, cylinder and raschig. Prints tables and writes them as beds.csv, profiles.csv
-// and profiles.png. Every run stays as a scene and a trajectory, which `pilesim render` draws; one
-// that is there already, of the same scene, is measured again without being run again: remove the
-// directory where the engine has changed.
+// sphere, cylinder and raschig. Tubes are D diameters of a body wide, and beds have N bodies.
+// Prints tables and writes them as beds.csv, profiles.csv and profiles.png. Every run stays as a
+// scene and a trajectory, which `pilesim render` draws; one that is there already, of the same
+// scene, is measured again without being run again: remove the directory where the engine has
+// changed.
 //
 // Bodies have a volume of d^3 (dice), or a diameter of d (beds), d = 25 mm. Rigid bodies under
 // Coulomb friction have no scale of length or stress, so lengths are told in d and times in
 // sqrt(d / g).
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -37,6 +40,7 @@
 #include "scene/scene_loader.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "support/measured_profiles.h"
 #include "support/packed_solids.h"
 #include "support/packing.h"
 #include "trajectory/trajectory.h"
@@ -53,7 +57,7 @@ constexpr double kRestitution = 0.2;      // of all pairs
 constexpr double kFrameRate = 30;         // frames a second
 constexpr int kCupSides = 64;             // of the polygon that stands for the tube
 constexpr double kDiceCup = 10;           // its diameter, d
-constexpr double kBedTube = 5;            // its diameter, d
+constexpr double kBedTube = 5;            // as long as nothing else is asked for, d
 constexpr double kSettling = 30;          // sqrt(d / g), after the last body and after shaking
 constexpr double kAmplitude = 0.15;       // of shaking, d
 constexpr double kPeakAcceleration = 3;   // of shaking, g
@@ -61,7 +65,7 @@ constexpr double kMargin = 1.5;           // of the bulk from walls, floor and s
 constexpr int kKeysACycle = 16;           // the sine is straight in between
 constexpr uint64_t kPoints = 400'000;     // of a volume
 constexpr uint64_t kPointsABin = 20'000;  // of a ring of the profile
-constexpr int kBins = 50;                 // rings from the wall to the axis
+constexpr int kRingsADiameter = 20;       // of the profile
 const double kTime = std::sqrt(kDiameter / kGravity);  // s
 
 // Of one kind of body. Experiments: see docs/lab/nature.md.
@@ -86,7 +90,7 @@ double any_porosity(double ratio, double sphericity) {
   return 0.1504 + 0.2024 / sphericity + 1.0814 / std::pow(ratio + 0.1226, 2);
 }
 
-std::vector<Kind> kinds() {
+std::vector<Kind> kinds(double tube) {
   const double cylinder_ball = std::cbrt(1.5);  // d; pi / 4 of d^3
   const double ring_volume = kPi / 4 * (1 - kHole * kHole);
   const double ring_area = kPi * (1 + kHole) + kPi / 2 * (1 - kHole * kHole);
@@ -100,15 +104,15 @@ std::vector<Kind> kinds() {
       {.name = "icosahedron", .faces = 20, .expected_fill = 0.5, .loose = 0.50, .dense = 0.59},
       {.name = "sphere",
        .expected_fill = 0.52,
-       .porosity = sphere_porosity(kBedTube),
+       .porosity = sphere_porosity(tube),
        .bed_bodies = 350},
       {.name = "cylinder",
        .expected_fill = 0.5,
-       .porosity = cylinder_porosity(kBedTube / cylinder_ball),
+       .porosity = cylinder_porosity(tube / cylinder_ball),
        .bed_bodies = 320},
       {.name = "raschig",
        .expected_fill = 0.32,
-       .porosity = any_porosity(kBedTube / ring_ball, ring_sphericity),
+       .porosity = any_porosity(tube / ring_ball, ring_sphericity),
        .bed_bodies = 310},
   };
 }
@@ -118,6 +122,8 @@ struct Options {
   int seeds = 3;
   double friction = 0.5;
   int dice = 400;
+  double tube = kBedTube;
+  int bodies = 0;  // of a bed; 0: as the kind says
   int cycles = 150;
   int step_hz = 240;
   std::vector<std::string> modes, names;
@@ -175,6 +181,8 @@ struct Case {
   int bodies;
   double tube;  // diameter, d
   fs::path directory;
+
+  int rings() const { return static_cast<int>(std::lround(kRingsADiameter * tube / 2)); }
 };
 
 // Layers of bodies that keep clear of each other, each from two bodies' radii above where the bed
@@ -328,7 +336,7 @@ Bed measure(const Case& one, const Scene& scene, const Model& model, TrajectoryR
   bed.height = height / kDiameter;
   bed.whole = fill_of(packing, whole, kPoints);
   bed.bulk = fill_of(packing, bulk, kPoints);
-  bed.profile = porosity_from_wall(packing, whole, kBins, kPointsABin);
+  bed.profile = porosity_from_wall(packing, whole, one.rings(), kPointsABin);
   bed.quality = inspect_pile(model, scene.gravity, states);
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     bed.awake += model.bodies[i].role == Role::dynamic && (states.flags[i] & kPresent) &&
@@ -400,7 +408,7 @@ struct Summary {
     bulk = spread(results, [&](const Result& r) { return bed(r).bulk.by_volume; });
     covered = spread(results, [&](const Result& r) { return bed(r).bulk.covered; });
     whole = spread(results, [&](const Result& r) { return bed(r).whole.by_volume; });
-    for (size_t bin = 0; bin < kBins; ++bin) {
+    for (size_t bin = 0; bin < bed(results.front()).profile.size(); ++bin) {
       profile.push_back(spread(results, [&](const Result& r) { return bed(r).profile[bin]; }));
     }
     for (const Result& r : results) {
@@ -414,6 +422,9 @@ struct Summary {
 
 class Report {
  public:
+  // Lines of a table.
+  const std::string& compared() const { return compared_; }
+
   explicit Report(const Options& options) : options_(options) {
     beds_ << "shape,mode,packing,seeds,bulk_fill,deviation,sampling_error,bulk_covered,"
              "whole_fill,whole_deviation,published_bulk_fill,published_porosity,"
@@ -435,6 +446,7 @@ class Report {
                     static_cast<unsigned long long>(got.awake));
       } else {
         print_bed(one, packing, got);
+        compare_profile(one, packing, got);
       }
       beds_ << kind.name << ',' << one.mode << ',' << packing << ',' << results.size() << ','
             << got.bulk.mean << ',' << got.bulk.deviation << ',' << got.error << ','
@@ -442,7 +454,7 @@ class Report {
             << experiment << ',' << kind.porosity << ',' << got.overlap << ',' << got.awake << ','
             << got.escaped << '\n';
       std::string rows;
-      for (size_t bin = 0; bin < kBins; ++bin) {
+      for (size_t bin = 0; bin < got.profile.size(); ++bin) {
         const Spread& porosity = got.profile[bin];
         profiles_ << kind.name << ',' << one.mode << ',' << packing << ',' << from_wall(one, bin)
                   << ',' << porosity.mean << ',' << porosity.deviation << ',' << results.size()
@@ -463,13 +475,28 @@ class Report {
  private:
   // The middle of a ring of the profile, d.
   static double from_wall(const Case& one, size_t bin) {
-    return (static_cast<double>(bin) + 0.5) * one.tube / 2 / kBins;
+    return (static_cast<double>(bin) + 0.5) * one.tube / 2 / one.rings();
+  }
+
+  // Rings near the axis are small, and a tube ends where its axis is: half a diameter is left out.
+  void compare_profile(const Case& one, const char* packing, const Summary& got) {
+    const MeasuredProfile measured = measured_profile(one.kind.name);
+    std::vector<double> porosity;
+    for (const Spread& ring : got.profile) porosity.push_back(ring.mean);
+    const ProfileDifference off =
+        difference(measured, porosity, one.tube / 2 / one.rings(), one.tube / 2 - 0.5);
+    if (off.points == 0) return;
+    std::array<char, 200> line;
+    std::snprintf(line.data(), line.size(), "| %s | %s | %s | %g | %.1f | %+.3f | %.3f |\n",
+                  one.kind.name.c_str(), one.mode.c_str(), packing, one.tube, off.reach, off.mean,
+                  off.size);
+    compared_ += line.data();
   }
 
   // With the first valley from the wall and the peak behind it, within a diameter each.
   static void print_bed(const Case& one, const char* packing, const Summary& got) {
     const auto& profile = got.profile;
-    const auto a_diameter = static_cast<ptrdiff_t>(2 * kBins / one.tube);
+    const auto a_diameter = static_cast<ptrdiff_t>(kRingsADiameter);
     const auto lower = [](const Spread& a, const Spread& b) { return a.mean < b.mean; };
     const auto valley = std::min_element(profile.begin(), profile.begin() + a_diameter, lower);
     const auto left = std::min(a_diameter, profile.end() - valley);
@@ -495,9 +522,10 @@ class Report {
 
   const Options& options_;
   std::ostringstream beds_, profiles_;
+  std::string compared_;
   Plot plot_{
       "set xlabel 'from the wall, d'\nset ylabel 'porosity'\nset yrange [0:1]\n"
-      "set xrange [0:2.5]\nset grid\n"};
+      "set xrange [0:*]\nset grid\n"};
   bool has_beds_ = false;
 };
 
@@ -514,6 +542,10 @@ Options options_of(int argc, char** argv) {
       options.friction = std::atof(value().c_str());
     else if (word == "--dice")
       options.dice = std::atoi(value().c_str());
+    else if (word == "--tube")
+      options.tube = std::atof(value().c_str());
+    else if (word == "--bodies")
+      options.bodies = std::atoi(value().c_str());
     else if (word == "--cycles")
       options.cycles = std::atoi(value().c_str());
     else if (word == "--step")
@@ -525,7 +557,8 @@ Options options_of(int argc, char** argv) {
     else
       options.names.push_back(word);
   }
-  if (options.seeds < 1 || options.dice < 1 || options.cycles < 4 || options.step_hz < 1) {
+  if (options.seeds < 1 || options.dice < 1 || options.cycles < 4 || options.step_hz < 1 ||
+      !(options.tube >= 2) || options.bodies < 0) {
     throw Error(ErrorKind::usage, Problem{.found = "an argument out of range",
                                           .remedy = "see the head of nature_benchmark.cpp"});
   }
@@ -548,7 +581,7 @@ void run_all(int argc, char** argv) {
                            : "\n| Bed | Mode | Packing | Porosity | Correlation | Difference | "
                              "First valley | Peak behind | Shared | Overlap, d | Awake |\n"
                              "|---|---|---|---|---|---|---|---|---|---|---|\n");
-    for (const Kind& kind : kinds()) {
+    for (const Kind& kind : kinds(options.tube)) {
       const bool wanted = options.names.empty() || std::ranges::count(options.names, kind.name) > 0;
       if (!wanted || (kind.faces > 0) != dice) continue;
       write_obj(mesh_of(kind), options.output / "shapes" / (kind.name + ".obj"));
@@ -556,7 +589,8 @@ void run_all(int argc, char** argv) {
         // A ball's signature would be of its mesh, whose corners it does not have.
         if (mode == "statistical" && kind.name == "sphere") continue;
         std::vector<Result> results;
-        Case one{kind, mode, 1, dice ? options.dice : kind.bed_bodies, dice ? kDiceCup : kBedTube,
+        const int bed_bodies = options.bodies > 0 ? options.bodies : kind.bed_bodies;
+        Case one{kind, mode, 1, dice ? options.dice : bed_bodies, dice ? kDiceCup : options.tube,
                  {}};
         for (one.seed = 1; one.seed <= options.seeds; ++one.seed) {
           one.directory =
@@ -567,6 +601,12 @@ void run_all(int argc, char** argv) {
         report.add(one, results);
       }
     }
+  }
+  if (!report.compared().empty()) {
+    std::printf(
+        "\n| Bed | Mode | Packing | Tube, d | Until, d from the wall | Porosity less measured | "
+        "Absolute |\n|---|---|---|---|---|---|---|\n%s",
+        report.compared().c_str());
   }
   std::printf("\n%.0f s of simulation\n", all_s);
 }

@@ -8,6 +8,7 @@
 
 #include "geometry/mesh_check.h"
 #include "geometry/primitives.h"
+#include "support/measured_profiles.h"
 #include "support/packed_solids.h"
 
 namespace pilesim {
@@ -109,6 +110,25 @@ TEST(Packing, TheProfileOfASphereOnTheAxis) {
     const double mean = 2.0 / 3 * (cap(inner) - cap(outer)) / (outer * outer - inner * inner);
     EXPECT_NEAR(porosity[bin], 1 - mean, 3e-3) << bin;
   }
+}
+
+// Rings of 0.1 whose porosity falls by 0.2 a diameter, and points on that line but for an offset,
+// in a unit of 2 diameters.
+TEST(MeasuredProfile, DiffersByWhatItWasMovedBy) {
+  std::vector<double> porosity;
+  for (int ring = 0; ring < 20; ++ring) porosity.push_back(0.9 - 0.2 * 0.1 * (ring + 0.5));
+  MeasuredProfile measured{.unit = 2, .tube = 4, .points = {}};
+  double sign = 1;
+  for (const double place : {0.3, 0.5, 0.77, 1.2, 1.9}) {
+    measured.points.push_back({place / 2, 1 - (0.9 - 0.2 * place) + 0.01 + 0.02 * sign});
+    sign = -sign;
+  }
+  const ProfileDifference off = difference(measured, porosity, 0.1, 1.5);
+  EXPECT_EQ(off.points, 4);
+  EXPECT_NEAR(off.reach, 1.2, 1e-12);
+  EXPECT_NEAR(off.mean, 0.01, 1e-12);
+  EXPECT_NEAR(off.size, 0.02, 1e-12);
+  EXPECT_EQ(difference(measured, porosity, 0.1, 0.1).points, 0);
 }
 
 TEST(PackedSolids, HaveTheirFacesAndVolumes) {
