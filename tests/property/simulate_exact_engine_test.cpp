@@ -220,6 +220,42 @@ TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   }
 }
 
+// And where one is tilted a little, at both ends as far as they are from each other there: with one
+// point, the other end was as if it were free.
+TEST(ExactEngine, LogsThatAreTiltedTouchAtBothEnds) {
+  CollisionPiece log;
+  log.kind = CollisionPiece::Kind::cylinder;
+  log.size = {0.1, 1, 0.1};
+  const ConvexPiece piece(log);
+  constexpr double kAway = 0.19, kTilt = 0.02;  // m, rad
+  const auto points_of = [&](const Vec3& about, double angle) {
+    const Pose pose{{kAway, 0, 0}, Quat(Eigen::AngleAxisd(angle, about))};
+    KnownVertices known;
+    const Separation separation =
+        find_separation(piece, piece, relative(pose), Vec3::Zero(), 1, known);
+    std::vector<SurfacePoint> points;
+    ManifoldScratch scratch;
+    add_manifold(piece, piece, relative(pose), separation, 0.02, scratch, points);
+    std::ranges::sort(points, {}, &SurfacePoint::distance_m);
+    EXPECT_NEAR(points[0].distance_m, separation.distance_m, 1e-4);
+    return points;
+  };
+  for (const double tilt : {-kTilt, kTilt}) {
+    const std::vector<SurfacePoint> points = points_of(Vec3::UnitZ(), tilt);
+    ASSERT_EQ(points.size(), 2);
+    EXPECT_NEAR(points[1].distance_m - points[0].distance_m, kTilt, 1e-3);
+    EXPECT_NEAR(points[1].place.y() * points[0].place.y(), -0.25, 0.01);
+  }
+  // Across each other: nearest in the middle.
+  const std::vector<SurfacePoint> points = points_of(Vec3::UnitX(), 0.05);
+  ASSERT_EQ(points.size(), 3);
+  EXPECT_NEAR(points[0].place.y(), 0, 1e-3);
+  for (const size_t end : {1, 2}) {
+    EXPECT_NEAR(points[end].distance_m, std::hypot(kAway, 0.05 / 2) - 0.2, 1e-4);
+    EXPECT_NEAR(std::abs(points[end].place.y()), 0.5, 1e-3);
+  }
+}
+
 // Crossed sticks lie face to face, if one is tilted by less than can be seen: its far end is then
 // below the other's face, beside it.
 TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {

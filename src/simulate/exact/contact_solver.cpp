@@ -234,9 +234,12 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
             point.arm[k][i] = contact->arm_a[e];
             point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
           }
-          point.distance[i] = point.now[i] = contact->distance_m;
+          // What bounces in a step to come is let come as near as it will: the last sweep, which
+          // looks a substep ahead, took a share of its speed where it was within that.
+          const double slack_m = substep_s * std::max(0.0F, -contact->bounce);
+          point.distance[i] = point.now[i] = static_cast<T>(contact->distance_m + slack_m);
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
-          point.bounce[i] = contact->bounce;
+          point.bounce[i] = std::max(0.0F, contact->bounce);
           if (contact->hits) block.rounds = kHardRounds;
           if (contact->distance_m < -range.shallow_m) {
             block.rounds = std::max(block.rounds, sunk_rounds_);
@@ -360,36 +363,80 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
   std::ranges::copy(former, joints.begin());
 }
 
+// What bounces is to part at its speed. What it moves moves what that touches in turn, which is not
+// to come nearer than it was: a box that falls on one that lies would else spend its bounce on
+// pressing that one into the ground. What no blow has reached is left alone.
 template <typename T>
-void ContactSolver<T>::bounce(Block& block) {
-  if (!block.bounces) return;
+void ContactSolver<T>::bounce(Block& block, T inverse_step) {
   using L = Lanes<T>;
+  Row reached{};
+  bool is_reached = false;
+  for (size_t i = 0; i < kLanes; ++i) {
+    bool is_hit = struck_[block.a[i]] != 0 || struck_[block.b[i]] != 0;
+    for (uint32_t p = 0; p < block.points && block.bounces; ++p) {
+      is_hit = is_hit || points_[block.first_point + p].bounce[i] > 0;
+    }
+    reached[i] = is_hit ? T{1} : T{0};
+    is_reached = is_reached || is_hit;
+  }
+  block.is_settled = true;
+  if (!is_reached) return;
   Gathered g = gather(block);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
-  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data());
+  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data()), rate(inverse_step);
+  const auto moves = L::load(reached.data()) > zero;
+  // Friction and push of a corner that hits bear on each other: points are gone over until they
+  // agree, or a blow would be a share of what it is.
+  for (int round = 0; round < kBounceRounds; ++round) {
+    L change = zero, size = zero;
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      const Point& point = points_[p];
+      Blow& blow = blows_[p];
+      const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
+      const Lanes3<T> arm_b = arm_a + between;
+      const L speed = L::load(point.bounce.data());
+      const L gap = max(L::load(point.distance.data()), zero);
+      const L target = select(speed > zero, speed, zero - rate * gap);
+      Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+      const L lacking = target - dot(n, dv);
+      const L old_push = L::load(blow.push.data());
+      const L push = select(
+          moves, max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
+      push.store(blow.push.data());
+      dv = add_scaled(dv, push - old_push, load3<T>(point.answer));
+      const Lanes3<T> old_friction = load3<T>(blow.friction);
+      const Lanes3<T> held =
+          hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
+      store3<T>(held, blow.friction);
+      const Lanes3<T> given = add_scaled(held - old_friction, push - old_push, n);
+      weights.apply(given, arm_a, arm_b, g);
+      change = max(change, dot(given, given));
+      size = max(size, push * push);
+    }
+    const L lighter = max(weights.mass_a, weights.mass_b),
+            least(least_blow_ * static_cast<T>(kSameBlow));
+    const auto differ =
+        hn::And(change > L(static_cast<T>(kSameBlow) * static_cast<T>(kSameBlow)) * size,
+                lighter * lighter * change > least * least);
+    Row more;
+    select(differ, one, zero).store(more.data());
+    if (std::ranges::none_of(more, [](T lane) { return lane > 0; })) break;
+    block.is_settled = false;
+  }
+  Row felt{};  // m/s, by the lighter of the two
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-    const Point& point = points_[p];
-    Blow& blow = blows_[p];
-    const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
-    const Lanes3<T> arm_b = arm_a + between;
-    const L target = L::load(point.bounce.data());
-    Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
-    const L lacking = target - dot(n, dv);
-    const L old_push = L::load(blow.push.data());
-    const L push =
-        select(target > zero,
-               max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
-    push.store(blow.push.data());
-    dv = add_scaled(dv, push - old_push, load3<T>(point.answer));
-    const Lanes3<T> old_friction = load3<T>(blow.friction);
-    const Lanes3<T> held =
-        hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
-    store3<T>(held, blow.friction);
-    weights.apply(add_scaled(held - old_friction, push - old_push, n), arm_a, arm_b, g);
+    for (size_t i = 0; i < kLanes; ++i) {
+      felt[i] += blows_[p].push[i] * std::max(block.inverse_mass_a[i], block.inverse_mass_b[i]);
+    }
   }
   scatter(block, g);
   if (block.holds_turning) hold_turning(block, true);
+  for (size_t i = 0; i < kLanes; ++i) {
+    if (felt[i] <= least_blow_) continue;
+    if (block.a[i] < moving_) struck_[block.a[i]] = 1;
+    if (block.b[i] < moving_) struck_[block.b[i]] = 1;
+  }
 }
 
 // How far apart points are where bodies have come to.
@@ -607,8 +654,12 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
   const T per_substep = 1 / h;
   if (std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; })) {
     blows_.assign(points_.size(), {});
+    struck_.assign(motions_.size(), 0);
+    least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
+    const auto per_step = static_cast<T>(1 / settings.step_s);
     for (int i = 0; i < kBounceSweeps; ++i) {
-      for_blocks(team, [&](Block& block) { bounce(block); });
+      for_blocks(team, [&](Block& block) { bounce(block, per_step); });
+      if (std::ranges::all_of(blocks_, [](const Block& block) { return block.is_settled; })) break;
     }
   }
   for (int substep = 0; substep < settings.substeps; ++substep) {

@@ -123,6 +123,7 @@ class ContactSolver {
     int rounds;  // over the points, in a sweep
     bool bounces;
     bool holds_turning;  // some lane's torque arms are not 0
+    bool is_settled;     // the last sweep of blows changed nothing
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
@@ -167,7 +168,7 @@ class ContactSolver {
   void apply_forces(Block& block);
   void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
                     double substep_s);
-  void bounce(Block& block);
+  void bounce(Block& block, T inverse_step);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
@@ -192,8 +193,12 @@ class ContactSolver {
   std::vector<uint32_t> colour_first_;  // in blocks_
   std::vector<Block> blocks_;
   std::vector<Point> points_;
-  std::vector<Blow> blows_;      // beside points_, where something bounces
   std::vector<Torque> torques_;  // beside points_, where something holds back turning
+  // Where something bounces: beside points_; whether a blow has reached a body, beside motions_,
+  // and what does not count as one, m/s: less than gravity gives in a step.
+  std::vector<Blow> blows_;
+  std::vector<uint8_t> struck_;
+  T least_blow_ = 0;
 };
 
 extern template class ContactSolver<float>;

@@ -64,9 +64,9 @@ inline constexpr double kBeside = 0.02;
 // What lies on a plane lies on points that are no higher than the lowest by more, in extents.
 inline constexpr double kBand = 1e-3;
 // A cylinder whose axis is nearer to the direction, by its cosine, lies on its flat face, else on
-// its round side. Round sides touch along a line where axes are parallel to this cosine.
+// its round side. Round sides touch along a line where axes are parallel to this cosine: 8 degrees.
 inline constexpr double kOnItsFace = 0.7;
-inline constexpr double kParallel = 0.9999;
+inline constexpr double kParallel = 0.99;
 // Points whose normals differ by less than this cosine are of one plane.
 inline constexpr double kSamePlane = 0.999;
 // The edge of what goes down on the other side of a surface is not touched from behind (a cosine).
@@ -110,8 +110,13 @@ inline constexpr int kFirstRelaxations = 4;
 // What comes nearer by more in a step, in extents, hits hard: its points are solved so often.
 inline constexpr double kHard = 0.01;
 inline constexpr int kHardRounds = 8;
-// Sweeps in which contacts that bounce find the speeds at which they part.
-inline constexpr int kBounceSweeps = 10;
+// Contacts that bounce find the speeds at which they part in at most so many sweeps, the points of a
+// pair solved one after the other as often in each, until nothing changes by more than this share:
+// of its blow, or of what gravity gives in a step. Tried on 225 boxes that fall on a corner each,
+// against the blow's equations, and on boxes that fall on a stack.
+inline constexpr int kBounceSweeps = 20;
+inline constexpr int kBounceRounds = 20;
+inline constexpr double kSameBlow = 1e-3;
 // What all but reaches another within the step, to this share of its way, hits it.
 inline constexpr double kAsGood = 0.01;
 // Overlaps beyond this, in extents, fall by e in this time, in sqrt(r / g) of the smallest body,

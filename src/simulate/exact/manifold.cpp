@@ -130,25 +130,38 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   return nearest;
 }
 
-// Two round sides along each other.
+// Two round sides along each other, or all but. One point would go to and fro between the ends as
+// they tilt, without the force it had at the other one.
 bool add_line(const ConvexPiece& a, const ConvexPiece& b, const Relative& b_in_a,
-              const Separation& separation, std::vector<SurfacePoint>& points) {
+              const Separation& separation, double reach_m, std::vector<SurfacePoint>& points) {
   if (a.kind() != ConvexPiece::Kind::cylinder || b.kind() != ConvexPiece::Kind::cylinder) {
     return false;
   }
   const Vec3 axis_b = b_in_a.turn * b.axis();
-  if (std::abs(a.axis().dot(axis_b)) < kParallel ||
-      std::abs(a.axis().dot(separation.normal)) > kOnItsFace) {
+  const double parallel = a.axis().dot(axis_b);
+  if (std::abs(parallel) < kParallel || std::abs(a.axis().dot(separation.normal)) > kOnItsFace) {
     return false;
   }
-  const double middle = a.axis().dot(b_in_a.apply(b.centre()) - a.centre());
-  const double low = std::max(-a.half_height_m(), middle - b.half_height_m());
-  const double high = std::min(a.half_height_m(), middle + b.half_height_m());
+  const Vec3 to_b = b_in_a.apply(b.centre()) - a.centre();
+  const double middle = a.axis().dot(to_b), half_b = std::abs(parallel) * b.half_height_m();
+  const double low = std::max(-a.half_height_m(), middle - half_b);
+  const double high = std::min(a.half_height_m(), middle + half_b);
   if (low >= high) return false;
+  // Between the axes, so far along a's.
+  const auto apart = [&](double along) {
+    return (to_b + (along - middle) / parallel * axis_b - along * a.axis()).norm();
+  };
   const Vec3 between = (separation.on_a + separation.on_b) / 2;
   const double at = a.axis().dot(between - a.centre());
+  double nearest = std::numeric_limits<double>::infinity();
   for (const double end : {low, high}) {
-    points.push_back({between + (end - at) * a.axis(), separation.normal, separation.distance_m});
+    const double distance = separation.distance_m + std::max(0.0, apart(end) - apart(at));
+    nearest = std::min(nearest, distance);
+    if (distance >= reach_m) continue;
+    points.push_back({between + (end - at) * a.axis(), separation.normal, distance});
+  }
+  if (nearest > separation.distance_m + kSameDepth * smaller_extent(a, b)) {
+    points.push_back({between, separation.normal, separation.distance_m});
   }
   return true;
 }
@@ -283,7 +296,7 @@ Feature add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative&
     }
     points.resize(first);
   }
-  if (add_line(a, b, b_in_a, separation, points)) return {};
+  if (add_line(a, b, b_in_a, separation, reach_m, points)) return {};
   points.push_back(
       {(separation.on_a + separation.on_b) / 2, separation.normal, separation.distance_m});
   return {};

@@ -157,7 +157,7 @@ bool NarrowPhase::advance() {
 
 // A bounce reverses the speed of approach as it was before gravity, at the place where the body
 // is: with parabolic steps that keeps the energy. What would not outlive the step's gravity comes
-// to rest.
+// to rest. What is not there yet keeps its speed until it is.
 void NarrowPhase::bounce(const Pair& pair, std::span<Contact> contacts) const {
   if (contacts.empty()) return;
   const Placed &a = placed_[pair.a], &b = placed_[pair.b];
@@ -174,9 +174,13 @@ void NarrowPhase::bounce(const Pair& pair, std::span<Contact> contacts) const {
                                     a.velocity - a.spin.cross(contact.arm_a.cast<double>()));
     const double at_end =
         contact.distance_m + speed * step_s + normal.dot(falls) * step_s * step_s / 2;
-    if (at_end > -kAsGood * speed * step_s) continue;
+    const bool outlives = -restitution * speed > pull;
+    if (at_end > -kAsGood * speed * step_s) {
+      if (outlives) contact.bounce = static_cast<float>(speed);
+      continue;
+    }
     contact.hits = -speed * step_s > hard;
-    if (-restitution * speed > pull) contact.bounce = static_cast<float>(-restitution * speed);
+    if (outlives) contact.bounce = static_cast<float>(-restitution * speed);
   }
 }
 
