@@ -33,7 +33,9 @@ GuideDirector::GuideDirector(const Scene& scene, const Model& model)
       graph_(model),
       standing_(model.bodies.size(), Standing::unknown),
       chosen_(model.bodies.size()),
-      held_(model.bodies.size()) {
+      held_(model.bodies.size()),
+      asked_at_(model.bodies.size(), Vec3::Constant(std::numeric_limits<double>::quiet_NaN())),
+      inside_(model.bodies.size()) {
   if (!model.guide.triangles.empty()) shape_.emplace(model.guide);
 }
 
@@ -72,6 +74,15 @@ void GuideDirector::control_step(ImpulseControl& control) {
   }
 }
 
+bool GuideDirector::in_guide(uint32_t body, const Vec3& centre) {
+  if (!shape_) return true;
+  if (centre != asked_at_[body]) {
+    asked_at_[body] = centre;
+    inside_[body] = shape_->contains(centre) ? 1 : 0;
+  }
+  return inside_[body] != 0;
+}
+
 // Bodies outside the guide are analysed too: those inside may rest on them.
 void GuideDirector::analyse(ImpulseControl& control) {
   state_.counts.in_guide = state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
@@ -82,7 +93,7 @@ void GuideDirector::analyse(ImpulseControl& control) {
     const BodyMotion motion = control.motion(body);
     const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
     standing_[body] = analysis_.standing(motion.position, radius, graph_.supports(body));
-    if (!in_guide(motion.position)) continue;
+    if (!in_guide(body, motion.position)) continue;
     ++state_.counts.in_guide;
     state_.counts.passed += standing_[body] == Standing::passed;
     state_.counts.filtered += standing_[body] == Standing::filtered;

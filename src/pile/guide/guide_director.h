@@ -73,7 +73,7 @@ class GuideDirector final : public ImpulseDirector {
   void nail(ImpulseControl& control);
   GuideState::DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
-  bool in_guide(const Vec3& centre) const { return !shape_ || shape_->contains(centre); }
+  bool in_guide(uint32_t body, const Vec3& centre);
   bool is_anchor(const ImpulseControl& control, uint32_t body) const;
   double free_fall_speed(uint32_t body) const;
 
@@ -91,6 +91,10 @@ class GuideDirector final : public ImpulseDirector {
   std::vector<uint8_t> chosen_;     // (B) 1: may be held
   std::vector<uint8_t> held_;       // (B) 1: sleeps or is nailed
   std::vector<uint32_t> queue_;     // of searches through the graph
+
+  // Scratch that saves time and changes nothing: what is held is where it was.
+  std::vector<Vec3> asked_at_;   // (B) m, where it was last asked; NaN: nowhere yet
+  std::vector<uint8_t> inside_;  // (B) the answer there
 };
 
 }  // namespace pilesim
