@@ -3,7 +3,7 @@
 //   pile_tables_benchmark tau [FRAMES]
 //   pile_tables_benchmark errors [FRAMES [PRESET,...]]
 // FRAMES: so many of each preset at most (0: all). `times` steps three simulations of a preset
-// frame by frame in turn: without any sleeping, with Bullet's own, with piles; times are user CPU
+// frame by frame in turn: without any sleeping, with the engine's own, with piles; times are user CPU
 // times of the process. `tau` repeats example 2 with other thresholds; `errors`, of presets with
 // one pile, says what part of the error is the difference of slope: against the simulation without
 // sleeping it compares piles of the angle asked, piles of the angle that simulation takes by
