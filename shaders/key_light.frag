@@ -40,10 +40,12 @@ void main() {
   vec3 point = eye + away * (world_from_image * vec3(vec2(pixel) + first_sample, 1.0));
   vec3 normal = decode_normal(texelFetch(scene_normal, pixel, 0).rg);
   float texel = shadow_extent.x / float(textureSize(shadow_depth, 0).x);
-  // What casts may stand out of what is drawn: either may be simplified, by a texel and a pixel.
-  float lift = 1.2 * texel + away * length(world_from_image[0]);
+  // What casts may stand out of what is drawn: bodies are simplified, there by up to a texel and here
+  // by up to a pixel.
+  float kind = texelFetch(scene_material, pixel, 0).a;
+  float lift = 1.2 * texel + (is_body(kind) ? away * length(world_from_image[0]) : 0.0);
   vec3 at = (shadow_from_world * vec4(point + normal * lift, 1.0)).xyz;
-  bool facing = !is_sky(texelFetch(scene_material, pixel, 0).a) && dot(normal, to_light) > 0.0;
+  bool facing = !is_sky(kind) && dot(normal, to_light) > 0.0;
   bool mapped = all(greaterThan(at.xy, vec2(0.0))) && all(lessThan(at.xy, vec2(1.0)));
 
   // The surface's own slope in the map keeps a wide filter from shading it by itself.

@@ -140,6 +140,30 @@ TEST_P(ShadowOnTheGround, IsWholeAndAloneThere) {
   expect_whole_shadow(edge, heights * 3.5f * edge, 2.5f * edge);
 }
 
+// From afar what is drawn is simpler than what casts the shadows, and lies below it in places.
+TEST(Picture, ABallFromAfarHasNoShadowsOfItsOwn) {
+  DrawnScene scene;
+  scene.add(1, {0, 0.5f, 0}, test::kGrey, true);
+  const Vec3f centre(0, 0.5f, 0);
+  for (const double distance : {4, 6, 8}) {
+    const Picture picture = draw(scene, test::front_camera({0, 0.5, 0}, distance), {640, 360}, 4);
+    const Vec3f to_eye = picture.camera.position.cast<float>() - centre;
+    Philox draws(1, Stream::test, 0);
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3f normal = draws.direction().cast<float>();
+      const Vec3f aside = 0.2f * normal.unitOrthogonal(), across = normal.cross(aside);
+      if (normal.dot(key_light_direction()) < 0.5f) continue;
+      if (normal.dot(to_eye.normalized()) < 0.5f) continue;
+      const auto at = [&](const Vec3f& direction) {
+        return brightness(picture.at(centre + 0.5f * direction.normalized()));
+      };
+      const float around =
+          (at(normal + aside) + at(normal - aside) + at(normal + across) + at(normal - across)) / 4;
+      EXPECT_GT(at(normal), 0.85f * around) << distance << " m, " << normal.transpose();
+    }
+  }
+}
+
 TEST(Picture, TheLitSideIsBrighter) {
   const Picture picture = draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 4), {160, 120}, 4);
   const Vec3f centre(0, 0.5f, 0);
