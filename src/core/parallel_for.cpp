@@ -149,13 +149,12 @@ void parallel_for(size_t count, size_t grain,
 }
 
 void Team::gather(const std::function<void(Team&)>& work) {
-  constexpr size_t kMostChunks = 1024;  // at once; longer loops come in parts
   Team team;
-  team.members_ = static_cast<size_t>(thread_count());
-  if (team.members_ == 1) return work(team);
-  team.taken_ = std::vector<std::atomic<uint32_t>>(kMostChunks);
+  const auto members = static_cast<size_t>(thread_count());
+  if (members == 1) return work(team);
+  team.parts_ = std::vector<Part>(members);
   run_beside(
-      team.members_ - 1, [&](size_t member) { team.help(member); },
+      members - 1, [&](size_t member) { team.help(member); },
       [&] {
         const struct End {
           std::atomic<bool>& is_over;
@@ -166,20 +165,31 @@ void Team::gather(const std::function<void(Team&)>& work) {
 }
 
 // A chunk that nobody has taken yet keeps the loop from ending: so it is that loop's, even if it
-// was taken late.
-void Team::take_chunks(size_t member, uint64_t under_way) {
-  const auto loop = static_cast<uint32_t>(under_way >> 32);
-  const size_t chunks = static_cast<uint32_t>(under_way);
-  const size_t first = chunks * member / members_;
-  for (size_t i = 0; i < chunks; ++i) {
-    const size_t chunk = first + i < chunks ? first + i : first + i - chunks;
-    uint32_t before = taken_[chunk].load(std::memory_order_relaxed);
-    if (before >= loop) continue;
-    if (!taken_[chunk].compare_exchange_strong(before, loop, std::memory_order_acq_rel)) continue;
-    const size_t begin = chunk * grain_;
-    (*body_)(begin, std::min(count_, begin + grain_));
-    done_.fetch_add(1, std::memory_order_release);
+// was taken late. How many it has taken.
+uint32_t Team::take_chunks(size_t member, uint64_t under_way) {
+  const uint64_t loop = under_way >> 32;
+  const size_t chunks = static_cast<uint32_t>(under_way), members = parts_.size();
+  uint32_t taken = 0;
+  for (size_t i = 0; i < members; ++i) {
+    const size_t whose = member + i < members ? member + i : member + i - members;
+    const size_t first = chunks * whose / members, end = chunks * (whose + 1) / members;
+    std::atomic<uint64_t>& part = parts_[whose].taken;
+    uint64_t before = part.load(std::memory_order_relaxed);
+    for (;;) {
+      if (before >> 32 > loop) return taken;  // it is over
+      const size_t chunk = before >> 32 == loop ? static_cast<uint32_t>(before) : first;
+      if (chunk >= end) break;
+      if (!part.compare_exchange_weak(before, loop << 32 | (chunk + 1),
+                                      std::memory_order_acq_rel)) {
+        continue;
+      }
+      before = loop << 32 | (chunk + 1);
+      const size_t begin = chunk * grain_;
+      (*body_)(begin, std::min(count_, begin + grain_));
+      ++taken;
+    }
   }
+  return taken;
 }
 
 void Team::help(size_t member) {
@@ -191,7 +201,8 @@ void Team::help(size_t member) {
       patience.wait();
       continue;
     }
-    take_chunks(member, under_way);
+    const uint32_t taken = take_chunks(member, under_way);
+    if (taken > 0) done_.fetch_add(taken, std::memory_order_release);
     last = under_way;
     patience = {};
   }
@@ -199,16 +210,8 @@ void Team::help(size_t member) {
 
 void Team::parallel_for(size_t count, size_t grain,
                         const std::function<void(size_t begin, size_t end)>& body) {
-  const size_t most = taken_.size() * grain;
-  if (most > 0 && count > most) {
-    for (size_t part = 0; part < count; part += most) {
-      parallel_for(std::min(most, count - part), grain,
-                   [&](size_t begin, size_t end) { body(part + begin, part + end); });
-    }
-    return;
-  }
   const size_t chunks = (count + grain - 1) / grain;
-  if (members_ == 1 || chunks <= 1) {
+  if (parts_.empty() || chunks <= 1) {
     for (size_t begin = 0; begin < count; begin += grain) {
       body(begin, std::min(count, begin + grain));
     }
@@ -221,8 +224,8 @@ void Team::parallel_for(size_t count, size_t grain,
   const uint64_t loop = (under_way_.load(std::memory_order_relaxed) >> 32) + 1;
   const uint64_t under_way = loop << 32 | chunks;
   under_way_.store(under_way, std::memory_order_release);
-  take_chunks(0, under_way);
-  for (Patience patience; done_.load(std::memory_order_acquire) != chunks;) patience.wait();
+  const size_t others = chunks - take_chunks(0, under_way);
+  for (Patience patience; done_.load(std::memory_order_acquire) != others;) patience.wait();
 }
 
 }  // namespace pilesim

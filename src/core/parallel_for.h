@@ -36,19 +36,24 @@ class Team {
                     const std::function<void(size_t begin, size_t end)>& body);
 
  private:
+  static constexpr size_t kCacheLine = 64;
+  // A member's own part of a loop. What threads write stands on cache lines of its own.
+  struct alignas(kCacheLine) Part {
+    // The last loop in which somebody has taken a chunk of it in the upper half, the chunk that
+    // comes next in the lower.
+    std::atomic<uint64_t> taken = 0;
+  };
   void help(size_t member);
-  void take_chunks(size_t member, uint64_t under_way);
+  uint32_t take_chunks(size_t member, uint64_t under_way);
 
   // Loops are numbered from 1. The number of the one under way in the upper half, its chunks in the
   // lower; what is below is of that loop until all its chunks are done.
-  std::atomic<uint64_t> under_way_ = 0;
-  std::atomic<uint32_t> done_ = 0;
+  alignas(kCacheLine) std::atomic<uint64_t> under_way_ = 0;
   size_t count_ = 0, grain_ = 0;
   const std::function<void(size_t, size_t)>* body_ = nullptr;
   std::atomic<bool> is_over_ = false;
-  size_t members_ = 1;
-  // Of each chunk the last loop in which somebody has taken it.
-  std::vector<std::atomic<uint32_t>> taken_;
+  std::vector<Part> parts_;                             // one a member; empty: there is but one
+  alignas(kCacheLine) std::atomic<uint32_t> done_ = 0;  // chunks, by helpers
 };
 
 }  // namespace pilesim
