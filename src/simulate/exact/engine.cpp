@@ -363,13 +363,11 @@ bool Engine::holds(ConstraintId constraint) const {
 }
 
 void Engine::add_contacts_to(FrameStatistics& statistics) const {
-  for (const Pair& pair : state_.pairs) {
-    for (const Contact& contact : state_.contacts_of(pair)) {
-      if (contact.distance_m > 0 && contact.push_n <= 0) continue;
-      ++statistics.contacts;
-      statistics.deepest_penetration_m =
-          std::max<double>(statistics.deepest_penetration_m, -contact.distance_m);
-    }
+  for (const Contact& contact : state_.contacts) {
+    if (contact.distance_m > 0 && contact.push_n <= 0) continue;
+    ++statistics.contacts;
+    statistics.deepest_penetration_m =
+        std::max<double>(statistics.deepest_penetration_m, -contact.distance_m);
   }
 }
 
