@@ -306,6 +306,10 @@ TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
       list.remove(5);
       state.bodies[5].moves = Moves::not_there;
     }
+    if (step == 40) {
+      state.bodies[5].moves = Moves::by_contacts;
+      list.add(5);
+    }
     list.update(kStep, 9.81);
     std::set<std::pair<uint32_t, uint32_t>> listed;
     for (const Pair& pair : state.pairs) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
@@ -15,7 +16,11 @@ namespace {
 // The order of the trees is made anew after so many steps.
 constexpr int kRebuild = 16;
 constexpr size_t kGrain = 64;
+constexpr size_t kBodyGrain = 256;
+constexpr size_t kPairGrain = 1024;
 constexpr WideBox kNothing = {{1, 1, 1}, {-1, -1, -1}};
+
+bool is_none(const WideBox& box) { return box.low[0] > box.high[0]; }
 
 Bounds box_of(const CollisionShape& shape, const Body& body) {
   const Mat3 turn = body.orientation.toRotationMatrix();
@@ -78,33 +83,49 @@ bool PairList::may_meet(uint32_t a, uint32_t b) const {
   return !(first.kept_apart && second.kept_apart);
 }
 
-void PairList::update(double step_s, double gravity) {
-  std::vector<uint32_t> moved;
-  for (const uint32_t i : present_) {
-    const Body& body = state_.bodies[i];
-    const bool is_fresh = state_.boxes[i].low[0] > state_.boxes[i].high[0];
-    if (!is_fresh && body.stands_still()) continue;
-    const CollisionShape& shape = shapes_[body.shape];
-    const Bounds tight = box_of(shape, body);
-    if (!body.may_move()) {
-      const WideBox box = WideBox::around(tight);
-      if (!is_fresh && state_.boxes[i].holds(box)) continue;
-      state_.boxes[i] = box;
-      moved.push_back(i);
-      continue;
-    }
+// Whether the body has a new box.
+bool PairList::renew(uint32_t i, double step_s, double gravity) {
+  const Body& body = state_.bodies[i];
+  WideBox& box = state_.boxes[i];
+  const bool is_fresh = is_none(box);
+  if (!is_fresh && body.stands_still()) return false;
+  const CollisionShape& shape = shapes_[body.shape];
+  const Bounds tight = box_of(shape, body);
+  WideBox renewed;
+  if (!body.may_move()) {
+    renewed = WideBox::around(tight);
+    if (!is_fresh && box.holds(renewed)) return false;
+  } else {
     const Vec3 way = step_s * body.velocity;
     const double around = step_s * (body.spin.norm() * shape.radius_m + step_s * gravity);
     const double extent = shape.smallest_extent_m;
     const Bounds needed = swept(tight, way, around + kContactMargin * extent);
     const Bounds wide = swept(tight, (1 + kBoxSteps) * way,
                               (1 + kBoxSteps) * around + (kContactMargin + kBoxMargin) * extent);
-    if (!is_fresh && state_.boxes[i].holds(WideBox::around(needed)) &&
-        WideBox::around(wider(wide, kBoxLoose * extent)).holds(state_.boxes[i])) {
-      continue;
+    if (!is_fresh && box.holds(WideBox::around(needed)) &&
+        WideBox::around(wider(wide, kBoxLoose * extent)).holds(box)) {
+      return false;
     }
-    state_.boxes[i] = WideBox::around(wide);
-    moved.push_back(i);
+    renewed = WideBox::around(wide);
+  }
+  former_[i] = box;
+  box = renewed;
+  is_moved_[i] = 1;
+  return true;
+}
+
+void PairList::update(double step_s, double gravity) {
+  former_.resize(state_.bodies.size());
+  is_moved_.assign(state_.bodies.size(), 0);
+  std::vector<std::vector<uint32_t>> parts((present_.size() + kBodyGrain - 1) / kBodyGrain);
+  parallel_for(present_.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for (size_t m = begin; m < end; ++m) {
+      if (renew(present_[m], step_s, gravity)) parts[begin / kBodyGrain].push_back(present_[m]);
+    }
+  });
+  std::vector<uint32_t> moved;
+  for (const std::vector<uint32_t>& part : parts) {
+    moved.insert(moved.end(), part.begin(), part.end());
   }
   if (changed_ || steps_++ % kRebuild == 0) {
     std::vector<uint32_t> moving, fixed;
@@ -117,25 +138,32 @@ void PairList::update(double step_s, double gravity) {
   } else if (!moved.empty()) {
     moving_tree_.refit(state_.boxes);
   }
-  found_.clear();
   // A plane that has come meets all that is there.
-  for (const uint32_t plane : state_.fresh) {
-    if (!shapes_[state_.bodies[plane].shape].is_plane) continue;
-    moved = present_;
-  }
+  const bool all = std::ranges::any_of(
+      state_.fresh, [&](uint32_t i) { return shapes_[state_.bodies[i].shape].is_plane; });
+  if (all) moved = present_;
   state_.fresh.clear();
   if (moved.empty()) return;
-  is_moved_.assign(state_.bodies.size(), 0);
-  for (const uint32_t i : moved) is_moved_[i] = 1;
-  look_up(moved);
+  look_up(moved, all);
   merge();
 }
 
-void PairList::look_up(std::span<const uint32_t> moved) {
+// Whether their boxes met before they were made anew: then the pair is listed.
+bool PairList::is_known(uint32_t i, uint32_t j) const {
+  const WideBox& box_i = is_moved_[i] != 0 ? former_[i] : state_.boxes[i];
+  const WideBox& box_j = is_moved_[j] != 0 ? former_[j] : state_.boxes[j];
+  return !is_none(box_i) && !is_none(box_j) && box_i.meets(box_j);
+}
+
+// `all`: boxes are none the newer for it.
+void PairList::look_up(std::span<const uint32_t> moved, bool all) {
   std::vector<std::vector<uint64_t>> parts((moved.size() + kGrain - 1) / kGrain);
   parallel_for(moved.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<uint32_t> near;
     std::vector<uint64_t>& keys = parts[begin / kGrain];
+    const auto add = [&](uint32_t i, uint32_t j) {
+      keys.push_back(uint64_t{std::min(i, j)} << 32 | std::max(i, j));
+    };
     for (size_t m = begin; m < end; ++m) {
       const uint32_t i = moved[m];
       near.clear();
@@ -150,15 +178,15 @@ void PairList::look_up(std::span<const uint32_t> moved) {
             const auto e = static_cast<size_t>(k);
             lowest[k] = normal[k] > 0 ? state_.boxes[i].low[e] : state_.boxes[i].high[e];
           }
-          if (normal.dot(lowest - body.position) <= 0) near.push_back(plane);
+          if (normal.dot(lowest - body.position) <= 0 && may_meet(i, plane)) add(i, plane);
         }
       }
       for (const uint32_t j : near) {
-        if (i == j || !may_meet(i, j)) continue;
-        keys.push_back(uint64_t{std::min(i, j)} << 32 | std::max(i, j));
+        if (i != j && (all || !is_known(i, j)) && may_meet(i, j)) add(i, j);
       }
     }
   });
+  found_.clear();
   for (const std::vector<uint64_t>& keys : parts) {
     found_.insert(found_.end(), keys.begin(), keys.end());
   }
@@ -166,33 +194,60 @@ void PairList::look_up(std::span<const uint32_t> moved) {
   found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
 }
 
-// Pairs whose boxes have parted go.
+// Pairs whose boxes have parted go, those that were found come.
 void PairList::merge() {
-  std::vector<Pair>& merged = merged_;
-  merged.clear();
-  auto found = found_.begin();
-  const auto add = [&](uint64_t key) {
-    auto a = static_cast<uint32_t>(key >> 32), b = static_cast<uint32_t>(key);
-    const auto stands = [&](uint32_t body) {
-      const CollisionShape& shape = shapes_[state_.bodies[body].shape];
-      return shape.is_plane || shape.surface != nullptr;
-    };
-    if (stands(b)) std::swap(a, b);
-    merged.push_back({a, b});
-  };
-  const auto meet = [&](const Pair& pair) {
+  std::vector<Pair>& pairs = state_.pairs;
+  const size_t parts = std::max<size_t>(1, (pairs.size() + kPairGrain - 1) / kPairGrain);
+  const auto stays = [&](const Pair& pair) {
+    if (is_moved_[pair.a] == 0 && is_moved_[pair.b] == 0) return true;
     if (shapes_[state_.bodies[pair.a].shape].is_plane) return true;
     return state_.boxes[pair.a].meets(state_.boxes[pair.b]);
   };
-  for (Pair& pair : state_.pairs) {
-    for (; found != found_.end() && *found < pair.key(); ++found) add(*found);
-    const bool known = found != found_.end() && *found == pair.key();
-    if (known) ++found;
-    const bool stays = is_moved_[pair.a] == 0 && is_moved_[pair.b] == 0;
-    if (known || stays || meet(pair)) merged.push_back(std::move(pair));
-  }
-  for (; found != found_.end(); ++found) add(*found);
-  std::swap(state_.pairs, merged);
+  // Visits those of a part in their order: pairs that stay, keys of new ones.
+  const auto visit = [&](size_t part, const auto& keep, const auto& add) {
+    const auto found_from = [&](size_t of_part) {
+      if (of_part == 0) return found_.begin();
+      if (of_part == parts) return found_.end();
+      return std::ranges::lower_bound(found_, pairs[of_part * kPairGrain].key());
+    };
+    auto found = found_from(part);
+    const auto found_end = found_from(part + 1);
+    const size_t end = std::min(pairs.size(), (part + 1) * kPairGrain);
+    for (size_t i = part * kPairGrain; i < end; ++i) {
+      const uint64_t key = pairs[i].key();
+      for (; found != found_end && *found < key; ++found) add(*found);
+      if (found != found_end && *found == key) ++found;
+      if (stays(pairs[i])) keep(pairs[i]);
+    }
+    for (; found != found_end; ++found) add(*found);
+  };
+  std::vector<size_t> first(parts + 1, 0);
+  std::vector<uint8_t> is_changed(parts, 0);
+  parallel_for(parts, 1, [&](size_t part, size_t) {
+    size_t kept = 0, added = 0;
+    visit(
+        part, [&](const Pair&) { ++kept; }, [&](uint64_t) { ++added; });
+    first[part + 1] = kept + added;
+    is_changed[part] = added > 0 || kept < std::min(kPairGrain, pairs.size() - part * kPairGrain);
+  });
+  if (std::ranges::count(is_changed, 0) == static_cast<std::ptrdiff_t>(parts)) return;
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  merged_.resize(first.back());
+  const auto stands = [&](uint32_t body) {
+    const CollisionShape& shape = shapes_[state_.bodies[body].shape];
+    return shape.is_plane || shape.surface != nullptr;
+  };
+  parallel_for(parts, 1, [&](size_t part, size_t) {
+    auto next = merged_.begin() + static_cast<std::ptrdiff_t>(first[part]);
+    visit(
+        part, [&](Pair& pair) { *next++ = std::move(pair); },
+        [&](uint64_t key) {
+          auto a = static_cast<uint32_t>(key >> 32), b = static_cast<uint32_t>(key);
+          if (stands(b)) std::swap(a, b);
+          *next++ = {a, b};
+        });
+  });
+  std::swap(pairs, merged_);
 }
 
 }  // namespace pilesim::exact

@@ -21,7 +21,9 @@ class PairList {
 
  private:
   bool may_meet(uint32_t a, uint32_t b) const;
-  void look_up(std::span<const uint32_t> moved);
+  bool renew(uint32_t body, double step_s, double gravity);
+  bool is_known(uint32_t i, uint32_t j) const;
+  void look_up(std::span<const uint32_t> moved, bool all);
   void merge();
 
   std::span<const CollisionShape> shapes_;
@@ -33,7 +35,8 @@ class PairList {
   int steps_ = 0;
   WideTree moving_tree_, fixed_tree_;
   std::vector<uint8_t> is_moved_;  // bodies whose boxes are new
-  std::vector<uint64_t> found_;    // keys
+  std::vector<WideBox> former_;    // and what they were
+  std::vector<uint64_t> found_;    // keys of pairs that may be new
   std::vector<Pair> merged_;
 };
 
