@@ -78,6 +78,22 @@ HWY_INLINE void ContactSolver<T>::scatter(const Block& block, const Gathered& g)
   scatter8(r, rows.data());
 }
 
+// Inertia and mass of its bodies.
+template <typename T>
+void ContactSolver<T>::gather_weights(Block& block) const {
+  const auto take = [&](const std::array<uint32_t, kLanes>& bodies, std::array<Row, 6>& inertia,
+                        Row& mass) {
+    std::array<const T*, kLanes> rows;
+    std::array<Lanes<T>, 8> r;
+    for (size_t i = 0; i < kLanes; ++i) rows[i] = inverse_[bodies[i]].v.data();
+    gather8(rows.data(), r);
+    for (size_t k = 0; k < 6; ++k) r[k].store(inertia[k].data());
+    r[6].store(mass.data());
+  };
+  take(block.a, block.inertia_a, block.inverse_mass_a);
+  take(block.b, block.inertia_b, block.inverse_mass_b);
+}
+
 namespace {
 
 template <typename T, typename Block>
@@ -172,12 +188,13 @@ void ContactSolver<T>::colour(std::span<const ContactRange> contacts, size_t bod
     first += block.points;
   }
   points_.resize(first);
+  starts_.resize(first);
 }
 
 template <typename T>
-void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
-                            const std::vector<SolverBody>& bodies, double substep_s) {
-  const auto nobody = static_cast<uint32_t>(bodies.size());
+void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies,
+                            double substep_s) {
+  const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
   const Softness rigid{0, 1, 0};
@@ -188,7 +205,9 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
       block.bounces = false;
       block.rounds = 1;
       std::span<Point> points(points_.data() + block.first_point, block.points);
+      const std::span<PointStart> starts(starts_.data() + block.first_point, block.points);
       std::memset(static_cast<void*>(points.data()), 0, points.size_bytes());
+      std::memset(static_cast<void*>(starts.data()), 0, starts.size_bytes());
       for (size_t i = 0; i < kLanes; ++i) {
         const uint32_t source = order_[m * kLanes + i];
         if (source == kNone) {
@@ -199,20 +218,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
         const ContactRange& range = contacts[source];
         block.a[i] = range.a;
         block.b[i] = range.b;
-        const SolverBody &a = bodies[range.a], &b = bodies[range.b];
-        block.inverse_mass_a[i] = static_cast<T>(a.inverse_mass);
-        block.inverse_mass_b[i] = static_cast<T>(b.inverse_mass);
-        const auto take = [&](const Mat3& inertia, std::array<Row, 6>& rows) {
-          rows[0][i] = static_cast<T>(inertia(0, 0));
-          rows[1][i] = static_cast<T>(inertia(1, 1));
-          rows[2][i] = static_cast<T>(inertia(2, 2));
-          rows[3][i] = static_cast<T>(inertia(0, 1));
-          rows[4][i] = static_cast<T>(inertia(0, 2));
-          rows[5][i] = static_cast<T>(inertia(1, 2));
-        };
         const Contact* contact = range.contacts;
-        take(a.inverse_inertia, block.inertia_a);
-        take(b.inverse_inertia, block.inertia_b);
         for (size_t k = 0; k < 3; ++k) {
           const auto e = static_cast<Eigen::Index>(k);
           block.between[k][i] = static_cast<T>(contact->arm_b[e] - contact->arm_a[e]);
@@ -220,9 +226,9 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
         block.friction[i] = static_cast<T>(range.friction);
         block.shallow[i] = static_cast<T>(range.shallow_m);
         block.edged[i] = contact->is_round ? T{0} : T{1};
-        const Softness& soft = range.is_joined                            ? rigid
-                               : a.inverse_mass > 0 && b.inverse_mass > 0 ? moving
-                                                                          : fixed;
+        const Softness& soft = range.is_joined                          ? rigid
+                               : range.a < moving_ && range.b < moving_ ? moving
+                                                                        : fixed;
         block.rate[i] = static_cast<T>(soft.rate);
         block.mass_scale[i] = static_cast<T>(soft.mass_scale);
         block.force_scale[i] = static_cast<T>(soft.force_scale);
@@ -237,9 +243,9 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           // What bounces in a step to come is let come as near as it will: the last sweep, which
           // looks a substep ahead, took a share of its speed where it was within that.
           const double slack_m = substep_s * std::max(0.0F, -contact->bounce);
-          point.distance[i] = point.now[i] = static_cast<T>(contact->distance_m + slack_m);
+          starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m + slack_m);
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
-          point.bounce[i] = std::max(0.0F, contact->bounce);
+          starts[p].bounce[i] = std::max(0.0F, contact->bounce);
           if (contact->hits) block.rounds = kHardRounds;
           if (contact->distance_m < -range.shallow_m) {
             block.rounds = std::max(block.rounds, sunk_rounds_);
@@ -247,6 +253,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
           block.bounces = block.bounces || contact->bounce > 0;
         }
       }
+      gather_weights(block);
       const Weights<T, Block> weights(block);
       const Lanes3<T> between = load3<T>(block.between);
       const Lanes<T> zero(T{0}), one(T{1}), half(T{0.5});
@@ -294,7 +301,8 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts,
 }
 
 template <typename T>
-void ContactSolver<T>::for_blocks(Team& team, const std::function<void(Block&)>& visit) {
+template <typename Visit>
+void ContactSolver<T>::for_blocks(Team& team, const Visit& visit) {
   for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
     const size_t first = colour_first_[k], count = colour_first_[k + 1] - first;
     // Beyond the last colour blocks have one lane each, and may share bodies.
@@ -363,6 +371,19 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
   std::ranges::copy(former, joints.begin());
 }
 
+template <typename T>
+void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
+  if (std::ranges::none_of(blocks_, [](const Block& block) { return block.bounces; })) return;
+  blows_.assign(points_.size(), {});
+  struck_.assign(motions_.size(), 0);
+  least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
+  const auto per_step = static_cast<T>(1 / settings.step_s);
+  for (int i = 0; i < kBounceSweeps; ++i) {
+    for_blocks(team, [&](Block& block) { bounce(block, per_step); });
+    if (std::ranges::all_of(blocks_, [](const Block& block) { return block.is_settled; })) break;
+  }
+}
+
 // What bounces is to part at its speed. What it moves moves what that touches in turn, which is not
 // to come nearer than it was: a box that falls on one that lies would else spend its bounce on
 // pressing that one into the ground. What no blow has reached is left alone.
@@ -374,7 +395,7 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
   for (size_t i = 0; i < kLanes; ++i) {
     bool is_hit = struck_[block.a[i]] != 0 || struck_[block.b[i]] != 0;
     for (uint32_t p = 0; p < block.points && block.bounces; ++p) {
-      is_hit = is_hit || points_[block.first_point + p].bounce[i] > 0;
+      is_hit = is_hit || starts_[block.first_point + p].bounce[i] > 0;
     }
     reached[i] = is_hit ? T{1} : T{0};
     is_reached = is_reached || is_hit;
@@ -395,8 +416,9 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
       Blow& blow = blows_[p];
       const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
       const Lanes3<T> arm_b = arm_a + between;
-      const L speed = L::load(point.bounce.data());
-      const L gap = max(L::load(point.distance.data()), zero);
+      const PointStart& start = starts_[p];
+      const L speed = L::load(start.bounce.data());
+      const L gap = max(L::load(start.distance.data()), zero);
       const L target = select(speed > zero, speed, zero - rate * gap);
       Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
       const L lacking = target - dot(n, dv);
@@ -461,7 +483,7 @@ HWY_INLINE void ContactSolver<T>::measure(Block& block) {
     const Lanes3<T> arm_a = load3<T>(point.arm), arm_b = arm_a + between;
     const Lanes3<T> moved =
         way + (turned_by(turn_b, b[6], edged, arm_b) - turned_by(turn_a, a[6], edged, arm_a));
-    const L distance = L::load(point.distance.data()) + dot(load3<T>(point.normal), moved);
+    const L distance = L::load(starts_[p].distance.data()) + dot(load3<T>(point.normal), moved);
     select(gone, far, distance).store(point.now.data());
   }
 }
@@ -523,18 +545,24 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   if (block.holds_turning) hold_turning(block, false);
 }
 
-// Gravity, the partner's contacts, and what contacts gave in the substep before.
+// What contacts have given in a substep they give in the next, too: to that is added gravity, and
+// the partner's contacts.
 template <typename T>
 void ContactSolver<T>::pull(size_t i, const SolverSettings& settings, T h, bool first) {
   const T share = 1 / static_cast<T>(settings.substeps);
   Motion& motion = motions_[i];
-  for (size_t k = 0; k < 6; ++k) motion.v[k] += share * given_[i].v[k];
+  Motion& pulled = pulled_[i];
+  Motion gained{};
+  for (size_t k = 0; k < 6; ++k) {
+    if (!first) gained.v[k] = motion.v[k] - pulled.v[k];
+    motion.v[k] += share * given_[i].v[k];
+  }
   for (size_t k = 0; k < 3; ++k) {
     motion.v[k] += static_cast<T>(settings.gravity[static_cast<Eigen::Index>(k)]) * h;
   }
-  pulled_[i] = motion;
+  pulled = motion;
   if (first) return;
-  for (size_t k = 0; k < 6; ++k) motion.v[k] += gained_[i].v[k];
+  for (size_t k = 0; k < 6; ++k) motion.v[k] += gained.v[k];
 }
 
 template <typename T>
@@ -652,16 +680,7 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
-  if (std::ranges::any_of(blocks_, [](const Block& block) { return block.bounces; })) {
-    blows_.assign(points_.size(), {});
-    struck_.assign(motions_.size(), 0);
-    least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
-    const auto per_step = static_cast<T>(1 / settings.step_s);
-    for (int i = 0; i < kBounceSweeps; ++i) {
-      for_blocks(team, [&](Block& block) { bounce(block, per_step); });
-      if (std::ranges::all_of(blocks_, [](const Block& block) { return block.is_settled; })) break;
-    }
-  }
+  bounce_all(team, settings);
   for (int substep = 0; substep < settings.substeps; ++substep) {
     team.parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
@@ -675,21 +694,16 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
     team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
     });
-    team.parallel_for(blocks_.size(), kBlockGrain, [&](size_t begin, size_t end) {
-      for (size_t m = begin; m < end; ++m) measure(blocks_[m]);
-    });
     // What has just met finds its forces from nothing.
     const int relaxations =
         substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
     for (int i = 0; i < relaxations; ++i) {
       for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
-      for_blocks(team, [&](Block& block) { sweep<false>(block, per_substep); });
+      for_blocks(team, [&](Block& block) {
+        if (i == 0) measure(block);
+        sweep<false>(block, per_substep);
+      });
     }
-    team.parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        for (size_t k = 0; k < 6; ++k) gained_[i].v[k] = motions_[i].v[k] - pulled_[i].v[k];
-      }
-    });
   }
 }
 
@@ -702,19 +716,31 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   fastest_ = static_cast<T>(settings.push_speed);
   sunk_rounds_ = settings.sunk_rounds;
   const double substep_s = settings.step_s / settings.substeps;
-  motions_.assign(bodies.size() + 1, {});  // the last for empty lanes
+  motions_.resize(bodies.size() + 1);  // the last for empty lanes
+  inverse_.resize(bodies.size() + 1);
+  motions_.back() = {};
+  inverse_.back() = {};
   shifts_.assign(bodies.size() + 1, {});
-  gained_.assign(moving, {});
   pulled_.assign(moving, {});
-  for (size_t i = 0; i < bodies.size(); ++i) {
-    for (size_t k = 0; k < 3; ++k) {
-      motions_[i].v[k] = static_cast<T>(bodies[i].velocity[static_cast<Eigen::Index>(k)]);
-      motions_[i].v[k + 3] = static_cast<T>(bodies[i].spin[static_cast<Eigen::Index>(k)]);
+  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const SolverBody& body = bodies[i];
+      const Mat3& inertia = body.inverse_inertia;
+      const std::array<double, 8> inverse = {
+          inertia(0, 0), inertia(1, 1), inertia(2, 2),     inertia(0, 1),
+          inertia(0, 2), inertia(1, 2), body.inverse_mass, 0};
+      Motion& motion = motions_[i];
+      for (size_t k = 0; k < 3; ++k) {
+        motion.v[k] = static_cast<T>(body.velocity[static_cast<Eigen::Index>(k)]);
+        motion.v[k + 3] = static_cast<T>(body.spin[static_cast<Eigen::Index>(k)]);
+      }
+      motion.v[6] = motion.v[7] = 0;
+      for (size_t k = 0; k < 8; ++k) inverse_[i].v[k] = static_cast<T>(inverse[k]);
     }
-  }
+  });
   for (Shift& shift : shifts_) shift.v[6] = 1;
   colour(contacts, bodies.size(), moving);
-  fill(contacts, bodies, substep_s);
+  fill(contacts, bodies.size(), substep_s);
   torques_.clear();
   if (settings.has_torques) fill_torques(contacts, substep_s);
 
@@ -726,14 +752,16 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   } else {
     Team::gather([&](Team& team) { make_substeps(team, settings, bodies, joints); });
   }
-  for (size_t i = 0; i < bodies.size(); ++i) {
-    const auto place = static_cast<uint32_t>(i);
-    bodies[i].velocity = velocity(place);
-    bodies[i].spin = spin(place);
-    const Shift& shift = shifts_[i];
-    bodies[i].way = Vec3(shift.v[0], shift.v[1], shift.v[2]);
-    bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
-  }
+  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto place = static_cast<uint32_t>(i);
+      bodies[i].velocity = velocity(place);
+      bodies[i].spin = spin(place);
+      const Shift& shift = shifts_[i];
+      bodies[i].way = Vec3(shift.v[0], shift.v[1], shift.v[2]);
+      bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
+    }
+  });
   store(contacts, substep_s);
   if (!torques_.empty()) store_torques(contacts, substep_s);
 }

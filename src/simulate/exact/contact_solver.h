@@ -107,6 +107,9 @@ class ContactSolver {
   struct alignas(32) Motion {
     std::array<T, 8> v;  // velocity x y z, spin x y z, -, -
   };
+  struct alignas(32) Inverse {
+    std::array<T, 8> v;  // inertia xx, yy, zz, xy, xz, yz, 1 / kg m^2, world; mass, 1 / kg; -
+  };
   struct alignas(32) Shift {
     std::array<T, 8> v;  // way x y z, turn x y z w, -
   };
@@ -127,14 +130,17 @@ class ContactSolver {
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
-    Row distance;      // m, as the step begins
-    Row now;           // and as the substep does
+    Row now;           // m, how far apart as the substep begins
     Rows answer;       // 1 / kg: how b is moved against a, there, by a push along the normal
     Row mass_along, mass_across;  // kg, effective
     Row push;                     // N s
     Rows friction;                // N s
-    Row bounce;                   // m/s
     Row shallow;                  // m: overlaps beyond it are undone slowly
+  };
+  // What sweeps do not ask for.
+  struct alignas(32) PointStart {
+    Row distance;  // m, as the step begins
+    Row bounce;    // m/s
   };
   // What a bounce gives, N s; not carried over.
   struct alignas(32) Blow {
@@ -156,9 +162,9 @@ class ContactSolver {
   using V3 = Eigen::Matrix<T, 3, 1>;
 
   void colour(std::span<const ContactRange> contacts, size_t bodies, size_t moving);
-  void fill(std::span<const ContactRange> contacts, const std::vector<SolverBody>& bodies,
-            double substep_s);
-  void for_blocks(Team& team, const std::function<void(Block&)>& visit);
+  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s);
+  template <typename Visit>
+  void for_blocks(Team& team, const Visit& visit);
   void measure(Block& block);
   void take_turns(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                   std::span<SolverJoint> joints);
@@ -168,10 +174,12 @@ class ContactSolver {
   void apply_forces(Block& block);
   void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
                     double substep_s);
+  void bounce_all(Team& team, const SolverSettings& settings);
   void bounce(Block& block, T inverse_step);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
+  void gather_weights(Block& block) const;
   void scatter(const Block& block, const Gathered& gathered);
   void fill_torques(std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
@@ -186,14 +194,17 @@ class ContactSolver {
   size_t moving_ = 0;
   T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
   int sunk_rounds_ = 1;
-  std::vector<Motion> motions_, pulled_, gained_;  // gained by contacts in the substep before
-  std::vector<Motion> given_;                      // by the partner, in the step
+  std::vector<Motion> motions_;   // of all bodies, and of nobody
+  std::vector<Inverse> inverse_;  // beside motions_
+  std::vector<Motion> pulled_;    // of those that move: without what contacts give in the substep
+  std::vector<Motion> given_;     // by the partner, in the step
   std::vector<Shift> shifts_;
   std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty
   std::vector<uint32_t> colour_first_;  // in blocks_
   std::vector<Block> blocks_;
   std::vector<Point> points_;
-  std::vector<Torque> torques_;  // beside points_, where something holds back turning
+  std::vector<PointStart> starts_;  // beside points_
+  std::vector<Torque> torques_;     // beside points_, where something holds back turning
   // Where something bounces: beside points_; whether a blow has reached a body, beside motions_,
   // and what does not count as one, m/s: less than gravity gives in a step.
   std::vector<Blow> blows_;
