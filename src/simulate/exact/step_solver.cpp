@@ -139,26 +139,38 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
     if (joint.b != Joint::kWorld) joined_pairs.push_back(Pair{joint.a, joint.b}.key());
   }
   std::ranges::sort(joined_pairs);
-  for (const uint32_t t : touching) {
-    const Pair& pair = state_.pairs[t];
-    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-    if (!a.is_awake() && !b.is_awake()) continue;
-    const uint32_t place_a = place_of(pair.a), place_b = place_of(pair.b);
-    const double friction = std::sqrt(a.friction * b.friction);
-    const bool is_joined =
-        !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
-    const TorqueArms arms = resistance_.between(pair.a, pair.b);
-    const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
-    // Contacts of one range were found at one time.
-    const std::span<Contact> contacts = state_.contacts_of(pair);
-    const auto count = static_cast<uint32_t>(contacts.size());
-    for (uint32_t first = 0, end = 1; first < count; first = end++) {
-      while (end < count && end < first + kMostOfPlane &&
-             contacts[end].time_s == contacts[first].time_s) {
-        ++end;
+  // Of some pairs that follow each other; by bodies, as yet.
+  std::vector<std::vector<ContactRange>> parts((touching.size() + kGrain - 1) / kGrain);
+  parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
+    std::vector<ContactRange>& ranges = parts[begin / kGrain];
+    ranges.reserve(end - begin);
+    for (const uint32_t t : touching.subspan(begin, end - begin)) {
+      const Pair& pair = state_.pairs[t];
+      const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+      if (!a.is_awake() && !b.is_awake()) continue;
+      const double friction = std::sqrt(a.friction * b.friction);
+      const bool is_joined =
+          !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
+      const TorqueArms arms = resistance_.between(pair.a, pair.b);
+      const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
+      // Contacts of one range were found at one time.
+      const std::span<Contact> contacts = state_.contacts_of(pair);
+      const auto count = static_cast<uint32_t>(contacts.size());
+      for (uint32_t first = 0, last = 1; first < count; first = last++) {
+        while (last < count && last < first + kMostOfPlane &&
+               contacts[last].time_s == contacts[first].time_s) {
+          ++last;
+        }
+        ranges.push_back(
+            {&contacts[first], last - first, pair.a, pair.b, friction, shallow, is_joined, arms});
       }
-      ranges_.push_back(
-          {&contacts[first], end - first, place_a, place_b, friction, shallow, is_joined, arms});
+    }
+  });
+  for (const std::vector<ContactRange>& ranges : parts) {
+    for (ContactRange range : ranges) {
+      range.a = place_of(range.a);
+      range.b = place_of(range.b);
+      ranges_.push_back(range);
     }
   }
 }
