@@ -156,8 +156,11 @@ int run_all(int argc, char** argv) {
       set_thread_count(std::stoi(value()));
     else if (word == "--mesh")
       options.mesh = value();
-    else
+    else if (word == "exact" || word == "bullet")
       options.engines.push_back(word);
+    else
+      throw Error(ErrorKind::usage,
+                  {.found = "'" + word + "'", .expected = "an option or an engine"});
   }
   if (options.engines.empty()) options.engines = {"exact", "bullet"};
   const SmallModel m = pile(options);

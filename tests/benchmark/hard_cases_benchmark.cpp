@@ -1,10 +1,12 @@
-// The scenes of presets/hard in every mode that applies, at three step sizes.
-//   hard_cases_benchmark [--engine exact|bullet] [NAME...]
+// The scenes of presets/hard in every mode that applies, at three step sizes, or at one.
+//   hard_cases_benchmark [--engine exact|bullet] [--step HZ] [NAME...]
 // prints a table of pass or fail with the figures. A pass means: nothing is not finite, the energy
 // never rises above its start (but for what undoing overlaps lifts), momentum is kept where nothing
 // takes it, nothing gets through a wall or the ground, penetration at the end stays below the
 // case's bound, what should stand stands, what should rest rests, and the same run twice gives the
 // same bytes (at 1/60 s). The signatures must be there: ninja -C build/release signatures.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,6 +14,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -208,13 +211,14 @@ fs::path write_million_triangles(const fs::path& directory) {
   return scene;
 }
 
-void run_case(const Case& one, const std::string& engine, const fs::path& scratch) {
+void run_case(const Case& one, const std::string& engine, std::span<const double> steps,
+              const fs::path& scratch) {
   const fs::path scene = one.name == "million_triangles"
                              ? write_million_triangles(scratch)
                              : fs::path(PILESIM_SOURCE_DIR "/presets/hard") / (one.name + ".json");
   for (const std::string mode : {"impulse", "statistical"}) {
     if (mode == "statistical" && !one.statistical) continue;
-    for (const double step_s : kSteps) {
+    for (const double step_s : steps) {
       char step[40];
       std::snprintf(step, sizeof step, "/step_s=%.17g", step_s);
       const LoadedScene loaded = load_scene(
@@ -243,18 +247,28 @@ void run_all(int argc, char** argv) {
       "| Case | Mode | Step, s | Result | Penetration, D | Moved at most, D | Unsettled | Wall, s "
       "|\n"
       "|---|---|---|---|---|---|---|---|\n");
-  const fs::path scratch = fs::temp_directory_path() / "pilesim_hard_cases";
+  // Several may run at once.
+  const fs::path scratch =
+      fs::temp_directory_path() / ("pilesim_hard_cases." + std::to_string(getpid()));
   fs::create_directories(scratch);
   std::vector<std::string> names(argv + 1, argv + argc);
-  std::string engine = "exact";
-  const auto given = std::ranges::find(names, "--engine");
-  if (given != names.end() && given + 1 != names.end()) {
-    engine = given[1];
+  const auto take = [&](const std::string& option) -> std::optional<std::string> {
+    const auto given = std::ranges::find(names, option);
+    if (given == names.end() || given + 1 == names.end()) return std::nullopt;
+    const std::string value = given[1];
     names.erase(given, given + 2);
+    return value;
+  };
+  const std::string engine = take("--engine").value_or("exact");
+  std::vector<double> steps(std::begin(kSteps), std::end(kSteps));
+  if (const auto hz = take("--step")) steps = {1 / std::stod(*hz)};
+  for (const std::string& name : names) {
+    if (std::ranges::find(kCases, name, &Case::name) != kCases.end()) continue;
+    throw Error(ErrorKind::usage, {.found = "'" + name + "' is no hard case"});
   }
   for (const Case& one : kCases) {
     const bool wanted = names.empty() || std::ranges::find(names, one.name) != names.end();
-    if (wanted) run_case(one, engine, scratch);
+    if (wanted) run_case(one, engine, steps, scratch);
   }
   fs::remove_all(scratch);
 }
