@@ -22,7 +22,8 @@ struct Nail {
 struct Hit {
   uint32_t sleeper = 0, other = 0;
   double closing_speed = 0;  // m/s, > 0, of the contact along its normal
-  double momentum_ns = 0;    // that speed by the other's mass as the contact feels it
+  double momentum_ns = 0;    // that speed by the other's mass as the contact feels it, and that of
+                             // what comes behind it (not of Bullet's)
 };
 
 // The handle of a constraint; not used twice in a run.

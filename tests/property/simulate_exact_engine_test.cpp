@@ -385,6 +385,35 @@ TEST(ExactEngine, AThousandTimesItsMassSinksLessThanAHundredthOfItsHeight) {
   }
 }
 
+// A light ball between a heavy one and one that sleeps hits that as the heavy one would. What flies
+// beside it, or the other way, adds nothing.
+TEST(ExactEngine, AHitHasTheMomentumOfWhatComesBehind) {
+  SmallModel m;
+  m.scene.gravity = Vec3::Zero();
+  const uint32_t light = m.material(0.1, 0.5, 100), heavy = m.material(0.1, 0.5, 10000);
+  const uint32_t ball = m.sphere(0.1);
+  m.body(ball, light, Vec3::Zero());
+  m.body(ball, light, {-0.201, 0, 0}).linear_velocity = {5, 0, 0};
+  m.body(ball, heavy, {-0.402, 0, 0}).linear_velocity = {5, 0, 0};
+  m.body(ball, heavy, {-0.201, 0.201, 0}).linear_velocity = {5, 0, 0};
+  m.body(ball, heavy, {-0.201, -0.201, 0}).linear_velocity = {-5, 0, 0};
+  const auto engine = make_exact_engine(m.scene, m.model);
+  for (uint32_t i = 0; i < m.model.bodies.size(); ++i) {
+    const ModelBody& body = m.model.bodies[i];
+    engine->add(i, {body.pose.position, body.pose.orientation, body.linear_velocity, Vec3::Zero()},
+                false, false);
+  }
+  engine->put_to_sleep(0);
+  std::vector<Hit> hits;
+  StageTimer timer;
+  engine->step(timer, [&] { engine->find_hits(hits); });
+  ASSERT_EQ(hits.size(), 1u);
+  EXPECT_EQ(hits[0].sleeper, 0u);
+  EXPECT_EQ(hits[0].other, 1u);
+  const double mass_kg = m.model.bodies[1].mass_kg + m.model.bodies[2].mass_kg;
+  EXPECT_NEAR(hits[0].momentum_ns, 5 * mass_kg, 1e-3 * 5 * mass_kg);
+}
+
 // Bodies that fly into each other keep momentum, and gain no energy.
 // As far as doubles tell for few bodies, and floats for many.
 TEST(ExactEngine, ACrowdKeepsItsMomentum) {

@@ -62,6 +62,8 @@ class Engine final : public ExactEngine {
   void load(StateReader& reader) override;
 
  private:
+  double momentum_behind(const Hit& hit, const Vec3& way,
+                         std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
   void fly_on();
   void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
@@ -318,12 +320,14 @@ void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
 
 void Engine::find_hits(std::vector<Hit>& hits) {
   hits.clear();
+  std::vector<Vec3> ways;  // of the ones that hit
   for (const Pair& pair : state_.pairs) {
     const bool a_sleeps = bodies_[pair.a].put_to_sleep;
     const uint32_t sleeper = a_sleeps ? pair.a : pair.b, other = a_sleeps ? pair.b : pair.a;
     if (!bodies_[sleeper].put_to_sleep || !bodies_[other].may_move()) continue;
     const Body& body = bodies_[other];
     Hit hit{sleeper, other, 0, 0};
+    Vec3 way = Vec3::Zero();
     for (const Contact& contact : state_.contacts_of(pair)) {
       const Vec3 arm = (a_sleeps ? contact.arm_b : contact.arm_a).cast<double>();
       const Vec3 away = (a_sleeps ? 1.0 : -1.0) * contact.normal.cast<double>();
@@ -332,6 +336,7 @@ void Engine::find_hits(std::vector<Hit>& hits) {
         continue;
       }
       hit.closing_speed = closing;
+      way = -away;
       if (body.moves == Moves::by_contacts) {
         const Vec3 lever = arm.cross(away);
         hit.momentum_ns =
@@ -340,8 +345,46 @@ void Engine::find_hits(std::vector<Hit>& hits) {
         hit.momentum_ns = std::numeric_limits<double>::infinity();
       }
     }
-    if (hit.closing_speed > 0) hits.push_back(hit);
+    if (hit.closing_speed <= 0) continue;
+    hits.push_back(hit);
+    ways.push_back(way);
   }
+  if (hits.empty()) return;
+  // By body: those that it meets in the step, as `hits` do.
+  std::vector<std::vector<uint32_t>> met(bodies_.size());
+  for (const Pair& pair : state_.pairs) {
+    const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
+    if (!a.is_awake() || !b.is_awake() || state_.contacts_of(pair).empty()) continue;
+    met[pair.a].push_back(pair.b);
+    met[pair.b].push_back(pair.a);
+  }
+  for (size_t i = 0; i < hits.size(); ++i) {
+    if (bodies_[hits[i].other].moves == Moves::by_contacts) {
+      hits[i].momentum_ns += momentum_behind(hits[i], ways[i], met);
+    }
+  }
+}
+
+// Of what comes behind the one that hits, from body to body, and is as fast along its way: a crate
+// between a ball and a column hits that as the ball would.
+double Engine::momentum_behind(const Hit& hit, const Vec3& way,
+                               std::span<const std::vector<uint32_t>> met) const {
+  double momentum_ns = 0;
+  std::vector<uint32_t> queue = {hit.other};
+  for (size_t next = 0; next < queue.size(); ++next) {
+    for (const uint32_t body : met[queue[next]]) {
+      const Body& behind = bodies_[body];
+      const double speed = behind.velocity.dot(way);
+      if (speed < kComesAlong * hit.closing_speed ||
+          (behind.position - bodies_[queue[next]].position).dot(way) >= 0 ||
+          std::ranges::find(queue, body) != queue.end()) {
+        continue;
+      }
+      queue.push_back(body);
+      momentum_ns += behind.mass_kg * speed;
+    }
+  }
+  return momentum_ns;
 }
 
 ConstraintId Engine::add_nail(const Nail& nail) {

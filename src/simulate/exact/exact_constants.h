@@ -158,6 +158,9 @@ inline constexpr double kHeldDrift = 0.01;
 inline constexpr double kRestDepth = 0.02;
 // Friction below this share of its limit sticks.
 inline constexpr double kAtLimit = 1 - 1e-4;
+// What is as fast as this share of the speed of a hit comes along with the one that hits. Tried on
+// presets/equilibrium/rough_crates.json.
+inline constexpr double kComesAlong = 0.5;
 // Bodies that are as near, in extents, touch.
 inline constexpr double kTouch = 1e-3;
 
