@@ -240,10 +240,10 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
             point.arm[k][i] = contact->arm_a[e];
             point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
           }
-          // What bounces in a step to come is let come as near as it will: the last sweep, which
-          // looks a substep ahead, took a share of its speed where it was within that.
-          const double slack_m = substep_s * std::max(0.0F, -contact->bounce);
-          starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m + slack_m);
+          starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m);
+          // What bounces in a step to come keeps its speed: the relaxations after the last motion
+          // look a substep ahead, and took a share of it.
+          starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           starts[p].bounce[i] = std::max(0.0F, contact->bounce);
           if (contact->hits) block.rounds = kHardRounds;
@@ -493,7 +493,7 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
 
 // How far apart points are where bodies have come to.
 template <typename T>
-HWY_INLINE void ContactSolver<T>::measure(Block& block) {
+HWY_INLINE void ContactSolver<T>::measure(Block& block, bool is_last) {
   using L = Lanes<T>;
   std::array<const T*, kLanes> rows;
   std::array<L, 8> a, b;
@@ -513,7 +513,9 @@ HWY_INLINE void ContactSolver<T>::measure(Block& block) {
     const Lanes3<T> arm_a = load3<T>(point.arm), arm_b = arm_a + between;
     const Lanes3<T> moved =
         way + (turned_by(turn_b, b[6], edged, arm_b) - turned_by(turn_a, a[6], edged, arm_a));
-    const L distance = L::load(starts_[p].distance.data()) + dot(load3<T>(point.normal), moved);
+    const PointStart& start = starts_[p];
+    L distance = L::load(start.distance.data()) + dot(load3<T>(point.normal), moved);
+    if (is_last) distance = distance + L::load(start.slack.data());
     select(gone, far, distance).store(point.now.data());
   }
 }
@@ -730,7 +732,7 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
     for (int i = 0; i < relaxations; ++i) {
       for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
       for_blocks(team, [&](Block& block) {
-        if (i == 0) measure(block);
+        if (i == 0) measure(block, substep + 1 == settings.substeps);
         sweep<false>(block, per_substep);
       });
     }

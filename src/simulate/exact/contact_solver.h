@@ -141,6 +141,7 @@ class ContactSolver {
   struct alignas(32) PointStart {
     Row distance;  // m, as the step begins
     Row bounce;    // m/s
+    Row slack;     // m, of the last substep
   };
   // What a bounce gives, N s; not carried over.
   struct alignas(32) Blow {
@@ -165,7 +166,7 @@ class ContactSolver {
   void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s);
   template <typename Visit>
   void for_blocks(Team& team, const Visit& visit);
-  void measure(Block& block);
+  void measure(Block& block, bool is_last);
   void take_turns(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                   std::span<SolverJoint> joints);
   void make_substeps(Team& team, const SolverSettings& settings, std::vector<SolverBody>& bodies,
