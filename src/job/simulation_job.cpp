@@ -15,6 +15,7 @@
 #include "job/guide_direction.h"
 #include "job/last_state.h"
 #include "job/simulation_checkpoint.h"
+#include "json/json_text.h"
 #include "model/model.h"
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
@@ -32,6 +33,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
   header.seed = loaded.scene.seed;
   header.resolved_scene = loaded.portable;
   header.scene_hash = scene_hash;
+  for (const auto& [name, material] : loaded.scene.materials) header.materials.push_back(name);
+  const Json sources = parse_json(loaded.portable, "scene").at("shapes");
   for (const ModelShape& shape : model.shapes) {
     TrajectoryShape& stored = header.shapes.emplace_back();
     stored.name = shape.name;
@@ -40,10 +43,17 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
       stored.vertices.emplace_back(vertex.cast<float>());
     }
     stored.triangles = shape.mesh.triangles;
+    const Json& source = sources.at(shape.name);
+    stored.type = source.at("type");
+    stored.file = source.value("file", "");
+    stored.scale = source.value("scale", 1.0);
+    stored.centre_of_mass = shape.origin_offset;
+    stored.principal_axes = principal_inertia(shape.mass.inertia_m5).axes;
   }
   for (const ModelBody& body : model.bodies) {
     header.body_name.push_back(body.name);
     header.body_shape.push_back(body.shape);
+    header.body_material.push_back(body.material);
     header.body_colour.push_back(body.colour);
     header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
   }

@@ -1,11 +1,13 @@
 // A trajectory on disk: `trajectory.zarr/`, a Zarr v2 directory store that numpy, xarray and JS
 // readers open as it is (docs/files.md is the description for users). It is self-contained: shapes
 // and colours are in it, so that it can be drawn on another machine. Layout:
-//   .zattrs                           format, frame rate, seed, resolved scene and its hash, names
+//   .zattrs                           format, axes, frame rate, seed, resolved scene and its hash,
+//                                     names of bodies and materials, shapes
 //   position     (frame, body, 3) f4  m, centre of mass, world frame
 //   orientation  (frame, body, 4) f4  unit quaternion w x y z, body to world
 //   state        (frame, body)    u1  BodyFlag bits (core/body_flags.h)
 //   body_shape   (body)           u4  index into shapes
+//   body_material (body)          u4  index into materials
 //   body_colour  (body, 3)        u1  sRGB
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
@@ -33,6 +35,13 @@ struct TrajectoryShape {
   bool is_plane = false;        // the half-space y <= 0 of the body; no mesh
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
+  // How the body frame lies in the shape's own frame, that of its mesh file or of its primitive: a
+  // point f of the file is at scale f - centre_of_mass in the body frame.
+  std::string type;                       // "mesh", "box", ... as in the scene
+  std::string file;                       // as the scene names it; empty: not of a mesh file
+  double scale = 1;                       // m per unit of the file
+  Vec3 centre_of_mass = Vec3::Zero();     // m, the shape's own frame
+  Quat principal_axes{Quat::Identity()};  // takes the principal axes of inertia to the body's axes
 };
 
 struct TrajectoryHeader {
@@ -42,7 +51,9 @@ struct TrajectoryHeader {
   std::string scene_hash;      // of the scene and its files
   std::vector<TrajectoryShape> shapes;
   std::vector<std::string> body_name;               // (B)
+  std::vector<std::string> materials;               // names
   std::vector<uint32_t> body_shape;                 // (B) index into shapes
+  std::vector<uint32_t> body_material;              // (B) index into materials
   std::vector<std::array<uint8_t, 3>> body_colour;  // (B) sRGB
   std::vector<uint8_t> body_moves;                  // (B) 1: dynamic or kinematic, 0: fixed
 

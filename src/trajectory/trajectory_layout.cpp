@@ -18,6 +18,7 @@ ZarrLayout position(uint64_t body_count) { return {"<f4", {body_count, 3}}; }
 ZarrLayout orientation(uint64_t body_count) { return {"<f4", {body_count, 4}}; }
 ZarrLayout state(uint64_t body_count) { return {"|u1", {body_count}}; }
 ZarrLayout body_shape() { return {"<u4", {}}; }
+ZarrLayout body_material() { return {"<u4", {}}; }
 ZarrLayout body_colour() { return {"|u1", {3}}; }
 ZarrLayout body_moves() { return {"|u1", {}}; }
 ZarrLayout vertices() { return {"<f4", {3}}; }

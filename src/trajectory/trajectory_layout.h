@@ -10,7 +10,7 @@ namespace pilesim::trajectory_layout {
 
 inline constexpr char kFormat[] = "pilesim-trajectory";
 // Readers accept this version only. Raise it with every change that old readers would misread.
-inline constexpr int kVersion = 1;
+inline constexpr int kVersion = 2;
 
 // Frames in a chunk of position, orientation and state alike.
 uint64_t frames_per_chunk(uint64_t body_count);
@@ -19,6 +19,7 @@ ZarrLayout position(uint64_t body_count);
 ZarrLayout orientation(uint64_t body_count);
 ZarrLayout state(uint64_t body_count);
 ZarrLayout body_shape();
+ZarrLayout body_material();
 ZarrLayout body_colour();
 ZarrLayout body_moves();
 ZarrLayout vertices();

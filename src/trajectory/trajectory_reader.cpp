@@ -111,11 +111,21 @@ TrajectoryHeader read_header(const fs::path& store) {
       attribute<ordered_json>(file, attributes, "scene", "the resolved scene").dump(2);
   header.body_name =
       attribute<std::vector<std::string>>(file, attributes, "body_name", "a list of names");
+  header.materials =
+      attribute<std::vector<std::string>>(file, attributes, "materials", "a list of names");
   const auto shapes = attribute<std::vector<ordered_json>>(file, attributes, "shapes", "a list");
   for (size_t i = 0; i < shapes.size(); ++i) {
     TrajectoryShape shape = read_shape(layout::shape_directory(store, i));
     shape.name = attribute<std::string>(file, shapes[i], "name", "a name");
     shape.is_plane = attribute<bool>(file, shapes[i], "plane", "true or false");
+    shape.type = attribute<std::string>(file, shapes[i], "type", "a type of shapes");
+    shape.file = attribute<std::string>(file, shapes[i], "file", "the name of a file, or none");
+    shape.scale = attribute<double>(file, shapes[i], "scale", "metres per unit of the file");
+    const auto c = attribute<std::array<double, 3>>(file, shapes[i], "centre_of_mass", "x, y, z");
+    shape.centre_of_mass = {c[0], c[1], c[2]};
+    const auto q = attribute<std::array<double, 4>>(file, shapes[i], "principal_axes",
+                                                    "a unit quaternion w, x, y, z");
+    shape.principal_axes = {q[0], q[1], q[2], q[3]};
     header.shapes.push_back(std::move(shape));
   }
 
@@ -127,9 +137,12 @@ TrajectoryHeader read_header(const fs::path& store) {
     values = read_zarr_values<T>(array, true);
   };
   per_body("body_shape", layout::body_shape(), header.body_shape);
+  per_body("body_material", layout::body_material(), header.body_material);
   per_body("body_colour", layout::body_colour(), header.body_colour);
   per_body("body_moves", layout::body_moves(), header.body_moves);
   check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");
+  check_indices(store / "body_material", header.body_material, header.materials.size(),
+                "materials");
   return header;
 }
 

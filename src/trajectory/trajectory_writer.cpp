@@ -19,14 +19,27 @@ ordered_json attributes(const TrajectoryHeader& header) {
   ordered_json json;
   json["format"] = layout::kFormat;
   json["format_version"] = layout::kVersion;
+  // Those of all pilesim's files, said for readers that ask.
+  json["handedness"] = "right";
+  json["up_axis"] = "y";
+  json["metres_per_unit"] = 1;
   json["frame_rate"] = header.frame_rate;
   json["seed"] = header.seed;
   json["scene_hash"] = header.scene_hash;
   json["scene"] = ordered_json::parse(header.resolved_scene);
   json["shapes"] = ordered_json::array();
   for (const TrajectoryShape& shape : header.shapes) {
-    json["shapes"].push_back({{"name", shape.name}, {"plane", shape.is_plane}});
+    const Vec3& c = shape.centre_of_mass;
+    const Quat& q = shape.principal_axes;
+    json["shapes"].push_back({{"name", shape.name},
+                              {"plane", shape.is_plane},
+                              {"type", shape.type},
+                              {"file", shape.file},
+                              {"scale", shape.scale},
+                              {"centre_of_mass", {c.x(), c.y(), c.z()}},
+                              {"principal_axes", {q.w(), q.x(), q.y(), q.z()}}});
   }
+  json["materials"] = header.materials;
   json["body_name"] = header.body_name;
   return json;
 }
@@ -47,6 +60,8 @@ void write_header(const fs::path& store, const TrajectoryHeader& header) {
   create_zarr_group(store);
   write_whole_array(store / "body_shape", layout::body_shape(), header.body_shape, {"body"},
                     "index into shapes");
+  write_whole_array(store / "body_material", layout::body_material(), header.body_material,
+                    {"body"}, "index into materials");
   write_whole_array(store / "body_colour", layout::body_colour(), header.body_colour,
                     {"body", "channel"}, "sRGB");
   write_whole_array(store / "body_moves", layout::body_moves(), header.body_moves, {"body"},
@@ -65,10 +80,12 @@ void write_header(const fs::path& store, const TrajectoryHeader& header) {
 void check(const TrajectoryHeader& header) {
   const size_t bodies = header.body_count();
   assert(header.frame_rate > 0);
-  assert(header.body_name.size() == bodies && header.body_colour.size() == bodies &&
-         header.body_moves.size() == bodies);
+  assert(header.body_name.size() == bodies && header.body_material.size() == bodies &&
+         header.body_colour.size() == bodies && header.body_moves.size() == bodies);
   assert(std::all_of(header.body_shape.begin(), header.body_shape.end(),
                      [&](uint32_t shape) { return shape < header.shapes.size(); }));
+  assert(std::all_of(header.body_material.begin(), header.body_material.end(),
+                     [&](uint32_t material) { return material < header.materials.size(); }));
   static_cast<void>(bodies);
 }
 

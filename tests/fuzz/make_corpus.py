@@ -203,9 +203,11 @@ def meshes():
 
 
 def others():
-    zattrs = ('{"format":"pilesim-trajectory","format_version":1,"frame_rate":60.0,"seed":1,"scene":'
-              '{"version":1},"shapes":[{"name":"t","plane":false},{"name":"g","plane":true}],'
-              '"body_name":["a","b"]}')
+    place = '"file":"t.obj","scale":1,"centre_of_mass":[0,0,0],"principal_axes":[1,0,0,0]'
+    zattrs = ('{"format":"pilesim-trajectory","format_version":2,"frame_rate":60.0,"seed":1,"scene":'
+              '{"version":1},"shapes":[{"name":"t","plane":false,"type":"mesh",' + place +
+              '},{"name":"g","plane":true,"type":"plane",' + place +
+              '}],"materials":["wood"],"body_name":["a","b"]}')
     array = ('{"zarr_format":2,"shape":%s,"chunks":%s,"dtype":"<f4","order":"C","fill_value":0,'
              '"compressor":{"id":"zstd","level":1},"filters":null}')
     put("trajectory", "attributes", b"\x00" + zattrs.encode())

@@ -153,7 +153,9 @@ fs::path make_store() {
   const fs::path store = scratch() / "trajectory.zarr";
   TrajectoryHeader header{.resolved_scene = R"({"version": 1})",
                           .body_name = {"a", "b"},
+                          .materials = {"wood"},
                           .body_shape = {0, 1},
+                          .body_material = {0, 0},
                           .body_colour = {{1, 2, 3}, {4, 5, 6}},
                           .body_moves = {1, 0}};
   header.shapes = {{.name = "tetrahedron",

@@ -67,6 +67,7 @@ struct DrawnScene {
   DrawnScene() {
     header.frame_rate = 30;
     header.resolved_scene = "{}";
+    header.materials = {"wood"};
     header.shapes = {
         {.name = "ground", .is_plane = true}, sphere_shape(0.5f, 24), cube_shape(0.4f)};
     add(0, Vec3f::Zero(), kGrey, false);
@@ -76,6 +77,7 @@ struct DrawnScene {
            const Quatf& orientation = Quatf::Identity()) {
     header.body_name.push_back("body " + std::to_string(header.body_shape.size()));
     header.body_shape.push_back(shape);
+    header.body_material.push_back(0);
     header.body_colour.push_back(colour);
     header.body_moves.push_back(moves ? 1 : 0);
     frame.position.push_back(position);

@@ -26,12 +26,19 @@ inline TrajectoryHeader make_header(size_t bodies) {
   header.shapes = {
       {.name = "tetrahedron",
        .vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.1f}},
-       .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}},
-      {.name = "ground", .is_plane = true},
+       .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}},
+       .type = "mesh",
+       .file = "../assets/tetrahedron é.obj",
+       .scale = 0.1,
+       .centre_of_mass = {0.25, 1.0 / 3, -2},
+       .principal_axes = Quat(0.5, -0.5, 0.5, 0.5)},
+      {.name = "ground", .is_plane = true, .type = "plane"},
   };
+  header.materials = {"wood", "stone"};
   for (size_t body = 0; body < bodies; ++body) {
     header.body_name.push_back("bodies/" + std::to_string(body));
     header.body_shape.push_back(body % 2);
+    header.body_material.push_back((body / 2) % 2);
     header.body_colour.push_back({static_cast<uint8_t>(body), 128, 255});
     header.body_moves.push_back(body % 2 == 0);
   }

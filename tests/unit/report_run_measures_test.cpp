@@ -44,9 +44,11 @@ class RunMeasuresTest : public test::TrajectoryTest {
     header.frame_rate = kRate;
     header.resolved_scene = scene;
     header.shapes = {box(size)};
+    header.materials = {"wood"};
     for (size_t body = 0; body < bodies; ++body) {
       header.body_name.push_back("cube/" + std::to_string(body));
       header.body_shape.push_back(0);
+      header.body_material.push_back(0);
       header.body_colour.push_back({1, 2, 3});
       header.body_moves.push_back(1);
     }

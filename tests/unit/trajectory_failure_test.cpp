@@ -162,7 +162,7 @@ TEST_F(DamagedTrajectory, NothingThere) {
 TEST_F(DamagedTrajectory, OtherFormatOrVersion) {
   change(".zattrs", [](auto& json) { json["format_version"] = 99; });
   EXPECT_THAT(open_error(),
-              EndsWith(".zattrs: format_version is 99; expected 1. Run the simulation "
+              EndsWith(".zattrs: format_version is 99; expected 2. Run the simulation "
                        "again with this version of pilesim"));
   change(".zattrs", [](auto& json) { json["format"] = "xarray"; });
   EXPECT_THAT(open_error(), HasSubstr("format is \"xarray\"; expected \"pilesim-trajectory\""));
@@ -211,6 +211,19 @@ TEST_F(DamagedTrajectory, ArrayOfAnotherShapeOrType) {
 TEST_F(DamagedTrajectory, IndicesOutOfRange) {
   change(".zattrs", [](auto& json) { json["shapes"].erase(1); });
   EXPECT_THAT(open_error(), HasSubstr("body_shape: holds the index 1; expected indices below 1"));
+}
+
+TEST_F(DamagedTrajectory, ShapesThatSayTooLittle) {
+  change(".zattrs", [](auto& json) { json["shapes"][0]["centre_of_mass"] = {1, 2}; });
+  EXPECT_THAT(open_error(), HasSubstr("centre_of_mass is [1,2]; expected x, y, z"));
+  change(".zattrs", [](auto& json) { json["shapes"][0].erase("centre_of_mass"); });
+  EXPECT_THAT(open_error(), HasSubstr("centre_of_mass is missing"));
+}
+
+TEST_F(DamagedTrajectory, MaterialsOutOfRange) {
+  change(".zattrs", [](auto& json) { json["materials"].erase(1); });
+  EXPECT_THAT(open_error(),
+              HasSubstr("body_material: holds the index 1; expected indices below 1"));
 }
 
 TEST_F(DamagedTrajectory, BodyCountsThatDisagree) {

@@ -36,6 +36,14 @@ TEST_F(TrajectoryStore, GivesBackTheHeader) {
   EXPECT_EQ(reader.header().shapes[0].name, "tetrahedron");
   EXPECT_EQ(reader.header().shapes[0].vertices, header.shapes[0].vertices);
   EXPECT_EQ(reader.header().shapes[0].triangles, header.shapes[0].triangles);
+  EXPECT_EQ(reader.header().shapes[0].type, "mesh");
+  EXPECT_EQ(reader.header().shapes[0].file, header.shapes[0].file);
+  EXPECT_EQ(reader.header().shapes[0].scale, 0.1);
+  EXPECT_EQ(reader.header().shapes[0].centre_of_mass, Vec3(0.25, 1.0 / 3, -2));
+  EXPECT_EQ(reader.header().shapes[0].principal_axes.coeffs(),
+            header.shapes[0].principal_axes.coeffs());
+  EXPECT_EQ(reader.header().materials, header.materials);
+  EXPECT_EQ(reader.header().body_material, header.body_material);
   EXPECT_FALSE(reader.header().shapes[0].is_plane);
   EXPECT_TRUE(reader.header().shapes[1].is_plane);
   EXPECT_TRUE(reader.header().shapes[1].vertices.empty());
@@ -164,7 +172,7 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
       "shapes/0/vertices (4, 3) float32 ['vertex', 'axis']\n"
       "shapes/0/triangles (4, 3) uint32 ['triangle', 'corner']\n"
       "shapes/1/vertices (0, 3) float32 ['vertex', 'axis']\n"
-      "format pilesim-trajectory\nformat_version 1\nframe_rate 23.976023976023978\n"
+      "format pilesim-trajectory\nformat_version 2\nframe_rate 23.976023976023978\n"
       "seed 18364758544493064720\nscene_hash " +
           header.scene_hash + "\n2 0.1 bodies/1\n");
 
