@@ -72,6 +72,7 @@ void add_validate_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 void add_direct_pile_command(CLI::App& app);
 void add_render_command(CLI::App& app);
+void add_export_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);

@@ -1,7 +1,10 @@
 """What other programs get of a trajectory: the Zarr store itself, and the files of pilesim export."""
 
+import csv
+import json
 import os
 import re
+import struct
 import unittest
 
 import numpy
@@ -113,6 +116,364 @@ class Store(CommandTest):
             moments = axes.T @ inertia(vertices, self.store[f"shapes/{index}/triangles"][:]) @ axes
             self.assertLess(abs(moments - numpy.diag(numpy.diag(moments))).max(), 1e-6 * moments.max())
             self.assertTrue((numpy.diff(numpy.diag(moments)) > -1e-6 * moments.max()).all())
+
+
+def add_life(scene):
+    """Bodies that come late, go, rest for ever or for a while; a camera that moves."""
+    add_wedges(scene)
+    scene["materials"]["stone"] = {"density_kg_m3": 2500}
+    scene["emitters"].append(
+        {"name": "late, \"odd\" names", "type": "stream", "shape": "wedge", "material": "stone",
+         "position": [0, 3, 2], "count": 3, "rate_hz": 8, "start_s": 0.1, "angular_velocity": [1, 9, 2]})
+    scene["events"] = [{"type": "remove", "time_s": 0.3, "bodies": ["boxes/2"]}]
+    scene["bodies"].append(
+        {"name": "asleep", "shape": "box", "material": "wood", "position": [9, 0.1, 0], "asleep": True})
+    scene["camera"] = {"keys": [{"time_s": 0, "position": [4, 3, 9], "target": [0, 0, 0]},
+                                {"time_s": 1, "position": [-4, 3, 9], "target": [0, 0.5, 0]}]}  # fmt: skip
+
+
+def interpolated(times, values, t):
+    """Straight between keys, as USD and glTF have it; the first and last hold outside."""
+    if t <= times[0]:
+        return values[0]
+    for i in range(1, len(times)):
+        if t < times[i]:
+            share = (t - times[i - 1]) / (times[i] - times[i - 1])
+            return values[i - 1] + share * (values[i] - values[i - 1])
+    return values[-1]
+
+
+def held(times, values, t):
+    return [value for time, value in zip(times, values) if time <= t or time == times[0]][-1]
+
+
+class Exported(CommandTest):
+    """Each format gives back the poses of the trajectory, by a small reader of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.kept = cls("test_npz")
+        cls.kept.setUp()
+        (cls.kept.dir / "wedge.obj").write_text(WEDGE_OBJ)
+        scene = cls.kept.write_scene(add_life)
+        cls.kept.succeed("simulate", scene, "-o", "run")
+        cls.out = cls.kept.dir / "run"
+        store = zarr.open(str(cls.out / "trajectory.zarr"), mode="r")
+        cls.names = store.attrs["body_name"]
+        cls.rate = store.attrs["frame_rate"]
+        cls.position, cls.orientation = store["position"][:], store["orientation"][:]
+        cls.present = store["state"][:] & 1 == 1
+        cls.moves = (cls.position != cls.position[0]).any((0, 2)) | (~cls.present).any(0)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.kept.doCleanups()
+        super().tearDownClass()
+
+    def export(self, name, *arguments):
+        self.succeed("export", self.out, "-o", name, *arguments)
+        return self.dir / name
+
+    def same_turn(self, a, b, tolerance=1e-5):
+        a, b = numpy.array(a, float), numpy.array(b, float)
+        self.assertLess(min(abs(a - b).max(), abs(a + b).max()), tolerance)
+
+    def check(self, frame, body, position, orientation=None, tolerance=1e-5):
+        self.assertLess(abs(self.position[frame, body] - position).max(), 1e-5)
+        if orientation is not None:
+            self.same_turn(orientation, self.orientation[frame, body], tolerance)
+
+    def test_the_run_has_what_is_to_be_tried(self):
+        self.assertTrue((~self.present[0]).any() and (~self.present[-1]).any())
+        self.assertGreater((~self.moves).sum(), 1)
+
+    # npz and csv
+
+    def test_npz(self):
+        arrays = numpy.load(self.export("a.npz"))
+        about = json.loads(bytes(arrays["about_json"]))
+        self.assertEqual(sorted(about["body_name"]), sorted(self.names))
+        ids = arrays["id"]
+        self.assertEqual([self.names[i] for i in ids], about["body_name"])
+        self.assertTrue((arrays["position"] == self.position[:, ids]).all())
+        self.assertTrue((arrays["state"] & 1 == self.present[:, ids]).all())
+        q, expected = arrays["orientation"], self.orientation[:, ids]
+        self.assertTrue(((q == expected).all(-1) | (q == -expected).all(-1)).all())
+        self.assertTrue(((q[1:] * q[:-1]).sum(-1) >= 0).all(), "jumps to the other sign")
+        self.assertEqual(list(arrays["frame"]), list(range(16)))
+        self.assertTrue(numpy.allclose(arrays["time_s"], numpy.arange(16) / self.rate))
+        shape = arrays["shape"][about["body_name"].index("falling wedge")]
+        self.assertEqual(arrays[f"shape_{shape}_triangles"].max() + 1, len(arrays[f"shape_{shape}_vertices"]))
+        self.assertEqual(arrays["camera"].shape, (16, 8))
+
+    def test_the_example_of_the_docs_runs(self):
+        (example,) = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/export.md").read_text(), re.M | re.S)
+        place = {"print": lambda name, _: self.assertEqual(name, "leaning wedge")}
+        exec(example.replace('"pile.npz"', repr(str(self.export("pile.npz", "--only", "*wedge")))), place)
+
+    def test_csv(self):
+        text = self.export("a.csv", "--every", "3").read_text()
+        rows = list(csv.DictReader(text.splitlines()))
+        self.assertEqual(len(rows), self.present[::3].sum())
+        for row in rows:
+            frame, body = int(row["frame"]), int(row["id"])
+            self.assertEqual(row["name"], self.names[body])
+            self.assertEqual(float(row["time_s"]), frame / self.rate)
+            self.check(frame, body, [float(row[k]) for k in ("x_m", "y_m", "z_m")],
+                       [float(row[k]) for k in ("qw", "qx", "qy", "qz")])
+
+    # glTF
+
+    def gltf(self, path):
+        data = path.read_bytes()
+        if path.suffix == ".gltf":
+            document = json.loads(data)
+            buffer = (path.parent / document["buffers"][0]["uri"].replace("%20", " ")).read_bytes()
+            self.assertEqual(len(buffer), document["buffers"][0]["byteLength"])
+            return document, buffer
+        self.assertEqual(struct.unpack("<4sII", data[:12]), (b"glTF", 2, len(data)))
+        length, kind = struct.unpack("<I4s", data[12:20])
+        self.assertEqual((kind, length % 4), (b"JSON", 0))
+        document = json.loads(data[20 : 20 + length])
+        start = 20 + length
+        size, kind = struct.unpack("<I4s", data[start : start + 8])
+        self.assertEqual((kind, start + 8 + size), (b"BIN\0", len(data)))
+        return document, data[start + 8 :]
+
+    def accessor(self, document, buffer, index):
+        accessor = document["accessors"][index]
+        view = document["bufferViews"][accessor["bufferView"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        kind = {5126: numpy.float32, 5125: numpy.uint32}[accessor["componentType"]]
+        start = view["byteOffset"] + accessor["byteOffset"]
+        end = accessor["byteOffset"] + 4 * width * accessor["count"]
+        self.assertLessEqual(end, view["byteLength"])
+        values = numpy.frombuffer(buffer, kind, width * accessor["count"], start)
+        return values.reshape(-1, width) if width > 1 else values
+
+    def test_moving_gltf(self):
+        document, buffer = self.gltf(self.export("a b.gltf"))
+        self.assertEqual(document["buffers"][0]["uri"], "a%20b.bin")
+        self.assertEqual(self.gltf(self.export("a.glb"))[1], buffer)
+        get = lambda index: self.accessor(document, buffer, index)
+        (animation,) = document["animations"]
+        tracks = {}
+        for channel in animation["channels"]:
+            sampler = animation["samplers"][channel["sampler"]]
+            target = channel["target"]
+            tracks[target["node"], target["path"]] = (
+                get(sampler["input"]), get(sampler["output"]), sampler["interpolation"])  # fmt: skip
+        bodies = 0
+        for index, node in enumerate(document["nodes"]):
+            if "mesh" not in node:
+                continue
+            bodies += 1
+            body = node["extras"]["id"]
+            self.assertEqual(node["name"], self.names[body])
+            constant = ([0], numpy.array([node["translation"]]), "LINEAR")
+            times, places, _ = tracks.get((index, "translation"), constant)
+            turn_times, turns, _ = tracks.get((index, "rotation"), ([0], numpy.array([node["rotation"]]), ""))
+            scale = ([0], [node.get("scale", [1, 1, 1])], "STEP")
+            scale_times, scales, how = tracks.get((index, "scale"), scale)
+            self.assertEqual(how, "STEP")
+            self.assertEqual(len(times) > 1, bool((self.position[:, body] != self.position[0, body]).any()))
+            self.assertTrue(((turns[1:] * turns[:-1]).sum(-1) >= 0).all(), "jumps to the other sign")
+            for frame in range(16):
+                t = numpy.float32(frame / self.rate)
+                x, y, z, w = interpolated(turn_times, turns, t)
+                self.check(frame, body, interpolated(times, places, t), [w, x, y, z])
+                self.assertEqual(held(scale_times, scales, t)[0] == 1, self.present[frame, body])
+        self.assertEqual(bodies, len(self.names))
+        (camera,) = [node for node in document["nodes"] if "camera" in node]
+        self.assertIn((document["nodes"].index(camera), "rotation"), tracks)
+
+    def test_keys_only_where_a_body_moves(self):
+        document, _ = self.gltf(self.export("a.glb", "--only", "asleep", "--only", "leaning*", "--no-camera"))
+        self.assertEqual([node["name"] for node in document["nodes"]], ["asleep", "leaning wedge"])
+        self.assertNotIn("animations", document)
+
+    def test_one_frame_of_gltf_is_instanced(self):
+        document, buffer = self.gltf(self.export("a.glb", "--frame", "12"))
+        self.assertEqual(document["extensionsRequired"], ["EXT_mesh_gpu_instancing"])
+        self.assertNotIn("animations", document)
+        seen = set()
+        for node in document["nodes"]:
+            if "mesh" not in node:
+                continue
+            attributes = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]
+            place, turn, ids = (
+                self.accessor(document, buffer, attributes[name]) for name in ("TRANSLATION", "ROTATION", "_ID"))
+            for p, (x, y, z, w), body in zip(place, turn, ids.astype(int)):
+                self.check(12, body, p, [w, x, y, z])
+                seen.add(body)
+        self.assertEqual(seen, set(numpy.flatnonzero(self.present[12])))
+
+    def test_one_frame_of_gltf_as_objects(self):
+        document, _ = self.gltf(self.export("a.glb", "--frame", "12", "--as", "objects", "--no-camera"))
+        self.assertNotIn("extensionsUsed", document)
+        for node in document["nodes"]:
+            x, y, z, w = node["rotation"]
+            self.check(12, node["extras"]["id"], node["translation"], [w, x, y, z])
+        self.assertEqual(len(document["nodes"]), self.present[12].sum())
+
+    def test_meshes_of_gltf(self):
+        document, buffer = self.gltf(self.export("a.glb", "--only", "falling wedge"))
+        (mesh,) = document["meshes"]
+        (primitive,) = mesh["primitives"]
+        points, normals, corners = (
+            self.accessor(document, buffer, index)
+            for index in (*primitive["attributes"].values(), primitive["indices"]))  # fmt: skip
+        self.assertEqual(len(corners), 18)
+        a, b, c = points[corners.reshape(-1, 3)].transpose(1, 0, 2)
+        outwards = numpy.cross(b - a, c - a)
+        shading = normals[corners.reshape(-1, 3)[:, 0]]
+        self.assertTrue(((outwards * shading).sum(-1) > 0).all())
+        highest = numpy.array(document["accessors"][0]["max"], numpy.float32)
+        self.assertTrue((highest == points.max(0)).all())
+        colour = document["materials"][mesh["primitives"][0]["material"]]["pbrMetallicRoughness"]
+        self.assertEqual(len(colour["baseColorFactor"]), 4)
+
+    # USD
+
+    def prims(self, path):
+        """(kind, name, text) of the prims in /pile."""
+        text = path.read_text()
+        self.assertTrue(text.startswith("#usda 1.0\n"))
+        for opening, closing in ("{}", "[]", "()"):
+            plain = re.sub(r'"(\\.|[^"\\])*"', "", text)
+            self.assertEqual(plain.count(opening), plain.count(closing))
+        inside = text[text.index('def Xform "pile"') :]
+        parts = re.split(r"^    def (\w+) \"(\w+)\"", inside, flags=re.M)[1:]
+        return text, list(zip(parts[::3], parts[1::3], parts[2::3]))
+
+    def values(self, prim, name):
+        """time -> value of an attribute; {None: value} where it has no samples, {} where it is missing."""
+        found = re.search(
+            rf"^        [^\n=]*\b{name}(\.timeSamples)? = (\{{[^}}]*\}}|[^\n]*)", prim, re.M)
+        if not found:
+            return {}
+        value = eval(found[2])
+        return value if found[1] else {None: value}
+
+    def at(self, values, frame):
+        if None in values:
+            return numpy.array(values[None], float)
+        return interpolated(list(values), [numpy.array(v, float) for v in values.values()], frame)
+
+    def test_usda_of_few_bodies(self):
+        text, prims = self.prims(self.export("a.usda"))
+        for line in ("metersPerUnit = 1", 'upAxis = "Y"', "startTimeCode = 0", "endTimeCode = 15", "timeCodesPerSecond = 30"):
+            self.assertIn("    " + line + "\n", text)
+        bodies = set()
+        for kind, name, prim in prims:
+            if kind != "Mesh":
+                continue
+            body = self.values(prim, "pilesim:id")[None]
+            bodies.add(body)
+            self.assertEqual(self.values(prim, "pilesim:name")[None], self.names[body])
+            place, turn = self.values(prim, "xformOp:translate"), self.values(prim, "xformOp:orient")
+            still = (self.position[:, body] == self.position[0, body]).all()
+            self.assertEqual(None in place, still)
+            shown = self.values(prim, "visibility") or {0: "inherited"}
+            for frame in range(16):
+                self.check(frame, body, self.at(place, frame), self.at(turn, frame))
+                present = held(list(shown), list(shown.values()), frame) == "inherited"
+                self.assertEqual(present, self.present[frame, body])
+        self.assertEqual(bodies, set(range(len(self.names))))
+        self.assertEqual([name for kind, name, _ in prims if kind == "Camera"], ["camera"])
+        for used in re.findall(r"material:binding = <(/pile/materials/\w+)>", text):
+            self.assertIn(f'def Material "{used.split("/")[-1]}"', text)
+
+    def test_usda_of_many_bodies(self):
+        text, prims = self.prims(self.export("a.usda", "--as", "instances"))
+        bodies = {}
+        for kind, name, prim in prims:
+            if kind != "PointInstancer":
+                continue
+            ids = self.values(prim, "ids")[None]
+            self.assertEqual(self.values(prim, "scales")[None], [(1, 1, 1)] * len(ids))
+            self.assertEqual(self.values(prim, "pilesim:name")[None], [self.names[i] for i in ids])
+            place, turn, speed = (
+                self.values(prim, attribute) for attribute in ("positions", "orientations", "velocities"))
+            gone = self.values(prim, "invisibleIds")
+            self.assertEqual(None in place, name == "resting")
+            prototypes = len(re.findall(r"^            def Mesh ", prim, re.M))
+            self.assertEqual(max(self.values(prim, "protoIndices")[None]) + 1, prototypes)
+            for frame in range(16):
+                places, turns = self.at(place, frame), self.at(turn, frame)
+                absent = held(list(gone), list(gone.values()), frame) if gone else []
+                for i, body in enumerate(ids):
+                    bodies[body] = name
+                    # Halves have 11 bits.
+                    self.check(frame, body, places[i], turns[i], 1e-3)
+                    self.assertEqual(body not in absent, self.present[frame, body])
+                if frame in speed and frame + 1 in place:
+                    ahead = places + numpy.array(speed[frame]) / self.rate
+                    self.assertLess(abs(ahead - place[frame + 1]).max(), 1e-3 / self.rate)
+        self.assertEqual(set(bodies), set(range(len(self.names))))
+        self.assertEqual({self.names[b] for b in bodies if bodies[b] == "resting"},
+                         {self.names[b] for b in numpy.flatnonzero(~self.moves)})
+        self.assertGreater(len(set(bodies.values())), 2)
+
+    # Blender
+
+    def test_blender_script(self):
+        script = self.export("my pile.py")
+        text = script.read_text()
+        self.assertIn('DATA, FORM = "my pile.npz", "objects"\n', text)
+        compile(text, "my pile.py", "exec")
+        self.assertIn("position", numpy.load(self.dir / "my pile.npz"))
+        text = self.export("many.py", "--as", "instances").read_text()
+        self.assertIn('DATA, FORM = "many.npz", "instances"\n', text)
+
+    # What is chosen, printed and refused
+
+    def test_chosen_frames_keep_their_times(self):
+        frames = numpy.load(self.export("a.npz", "--frames", "3-14x2", "--every", "3"))["frame"]
+        self.assertEqual(list(frames), [3, 9])
+        text, _ = self.prims(self.export("a.usda", "--frames", "4-", "--every", "5"))
+        self.assertIn("startTimeCode = 4\n", text)
+        self.assertIn("endTimeCode = 14\n", text)
+        self.assertEqual(list(numpy.load(self.export("b.npz", "--every", "1000000"))["frame"]), [0])
+
+    def test_prints_what_there_is(self):
+        result = self.succeed("export", self.out, "-o", "a.gltf", "--only", "boxes/*", "--every", "2")
+        self.assertRegex(result.stdout, r"^a\.gltf \(\d+\.\d kB\), a\.bin \(\d+\.\d kB\): 8 bodies, "
+                                        r"8 of them moving, in 8 frames; \d+\.\d s\n$")  # fmt: skip
+        self.assertEqual(self.succeed("export", self.out, "-o", "b.csv", "-q").stdout, "")
+
+    def test_same_bytes_again(self):
+        for name in ("a.usda", "a.glb", "a.npz", "a.csv"):
+            first = self.export(name).read_bytes()
+            self.assertEqual(self.export(name, "--force").read_bytes(), first)
+
+    def test_existing_files_are_refused(self):
+        for name, other in (("a.gltf", "a.bin"), ("b.py", "b.npz"), ("c.usda", "c.usda")):
+            (self.dir / other).write_text("mine")
+            result = self.expect_exit(2, "export", self.out, "-o", name)
+            self.assertIn(f"{other}: the file exists already", result.stderr)
+            self.assertEqual((self.dir / other).read_text(), "mine")
+            self.export(name, "--force")
+            self.assertNotEqual((self.dir / other).read_bytes(), b"mine")
+        self.assertEqual([p.name for p in self.dir.iterdir() if p.name.startswith(".")], [])
+
+    def test_errors(self):
+        for arguments, text in (
+            (["-o", "a.fbx"], "a.fbx: ends in .fbx; expected .usda, .gltf, .glb, .py (Blender), .csv or .npz"),
+            (["-o", "pile"], "pile: has no ending that names a format"),
+            (["-o", "a.csv", "--only", "rabbit*"], "--only rabbit*: fits the name of no body"),
+            (["-o", "a.glb", "--as", "instances"], "--as instances: glTF cannot move instances"),
+            (["-o", "a.csv", "--frames", "3-99"], "--frames: 99 is not within 0-15"),
+            (["-o", "a.csv", "--frame", "3", "--every", "2"], "excludes"),
+            (["-o", "a.csv", "--every", "0"], "--every"),
+            (["-o", "no/where/a.csv"], "no/where/a.csv: cannot be written"),
+        ):
+            result = self.run_pilesim("export", self.out, *arguments)
+            self.assertIn(result.returncode, (2, 4), arguments)
+            self.assertIn(text, result.stderr)
+        self.assertEqual(list(self.dir.iterdir()), [])
+        self.expect_exit(3, "export", self.dir, "-o", "a.csv")
 
 
 if __name__ == "__main__":

@@ -17,14 +17,14 @@ class Usage(CommandTest):
             self.assertIn(word, text)
 
     def test_each_command_has_help_with_an_example(self):
-        for command in ("simulate", "render", "validate", "schema"):
+        for command in ("simulate", "render", "export", "validate", "schema"):
             text = self.succeed(command, "--help").stdout
             self.assertRegex(text, r"Examples?[,:]", command)
 
     def test_examples_name_files_that_are_there(self):
         root = pathlib.Path(__file__).parents[2]
         commands = ["simulate", "direct-pile", "sample-signature", "fit-bspline", "render"]
-        commands += ["inspect", "compare", "validate", "schema"]
+        commands += ["export", "inspect", "compare", "validate", "schema"]
         texts = [self.succeed(command, "--help").stdout for command in commands]
         texts += [file.read_text() for file in [root / "README.md", *root.glob("docs/*.md")]]
         named = re.findall(r"(?:presets|assets)/[a-z0-9_/]+\.(?!sig)\w+", "\n".join(texts))
@@ -67,6 +67,7 @@ class Usage(CommandTest):
             ("simulate", ["scene.json", "-o", "out"]),
             ("direct-pile", ["scene.json", "-o", "out"]),
             ("render", ["out"]),
+            ("export", ["out", "-o", "a.csv"]),
             ("compare", ["scene.json", "-o", "out", "--modes", "impulse"]),
             ("sample-signature", ["a.obj", "-o", "a.sig"]),
             ("fit-bspline", ["a.sig", "-o", "b.sig"]),
@@ -163,6 +164,7 @@ class Usage(CommandTest):
             ("fit-bspline", ["-o", "a.sig"]),
             ("inspect", []),
             ("render", []),
+            ("export", ["-o", "a.csv"]),
         ):
             self.assertIn("empty", self.expect_exit(2, command, "", *more).stderr)
             result = self.expect_exit(4, command, long, *more)
@@ -176,6 +178,7 @@ class Usage(CommandTest):
             ("simulate", ["scene.json", "-o", "out"], "--progress", "auto, bar, json, none"),
             ("render", ["out"], "--overlay", "piles, guide, solver"),
             ("render", ["out"], "--samples", "1, 2, 4, 8"),
+            ("export", ["out", "-o", "a.csv"], "--as", "objects, instances"),
             ("sample-signature", ["a.obj", "-o", "a.sig"], "--layout", "scale-free, dissertation"),
             ("fit-bspline", ["a.sig", "-o", "b.sig"], "--coordinates", "cartesian, spherical"),
             ("fit-bspline", ["a.sig", "-o", "b.sig"], "--parameters", "uniform, centripetal"),

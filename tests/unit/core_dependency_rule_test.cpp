@@ -46,6 +46,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
      {"core", "geometry", "scene", "model", "simulate", "simulate/modes", "trajectory"}},
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
+    {"export", {"core", "scene", "trajectory", "render"}},
     {"job",
      {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
       "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "report"}},

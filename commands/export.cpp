@@ -1,0 +1,131 @@
+#include "export/export_job.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "core/counted.h"
+#include "frame_range.h"
+#include "numbers.h"
+#include "options.h"
+#include "print.h"
+#include "render/scene_renderer.h"
+#include "scene/scene_loader.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+namespace {
+
+struct ExportArguments {
+  std::string input, output;
+  FrameRange frames;
+  uint64_t every = 1;
+  std::vector<std::string> only;
+  std::optional<ExportForm> form;
+  bool no_camera = false, force = false, quiet = false;
+};
+
+// "1.4 GB", "312 kB".
+std::string size_text(uint64_t bytes) {
+  const std::array units = {"bytes", "kB", "MB", "GB"};
+  auto size = static_cast<double>(bytes);
+  size_t unit = 0;
+  for (; size >= 1000 && unit + 1 < units.size(); ++unit) size /= 1000;
+  char text[32];
+  std::snprintf(text, sizeof text, unit == 0 || size >= 100 ? "%.0f %s" : "%.1f %s", size,
+                units[unit]);
+  return text;
+}
+
+std::vector<uint64_t> chosen_frames(const ExportArguments& options, uint64_t count) {
+  FrameRange range = options.frames;
+  // Steps of steps; beyond the last frame they are all the same.
+  range.step = std::min(range.step, count) * options.every;
+  return selected_frames(range, count);
+}
+
+void run_export_command(const ExportArguments& options) {
+  claim_export(options.output, options.force);
+  TrajectoryReader trajectory(options.input);
+  const Scene scene = parse_scene(trajectory.header().resolved_scene,
+                                  std::filesystem::path(options.input) / "trajectory.zarr")
+                          .scene;
+  ExportJob job{.output = options.output,
+                .choice = {.frames = chosen_frames(options, trajectory.frame_count()),
+                           .only = options.only,
+                           .camera = scene.camera},
+                .form = options.form,
+                .aspect = static_cast<double>(scene.render.size[0]) / scene.render.size[1],
+                .force = options.force};
+  if (options.no_camera) {
+    job.choice.camera.keys.clear();
+  } else if (job.choice.camera.keys.empty()) {
+    job.choice.camera.keys.push_back(frame_action(trajectory, job.aspect));
+  }
+  const ExportSummary summary = run_export(trajectory, job);
+  if (options.quiet) return;
+  std::string files;
+  for (const auto& [name, bytes] : summary.files) {
+    files += (files.empty() ? "" : ", ") + name.string() + " (" + size_text(bytes) + ')';
+  }
+  print("%s: %s, %zu of them moving, in %s; %.1f s\n", files.c_str(),
+        counted(summary.bodies, "body", "bodies").c_str(), summary.moving,
+        counted(summary.frames, "frame").c_str(), summary.wall_s);
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app) {
+  auto options = std::make_shared<ExportArguments>();
+  CLI::App* command = app.add_subcommand(
+      "export", "Write a trajectory as a file of USD, glTF, Blender, numpy or a table");
+  command->add_option("input", options->input, "What simulate wrote: a directory")
+      ->required()
+      ->check(named(), "");
+  command
+      ->add_option("-o,--output", options->output,
+                   "The file; its ending says which format: .usda, .glb, .gltf (and .bin beside "
+                   "it), .py (a script for Blender, and .npz beside it), .npz or .csv")
+      ->required()
+      ->type_name("FILE");
+  CLI::Option* frames =
+      command
+          ->add_option_function<std::string>(
+              "--frames",
+              [options](const std::string& text) { options->frames = parse_frame_range(text); },
+              "Frames to take: 7, 10-90, 10- or 10-90x2 (default: all)")
+          ->type_name("FIRST-LASTxSTEP");
+  CLI::Option* every = add_whole_number(
+      *command, "--every", {1, 1'000'000}, [options](uint64_t n) { options->every = n; },
+      "Take every N-th of them only; it plays at the same speed");
+  every->excludes(
+      add_whole_number(
+          *command, "--frame", {},
+          [options](uint64_t frame) { options->frames = {.first = frame, .last = frame}; },
+          "Take one frame")
+          ->excludes(frames));
+  command
+      ->add_option("--only", options->only,
+                   "Bodies of these names only; * and ? stand for what you like: 'rabbits/*' "
+                   "(repeatable)")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  add_choice<ExportForm>(
+      *command, "--as", {{"objects", ExportForm::objects}, {"instances", ExportForm::instances}},
+      options->form,
+      "objects: each body is one, with keys where it moves (default up to 1,000 bodies, and of "
+      "glTF that moves); instances: few objects that stand for many bodies");
+  command->add_flag("--no-camera", options->no_camera, "Leave the camera out");
+  command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
+  command->add_flag("--force", options->force, "Replace files that are there already");
+  command->footer(R"(
+Examples:
+  pilesim export out/crate -o crate.usda
+  pilesim export out/crate -o crate.glb --every 2
+  pilesim export out/crate -o last.glb --frame 119
+  pilesim export out/crate -o crate.py && blender --python crate.py
+  pilesim export out/crate -o rabbits.csv --only 'rabbits/*' --frames 30-90)");
+  command->callback([options] { run_export_command(*options); });
+}
+
+}  // namespace pilesim

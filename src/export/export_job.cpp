@@ -1,0 +1,109 @@
+#include "export/export_job.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "core/output_directory.h"
+#include "export/formats.h"
+
+namespace pilesim {
+namespace fs = std::filesystem;
+
+namespace {
+
+// Above it programs that people work with become slow where each body is an object.
+constexpr size_t kMostObjects = 1000;
+
+ExportForm suitable_form(ExportFormat format, const ExportSource& source) {
+  if (format == ExportFormat::gltf || format == ExportFormat::glb) {
+    return source.frame_count() == 1 ? ExportForm::instances : ExportForm::objects;
+  }
+  return source.bodies().size() <= kMostObjects ? ExportForm::objects : ExportForm::instances;
+}
+
+void check_form(ExportFormat format, const ExportSource& source, const ExportJob& job) {
+  const bool is_gltf = format == ExportFormat::gltf || format == ExportFormat::glb;
+  if (is_gltf && job.form == ExportForm::instances && source.frame_count() > 1) {
+    throw Error(ErrorKind::usage,
+                Problem{.file = "--as instances",
+                        .found = "glTF cannot move instances",
+                        .expected = "one frame of them, or objects",
+                        .remedy = "Choose a frame with --frame, or export .usda"});
+  }
+}
+
+}  // namespace
+
+ExportFormat format_of(const fs::path& output) {
+  static const std::map<std::string, ExportFormat> kFormats = {
+      {".usda", ExportFormat::usda},  {".gltf", ExportFormat::gltf}, {".glb", ExportFormat::glb},
+      {".py", ExportFormat::blender}, {".csv", ExportFormat::csv},   {".npz", ExportFormat::npz}};
+  const auto found = kFormats.find(output.extension().string());
+  if (found != kFormats.end()) return found->second;
+  throw Error(ErrorKind::usage,
+              Problem{.file = output.string(),
+                      .found = output.has_extension() ? "ends in " + output.extension().string()
+                                                      : "has no ending that names a format",
+                      .expected = ".usda, .gltf, .glb, .py (Blender), .csv or .npz"});
+}
+
+std::vector<fs::path> claim_export(const fs::path& output, bool force) {
+  const ExportFormat format = format_of(output);
+  std::vector<fs::path> files = {output};
+  if (format == ExportFormat::gltf) files.push_back(fs::path(output).replace_extension(".bin"));
+  if (format == ExportFormat::blender) files.push_back(fs::path(output).replace_extension(".npz"));
+  for (const fs::path& file : files) claim_output_file(file, force);
+  return files;
+}
+
+ExportSummary run_export(TrajectoryReader& trajectory, const ExportJob& job) {
+  const Stopwatch watch;
+  const ExportFormat format = format_of(job.output);
+  const std::vector<fs::path> names = claim_export(job.output, job.force);
+  ExportSource source(trajectory, job.choice);
+  check_form(format, source, job);
+  const ExportForm form = job.form.value_or(suitable_form(format, source));
+
+  std::vector<std::unique_ptr<ExportFile>> files;
+  for (const fs::path& name : names) files.push_back(std::make_unique<ExportFile>(name));
+  switch (format) {
+    case ExportFormat::usda:
+      write_usda(source, job, form, *files[0]);
+      break;
+    case ExportFormat::gltf:
+      write_gltf(source, job, form, *files[0], files[1].get());
+      break;
+    case ExportFormat::glb:
+      write_gltf(source, job, form, *files[0], nullptr);
+      break;
+    case ExportFormat::blender:
+      write_npz(source, job, *files[1]);
+      write_blender_script(names[1].filename().string(), form, *files[0]);
+      break;
+    case ExportFormat::csv:
+      write_csv(source, *files[0]);
+      break;
+    case ExportFormat::npz:
+      write_npz(source, job, *files[0]);
+      break;
+  }
+  ExportSummary summary;
+  // What lies beside the file that people open is there before it.
+  for (size_t i = files.size(); i-- > 0;) files[i]->finish();
+  for (size_t i = 0; i < files.size(); ++i) {
+    summary.files.emplace_back(names[i], files[i]->size());
+  }
+  summary.bodies = source.bodies().size();
+  summary.moving = static_cast<size_t>(std::ranges::count_if(
+      source.bodies(), [](const ExportBody& body) { return body.last_change > 0; }));
+  summary.frames = source.frame_count();
+  summary.form = form;
+  summary.wall_s = watch.seconds();
+  return summary;
+}
+
+}  // namespace pilesim

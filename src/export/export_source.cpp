@@ -1,0 +1,185 @@
+#include "export/export_source.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstdio>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "core/error.h"
+#include "render/view.h"
+#include "scene/camera_path.h"
+
+namespace pilesim {
+namespace {
+
+// Planes end where nothing is: farther off than anything was, but not where one body fell for ever.
+constexpr float kPlaneReaches = 2;  // of the farthest place of a body
+constexpr float kLeastPlane_m = 1, kMostPlane_m = 1000;
+
+std::vector<uint8_t> chosen_by(const std::vector<std::string>& patterns,
+                               const std::vector<std::string>& names) {
+  std::vector<uint8_t> chosen(names.size(), patterns.empty() ? 1 : 0);
+  for (const std::string& pattern : patterns) {
+    bool fits = false;
+    for (size_t i = 0; i < names.size(); ++i) {
+      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) != 0) continue;
+      chosen[i] = 1;
+      fits = true;
+    }
+    if (fits) continue;
+    throw Error(ErrorKind::usage,
+                Problem{.file = "--only " + pattern,
+                        .found = "fits the name of no body",
+                        .expected = names.empty() ? "a trajectory that has bodies"
+                                                  : "a name such as " + names.back() +
+                                                        ", or a pattern with * and ?",
+                        .remedy = "Put patterns in quotes"});
+  }
+  return chosen;
+}
+
+std::string hex(const Colour& colour) {
+  std::array<char, 8> text;
+  std::snprintf(text.data(), text.size(), "%02x%02x%02x", colour[0], colour[1], colour[2]);
+  return text.data();
+}
+
+bool is_present(uint8_t state) { return (state & kPresent) != 0; }
+
+}  // namespace
+
+ExportSource::ExportSource(TrajectoryReader& trajectory, ExportChoice choice)
+    : trajectory_(trajectory), choice_(std::move(choice)) {
+  assert(!choice_.frames.empty());
+  choose_bodies();
+  find_changes();
+  float farthest = 0;
+  if (!bounds_.isEmpty())
+    farthest = std::max(bounds_.min().cwiseAbs().maxCoeff(), bounds_.max().cwiseAbs().maxCoeff());
+  for (const TrajectoryShape& shape : header().shapes) {
+    shapes_.push_back(
+        make_export_mesh(shape, std::clamp(kPlaneReaches * farthest, kLeastPlane_m, kMostPlane_m)));
+  }
+  float radius = 0;
+  for (const ExportBody& body : bodies_) radius = std::max(radius, shapes_[body.shape].radius_m);
+  if (!bounds_.isEmpty()) {
+    bounds_.min().array() -= radius;
+    bounds_.max().array() += radius;
+  }
+}
+
+void ExportSource::choose_bodies() {
+  const TrajectoryHeader& all = header();
+  const std::vector<uint8_t> chosen = chosen_by(choice_.only, all.body_name);
+  std::map<std::pair<uint32_t, Colour>, uint32_t> look_of;
+  for (uint32_t id = 0; id < all.body_count(); ++id) {
+    if (chosen[id] == 0) continue;
+    const std::pair key(all.body_material[id], all.body_colour[id]);
+    const auto [look, is_new] = look_of.try_emplace(key, static_cast<uint32_t>(looks_.size()));
+    if (is_new) looks_.push_back({all.materials[key.first] + ' ' + hex(key.second), key.second});
+    bodies_.push_back(
+        {.name = all.body_name[id], .id = id, .shape = all.body_shape[id], .look = look->second});
+  }
+}
+
+void ExportSource::find_changes() {
+  TrajectoryFrame before, now;
+  std::vector<uint8_t> seen(bodies_.size());
+  for (size_t k = 0; k < frame_count(); ++k) {
+    std::swap(before, now);
+    read(k, now);
+    for (size_t i = 0; i < bodies_.size(); ++i) {
+      ExportBody& body = bodies_[i];
+      const bool present = is_present(now.state[i]);
+      if (present) {
+        seen[i] = 1;
+        bounds_.extend(now.position[i]);
+      } else {
+        body.ever_absent = true;
+      }
+      if (k == 0) {
+        body.starts_present = present;
+      } else if (present != is_present(before.state[i]) || now.position[i] != before.position[i] ||
+                 now.orientation[i].coeffs() != before.orientation[i].coeffs()) {
+        if (body.last_change == 0) body.first_change = static_cast<uint32_t>(k - 1);
+        body.last_change = static_cast<uint32_t>(k);
+      }
+    }
+  }
+  std::vector<ExportBody> found;
+  for (size_t i = 0; i < bodies_.size(); ++i) {
+    if (seen[i] != 0) found.push_back(std::move(bodies_[i]));
+  }
+  bodies_ = std::move(found);
+  std::ranges::sort(bodies_, {}, [](const ExportBody& body) {
+    return std::tuple(body.shape, body.look, body.id);
+  });
+}
+
+CameraKey ExportSource::camera(size_t k) const { return camera_at(choice_.camera, time_s(k)); }
+
+void ExportSource::read(size_t k, TrajectoryFrame& poses) {
+  trajectory_.read(frame(k), whole_);
+  const size_t count = bodies_.size();
+  poses.position.resize(count);
+  poses.orientation.resize(count);
+  poses.state.resize(count);
+  if (k == 0) last_.assign(count, Quatf::Identity());
+  last_.resize(count, Quatf::Identity());
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t id = bodies_[i].id;
+    Quatf q = whole_.orientation[id];
+    if (q.dot(last_[i]) < 0) q.coeffs() = -q.coeffs();
+    last_[i] = q;
+    poses.position[i] = whole_.position[id];
+    poses.orientation[i] = q;
+    poses.state[i] = whole_.state[id];
+  }
+}
+
+std::vector<ExportTrack> read_tracks(ExportSource& source) {
+  std::vector<ExportTrack> tracks(source.bodies().size());
+  TrajectoryFrame before, now;
+  for (size_t k = 0; k < source.frame_count(); ++k) {
+    std::swap(before, now);
+    source.read(k, now);
+    for (size_t i = 0; i < tracks.size(); ++i) {
+      ExportTrack& track = tracks[i];
+      const auto add = [&](size_t frame, const TrajectoryFrame& poses) {
+        track.key.push_back(static_cast<uint32_t>(frame));
+        track.position.push_back(poses.position[i]);
+        track.orientation.push_back(poses.orientation[i]);
+      };
+      if (k == 0) {
+        add(0, now);
+        continue;
+      }
+      if (is_present(now.state[i]) != is_present(before.state[i])) {
+        track.toggles.push_back(static_cast<uint32_t>(k));
+      }
+      if (now.position[i] == before.position[i] &&
+          now.orientation[i].coeffs() == before.orientation[i].coeffs()) {
+        continue;
+      }
+      if (track.key.back() + 1 != k) add(k - 1, before);
+      add(k, now);
+    }
+  }
+  return tracks;
+}
+
+Quat camera_orientation(const CameraKey& camera) {
+  const View view = make_view(camera, 1, 0.1f, 100);
+  Mat3 axes;
+  axes.col(0) = view.right.cast<double>();
+  axes.col(1) = view.up.cast<double>();
+  axes.col(2) = -view.forward.cast<double>();
+  return Quat(axes).normalized();
+}
+
+}  // namespace pilesim

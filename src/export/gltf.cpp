@@ -1,0 +1,398 @@
+// One frame: a node a shape and look, instanced (EXT_mesh_gpu_instancing), or a node a body.
+// Several frames: a node a body with tracks, since instances cannot move. A body that is not there
+// has the scale 0.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/error.h"
+#include "core/hash.h"
+#include "export/export_text.h"
+#include "export/formats.h"
+
+namespace pilesim {
+namespace {
+
+// JavaScript's arrays, and with them most readers, end at 2 GiB.
+constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
+
+enum View : uint8_t { kVertices, kIndices, kTimes, kVectors, kRotations, kIds, kViews };
+
+std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+template <class Number>
+std::string text_of(Number value) {
+  std::string text;
+  append_number(text, value);
+  return text;
+}
+
+std::string list(const Vec3f& v) {
+  std::string text = "[";
+  append_vector(text, v);
+  return text + ']';
+}
+
+std::array<float, 4> xyzw(const Quatf& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+std::string list(const Quatf& q) {
+  std::string text = "[";
+  append_vector(text, q.vec());
+  text += ", ";
+  append_number(text, q.w());
+  return text + ']';
+}
+
+std::vector<std::array<float, 4>> all_xyzw(const std::vector<Quatf>& orientations) {
+  std::vector<std::array<float, 4>> rows;
+  for (const Quatf& q : orientations) rows.push_back(xyzw(q));
+  return rows;
+}
+
+// Objects of one of the document's lists, as text.
+class List {
+ public:
+  size_t add(const std::string& object) {
+    if (count_ > 0) text_ += ",\n";
+    text_ += object;
+    return count_++;
+  }
+  size_t count() const { return count_; }
+  // `"name": [...],`, or nothing where it is empty, as the format demands.
+  std::string as(const std::string& name) const {
+    return count_ == 0 ? "" : ",\n\"" + name + "\": [\n" + text_ + "]";
+  }
+
+ private:
+  std::string text_;
+  size_t count_ = 0;
+};
+
+class Document {
+ public:
+  Document(ExportSource& source, const ExportJob& job) : source_(source), job_(job) {}
+
+  void build(ExportForm form) {
+    if (source_.frame_count() > 1) {
+      add_moving_bodies();
+    } else if (form == ExportForm::instances) {
+      add_instances();
+    } else {
+      add_still_bodies();
+    }
+    if (source_.has_camera()) add_camera();
+  }
+
+  // `uri`: of the buffer; empty: it is in the same file.
+  std::string json(const std::string& uri) const {
+    std::string text = R"({"asset": {"version": "2.0", "generator": "pilesim"},)";
+    text += "\n\"extras\": {\"frame_rate\": " + text_of(source_.header().frame_rate) +
+            ", \"first_frame\": " + std::to_string(source_.frame(0)) + "}";
+    if (has_instances_) {
+      text += ",\n\"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"]";
+      text += ",\n\"extensionsRequired\": [\"EXT_mesh_gpu_instancing\"]";
+    }
+    std::string roots;
+    for (size_t i = 0; i < nodes_.count(); ++i) roots += (i > 0 ? "," : "") + std::to_string(i);
+    text += ",\n\"scene\": 0,\n\"scenes\": [{\"name\": \"pile\"";
+    if (!roots.empty()) text += ", \"nodes\": [" + roots + ']';
+    text += "}]";
+    text += nodes_.as("nodes") + meshes_.as("meshes") + materials_.as("materials") +
+            cameras_.as("cameras");
+    if (channels_.count() > 0) {
+      text += ",\n\"animations\": [{\"name\": \"motion\"" + channels_.as("channels") +
+              samplers_.as("samplers") + "}]";
+    }
+    text += accessors_.as("accessors");
+    List views;
+    uint64_t place = 0;
+    for (const View view : begun_) {
+      const uint64_t bytes = data_[view].size();
+      std::string object = "{\"buffer\": 0, \"byteOffset\": " + std::to_string(place) +
+                           ", \"byteLength\": " + std::to_string(bytes);
+      if (view == kVertices) object += ", \"byteStride\": 12, \"target\": 34962";
+      if (view == kIndices) object += ", \"target\": 34963";
+      views.add(object + "}");
+      place += bytes;
+    }
+    text += views.as("bufferViews");
+    if (place > 0) {
+      text += ",\n\"buffers\": [{\"byteLength\": " + std::to_string(place);
+      if (!uri.empty()) text += ", \"uri\": " + quoted(uri);
+      text += "}]";
+    }
+    return text + "\n}\n";
+  }
+
+  uint64_t buffer_bytes() const {
+    uint64_t bytes = 0;
+    for (const std::string& data : data_) bytes += data.size();
+    return bytes;
+  }
+  void write_buffer(ExportFile& file) const {
+    for (const View view : begun_) file.write(data_[view]);
+  }
+
+ private:
+  template <class Value>
+  size_t add_accessor(View view, const std::vector<Value>& values, const char* type, int component,
+                      const std::string& more = {}) {
+    std::string& data = data_[view];
+    const uint64_t bytes = values.size() * sizeof(Value);
+    if (buffer_bytes() + bytes > kMostBytes) refuse();
+    const std::string object = "{\"bufferView\": " + std::to_string(index_of(view)) +
+                               ", \"byteOffset\": " + std::to_string(data.size()) +
+                               ", \"componentType\": " + std::to_string(component) +
+                               ", \"count\": " + std::to_string(values.size()) + ", \"type\": \"" +
+                               type + "\"" + more + "}";
+    data.append(reinterpret_cast<const char*>(values.data()), bytes);
+    return accessors_.add(object);
+  }
+
+  [[noreturn]] void refuse() const {
+    throw Error(ErrorKind::usage,
+                Problem{.file = job_.output.string(),
+                        .found = "would have more than 2 GiB of poses and meshes",
+                        .expected = "less, which is all that readers of glTF take",
+                        .remedy = "Take fewer frames (--every, --frames) or bodies (--only), or "
+                                  "write .usda"});
+  }
+
+  static constexpr int kFloat = 5126, kUnsigned = 5125;
+
+  size_t add_mesh(uint32_t shape, uint32_t look) {
+    const auto [found, is_new] = mesh_of_.try_emplace({shape, look}, 0);
+    if (!is_new) return found->second;
+    const auto [geometry, is_new_shape] = geometry_of_.try_emplace(shape);
+    if (is_new_shape) geometry->second = add_geometry(shape);
+    const auto [material, is_new_look] = material_of_.try_emplace(look, 0);
+    if (is_new_look) material->second = add_material(look);
+    const auto& [points, normals, corners] = geometry->second;
+    const std::string name = source_.header().shapes[shape].name + ' ' + source_.looks()[look].name;
+    found->second = meshes_.add(
+        "{\"name\": " + quoted(name) +
+        ", \"primitives\": [{\"attributes\": {\"POSITION\": " + std::to_string(points) +
+        ", \"NORMAL\": " + std::to_string(normals) + "}, \"indices\": " + std::to_string(corners) +
+        ", \"material\": " + std::to_string(material->second) + "}]}");
+    return found->second;
+  }
+
+  std::array<size_t, 3> add_geometry(uint32_t shape) {
+    const ExportMesh& mesh = source_.shapes()[shape];
+    Eigen::AlignedBox3f box;
+    for (const Vec3f& point : mesh.split_points) box.extend(point);
+    const std::string bounds = ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
+    return {add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds),
+            add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat),
+            add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned)};
+  }
+
+  size_t add_material(uint32_t look) {
+    const ExportLook& source = source_.looks()[look];
+    std::string colour;
+    for (const uint8_t value : source.colour) {
+      append_rounded(colour, static_cast<float>(linear_from_srgb(value)), 6);
+      colour += ", ";
+    }
+    return materials_.add("{\"name\": " + quoted(source.name) +
+                          ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour +
+                          "1], \"metallicFactor\": 0, \"roughnessFactor\": 0.7}}");
+  }
+
+  size_t add_body(const ExportBody& body, const Vec3f& position, const Quatf& orientation,
+                  bool present) {
+    return nodes_.add("{\"name\": " + quoted(body.name) +
+                      ", \"mesh\": " + std::to_string(add_mesh(body.shape, body.look)) +
+                      ", \"translation\": " + list(position) + ", \"rotation\": " +
+                      list(orientation) + (present ? "" : ", \"scale\": [0, 0, 0]") +
+                      ", \"extras\": {\"id\": " + std::to_string(body.id) + "}}");
+  }
+
+  void add_still_bodies() {
+    TrajectoryFrame poses;
+    source_.read(0, poses);
+    for (size_t i = 0; i < source_.bodies().size(); ++i) {
+      add_body(source_.bodies()[i], poses.position[i], poses.orientation[i], true);
+    }
+  }
+
+  void add_instances() {
+    const std::vector<ExportBody>& bodies = source_.bodies();
+    TrajectoryFrame poses;
+    source_.read(0, poses);
+    // Bodies of one shape and look lie one after another.
+    for (size_t begin = 0, end = 0; begin < bodies.size(); begin = end) {
+      std::vector<float> ids;
+      std::vector<Vec3f> positions;
+      std::vector<std::array<float, 4>> rotations;
+      const ExportBody& first = bodies[begin];
+      for (; end < bodies.size() && bodies[end].shape == first.shape &&
+             bodies[end].look == first.look;
+           ++end) {
+        ids.push_back(static_cast<float>(bodies[end].id));
+        positions.push_back(poses.position[end]);
+        rotations.push_back(xyzw(poses.orientation[end]));
+      }
+      const size_t mesh = add_mesh(first.shape, first.look);
+      const size_t translation = add_accessor(kVectors, positions, "VEC3", kFloat);
+      const size_t rotation = add_accessor(kRotations, rotations, "VEC4", kFloat);
+      const size_t id = add_accessor(kIds, ids, "SCALAR", kFloat);
+      nodes_.add("{\"name\": " + quoted(source_.header().shapes[first.shape].name) +
+                 ", \"mesh\": " + std::to_string(mesh) +
+                 ", \"extensions\": {\"EXT_mesh_gpu_instancing\": {\"attributes\": "
+                 "{\"TRANSLATION\": " +
+                 std::to_string(translation) + ", \"ROTATION\": " + std::to_string(rotation) +
+                 ", \"_ID\": " + std::to_string(id) + "}}}}");
+      has_instances_ = true;
+    }
+  }
+
+  float seconds(size_t k) const {
+    return static_cast<float>(source_.time_s(k) - source_.time_s(0));
+  }
+
+  size_t add_times(const std::vector<uint32_t>& frames) {
+    // Bodies that fall together share their times.
+    const auto [found, is_new] =
+        times_.try_emplace(content_hash(std::as_bytes(std::span(frames))), 0);
+    if (is_new) {
+      std::vector<float> times;
+      for (const uint32_t k : frames) times.push_back(seconds(k));
+      found->second = add_accessor(
+          kTimes, times, "SCALAR", kFloat,
+          ", \"min\": [" + text_of(times.front()) + "], \"max\": [" + text_of(times.back()) + "]");
+    }
+    return found->second;
+  }
+
+  void add_channel(size_t node, const char* path, size_t times, size_t values,
+                   const char* interpolation = "LINEAR") {
+    const size_t sampler = samplers_.add("{\"input\": " + std::to_string(times) +
+                                         ", \"output\": " + std::to_string(values) +
+                                         ", \"interpolation\": \"" + interpolation + "\"}");
+    channels_.add("{\"sampler\": " + std::to_string(sampler) + ", \"target\": {\"node\": " +
+                  std::to_string(node) + ", \"path\": \"" + path + "\"}}");
+  }
+
+  void add_pose_channels(size_t node, const std::vector<uint32_t>& frames,
+                         const std::vector<Vec3f>& positions,
+                         const std::vector<Quatf>& orientations) {
+    const size_t times = add_times(frames);
+    add_channel(node, "translation", times, add_accessor(kVectors, positions, "VEC3", kFloat));
+    add_channel(node, "rotation", times,
+                add_accessor(kRotations, all_xyzw(orientations), "VEC4", kFloat));
+  }
+
+  void add_moving_bodies() {
+    const std::vector<ExportTrack> tracks = read_tracks(source_);
+    for (size_t i = 0; i < tracks.size(); ++i) {
+      const ExportBody& body = source_.bodies()[i];
+      const ExportTrack& track = tracks[i];
+      const size_t node =
+          add_body(body, track.position[0], track.orientation[0], body.starts_present);
+      if (track.key.size() > 1) {
+        add_pose_channels(node, track.key, track.position, track.orientation);
+      }
+      if (track.toggles.empty()) continue;
+      std::vector<uint32_t> frames = {0};
+      frames.insert(frames.end(), track.toggles.begin(), track.toggles.end());
+      std::vector<Vec3f> scales;
+      for (size_t t = 0; t < frames.size(); ++t) {
+        scales.emplace_back(Vec3f::Constant((t % 2 == 0) == body.starts_present ? 1.0f : 0.0f));
+      }
+      add_channel(node, "scale", add_times(frames), add_accessor(kVectors, scales, "VEC3", kFloat),
+                  "STEP");
+    }
+  }
+
+  void add_camera() {
+    const CameraKey first = source_.camera(0);
+    cameras_.add(
+        "{\"type\": \"perspective\", \"perspective\": {\"aspectRatio\": " + text_of(job_.aspect) +
+        ", \"yfov\": " + text_of(first.field_of_view) + ", \"znear\": 0.01}}");
+    std::vector<uint32_t> frames;
+    std::vector<Vec3f> positions;
+    std::vector<Quatf> orientations;
+    const size_t count = source_.camera_moves() ? source_.frame_count() : 1;
+    for (uint32_t k = 0; k < count; ++k) {
+      const CameraKey key = source_.camera(k);
+      Quatf q = camera_orientation(key).cast<float>();
+      if (k > 0 && q.dot(orientations.back()) < 0) q.coeffs() = -q.coeffs();
+      frames.push_back(k);
+      positions.push_back(key.position.cast<float>());
+      orientations.push_back(q);
+    }
+    const size_t node =
+        nodes_.add("{\"name\": \"camera\", \"camera\": 0, \"translation\": " + list(positions[0]) +
+                   ", \"rotation\": " + list(orientations[0]) + "}");
+    if (count > 1) add_pose_channels(node, frames, positions, orientations);
+  }
+
+  // Its place among those that hold something.
+  size_t index_of(View view) {
+    const auto found = std::ranges::find(begun_, view);
+    if (found != begun_.end()) return static_cast<size_t>(found - begun_.begin());
+    begun_.push_back(view);
+    return begun_.size() - 1;
+  }
+
+  ExportSource& source_;
+  const ExportJob& job_;
+  std::array<std::string, kViews> data_;
+  std::vector<View> begun_;  // those that hold something
+  List nodes_, meshes_, materials_, cameras_, accessors_, samplers_, channels_;
+  std::map<std::pair<uint32_t, uint32_t>, size_t> mesh_of_;
+  std::map<uint32_t, std::array<size_t, 3>> geometry_of_;
+  std::map<uint32_t, size_t> material_of_;
+  std::map<std::string, size_t> times_;
+  bool has_instances_ = false;
+};
+
+// RFC 3986, of a name of a file.
+std::string as_uri(const std::string& name) {
+  std::string uri;
+  for (const char c : name) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       std::string_view("-._~").find(c) != std::string_view::npos;
+    if (plain) {
+      uri += c;
+      continue;
+    }
+    std::array<char, 4> code;
+    std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned char>(c));
+    uri += code.data();
+  }
+  return uri;
+}
+
+std::string word(uint64_t value) {
+  const auto bits = static_cast<uint32_t>(value);
+  return {reinterpret_cast<const char*>(&bits), sizeof bits};
+}
+
+}  // namespace
+
+void write_gltf(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file,
+                ExportFile* binary) {
+  Document document(source, job);
+  document.build(form);
+  if (binary != nullptr) {
+    file.write(document.json(as_uri(job.output.stem().string() + ".bin")));
+    document.write_buffer(*binary);
+    return;
+  }
+  std::string json = document.json({});
+  json.append((4 - json.size() % 4) % 4, ' ');
+  const uint64_t bytes = document.buffer_bytes();  // of whole words
+  // A chunk of no bytes is to be left out.
+  const std::string chunk = bytes == 0 ? "" : word(bytes) + std::string("BIN\0", 4);
+  file.write("glTF" + word(2) + word(12 + 8 + json.size() + chunk.size() + bytes));
+  file.write(word(json.size()) + "JSON" + json + chunk);
+  document.write_buffer(file);
+}
+
+}  // namespace pilesim
