@@ -260,6 +260,8 @@ def follow(scene, _=None):
     path = scene.get("pilesim_data")
     if path is None:
         return
+    if not os.path.isfile(path):  # moved together with the .blend
+        path = bpy.path.abspath("//" + DATA)
     if getattr(follow, "pile", None) is None or follow.pile.path != path:
         follow.pile = Pile(path)
     bodies = numpy.flatnonzero(follow.pile.array("moves") == 1)
@@ -343,6 +345,12 @@ def register():
         bpy.app.handlers.frame_change_pre.append(follow)
 
 
+def is_built():
+    """Blender runs a text that is saved with a .blend again when that is opened."""
+    return any(os.path.basename(scene.get("pilesim_data", "")) == DATA for scene in bpy.data.scenes)
+
+
 if __name__ == "__main__":
-    build()
+    if not is_built():
+        build()
     register()
