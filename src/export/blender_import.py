@@ -288,7 +288,11 @@ def add_camera(pile, scene, collection):
     scene.camera = camera
 
 
-def add_sun(collection):
+def add_light(scene, collection):
+    scene.world = bpy.data.worlds.new("sky")
+    scene.world.use_nodes = True
+    sky = next(n for n in scene.world.node_tree.nodes if n.type == "BACKGROUND")
+    sky.inputs["Color"].default_value = (0.5, 0.55, 0.6, 1)
     sun = bpy.data.objects.new("sun", bpy.data.lights.new("sun", "SUN"))
     sun.data.energy = 3
     sun.rotation_euler = (0.6, -0.5, 0)
@@ -336,7 +340,7 @@ def build():
         scene["pilesim_data"] = path
         keep_script()
     add_camera(pile, scene, collection)
-    add_sun(collection)
+    add_light(scene, collection)
     scene.frame_set(scene.frame_start)
 
 
