@@ -16,8 +16,13 @@ constexpr size_t kBufferBytes = size_t{1} << 20;
 }  // namespace
 
 void ExportFile::write(std::string_view text) {
-  buffer_ += text;
-  if (buffer_.size() >= kBufferBytes) flush();
+  if (buffer_.size() + text.size() > kBufferBytes) flush();
+  if (text.size() <= kBufferBytes) {
+    buffer_ += text;
+    return;
+  }
+  write_all(file_.descriptor(), path_.string(), text);
+  flushed_ += text.size();
 }
 
 void ExportFile::patch(uint64_t place, std::string_view text) {
