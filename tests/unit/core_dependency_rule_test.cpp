@@ -44,12 +44,13 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"pile/repose", {"core", "geometry", "scene", "model", "simulate"}},
     {"pile/guide",
      {"core", "geometry", "scene", "model", "simulate", "simulate/modes", "trajectory"}},
+    {"finish", {"core", "geometry", "scene", "model", "simulate", "simulate/exact", "trajectory"}},
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
     {"export", {"core", "scene", "trajectory", "render"}},
     {"job",
      {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
-      "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "report"}},
+      "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {

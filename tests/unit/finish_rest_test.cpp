@@ -1,0 +1,200 @@
+// Piles that lie in each other, brought to rest.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel_for.h"
+#include "finish/exact_rest.h"
+#include "inspect/pile_inspection.h"
+#include "support/small_model.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kSide = 0.2;  // m, of the boxes
+
+struct Pile : SmallModel {
+  Pile() {
+    stuff = material(0.5, 0.5);
+    ground = plane();
+    crate = box(Vec3::Constant(kSide));
+    body(ground, stuff, Vec3::Zero(), Role::fixed);
+  }
+  void add(const Vec3& position) { body(crate, stuff, position); }
+
+  BodyStates states() const {
+    BodyStates states;
+    for (const ModelBody& body : model.bodies) {
+      states.position.push_back(body.pose.position);
+      states.orientation.push_back(body.pose.orientation);
+      states.linear_velocity.emplace_back(Vec3::Zero());
+      states.angular_velocity.emplace_back(Vec3::Zero());
+      states.flags.push_back(kPresent);
+    }
+    return states;
+  }
+  uint32_t stuff = 0, ground = 0, crate = 0;
+};
+
+// Columns of boxes a third of which is in the next one, turned a little.
+Pile sunk_pile(int side, int layers) {
+  Pile pile;
+  for (int y = 0; y < layers; ++y) {
+    for (int x = 0; x < side; ++x) {
+      for (int z = 0; z < side; ++z) {
+        pile.add(Vec3(x, y, z) * (0.66 * kSide) + Vec3(0.002 * y, kSide / 2, 0.003 * (x + y)));
+        pile.model.bodies.back().pose.orientation =
+            Quat(Eigen::AngleAxisd(0.1 * (x - z) + 0.05 * y, Vec3(1, 2, 1).normalized()));
+      }
+    }
+  }
+  return pile;
+}
+
+void finish(ExactRest& rest) {
+  while (!rest.is_over()) rest.step();
+}
+
+TEST(FinishRest, WhatLiesInEachOtherEndsSound) {
+  const Pile pile = sunk_pile(4, 4);
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  const PileQuality before = inspect_pile(pile.model, pile.scene.gravity, pile.states());
+  ASSERT_GT(before.deepest_penetration_m, 0.15 * kSide);
+  finish(rest);
+  EXPECT_TRUE(rest.is_at_rest());
+  const PileQuality after = inspect_pile(pile.model, pile.scene.gravity, rest.states());
+  EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
+  EXPECT_EQ(after.unsettled, 0U);
+  EXPECT_EQ(after.floating, 0U);
+  EXPECT_EQ(after.escaped, 0U);
+  for (size_t i = 1; i < pile.model.bodies.size(); ++i) {
+    EXPECT_NE(rest.states().flags[i] & kAsleep, 0) << i;
+  }
+}
+
+// Energy comes from the heights that bodies give up alone, not from their overlaps.
+TEST(FinishRest, NothingIsShotOut) {
+  const Pile pile = sunk_pile(3, 3);
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  const double fall = std::sqrt(2 * 9.81 * 4 * kSide);
+  double fastest = 0;
+  while (!rest.is_over()) {
+    rest.step();
+    for (const Vec3& velocity : rest.states().linear_velocity) {
+      fastest = std::max(fastest, velocity.norm());
+    }
+  }
+  EXPECT_LT(fastest, fall);
+  for (const Vec3& position : rest.states().position) EXPECT_LT(position.norm(), 10 * kSide);
+}
+
+TEST(FinishRest, ASoundTowerStaysAsItIs) {
+  Pile pile;
+  for (int i = 0; i < 8; ++i) pile.add({0, (i + 0.5) * kSide, 0});
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  finish(rest);
+  EXPECT_TRUE(rest.is_at_rest());
+  for (size_t i = 1; i < pile.model.bodies.size(); ++i) {
+    EXPECT_LT((rest.states().position[i] - pile.states().position[i]).norm(), 0.01 * kSide) << i;
+  }
+  EXPECT_TRUE(rest.take_ways().empty());
+}
+
+TEST(FinishRest, WallsHold) {
+  Pile pile;
+  const uint32_t wall = pile.box({0.02, 1, 0.6}), across = pile.box({0.6, 1, 0.02});
+  for (const double sign : {1.0, -1.0}) {
+    pile.body(wall, pile.stuff, {sign * 0.31, 0.5, 0}, Role::fixed);
+    pile.body(across, pile.stuff, {0, 0.5, sign * 0.31}, Role::fixed);
+  }
+  // Two to the width of the vessel and two thirds of another; some reach into the walls.
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) {
+      for (int z = 0; z < 3; ++z) {
+        pile.add({0.21 * (x - 1), 0.1 + 0.14 * y, 0.21 * (z - 1)});
+      }
+    }
+  }
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  finish(rest);
+  for (size_t i = 5; i < pile.model.bodies.size(); ++i) {
+    const Vec3& position = rest.states().position[i];
+    EXPECT_LT(std::max(std::abs(position.x()), std::abs(position.z())), 0.3) << i;
+  }
+  const PileQuality after = inspect_pile(pile.model, pile.scene.gravity, rest.states());
+  EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
+}
+
+TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
+  Pile pile;
+  pile.add({0, 1, 0});       // held in the air
+  pile.add({2, 1, 0});       // frozen by a guide
+  pile.add({0.05, 1.1, 0});  // in the first one
+  pile.add({4, 0.1, 0});     // absent
+  pile.add({4, 0.15, 0});
+  BodyStates start = pile.states();
+  start.flags[1] |= kHeld;
+  start.flags[2] |= kFrozen;
+  start.flags[4] = 0;
+  ExactRest rest(pile.scene, pile.model, start, std::nullopt);
+  EXPECT_EQ(rest.movable(), 2U);
+  finish(rest);
+  for (const size_t stands : {1, 2, 4}) {
+    EXPECT_EQ(rest.states().position[stands], start.position[stands]) << stands;
+    EXPECT_EQ(rest.states().flags[stands], start.flags[stands]) << stands;
+  }
+  EXPECT_NEAR(rest.states().position[3].y(), 1 + kSide, 0.01);
+  EXPECT_NEAR(rest.states().position[5].y(), kSide / 2, 0.001);
+}
+
+TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
+  Pile pile;
+  pile.add({0, 5, 0});
+  ExactRest rest(pile.scene, pile.model, pile.states(), 0.2);
+  finish(rest);
+  EXPECT_FALSE(rest.is_at_rest());
+  EXPECT_NEAR(rest.time_s(), 0.2, 0.02);
+  EXPECT_EQ(rest.states().flags[1] & kAsleep, 0);
+}
+
+// The far ones are kept: what fell from a table is not drawn through it.
+TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
+  Pile pile;
+  pile.add({0, 1, 0});
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  finish(rest);
+  const std::vector<WayPoint> ways = rest.take_ways();
+  ASSERT_GT(ways.size(), 2U);
+  for (size_t i = 1; i < ways.size(); ++i) {
+    EXPECT_LT(ways[i].position.y(), ways[i - 1].position.y());
+  }
+}
+
+TEST(FinishRest, DoesNotDependOnThreads) {
+  const Pile pile = sunk_pile(5, 5);
+  const int threads = thread_count();
+  std::vector<BodyStates> ends;
+  for (const int count : {1, 2}) {
+    set_thread_count(count);
+    ExactRest rest(pile.scene, pile.model, pile.states(), 1);
+    finish(rest);
+    ends.push_back(rest.states());
+  }
+  set_thread_count(threads);
+  EXPECT_EQ(ends[0].position, ends[1].position);
+}
+
+TEST(FinishRest, UndoesOverlapsWhereNothingFalls) {
+  Pile pile;
+  pile.scene.gravity.setZero();
+  pile.add({0, 5, 0});
+  pile.add({0.1, 5, 0});
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  finish(rest);
+  EXPECT_TRUE(rest.is_at_rest());
+  EXPECT_GT(rest.states().position[2].x() - rest.states().position[1].x(), 0.98 * kSide);
+}
+
+}  // namespace
+}  // namespace pilesim
