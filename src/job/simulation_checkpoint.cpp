@@ -14,13 +14,18 @@ constexpr double kMostShare = 0.015;
 }  // namespace
 
 void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
-                          const RunProgress& progress, const Simulator& simulator, bool is_done) {
+                          const std::filesystem::path& scene_file, const RunProgress& progress,
+                          const Simulator& simulator) {
   StateWriter writer;
-  writer(is_done, simulator.states());
-  if (!is_done) {
-    writer(progress);
-    simulator.save(writer);
-  }
+  writer(false, std::filesystem::absolute(scene_file).string(), simulator.states(), progress);
+  simulator.save(writer);
+  write_checkpoint(directory / kCheckpointFile, key, writer.bytes());
+}
+
+void write_last_states(const std::filesystem::path& directory, const CheckpointKey& key,
+                       const std::filesystem::path& scene_file, const BodyStates& states) {
+  StateWriter writer;
+  writer(true, std::filesystem::absolute(scene_file).string(), states);
   write_checkpoint(directory / kCheckpointFile, key, writer.bytes());
 }
 
@@ -28,7 +33,7 @@ RunCheckpoint::RunCheckpoint(const std::filesystem::path& directory)
     : file_(directory / kCheckpointFile) {
   naming(file_.path().string(), [&] {
     StateReader reader(file_.state());
-    reader(is_done_, bodies_);
+    reader(is_done_, scene_file_, bodies_);
     rest_ = file_.state().last(reader.left());
   });
 }

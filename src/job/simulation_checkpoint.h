@@ -27,9 +27,13 @@ struct RunProgress {
   }
 };
 
-// Of a run that is done it has the states of its bodies only.
+// `scene_file`: where the scene lies, for who works on with the run.
 void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
-                          const RunProgress& progress, const Simulator& simulator, bool is_done);
+                          const std::filesystem::path& scene_file, const RunProgress& progress,
+                          const Simulator& simulator);
+// Of a run that is done.
+void write_last_states(const std::filesystem::path& directory, const CheckpointKey& key,
+                       const std::filesystem::path& scene_file, const BodyStates& states);
 
 class RunCheckpoint {
  public:
@@ -40,6 +44,7 @@ class RunCheckpoint {
   void require(const CheckpointKey& wanted) const { file_.require(wanted); }
   bool is_done() const { return is_done_; }
   const BodyStates& bodies() const { return bodies_; }
+  std::filesystem::path scene_file() const { return scene_file_; }  // absolute
   // Brings `simulator`, made anew of the run's scene, to where the run stands; for a run that is
   // not done. Throws Error(input).
   RunProgress load(Simulator& simulator) const;
@@ -47,6 +52,7 @@ class RunCheckpoint {
  private:
   Checkpoint file_;
   bool is_done_ = false;
+  std::string scene_file_;
   BodyStates bodies_;
   std::span<const std::byte> rest_;
 };

@@ -14,6 +14,7 @@
 #include "job/direction.h"
 #include "job/guide_direction.h"
 #include "job/last_state.h"
+#include "job/run_report.h"
 #include "job/simulation_checkpoint.h"
 #include "json/json_text.h"
 #include "model/model.h"
@@ -70,47 +71,6 @@ void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.state = states.flags;
 }
 
-FrameRow make_row(uint64_t frame, double frame_rate, const FrameStatistics& statistics) {
-  return {.frame = frame,
-          .time_s = static_cast<double>(frame) / frame_rate,
-          .steps = statistics.steps,
-          .times = statistics.times,
-          .bodies_present = statistics.bodies_present,
-          .bodies_awake = statistics.bodies_awake,
-          .contacts = statistics.contacts,
-          .deepest_penetration_m = statistics.deepest_penetration_m,
-          .kinetic_energy_j = statistics.kinetic_energy_j,
-          .potential_energy_j = statistics.potential_energy_j};
-}
-
-SimulationReport begin_report(const SimulationJob& job, const LoadedScene& loaded,
-                              const Model& model) {
-  SimulationReport report;
-  report.command = job.direct_piles ? "direct-pile" : "simulate";
-  report.scene_name = loaded.scene.name;
-  report.scene_file = job.scene_file.filename().string();
-  report.scene_hash = scene_hash(loaded);
-  report.mode = mode_name(loaded.scene.simulator.mode);
-  report.changed_options = loaded.changed_options;
-  report.seed = loaded.scene.seed;
-  report.threads = thread_count();
-  report.step_s = loaded.scene.actual_step_s();
-  double diameters_m = 0;
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    ++report.dynamic_bodies;
-    diameters_m += 2 * model.shapes[body.shape].bounding_radius;
-  }
-  report.body_diameter_m =
-      diameters_m / static_cast<double>(std::max<uint64_t>(1, report.dynamic_bodies));
-  for (const ModelShape& shape : model.shapes) {
-    if (!shape.collision_report.empty()) {
-      report.collision_shapes.push_back(shape.name + ": " + shape.collision_report);
-    }
-  }
-  return report;
-}
-
 // What a run writes while it goes on, and what it has come to.
 class Recorder {
  public:
@@ -118,6 +78,7 @@ class Recorder {
   Recorder(const SimulationJob& job, CheckpointKey key, const TrajectoryHeader& header,
            RunProgress progress, const Stopwatch& watch)
       : directory_(job.output),
+        scene_file_(job.scene_file),
         key_(std::move(key)),
         writer_(open(directory_ / "trajectory.zarr", header, progress.rows.size())),
         timing_(directory_ / "timing.csv"),
@@ -135,7 +96,9 @@ class Recorder {
     const double output_s = output.seconds();
     statistics.times.seconds[static_cast<size_t>(Stage::output)] += output_s;
     statistics.times.total_s += output_s;
-    progress_.rows.push_back(make_row(progress_.rows.size(), frame_rate, statistics));
+    progress_.rows.push_back(make_row(progress_.rows.size(),
+                                      static_cast<double>(progress_.rows.size()) / frame_rate,
+                                      statistics));
     timing_.append(progress_.rows.back());
   }
 
@@ -145,12 +108,15 @@ class Recorder {
   }
 
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
+  void write_end(const BodyStates& states) {
+    write_last_states(directory_, key_, scene_file_, states);
+  }
   // All that a checkpoint tells of is on disk before it is.
-  void write_checkpoint(const Simulator& simulator, bool is_done) {
+  void write_checkpoint(const Simulator& simulator) {
     const Stopwatch clock;
     writer_.flush();
     measure_time();
-    write_run_checkpoint(directory_, key_, progress_, simulator, is_done);
+    write_run_checkpoint(directory_, key_, scene_file_, progress_, simulator);
     const double took_s = clock.seconds();
     progress_.checkpoint_s += took_s;
     pace_.wrote(took_s);
@@ -171,7 +137,7 @@ class Recorder {
     return {directory, header.body_count(), frames};
   }
 
-  std::filesystem::path directory_;
+  std::filesystem::path directory_, scene_file_;
   CheckpointKey key_;
   TrajectoryWriter writer_;
   TimingCsv timing_;
@@ -197,21 +163,10 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
     progress.update(frame + 1);
     if (frame + 1 == frame_count) break;
     const bool stops = interrupted();
-    if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator, false);
+    if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator);
     if (stops) return true;
   }
   return false;
-}
-
-void throw_failed_gates(const SimulationJob& job, const std::vector<GateResult>& results) {
-  std::vector<Problem> problems;
-  for (const GateResult& result : results) {
-    if (result.passed) continue;
-    problems.push_back({.file = job.output.string(),
-                        .found = describe_failure(result),
-                        .expected = "not " + result.gate.text});
-  }
-  if (!problems.empty()) throw Error(ErrorKind::quality, std::move(problems));
 }
 
 [[noreturn]] void rethrow_with_what_is_safe(const Error& error, const std::filesystem::path& output,
@@ -275,7 +230,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                        : no_direction(scene, model);
   const std::unique_ptr<Simulator> simulator =
       naming(scene_file, [&] { return direction->make_simulator(); });
-  SimulationReport report = begin_report(job, loaded, model);
+  SimulationReport report =
+      begin_report(job.direct_piles ? "direct-pile" : "simulate", job.scene_file, loaded, model);
   report.signatures = simulator->signatures();
   CheckpointKey key{.command = report.command,
                     .program = program_hash(),
@@ -320,7 +276,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.piles = std::move(directed.figures);
   const std::string missing = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.
-  if (!report.interrupted) recorder.write_checkpoint(*simulator, true);
+  if (!report.interrupted) recorder.write_end(simulator->states());
 
   if (report.interrupted) {
     throw Error(
@@ -330,7 +286,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                          std::to_string(scene.frame_count()) + " frames and their report",
                 .remedy = "Go on with the same command and --resume"});
   }
-  throw_failed_gates(job, report.gates);
+  throw_failed_gates(job.output, report.gates);
   SimulationSummary summary{.frames = recorder.frames_on_disk(),
                             .bodies = model.bodies.size(),
                             .simulated_s = report.rows.back().time_s,

@@ -100,6 +100,8 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
   html += gate_table(figures["gates"]);
   html += value_table("The pile at the end, by its collision shapes", figures["quality_at_end"]);
+  if (figures.contains("finish")) html += value_table("Finishing", figures["finish"]);
+  if (figures.contains("until")) html += value_table("Until all is settled", figures["until"]);
   if (figures.contains("piles")) {
     for (const auto& [title, values] : figures["piles"].items()) {
       html += value_table("Piles: " + escaped(title), values);

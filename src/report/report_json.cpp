@@ -162,6 +162,8 @@ Json report_json(const SimulationReport& report) {
         {"stages", stage_times(report.rows)}}},
       {"peak_memory_bytes", report.peak_memory_bytes}};
   if (!report.piles.empty()) figures["piles"] = Json::parse(report.piles);
+  if (!report.finish.empty()) figures["finish"] = Json::parse(report.finish);
+  if (!report.until.empty()) figures["until"] = Json::parse(report.until);
   if (!report.mode_figures.empty()) figures[report.mode] = Json::parse(report.mode_figures);
   return figures;
 }

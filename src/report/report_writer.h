@@ -72,6 +72,8 @@ struct SimulationReport {
   double cpu_s = 0;         // of the frames, processor time of all threads
   uint64_t peak_memory_bytes = 0;
   std::string piles;         // JSON array: what a director of piles reports of each; empty: none
+  std::string finish;        // JSON object: what finishing tells of itself; empty: none
+  std::string until;         // JSON object: when all had come to rest; empty: not asked
   std::string mode_figures;  // JSON object: what the mode tells of itself; empty: nothing
 };
 

@@ -238,7 +238,7 @@ class SmallRun {
     const auto [director, simulator] = begin();
     for (int frame = 0; frame < 8; ++frame) simulator->step_frame();
     const RunProgress progress{.rows = std::vector<FrameRow>(2), .inspections = {{}}};
-    write_run_checkpoint(scratch() / "", {}, progress, *simulator, false);
+    write_run_checkpoint(scratch() / "", {}, "scene.json", progress, *simulator);
     const Checkpoint written(scratch() / kCheckpointFile);
     state_.assign(written.state().begin(), written.state().end());
   }

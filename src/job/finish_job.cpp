@@ -1,0 +1,162 @@
+#include "job/finish_job.h"
+
+#include <algorithm>
+
+#include "core/clock.h"
+#include "core/counted.h"
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "core/naming.h"
+#include "core/output_directory.h"
+#include "inspect/pile_inspection.h"
+#include "job/finish_stage.h"
+#include "job/guide_direction.h"
+#include "job/run_report.h"
+#include "job/simulation_checkpoint.h"
+#include "model/model.h"
+#include "report/report_writer.h"
+#include "scene/scene_files.h"
+#include "scene/scene_loader.h"
+#include "trajectory/trajectory.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+void require_another_directory(const FinishJob& job) {
+  std::error_code missing;
+  if (!fs::equivalent(job.input, job.output, missing)) return;
+  throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
+                                        .found = "is the run that is to be finished",
+                                        .remedy = "Name another directory with -o"});
+}
+
+// Where the scene of the run lies.
+fs::path place_of_scene(const FinishJob& job) {
+  if (job.scene_file) return *job.scene_file;
+  const fs::path checkpoint = job.input / kCheckpointFile;
+  std::error_code missing;
+  if (fs::exists(checkpoint, missing)) return RunCheckpoint(job.input).scene_file();
+  throw Error(ErrorKind::input,
+              Problem{.file = job.input.string(),
+                      .found = "has no checkpoint.bin that says where its scene is",
+                      .remedy = "Name the scene file with --scene"});
+}
+
+// The run's own, which the trajectory has; what it names is looked for beside `scene_file`.
+LoadedScene load_own_scene(const FinishJob& job, const TrajectoryHeader& header,
+                           const fs::path& scene_file) {
+  LoadedScene loaded = parse_scene(header.resolved_scene, scene_file);
+  for (const NamedFile& file : loaded.files) {
+    if (!fs::exists(file.path)) {
+      throw Error(ErrorKind::input,
+                  Problem{.file = file.path.string(),
+                          .pointer = file.pointer,
+                          .found = "is not there",
+                          .expected = "the file that the scene of " + job.input.string() + " names",
+                          .remedy = "Name the scene file beside which it lies with --scene"});
+    }
+  }
+  if (scene_hash(loaded) != header.scene_hash) {
+    throw Error(ErrorKind::input,
+                Problem{.file = scene_file.string(),
+                        .found = "names files that have changed",
+                        .expected = "those that " + job.input.string() + " was simulated with",
+                        .remedy = "Simulate it again"});
+  }
+  return loaded;
+}
+
+std::vector<FrameRow> rows_of(const std::vector<FrameStatistics>& steps) {
+  std::vector<FrameRow> rows = {{}};
+  double time_s = 0;
+  for (const FrameStatistics& step : steps) {
+    time_s += step.times.total_s;
+    rows.push_back(make_row(rows.size(), time_s, step));
+  }
+  return rows;
+}
+
+void inspect_frames(const FinishJob& job, const LoadedScene& loaded, const Model& model,
+                    SimulationReport& report) {
+  if (job.inspect_every == 0) return;
+  TrajectoryReader trajectory(job.output);
+  for (uint64_t i = 0; i < trajectory.frame_count(); i += job.inspect_every) {
+    report.inspections.push_back(
+        {i, inspect_pile(model, loaded.scene.gravity,
+                         states_at(trajectory, i, model, job.output.string()))});
+  }
+}
+
+[[noreturn]] void throw_interrupted(const FinishJob& job, const FinishFigures& figures,
+                                    uint64_t frames) {
+  throw Error(ErrorKind::interrupted,
+              Problem{.file = job.output.string(),
+                      .found = "interrupted; holds " + counted(frames, "frame") + ", and " +
+                               std::to_string(figures.bodies - figures.not_at_rest) + " of " +
+                               counted(figures.bodies, "body", "bodies") + " are at rest",
+                      .remedy = "Start again with --force"});
+}
+
+}  // namespace
+
+SimulationSummary run_finish(const FinishJob& job) {
+  const Stopwatch watch;
+  const double cpu_before_s = process_cpu_s();
+  const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
+  require_another_directory(job);
+  TrajectoryReader source(job.input);
+  const fs::path scene_file = place_of_scene(job);
+  const LoadedScene loaded = load_own_scene(job, source.header(), scene_file);
+  Model model = naming(scene_file.string(), [&] { return build_model(loaded.scene); });
+  fill_guide_of(scene_file, loaded.scene, model);
+  const BodyStates start = last_states(source, model, job.input.string());
+  SimulationReport report = begin_report("finish", scene_file, loaded, model);
+  report.setup_s = watch.seconds();
+
+  install_interrupt_handler();
+  remove_output(replaced);
+  make_output_directory(job.output);
+  uint64_t frames = 0;
+  FinishedPile pile = finish_trajectory({loaded.scene, model, job.longest_s, job.progress},
+                                        job.input, start, job.output / "trajectory.zarr", frames);
+  const Stopwatch inspection;
+  report.quality = inspect_pile(model, loaded.scene.gravity, pile.states);
+  inspect_frames(job, loaded, model, report);
+  report.inspection_s = inspection.seconds();
+  report.rows.emplace_back();
+  take_finish(pile, report);
+  report.rows = rows_of(pile.steps);
+  report.interrupted = pile.figures.interrupted;
+  report.gates = judge(job.gates, report.quality);
+  report.cpu_s = process_cpu_s() - cpu_before_s;
+  report.total_s = watch.seconds();
+  report.peak_memory_bytes = peak_memory_bytes();
+  TimingCsv timing(job.output / "timing.csv");
+  for (const FrameRow& row : report.rows) timing.append(row);
+  const std::string missing = write_report(report, job.output);
+  write_last_states(job.output,
+                    {.command = "finish", .program = program_hash(), .scene = report.scene_hash},
+                    scene_file, pile.states);
+
+  if (report.interrupted) throw_interrupted(job, pile.figures, frames);
+  throw_failed_gates(job.output, report.gates);
+  SimulationSummary summary{
+      .frames = frames,
+      .bodies = model.bodies.size(),
+      .simulated_s = static_cast<double>(frames - 1) / source.header().frame_rate,
+      .wall_s = report.total_s,
+      .awake_at_end = static_cast<uint32_t>(pile.figures.not_at_rest),
+      .quality = report.quality,
+      .collision_shapes = report.collision_shapes};
+  summary.piles.push_back(describe(pile.figures));
+  if (!missing.empty()) summary.warnings.push_back(missing);
+  for (const FrameQuality& inspected : report.inspections) {
+    summary.deepest_inspected_m =
+        std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);
+  }
+  return summary;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,76 @@
+#include "job/run_report.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/parallel_for.h"
+#include "scene/scene_files.h"
+
+namespace pilesim {
+
+FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics) {
+  return {.frame = frame,
+          .time_s = time_s,
+          .steps = statistics.steps,
+          .times = statistics.times,
+          .bodies_present = statistics.bodies_present,
+          .bodies_awake = statistics.bodies_awake,
+          .contacts = statistics.contacts,
+          .deepest_penetration_m = statistics.deepest_penetration_m,
+          .kinetic_energy_j = statistics.kinetic_energy_j,
+          .potential_energy_j = statistics.potential_energy_j};
+}
+
+SimulationReport begin_report(const std::string& command, const std::filesystem::path& scene_file,
+                              const LoadedScene& loaded, const Model& model) {
+  SimulationReport report;
+  report.command = command;
+  report.scene_name = loaded.scene.name;
+  report.scene_file = scene_file.filename().string();
+  report.scene_hash = scene_hash(loaded);
+  report.mode = mode_name(loaded.scene.simulator.mode);
+  report.changed_options = loaded.changed_options;
+  report.seed = loaded.scene.seed;
+  report.threads = thread_count();
+  report.step_s = loaded.scene.actual_step_s();
+  double diameters_m = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    ++report.dynamic_bodies;
+    diameters_m += 2 * model.shapes[body.shape].bounding_radius;
+  }
+  report.body_diameter_m =
+      diameters_m / static_cast<double>(std::max<uint64_t>(1, report.dynamic_bodies));
+  for (const ModelShape& shape : model.shapes) {
+    if (!shape.collision_report.empty()) {
+      report.collision_shapes.push_back(shape.name + ": " + shape.collision_report);
+    }
+  }
+  return report;
+}
+
+void take_finish(FinishedPile& pile, SimulationReport& report) {
+  const PileQuality& quality = report.quality;
+  if (quality.body_diameter_m > 0) {
+    pile.figures.deepest_after = quality.deepest_penetration_m / quality.body_diameter_m;
+  }
+  report.finish = to_json(pile.figures);
+  StageTimes times;
+  for (const FrameStatistics& step : pile.steps) times += step.times;
+  times.total_s = pile.figures.wall_s;
+  report.rows.back().times += times;
+}
+
+void throw_failed_gates(const std::filesystem::path& output,
+                        const std::vector<GateResult>& results) {
+  std::vector<Problem> problems;
+  for (const GateResult& result : results) {
+    if (result.passed) continue;
+    problems.push_back({.file = output.string(),
+                        .found = describe_failure(result),
+                        .expected = "not " + result.gate.text});
+  }
+  if (!problems.empty()) throw Error(ErrorKind::quality, std::move(problems));
+}
+
+}  // namespace pilesim

@@ -1,0 +1,30 @@
+// What the reports of runs have in common, whatever made them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "finish/finished_pile.h"
+#include "model/model.h"
+#include "report/quality_gate.h"
+#include "report/report_writer.h"
+#include "scene/scene_loader.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+// With what is known before the run.
+SimulationReport begin_report(const std::string& command, const std::filesystem::path& scene_file,
+                              const LoadedScene& loaded, const Model& model);
+
+FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics);
+
+// What finishing says of itself; its time goes to the last frame. After the quality of the end.
+void take_finish(FinishedPile& pile, SimulationReport& report);
+
+// Throws Error(quality), naming `output`, where one has not passed.
+void throw_failed_gates(const std::filesystem::path& output,
+                        const std::vector<GateResult>& results);
+
+}  // namespace pilesim
