@@ -1,0 +1,85 @@
+#include "job/finish_job.h"
+
+#include <memory>
+#include <optional>
+
+#include "options.h"
+#include "print_summary.h"
+
+namespace pilesim {
+namespace {
+
+struct FinishOptions {
+  RunOptions run;
+  std::string input, output;
+  std::optional<std::string> scene, fail_on;
+  std::optional<double> longest_s;
+  uint64_t inspect_every = 0;
+};
+
+void finish(const FinishOptions& options) {
+  FinishJob job{.input = options.input,
+                .output = options.output,
+                .force = options.run.force,
+                .longest_s = options.longest_s,
+                .inspect_every = options.inspect_every,
+                .progress = options.run.quiet ? ProgressMode::none : options.run.progress};
+  if (options.scene) job.scene_file = *options.scene;
+  if (options.fail_on) job.gates = parse_quality_gates(*options.fail_on);
+  const SimulationSummary summary = run_finish(job);
+  if (!options.run.quiet) print_summary(options.output, summary);
+}
+
+}  // namespace
+
+void add_finish_command(CLI::App& app) {
+  auto options = std::make_shared<FinishOptions>();
+  CLI::App* command =
+      app.add_subcommand("finish", "Make the pile of a run sound: nothing inside anything");
+  command->add_option("run", options->input, "A directory that simulate or direct-pile wrote")
+      ->required()
+      ->type_name("DIRECTORY")
+      ->check(named(), "");
+  command
+      ->add_option("-o,--output", options->output,
+                   "Directory for trajectory.zarr, timing.csv, report.json, report.html")
+      ->required();
+  command
+      ->add_option("--scene", options->scene,
+                   "The scene file of the run, where it is not where it was: its meshes are looked "
+                   "for beside it")
+      ->type_name("FILE")
+      ->check(named(), "");
+  command
+      ->add_option("--longest", options->longest_s,
+                   "Longest time in which bodies may come to rest, simulated (default: 100 sqrt(r "
+                   "/ g) of the smallest body)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1e-3, 1e6), "");
+  command
+      ->add_option("--fail-on", options->fail_on,
+                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
+                   "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
+                   "between")
+      ->type_name("GATES");
+  command
+      ->add_option("--inspect-every", options->inspect_every,
+                   "Measure overlaps of the shapes in every N-th frame, too, not only at the end: "
+                   "quality_of_run in report.json")
+      ->type_name("N")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+  add_run_options(*command, options->run);
+  command->footer(R"(
+Examples:
+  pilesim finish out/a -o out/sound
+  pilesim finish out/a -o out/sound --fail-on "penetration>0.02D,floating>0,unsettled>0,escaped>0"
+  pilesim finish out/from_elsewhere -o out/sound --scene scene.json
+  pilesim render out/sound
+
+The last state of the run is brought to rest by the exact engine, and each body's motion is eased so
+that it ends there; in flight nothing changes (docs/finish.md).
+Ctrl-C stops with a valid result, which says how far it is.)");
+  command->callback([options] { finish(*options); });
+}
+
+}  // namespace pilesim
