@@ -108,10 +108,11 @@ class Recorder {
   }
 
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
+  // All that a checkpoint or the last states tell of is on disk before they are.
   void write_end(const BodyStates& states) {
+    writer_.flush();
     write_last_states(directory_, key_, scene_file_, states);
   }
-  // All that a checkpoint tells of is on disk before it is.
   void write_checkpoint(const Simulator& simulator) {
     const Stopwatch clock;
     writer_.flush();
