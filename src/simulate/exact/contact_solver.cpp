@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "core/parallel_for.h"
+#include "simulate/exact/contact_lanes.h"
 #include "simulate/exact/exact_constants.h"
 #include "simulate/free_rotation.h"
 
@@ -40,44 +41,6 @@ HWY_INLINE Lanes3<T> turned_by(const Lanes3<T>& q, Lanes<T> w, Lanes<T> edged, c
 
 }  // namespace
 
-template <typename T>
-struct ContactSolver<T>::Gathered {
-  Lanes3<T> velocity_a, spin_a, velocity_b, spin_b;
-};
-
-template <typename T>
-HWY_INLINE typename ContactSolver<T>::Gathered ContactSolver<T>::gather(const Block& block) const {
-  Gathered g;
-  std::array<const T*, kLanes> rows;
-  std::array<Lanes<T>, 8> r;
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.a[i]].v.data();
-  gather8(rows.data(), r);
-  g.velocity_a = {r[0], r[1], r[2]};
-  g.spin_a = {r[3], r[4], r[5]};
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.b[i]].v.data();
-  gather8(rows.data(), r);
-  g.velocity_b = {r[0], r[1], r[2]};
-  g.spin_b = {r[3], r[4], r[5]};
-  return g;
-}
-
-template <typename T>
-HWY_INLINE void ContactSolver<T>::scatter(const Block& block, const Gathered& g) {
-  std::array<T*, kLanes> rows;
-  const auto place = [&](uint32_t body) {
-    return body < moving_ ? motions_[body].v.data() : nullptr;
-  };
-  const Lanes<T> zero(T{0});
-  std::array<Lanes<T>, 8> r = {g.velocity_a.x, g.velocity_a.y, g.velocity_a.z, g.spin_a.x,
-                               g.spin_a.y,     g.spin_a.z,     zero,           zero};
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = place(block.a[i]);
-  scatter8(r, rows.data());
-  r = {g.velocity_b.x, g.velocity_b.y, g.velocity_b.z, g.spin_b.x,
-       g.spin_b.y,     g.spin_b.z,     zero,           zero};
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = place(block.b[i]);
-  scatter8(r, rows.data());
-}
-
 // Inertia and mass of its bodies.
 template <typename T>
 void ContactSolver<T>::gather_weights(Block& block) const {
@@ -93,47 +56,6 @@ void ContactSolver<T>::gather_weights(Block& block) const {
   take(block.a, block.inertia_a, block.inverse_mass_a);
   take(block.b, block.inertia_b, block.inverse_mass_b);
 }
-
-namespace {
-
-template <typename T, typename Block>
-struct Weights {
-  explicit HWY_INLINE Weights(const Block& block)
-      : mass_a(Lanes<T>::load(block.inverse_mass_a.data())),
-        mass_b(Lanes<T>::load(block.inverse_mass_b.data())),
-        inertia_a(load_sym<T>(block.inertia_a)),
-        inertia_b(load_sym<T>(block.inertia_b)) {}
-
-  template <typename G>
-  HWY_INLINE void apply(const Lanes3<T>& push, const Lanes3<T>& arm_a, const Lanes3<T>& arm_b,
-                        G& g) const {
-    g.velocity_a = sub_scaled(g.velocity_a, mass_a, push);
-    g.spin_a = g.spin_a - inertia_a * cross(arm_a, push);
-    g.velocity_b = add_scaled(g.velocity_b, mass_b, push);
-    g.spin_b = g.spin_b + inertia_b * cross(arm_b, push);
-  }
-
-  Lanes<T> mass_a, mass_b;
-  Sym<T> inertia_a, inertia_b;
-};
-
-template <typename T, typename G>
-HWY_INLINE Lanes3<T> relative(const G& g, const Lanes3<T>& arm_a, const Lanes3<T>& arm_b) {
-  return (g.velocity_b + cross(g.spin_b, arm_b)) - (g.velocity_a + cross(g.spin_a, arm_a));
-}
-
-// Friction that stops what goes by `dv` across `n`, as far as `limit` goes.
-template <typename T>
-HWY_INLINE Lanes3<T> hold_back(const Lanes3<T>& dv, const Lanes3<T>& n, Lanes<T> mass,
-                               Lanes<T> limit, const Lanes3<T>& before) {
-  const Lanes3<T> sliding = sub_scaled(dv, dot(n, dv), n);
-  const Lanes3<T> held = sub_scaled(before, mass, sliding);
-  const Lanes<T> one(T{1}), size2 = dot(held, held);
-  const auto slips = size2 > limit * limit;
-  return select(slips, limit / sqrt(select(slips, size2, one)), one) * held;
-}
-
-}  // namespace
 
 // Colours contacts, and puts those of a colour that have as many points side by side.
 template <typename T>
@@ -369,126 +291,6 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
   points_ = points;
   torques_ = torques;
   std::ranges::copy(former, joints.begin());
-}
-
-// Those that bounce are few, with those that a blow has reached: so only they are visited, and by
-// one thread where it is as fast.
-template <typename T>
-void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
-  if (std::ranges::none_of(blocks_, [](const Block& block) { return block.bounces; })) return;
-  blows_.assign(points_.size(), {});
-  struck_.assign(motions_.size(), 0);
-  least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
-  const auto per_step = static_cast<T>(1 / settings.step_s);
-  const auto is_struck = [&](uint32_t body) { return struck_[body] != 0; };
-  std::vector<uint32_t> which;  // blocks, colour by colour
-  std::vector<size_t> first;    // of each colour that has any
-  std::ptrdiff_t known = -1;    // bodies that blows had reached when they were listed
-  for (int i = 0; i < kBounceSweeps; ++i) {
-    const std::ptrdiff_t reached = std::ranges::count(struck_, 1);
-    if (reached != known) {
-      known = reached;
-      which.clear();
-      first = {0};
-      for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
-        for (uint32_t m = colour_first_[k]; m < colour_first_[k + 1]; ++m) {
-          const Block& block = blocks_[m];
-          if (block.bounces || std::ranges::any_of(block.a, is_struck) ||
-              std::ranges::any_of(block.b, is_struck)) {
-            which.push_back(m);
-          }
-        }
-        if (which.size() > first.back()) first.push_back(which.size());
-      }
-    }
-    Team alone;
-    Team& helped = which.size() < kLeastBlocks ? alone : team;
-    for (size_t k = 0; k + 1 < first.size(); ++k) {
-      const size_t count = first[k + 1] - first[k];
-      const size_t grain = blocks_[which[first[k]]].lanes == 1 ? count : kBlockGrain;
-      helped.parallel_for(count, grain, [&](size_t begin, size_t end) {
-        for (size_t m = begin; m < end; ++m) bounce(blocks_[which[first[k] + m]], per_step);
-      });
-    }
-    if (std::ranges::all_of(which, [&](uint32_t m) { return blocks_[m].is_settled; })) break;
-  }
-}
-
-// What bounces is to part at its speed. What it moves moves what that touches in turn, which is not
-// to come nearer than it was: a box that falls on one that lies would else spend its bounce on
-// pressing that one into the ground. What no blow has reached is left alone.
-template <typename T>
-void ContactSolver<T>::bounce(Block& block, T inverse_step) {
-  using L = Lanes<T>;
-  Row reached{};
-  bool is_reached = false;
-  for (size_t i = 0; i < kLanes; ++i) {
-    bool is_hit = struck_[block.a[i]] != 0 || struck_[block.b[i]] != 0;
-    for (uint32_t p = 0; p < block.points && block.bounces; ++p) {
-      is_hit = is_hit || starts_[block.first_point + p].bounce[i] > 0;
-    }
-    reached[i] = is_hit ? T{1} : T{0};
-    is_reached = is_reached || is_hit;
-  }
-  block.is_settled = true;
-  if (!is_reached) return;
-  Gathered g = gather(block);
-  const Weights<T, Block> weights(block);
-  const Lanes3<T> between = load3<T>(block.between);
-  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data()), rate(inverse_step);
-  const auto moves = L::load(reached.data()) > zero;
-  // Friction and push of a corner that hits bear on each other: points are gone over until they
-  // agree, or a blow would be a share of what it is.
-  for (int round = 0; round < kBounceRounds; ++round) {
-    L change = zero, size = zero;
-    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-      const Point& point = points_[p];
-      Blow& blow = blows_[p];
-      const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
-      const Lanes3<T> arm_b = arm_a + between;
-      const PointStart& start = starts_[p];
-      const L speed = L::load(start.bounce.data());
-      const L gap = max(L::load(start.distance.data()), zero);
-      const L target = select(speed > zero, speed, zero - rate * gap);
-      Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
-      const L lacking = target - dot(n, dv);
-      const L old_push = L::load(blow.push.data());
-      const L push = select(
-          moves, max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
-      push.store(blow.push.data());
-      dv = add_scaled(dv, push - old_push, load3<T>(point.answer));
-      const Lanes3<T> old_friction = load3<T>(blow.friction);
-      const Lanes3<T> held =
-          hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
-      store3<T>(held, blow.friction);
-      const Lanes3<T> given = add_scaled(held - old_friction, push - old_push, n);
-      weights.apply(given, arm_a, arm_b, g);
-      change = max(change, dot(given, given));
-      size = max(size, push * push);
-    }
-    const L lighter = max(weights.mass_a, weights.mass_b),
-            least(least_blow_ * static_cast<T>(kSameBlow));
-    const auto differ =
-        hn::And(change > L(static_cast<T>(kSameBlow) * static_cast<T>(kSameBlow)) * size,
-                lighter * lighter * change > least * least);
-    Row more;
-    select(differ, one, zero).store(more.data());
-    if (std::ranges::none_of(more, [](T lane) { return lane > 0; })) break;
-    block.is_settled = false;
-  }
-  Row felt{};  // m/s, by the lighter of the two
-  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-    for (size_t i = 0; i < kLanes; ++i) {
-      felt[i] += blows_[p].push[i] * std::max(block.inverse_mass_a[i], block.inverse_mass_b[i]);
-    }
-  }
-  scatter(block, g);
-  if (block.holds_turning) hold_turning(block, true);
-  for (size_t i = 0; i < kLanes; ++i) {
-    if (felt[i] <= least_blow_) continue;
-    if (block.a[i] < moving_) struck_[block.a[i]] = 1;
-    if (block.b[i] < moving_) struck_[block.b[i]] = 1;
-  }
 }
 
 // How far apart points are where bodies have come to.
