@@ -8,62 +8,57 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-namespace {
-
-constexpr size_t kBlockGrain = 8;
-// With fewer one thread is as fast.
-constexpr size_t kLeastBlocks = 48;
-
-}  // namespace
-
-// Those that bounce are few, with those that a blow has reached: so only they are visited, and by
-// one thread where it is as fast.
+// Those that bounce are few, with those that a blow has reached: so only they are visited, and
+// again only when what they have found no longer holds.
 template <typename T>
 void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
   if (std::ranges::none_of(blocks_, [](const Block& block) { return block.bounces; })) return;
   blows_.assign(points_.size(), {});
   struck_.assign(motions_.size(), 0);
+  changed_.assign(motions_.size(), 0);
+  for (Block& block : blocks_) {
+    block.is_settled = !block.bounces;
+    block.visited = 0;
+  }
+  passing_rounds_ = settings.passing_rounds;
   least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
   const auto per_step = static_cast<T>(1 / settings.step_s);
-  const auto is_struck = [&](uint32_t body) { return struck_[body] != 0; };
-  std::vector<uint32_t> which;  // blocks, colour by colour
-  std::vector<size_t> first;    // of each colour that has any
-  std::ptrdiff_t known = -1;    // bodies that blows had reached when they were listed
-  for (int i = 0; i < kBounceSweeps; ++i) {
-    const std::ptrdiff_t reached = std::ranges::count(struck_, 1);
-    if (reached != known) {
-      known = reached;
-      which.clear();
-      first = {0};
-      for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
-        for (uint32_t m = colour_first_[k]; m < colour_first_[k + 1]; ++m) {
-          const Block& block = blocks_[m];
-          if (block.bounces || std::ranges::any_of(block.a, is_struck) ||
-              std::ranges::any_of(block.b, is_struck)) {
-            which.push_back(m);
+  std::vector<uint8_t> is_visited(batches_.size());
+  for (uint32_t i = 0; i < kBounceSweeps; ++i) {
+    std::ranges::fill(is_visited, 0);
+    const auto begin = static_cast<uint32_t>(i * blocks_.size() + 1);
+    for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
+      const uint32_t first = stage_first_[k];
+      team.parallel_for(stage_first_[k + 1] - first, 1, [&](size_t from, size_t to) {
+        for (size_t n = first + from; n < first + to; ++n) {
+          for (uint32_t m = batches_[n].first; m < batches_[n].end; ++m) {
+            if (!is_to_bounce(blocks_[m])) continue;
+            bounce(blocks_[m], per_step, begin + m);
+            is_visited[n] = 1;
           }
         }
-        if (which.size() > first.back()) first.push_back(which.size());
-      }
-    }
-    Team alone;
-    Team& helped = which.size() < kLeastBlocks ? alone : team;
-    for (size_t k = 0; k + 1 < first.size(); ++k) {
-      const size_t count = first[k + 1] - first[k];
-      const size_t grain = blocks_[which[first[k]]].lanes == 1 ? count : kBlockGrain;
-      helped.parallel_for(count, grain, [&](size_t begin, size_t end) {
-        for (size_t m = begin; m < end; ++m) bounce(blocks_[which[first[k] + m]], per_step);
       });
     }
-    if (std::ranges::all_of(which, [&](uint32_t m) { return blocks_[m].is_settled; })) break;
+    if (std::ranges::count(is_visited, 0) == static_cast<std::ptrdiff_t>(is_visited.size())) break;
   }
+}
+
+// Whether its points do not agree yet, or blows have changed what its bodies do since.
+template <typename T>
+HWY_INLINE bool ContactSolver<T>::is_to_bounce(const Block& block) const {
+  if (!block.is_settled) return true;
+  uint32_t last = 0;
+  for (size_t i = 0; i < kLanes; ++i) {
+    last = std::max({last, changed_[block.a[i]], changed_[block.b[i]]});
+  }
+  return last > block.visited;
 }
 
 // What bounces is to part at its speed. What it moves moves what that touches in turn, which is not
 // to come nearer than it was: a box that falls on one that lies would else spend its bounce on
 // pressing that one into the ground. What no blow has reached is left alone.
 template <typename T>
-void ContactSolver<T>::bounce(Block& block, T inverse_step) {
+void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
   using L = Lanes<T>;
   Row reached{};
   bool is_reached = false;
@@ -75,6 +70,7 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
     reached[i] = is_hit ? T{1} : T{0};
     is_reached = is_reached || is_hit;
   }
+  block.visited = now;
   block.is_settled = true;
   if (!is_reached) return;
   Gathered g = gather(block);
@@ -82,9 +78,11 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data()), rate(inverse_step);
   const auto moves = L::load(reached.data()) > zero;
+  Row has_changed{};
   // Friction and push of a corner that hits bear on each other: points are gone over until they
   // agree, or a blow would be a share of what it is.
-  for (int round = 0; round < kBounceRounds; ++round) {
+  const int rounds = block.bounces ? kBounceRounds : passing_rounds_;
+  for (int round = 0; round < rounds; ++round) {
     L change = zero, size = zero;
     for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
       const Point& point = points_[p];
@@ -118,27 +116,34 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step) {
                 lighter * lighter * change > least * least);
     Row more;
     select(differ, one, zero).store(more.data());
-    if (std::ranges::none_of(more, [](T lane) { return lane > 0; })) break;
-    block.is_settled = false;
+    block.is_settled = std::ranges::none_of(more, [](T lane) { return lane > 0; });
+    if (block.is_settled) break;
+    for (size_t i = 0; i < kLanes; ++i) has_changed[i] = std::max(has_changed[i], more[i]);
   }
-  Row felt{};  // m/s, by the lighter of the two
+  const L lighter = max(weights.mass_a, weights.mass_b);
+  L felt = zero;  // m/s, by the lighter of the two
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-    for (size_t i = 0; i < kLanes; ++i) {
-      felt[i] += blows_[p].push[i] * std::max(block.inverse_mass_a[i], block.inverse_mass_b[i]);
-    }
+    felt = mul_add(L::load(blows_[p].push.data()), lighter, felt);
   }
+  Row strikes;
+  select(felt > L(least_blow_), one, zero).store(strikes.data());
   scatter(block, g);
   if (block.holds_turning) hold_turning(block, true);
   for (size_t i = 0; i < kLanes; ++i) {
-    if (felt[i] <= least_blow_) continue;
-    if (block.a[i] < moving_) struck_[block.a[i]] = 1;
-    if (block.b[i] < moving_) struck_[block.b[i]] = 1;
+    for (const uint32_t body : {block.a[i], block.b[i]}) {
+      if (body >= moving_) continue;
+      const bool is_new = strikes[i] > 0 && struck_[body] == 0;
+      if (is_new) struck_[body] = 1;
+      if (is_new || has_changed[i] > 0) changed_[body] = now;
+    }
   }
 }
 
 template void ContactSolver<float>::bounce_all(Team&, const SolverSettings&);
 template void ContactSolver<double>::bounce_all(Team&, const SolverSettings&);
-template void ContactSolver<float>::bounce(Block&, float);
-template void ContactSolver<double>::bounce(Block&, double);
+template bool ContactSolver<float>::is_to_bounce(const Block&) const;
+template bool ContactSolver<double>::is_to_bounce(const Block&) const;
+template void ContactSolver<float>::bounce(Block&, float, uint32_t);
+template void ContactSolver<double>::bounce(Block&, double, uint32_t);
 
 }  // namespace pilesim::exact

@@ -16,13 +16,9 @@ using namespace exact_constants;
 
 namespace {
 
-constexpr uint32_t kNone = ~uint32_t{0};
-constexpr size_t kColours = 64;
-
-constexpr size_t kGrain = 64;
-constexpr size_t kBlockGrain = 8;
+constexpr size_t kGrain = 16;
 // With fewer one thread is as fast.
-constexpr size_t kLeastBlocks = 48;
+constexpr size_t kLeastContacts = 300;
 constexpr size_t kBodyGrain = 128;
 // m: what is as far does not touch.
 template <typename T>
@@ -57,73 +53,16 @@ void ContactSolver<T>::gather_weights(Block& block) const {
   take(block.b, block.inertia_b, block.inverse_mass_b);
 }
 
-// Colours contacts, and puts those of a colour that have as many points side by side.
 template <typename T>
-void ContactSolver<T>::colour(std::span<const ContactRange> contacts, size_t bodies,
-                              size_t moving) {
-  std::vector<uint64_t> used(bodies, 0);
-  std::vector<uint8_t> colour_of(contacts.size());
-  std::array<std::array<uint32_t, kMostOfPlane + 1>, kColours + 1> counts{};
-  for (size_t i = 0; i < contacts.size(); ++i) {
-    const ContactRange& c = contacts[i];
-    uint64_t taken = 0;
-    if (c.a < moving) taken |= used[c.a];
-    if (c.b < moving) taken |= used[c.b];
-    const auto free = static_cast<size_t>(std::countr_one(taken));
-    if (free < kColours) {
-      if (c.a < moving) used[c.a] |= uint64_t{1} << free;
-      if (c.b < moving) used[c.b] |= uint64_t{1} << free;
-    }
-    colour_of[i] = static_cast<uint8_t>(free);
-    ++counts[free][c.count];
-  }
-  // Blocks of a colour: most points first. Beyond the last colour each contact has its own.
-  std::array<std::array<uint32_t, kMostOfPlane + 1>, kColours + 1> next{};
-  blocks_.clear();
-  colour_first_.clear();
-  uint32_t places = 0;
-  for (size_t k = 0; k <= kColours; ++k) {
-    const uint32_t first = places;
-    for (size_t n = kMostOfPlane; n > 0; --n) {
-      next[k][n] = places;
-      const auto lanes = static_cast<uint32_t>(k < kColours ? kLanes : 1);
-      const uint32_t blocks = (counts[k][n] + lanes - 1) / lanes;
-      for (uint32_t i = 0; i < blocks; ++i) {
-        Block block{};
-        block.points = static_cast<uint32_t>(n);
-        blocks_.push_back(block);
-      }
-      places += blocks * static_cast<uint32_t>(kLanes);
-    }
-    if (places > first) colour_first_.push_back(first / static_cast<uint32_t>(kLanes));
-  }
-  colour_first_.push_back(static_cast<uint32_t>(blocks_.size()));
-  order_.assign(places, kNone);
-  for (size_t i = 0; i < contacts.size(); ++i) {
-    uint32_t& place = next[colour_of[i]][contacts[i].count];
-    order_[place] = static_cast<uint32_t>(i);
-    place += colour_of[i] < kColours ? 1 : static_cast<uint32_t>(kLanes);
-  }
-  uint32_t first = 0;
-  for (Block& block : blocks_) {
-    block.first_point = first;
-    first += block.points;
-  }
-  points_.resize(first);
-  starts_.resize(first);
-}
-
-template <typename T>
-void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies,
+void ContactSolver<T>::fill(Team& team, std::span<const ContactRange> contacts, size_t bodies,
                             double substep_s) {
   const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
   const Softness rigid{0, 1, 0};
-  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
-      block.lanes = 0;
       block.bounces = false;
       block.rounds = 1;
       std::span<Point> points(points_.data() + block.first_point, block.points);
@@ -136,8 +75,8 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
           block.a[i] = block.b[i] = nobody;
           continue;
         }
-        ++block.lanes;
         const ContactRange& range = contacts[source];
+        block.rounds = std::max(block.rounds, range.rounds);
         block.a[i] = range.a;
         block.b[i] = range.b;
         const Contact* contact = range.contacts;
@@ -168,10 +107,6 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
           starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           starts[p].bounce[i] = std::max(0.0F, contact->bounce);
-          if (contact->hits) block.rounds = kHardRounds;
-          if (contact->distance_m < -range.shallow_m) {
-            block.rounds = std::max(block.rounds, sunk_rounds_);
-          }
           block.bounces = block.bounces || contact->bounce > 0;
         }
       }
@@ -225,12 +160,13 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
 template <typename T>
 template <typename Visit>
 void ContactSolver<T>::for_blocks(Team& team, const Visit& visit) {
-  for (size_t k = 0; k + 1 < colour_first_.size(); ++k) {
-    const size_t first = colour_first_[k], count = colour_first_[k + 1] - first;
-    // Beyond the last colour blocks have one lane each, and may share bodies.
-    const size_t grain = blocks_[first].lanes == 1 ? count : kBlockGrain;
-    team.parallel_for(count, grain, [&](size_t begin, size_t end) {
-      for (size_t m = begin; m < end; ++m) visit(blocks_[first + m]);
+  for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
+    const uint32_t first = stage_first_[k];
+    team.parallel_for(stage_first_[k + 1] - first, 1, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const Batch& batch = batches_[first + i];
+        for (uint32_t m = batch.first; m < batch.end; ++m) visit(blocks_[m]);
+      }
     });
   }
 }
@@ -484,9 +420,9 @@ void ContactSolver<T>::add_velocity(uint32_t body, const Vec3& linear, const Vec
 }
 
 template <typename T>
-void ContactSolver<T>::store(std::span<const ContactRange> contacts, double substep_s) {
+void ContactSolver<T>::store(Team& team, std::span<const ContactRange> contacts, double substep_s) {
   const auto per_second = static_cast<T>(1 / substep_s);
-  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       const Block& block = blocks_[m];
       for (size_t i = 0; i < kLanes; ++i) {
@@ -541,22 +477,22 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
   }
 }
 
+// Bodies and contacts as sweeps have them.
 template <typename T>
-void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
-                             size_t moving, std::span<const ContactRange> contacts,
-                             std::span<SolverJoint> joints) {
-  moving_ = moving;
-  slow_rate_ = static_cast<T>(1 / settings.push_time_s);
-  fastest_ = static_cast<T>(settings.push_speed);
-  sunk_rounds_ = settings.sunk_rounds;
-  const double substep_s = settings.step_s / settings.substeps;
+void ContactSolver<T>::prepare(Team& team, const SolverSettings& settings,
+                               const std::vector<SolverBody>& bodies,
+                               std::span<const ContactRange> contacts) {
   motions_.resize(bodies.size() + 1);  // the last for empty lanes
   inverse_.resize(bodies.size() + 1);
   motions_.back() = {};
   inverse_.back() = {};
-  shifts_.assign(bodies.size() + 1, {});
-  pulled_.assign(moving, {});
-  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+  shifts_.resize(bodies.size() + 1);
+  pulled_.assign(moving_, {});
+  given_.assign(moving_, {});
+  Shift none{};
+  none.v[6] = 1;
+  shifts_.back() = none;
+  team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const SolverBody& body = bodies[i];
       const Mat3& inertia = body.inverse_inertia;
@@ -570,23 +506,22 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
       }
       motion.v[6] = motion.v[7] = 0;
       for (size_t k = 0; k < 8; ++k) inverse_[i].v[k] = static_cast<T>(inverse[k]);
+      shifts_[i] = none;
     }
   });
-  for (Shift& shift : shifts_) shift.v[6] = 1;
-  colour(contacts, bodies.size(), moving);
-  fill(contacts, bodies.size(), substep_s);
+  arrange(contacts);
+  const double substep_s = settings.step_s / settings.substeps;
+  fill(team, contacts, bodies.size(), substep_s);
   torques_.clear();
-  if (settings.has_torques) fill_torques(contacts, substep_s);
+  if (settings.has_torques) fill_torques(team, contacts, substep_s);
+}
 
-  given_.assign(moving, {});
-  if (settings.partner) take_turns(settings, bodies, joints);
-  if (blocks_.size() < kLeastBlocks) {
-    Team alone;
-    make_substeps(alone, settings, bodies, joints);
-  } else {
-    Team::gather([&](Team& team) { make_substeps(team, settings, bodies, joints); });
-  }
-  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+// What sweeps have made of them.
+template <typename T>
+void ContactSolver<T>::take_over(Team& team, const SolverSettings& settings,
+                                 std::vector<SolverBody>& bodies,
+                                 std::span<const ContactRange> contacts) {
+  team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto place = static_cast<uint32_t>(i);
       bodies[i].velocity = velocity(place);
@@ -596,8 +531,36 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
       bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
     }
   });
-  store(contacts, substep_s);
-  if (!torques_.empty()) store_torques(contacts, substep_s);
+  const double substep_s = settings.step_s / settings.substeps;
+  store(team, contacts, substep_s);
+  if (!torques_.empty()) store_torques(team, contacts, substep_s);
+}
+
+template <typename T>
+void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                             size_t moving, std::span<const ContactRange> contacts,
+                             std::span<SolverJoint> joints) {
+  moving_ = moving;
+  slow_rate_ = static_cast<T>(1 / settings.push_time_s);
+  fastest_ = static_cast<T>(settings.push_speed);
+  const auto gather = [&](const std::function<void(Team&)>& work) {
+    if (contacts.size() >= kLeastContacts) return Team::gather(work);
+    Team alone;
+    work(alone);
+  };
+  const auto finish = [&](Team& team) {
+    make_substeps(team, settings, bodies, joints);
+    take_over(team, settings, bodies, contacts);
+  };
+  if (!settings.partner) {
+    return gather([&](Team& team) {
+      prepare(team, settings, bodies, contacts);
+      finish(team);
+    });
+  }
+  gather([&](Team& team) { prepare(team, settings, bodies, contacts); });
+  take_turns(settings, bodies, joints);
+  gather(finish);
 }
 
 template class ContactSolver<float>;

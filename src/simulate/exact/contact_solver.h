@@ -2,8 +2,8 @@
 // moves bodies, and relaxes what the softness has left in their velocities ("TGS soft", Catto,
 // Solver2D 2024; Macklin et al., "Small Steps in Physics Simulation", 2019).
 //
-// Contacts that share no body have one colour and are solved side by side in the lanes of a
-// register. What comes out does not depend on the number of threads.
+// Contacts that share no body are solved side by side in the lanes of a register; see
+// contact_blocks.cpp. What comes out does not depend on the number of threads.
 #pragma once
 
 #include <array>
@@ -42,6 +42,7 @@ struct ContactRange {
   double friction;
   double shallow_m;  // overlaps beyond it are undone slowly
   bool is_joined;    // by a joint, which overlaps are not to strain
+  int rounds;        // over its points, in a sweep
   TorqueArms arms;   // of what holds back rolling and spinning
 };
 
@@ -80,7 +81,7 @@ struct SolverSettings {
   int relaxations = 1;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  int sunk_rounds = 1;       // over the points of a pair with a deep overlap, in each sweep
+  int passing_rounds = 1;    // over the points of what does not bounce itself, in a sweep of blows
   bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
@@ -88,8 +89,8 @@ struct SolverSettings {
 template <typename T>
 class ContactSolver {
  public:
-  // Bodies that contacts move come first, `moving` of them. Changes bodies, and the forces of the
-  // contacts.
+  // Bodies that contacts move come first, `moving` of them; those that are near each other in space
+  // had better be so in the list. Changes bodies, and the forces of the contacts.
   void solve(const SolverSettings& settings, std::vector<SolverBody>& bodies, size_t moving,
              std::span<const ContactRange> contacts, std::span<SolverJoint> joints);
 
@@ -100,6 +101,7 @@ class ContactSolver {
   void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
 
  private:
+  static constexpr uint32_t kNone = ~uint32_t{0};
   static constexpr size_t kLanes = Lanes<T>::kCount;
   using Row = std::array<T, kLanes>;
   using Rows = std::array<Row, 3>;
@@ -122,11 +124,12 @@ class ContactSolver {
     Row friction, shallow;
     Row edged;                          // 0: a round side, 1: corners that turn
     Row rate, mass_scale, force_scale;  // of the softness
-    uint32_t first_point, points, lanes;
+    uint32_t first_point, points;
     int rounds;  // over the points, in a sweep
     bool bounces;
     bool holds_turning;  // some lane's torque arms are not 0
-    bool is_settled;     // the last sweep of blows changed nothing
+    bool is_settled;     // when blows were last gone over, its points came to agree
+    uint32_t visited;    // and when that was; see changed_
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
@@ -162,8 +165,21 @@ class ContactSolver {
   struct Gathered;
   using V3 = Eigen::Matrix<T, 3, 1>;
 
-  void colour(std::span<const ContactRange> contacts, size_t bodies, size_t moving);
-  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s);
+  // Blocks that one thread goes through, one after the other.
+  struct Batch {
+    uint32_t first, end;  // in blocks_
+  };
+  void arrange(std::span<const ContactRange> contacts);
+  std::vector<uint32_t> sort_by_part(std::span<const ContactRange> contacts, size_t parts,
+                                     std::vector<uint32_t>& part_first) const;
+  void pack(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
+  void colour(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
+  void add_block(std::span<const ContactRange> contacts, std::span<const uint32_t> lanes);
+  void prepare(Team& team, const SolverSettings& settings, const std::vector<SolverBody>& bodies,
+               std::span<const ContactRange> contacts);
+  void take_over(Team& team, const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                 std::span<const ContactRange> contacts);
+  void fill(Team& team, std::span<const ContactRange> contacts, size_t bodies, double substep_s);
   template <typename Visit>
   void for_blocks(Team& team, const Visit& visit);
   void measure(Block& block, bool is_last);
@@ -176,41 +192,47 @@ class ContactSolver {
   void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
                     double substep_s);
   void bounce_all(Team& team, const SolverSettings& settings);
-  void bounce(Block& block, T inverse_step);
+  bool is_to_bounce(const Block& block) const;
+  void bounce(Block& block, T inverse_step, uint32_t now);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
   void gather_weights(Block& block) const;
   void scatter(const Block& block, const Gathered& gathered);
-  void fill_torques(std::span<const ContactRange> contacts, double substep_s);
+  void fill_torques(Team& team, std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
   void hold_turning(const Block& block, bool of_blow);
-  void store_torques(std::span<const ContactRange> contacts, double substep_s) const;
+  void store_torques(Team& team, std::span<const ContactRange> contacts, double substep_s) const;
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
   void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
-  void store(std::span<const ContactRange> contacts, double substep_s);
+  void store(Team& team, std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;
   T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
-  int sunk_rounds_ = 1;
-  std::vector<Motion> motions_;   // of all bodies, and of nobody
-  std::vector<Inverse> inverse_;  // beside motions_
-  std::vector<Motion> pulled_;    // of those that move: without what contacts give in the substep
-  std::vector<Motion> given_;     // by the partner, in the step
+  std::vector<Motion> motions_;    // of all bodies, and of nobody
+  std::vector<Inverse> inverse_;   // beside motions_
+  std::vector<Motion> pulled_;     // of those that move: without what contacts give in the substep
+  std::vector<Motion> given_;      // by the partner, in the step
   std::vector<Shift> shifts_;
-  std::vector<uint32_t> order_;         // of contact ranges, kNone where a lane is empty
-  std::vector<uint32_t> colour_first_;  // in blocks_
+  std::vector<uint32_t> order_;  // of contact ranges, kNone where a lane is empty
+  // Batches of a stage share no body that moves. Stages come one after the other.
+  std::vector<Batch> batches_;
+  std::vector<uint32_t> stage_first_;  // in batches_
+  std::vector<uint32_t> open_of_;      // by bodies: while blocks are packed; see contact_blocks.cpp
   std::vector<Block> blocks_;
   std::vector<Point> points_;
   std::vector<PointStart> starts_;  // beside points_
   std::vector<Torque> torques_;     // beside points_, where something holds back turning
   // Where something bounces: beside points_; whether a blow has reached a body, beside motions_,
-  // and what does not count as one, m/s: less than gravity gives in a step.
+  // and what does not count as one, m/s: less than gravity gives in a step; and when blows have
+  // last changed its velocity, counted in visits of blocks in their order.
   std::vector<Blow> blows_;
   std::vector<uint8_t> struck_;
+  std::vector<uint32_t> changed_;
   T least_blow_ = 0;
+  int passing_rounds_ = 1;
 };
 
 extern template class ContactSolver<float>;

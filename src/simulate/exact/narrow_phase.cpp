@@ -14,6 +14,7 @@ using namespace exact_constants;
 namespace {
 
 constexpr size_t kPairGrain = 64;
+constexpr size_t kPartGrain = 8;
 constexpr size_t kBodyGrain = 256;
 
 }  // namespace
@@ -32,8 +33,19 @@ void NarrowPhase::find(const PairFilter& filter) {
   parallel_for(bodies_.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) place(static_cast<uint32_t>(i));
   });
-  find_all(filter, false);
-  if (advance()) find_all(filter, true);
+  const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
+  parts_.resize(std::max(parts_.size(), count));
+  for (Part& part : std::span(parts_).subspan(count)) part = {};
+  const auto parts = std::span(parts_).first(count);
+  parallel_for(pairs, kPairGrain, [&](size_t begin, size_t end) {
+    find_part(begin, end, filter, parts[begin / kPairGrain]);
+  });
+  if (advance(parts)) {
+    parallel_for(pairs, kPairGrain, [&](size_t begin, size_t end) {
+      find_again(begin, end, filter, parts[begin / kPairGrain]);
+    });
+  }
+  list(parts);
 }
 
 void NarrowPhase::place(uint32_t index) {
@@ -50,33 +62,27 @@ void NarrowPhase::place(uint32_t index) {
                    body.stands_still()};
 }
 
-// `again`: of bodies that have advanced only.
-void NarrowPhase::find_all(const PairFilter& filter, bool again) {
-  const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
-  parts_.resize(std::max(parts_.size(), count));
-  for (Part& part : std::span(parts_).subspan(count)) part = {};
-  parallel_for(pairs, kPairGrain, [&](size_t begin, size_t end) {
-    find_part(begin, end, filter, again, parts_[begin / kPairGrain]);
-  });
+// One after the other, what parts have found.
+void NarrowPhase::list(std::span<const Part> parts) {
   std::vector<uint32_t> first_contact;
   size_t contacts = 0;
   touching_.clear();
-  for (const Part& part : std::span(parts_).first(count)) {
+  for (const Part& part : parts) {
     first_contact.push_back(static_cast<uint32_t>(contacts));
     contacts += part.contacts.size();
     touching_.insert(touching_.end(), part.touching.begin(), part.touching.end());
   }
   contacts_.resize(contacts);
-  parallel_for(count, 1, [&](size_t begin, size_t) {
-    const Part& part = parts_[begin];
-    std::ranges::copy(part.contacts, contacts_.begin() + first_contact[begin]);
-    for (const uint32_t i : part.touching) state_.pairs[i].first_contact += first_contact[begin];
+  parallel_for(parts.size(), kPartGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      std::ranges::copy(parts[i].contacts, contacts_.begin() + first_contact[i]);
+      for (const uint32_t t : parts[i].touching) state_.pairs[t].first_contact += first_contact[i];
+    }
   });
   std::swap(state_.contacts, contacts_);
 }
 
-void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, bool again,
-                            Part& part) {
+void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, Part& part) {
   part.touching.clear();
   part.contacts.clear();
   part.is_ahead = false;
@@ -84,53 +90,87 @@ void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, 
   for (size_t i = begin; i < end; ++i) {
     Pair& pair = state_.pairs[i];
     const Stir &a = stirs_[pair.a], &b = stirs_[pair.b];
-    bool look = false;
-    if (again ? ahead_s_[pair.a] == 0 && ahead_s_[pair.b] == 0 : a.stands_still && b.stands_still) {
-      // As it was.
-    } else if (filter && !filter(pair.a, pair.b)) {
-      pair.contact_count = 0;
-      pair.slack_m = pair.list_slack_m = -1;  // its bodies move unseen
-      pair.pieces.clear();
-    } else if (may_touch(pair, a, b, settings_)) {
-      look = true;
-    } else {
-      pair.contact_count = 0;
-    }
+    if (a.stands_still && b.stands_still) continue;  // as it was
+    const bool look = is_to_be_looked_at(pair, filter);
     is_looked_at[i - begin] = look;
-    if (look) __builtin_prefetch(pair.pieces.data());
+    if (!look) pair.contact_count = 0;
+    if (!look) continue;
+    __builtin_prefetch(pair.pieces.data());
+    __builtin_prefetch(&placed_[pair.b].position);
+    __builtin_prefetch(&placed_[pair.b].velocity);
   }
   for (size_t i = begin; i < end; ++i) {
+    look_at(static_cast<uint32_t>(i), is_looked_at[i - begin], state_.contacts_of(state_.pairs[i]),
+            part);
+  }
+}
+
+// Of bodies that have advanced only.
+void NarrowPhase::find_again(size_t begin, size_t end, const PairFilter& filter, Part& part) {
+  const auto has_advanced = [&](const Pair& pair) {
+    return ahead_s_[pair.a] > 0 || ahead_s_[pair.b] > 0;
+  };
+  const auto pairs = std::span(state_.pairs).subspan(begin, end - begin);
+  if (std::ranges::none_of(pairs, has_advanced)) return;
+  part.touching.clear();
+  thread_local std::vector<Contact> found;  // before some bodies have advanced
+  std::swap(part.contacts, found);
+  part.contacts.clear();
+  for (size_t i = begin; i < end; ++i) {
     Pair& pair = state_.pairs[i];
-    const std::span<const Contact> former = state_.contacts_of(pair);
-    const size_t first = part.contacts.size();
-    if (is_looked_at[i - begin]) {
-      find_contacts(pair, placed_[pair.a], placed_[pair.b], settings_, former, part.contacts,
-                    part.scratch);
-      bounce(pair, std::span(part.contacts).subspan(first));
-    } else {
-      part.contacts.insert(part.contacts.end(), former.begin(), former.end());
+    bool look = false;
+    if (has_advanced(pair)) {
+      look = is_to_be_looked_at(pair, filter);
+      if (!look) pair.contact_count = 0;
     }
-    pair.contact_count = static_cast<uint32_t>(part.contacts.size() - first);
-    pair.first_contact = 0;
-    if (pair.contact_count == 0) continue;
-    pair.first_contact = static_cast<uint32_t>(first);  // of the part, as yet
-    part.touching.push_back(static_cast<uint32_t>(i));
-    part.is_ahead =
-        part.is_ahead || std::ranges::any_of(std::span(part.contacts).subspan(first),
-                                             [](const Contact& c) { return c.time_s > 0; });
+    look_at(static_cast<uint32_t>(i), look,
+            std::span(found).subspan(pair.first_contact, pair.contact_count), part);
+  }
+}
+
+// Else its bodies cannot touch in the step.
+bool NarrowPhase::is_to_be_looked_at(Pair& pair, const PairFilter& filter) const {
+  if (filter && !filter(pair.a, pair.b)) {
+    pair.slack_m = pair.list_slack_m = -1;  // its bodies move unseen
+    pair.pieces.clear();
+    return false;
+  }
+  return may_touch(pair, stirs_[pair.a], stirs_[pair.b], settings_);
+}
+
+// Adds its contacts to those of the part: as they are now, or as they were.
+void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> former, Part& part) {
+  Pair& pair = state_.pairs[index];
+  const size_t first = part.contacts.size();
+  if (anew) {
+    thread_local NarrowScratch scratch;
+    find_contacts(pair, placed_[pair.a], placed_[pair.b], settings_, former, part.contacts,
+                  scratch);
+    bounce(pair, std::span(part.contacts).subspan(first));
+  } else if (!former.empty()) {
+    part.contacts.insert(part.contacts.end(), former.begin(), former.end());
+  }
+  pair.contact_count = static_cast<uint32_t>(part.contacts.size() - first);
+  pair.first_contact = 0;
+  if (pair.contact_count == 0) return;
+  pair.first_contact = static_cast<uint32_t>(first);  // of the part, as yet
+  part.touching.push_back(index);
+  for (const Contact& contact : std::span(part.contacts).subspan(first)) {
+    part.is_ahead = part.is_ahead || contact.time_s > 0;
   }
 }
 
 // Contacts are solved with the inertia and the levers of the moment at which bodies touch: what
 // turns until then is moved there. Whether there is any.
-bool NarrowPhase::advance() {
+bool NarrowPhase::advance(std::span<const Part> parts) {
   ahead_s_.assign(bodies_.size(), 0);
   bool any = false;
-  for (const Part& part : parts_) {
+  for (const Part& part : parts) {
     if (!part.is_ahead) continue;
     for (const uint32_t touching : part.touching) {
       const Pair& pair = state_.pairs[touching];
-      for (const Contact& contact : state_.contacts_of(pair)) {
+      for (const Contact& contact :
+           std::span(part.contacts).subspan(pair.first_contact, pair.contact_count)) {
         if (contact.time_s <= 0) continue;
         for (const uint32_t i : {pair.a, pair.b}) {
           const double time_s = contact.time_s;

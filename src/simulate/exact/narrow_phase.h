@@ -30,11 +30,13 @@ class NarrowPhase {
     std::vector<uint32_t> touching;
     std::vector<Contact> contacts;
     bool is_ahead = false;  // some contacts are of a later time than the step's begin
-    NarrowScratch scratch;
   };
-  void find_all(const PairFilter& filter, bool again);
-  void find_part(size_t begin, size_t end, const PairFilter& filter, bool again, Part& part);
-  bool advance();
+  void find_part(size_t begin, size_t end, const PairFilter& filter, Part& part);
+  void find_again(size_t begin, size_t end, const PairFilter& filter, Part& part);
+  bool is_to_be_looked_at(Pair& pair, const PairFilter& filter) const;
+  void look_at(uint32_t index, bool anew, std::span<const Contact> former, Part& part);
+  bool advance(std::span<const Part> parts);
+  void list(std::span<const Part> parts);
   void place(uint32_t body);
   void bounce(const Pair& pair, std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }

@@ -5,8 +5,7 @@ namespace pilesim::exact {
 
 namespace {
 
-constexpr uint32_t kNone = ~uint32_t{0};
-constexpr size_t kGrain = 64;
+constexpr size_t kGrain = 16;
 
 // Spins of the bodies of a block, with the rest of their rows.
 template <typename T>
@@ -68,10 +67,11 @@ HWY_INLINE Lanes3<T> in_world(const Lanes3<T>& n, const Lanes3<T>& u, const Lane
 
 // Once fill() has filled blocks and points.
 template <typename T>
-void ContactSolver<T>::fill_torques(std::span<const ContactRange> contacts, double substep_s) {
+void ContactSolver<T>::fill_torques(Team& team, std::span<const ContactRange> contacts,
+                                    double substep_s) {
   using L = Lanes<T>;
   torques_.assign(points_.size(), {});
-  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
       Row rolling{}, spinning{};
@@ -115,7 +115,7 @@ void ContactSolver<T>::fill_torques(std::span<const ContactRange> contacts, doub
         Rows before{};
         for (size_t i = 0; i < kLanes; ++i) {
           const uint32_t source = order_[m * kLanes + i];
-          if (source == kNone) continue;
+          if (source == kNone || p >= contacts[source].count) continue;
           const Vec3f& torque_nm = contacts[source].contacts[p].torque_nm;
           for (size_t k = 0; k < 3; ++k) {
             before[k][i] = static_cast<T>(torque_nm[static_cast<Eigen::Index>(k)] * substep_s);
@@ -186,10 +186,10 @@ void ContactSolver<T>::hold_turning(const Block& block, bool of_blow) {
 }
 
 template <typename T>
-void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
+void ContactSolver<T>::store_torques(Team& team, std::span<const ContactRange> contacts,
                                      double substep_s) const {
   const auto per_second = static_cast<T>(1 / substep_s);
-  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       const Block& block = blocks_[m];
       if (!block.holds_turning) continue;
@@ -201,7 +201,7 @@ void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
         store3<T>(in_world(n, u, cross(n, u), load3<T>(torque.given)), world);
         for (size_t i = 0; i < kLanes; ++i) {
           const uint32_t source = order_[m * kLanes + i];
-          if (source == kNone) continue;
+          if (source == kNone || p >= contacts[source].count) continue;
           for (size_t k = 0; k < 3; ++k) {
             contacts[source].contacts[p].torque_nm[static_cast<Eigen::Index>(k)] =
                 static_cast<float>(world[k][i] * per_second);
@@ -212,13 +212,15 @@ void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
   });
 }
 
-template void ContactSolver<float>::fill_torques(std::span<const ContactRange>, double);
-template void ContactSolver<double>::fill_torques(std::span<const ContactRange>, double);
+template void ContactSolver<float>::fill_torques(Team&, std::span<const ContactRange>, double);
+template void ContactSolver<double>::fill_torques(Team&, std::span<const ContactRange>, double);
 template void ContactSolver<float>::apply_torques(const Block&);
 template void ContactSolver<double>::apply_torques(const Block&);
 template void ContactSolver<float>::hold_turning(const Block&, bool);
 template void ContactSolver<double>::hold_turning(const Block&, bool);
-template void ContactSolver<float>::store_torques(std::span<const ContactRange>, double) const;
-template void ContactSolver<double>::store_torques(std::span<const ContactRange>, double) const;
+template void ContactSolver<float>::store_torques(Team&, std::span<const ContactRange>,
+                                                  double) const;
+template void ContactSolver<double>::store_torques(Team&, std::span<const ContactRange>,
+                                                   double) const;
 
 }  // namespace pilesim::exact

@@ -24,7 +24,7 @@ SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) 
                           .shared_sweeps = scene.simulator.solver_iterations};
   if (is_few) {
     settings.relaxations = kRelaxationsOfFew;
-    settings.sunk_rounds = kSunkRoundsOfFew;
+    settings.passing_rounds = kBounceRounds;
   }
   const double gravity = scene.gravity.norm();
   double least_radius = std::numeric_limits<double>::infinity();
@@ -42,6 +42,16 @@ SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) 
 bool has_few(const Model& model) {
   return static_cast<size_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role)) <=
          kFewBodies;
+}
+
+// What hits hard, or is sunk in a scene of few, is gone over more often.
+int rounds_over(std::span<const Contact> contacts, double shallow_m, bool is_few) {
+  int rounds = 1;
+  for (const Contact& contact : contacts) {
+    if (contact.hits) rounds = std::max(rounds, kHardRounds);
+    if (is_few && contact.distance_m < -shallow_m) rounds = std::max(rounds, kSunkRoundsOfFew);
+  }
+  return rounds;
 }
 
 }  // namespace
@@ -106,6 +116,10 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, std::span<const
     body_at_.push_back(i);
   }
   moving_ = body_at_.size();
+  if (!is_few_) {
+    order_.sort(body_at_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
+    for (uint32_t i = 0; i < moving_; ++i) place_[body_at_[i]] = i;
+  }
   solver_bodies_.assign(moving_, {});
   parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -161,8 +175,9 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
                contacts[last].time_s == contacts[first].time_s) {
           ++last;
         }
-        ranges.push_back(
-            {&contacts[first], last - first, pair.a, pair.b, friction, shallow, is_joined, arms});
+        const std::span<Contact> own = contacts.subspan(first, last - first);
+        ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, shallow, is_joined,
+                          rounds_over(own, shallow, is_few_), arms});
       }
     }
   });

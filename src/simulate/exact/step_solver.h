@@ -7,6 +7,7 @@
 
 #include "scene/scene.h"
 #include "simulate/exact/contact_solver.h"
+#include "simulate/exact/curve_order.h"
 #include "simulate/exact/state.h"
 
 namespace pilesim::exact {
@@ -55,6 +56,7 @@ class StepSolver {
   std::vector<uint8_t> met_;     // bodies that a contact, a joint or the partner may push
   std::vector<SolverBody> solver_bodies_;
   std::vector<uint32_t> body_at_;
+  CurveOrder order_;
   size_t moving_ = 0;  // of them, which come first
   std::vector<ContactRange> ranges_;
   std::vector<SolverJoint> solver_joints_;

@@ -1,0 +1,231 @@
+// The part of the contact solver that says which contacts are solved side by side, and in which
+// order.
+//
+// Bodies are cut into parts by their order, contacts within a part are gone through by one thread,
+// whatever there are: so a sweep has few points at which threads wait for each other. Contacts
+// between parts come after, by graph colours. Parts depend on the number of contacts alone.
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "simulate/exact/contact_solver.h"
+
+namespace pilesim::exact {
+
+namespace {
+
+// A part has at least so many contacts: the fewer it has, the more are between parts.
+constexpr size_t kLeastOfPart = 400;
+constexpr size_t kMostParts = 32;
+constexpr size_t kColours = 64;
+// Of one colour so many blocks are gone through by one thread.
+constexpr uint32_t kBatch = 8;
+// Blocks that are not full yet, while contacts of a part are packed.
+constexpr size_t kOpen = 32;
+
+// Ranges that are gone over as often, and have as many points, had better be in one block.
+constexpr size_t kClasses = 2 * kMostOfPlane;
+size_t class_of(const ContactRange& range) {
+  return (range.rounds > 1 ? 0 : kMostOfPlane) + kMostOfPlane - range.count;
+}
+
+}  // namespace
+
+template <typename T>
+void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
+  blocks_.clear();
+  order_.clear();
+  batches_.clear();
+  stage_first_.clear();
+  const size_t parts =
+      std::bit_floor(std::clamp<size_t>(contacts.size() / kLeastOfPart, 1, kMostParts));
+  std::vector<uint32_t> first;
+  const std::vector<uint32_t> sorted = sort_by_part(contacts, parts, first);
+  const auto of_part = [&](size_t part) {
+    return std::span(sorted).subspan(first[part], first[part + 1] - first[part]);
+  };
+  stage_first_.push_back(0);
+  for (size_t part = 0; part < parts; ++part) {
+    const auto before = static_cast<uint32_t>(blocks_.size());
+    pack(contacts, of_part(part));
+    batches_.push_back({before, static_cast<uint32_t>(blocks_.size())});
+  }
+  stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
+  colour(contacts, of_part(parts));
+  const uint32_t points = blocks_.empty() ? 0 : blocks_.back().first_point + blocks_.back().points;
+  points_.resize(points);
+  starts_.resize(points);
+}
+
+// Contacts by part, those between parts last; within a part by class. `part_first` is in these.
+template <typename T>
+std::vector<uint32_t> ContactSolver<T>::sort_by_part(std::span<const ContactRange> contacts,
+                                                     size_t parts,
+                                                     std::vector<uint32_t>& part_first) const {
+  // Parts have as many contacts, all but.
+  std::vector<uint32_t> met(moving_, 0);
+  std::vector<uint8_t> part_of(moving_, 0);
+  if (parts > 1) {
+    uint64_t all = 0, before = 0;
+    for (const ContactRange& c : contacts) {
+      for (const uint32_t body : {c.a, c.b}) {
+        if (body >= moving_) continue;
+        ++met[body];
+        ++all;
+      }
+    }
+    for (size_t i = 0; i < moving_; ++i) {
+      part_of[i] = static_cast<uint8_t>(before * parts / std::max<uint64_t>(all, 1));
+      before += met[i];
+      if (part_of[i] >= parts) part_of[i] = static_cast<uint8_t>(parts - 1);
+    }
+  }
+  const auto bucket_of = [&](const ContactRange& c) {
+    const size_t a = c.a < moving_ ? part_of[c.a] : part_of[c.b];
+    const size_t b = c.b < moving_ ? part_of[c.b] : a;
+    return (a == b ? a : parts) * kClasses + class_of(c);
+  };
+  std::vector<uint32_t> next((parts + 1) * kClasses + 1, 0);
+  std::vector<uint16_t> buckets(contacts.size());
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    buckets[i] = static_cast<uint16_t>(bucket_of(contacts[i]));
+    ++next[buckets[i] + 1];
+  }
+  for (size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
+  part_first.clear();
+  for (size_t part = 0; part <= parts + 1; ++part) part_first.push_back(next[part * kClasses]);
+  std::vector<uint32_t> sorted(contacts.size());
+  for (size_t i = 0; i < contacts.size(); ++i) {
+    sorted[next[buckets[i]]++] = static_cast<uint32_t>(i);
+  }
+  return sorted;
+}
+
+template <typename T>
+void ContactSolver<T>::add_block(std::span<const ContactRange> contacts,
+                                 std::span<const uint32_t> lanes) {
+  const uint32_t first_point =
+      blocks_.empty() ? 0 : blocks_.back().first_point + blocks_.back().points;
+  Block& block = blocks_.emplace_back();
+  block.first_point = first_point;
+  for (const uint32_t lane : lanes) block.points = std::max(block.points, contacts[lane].count);
+  order_.insert(order_.end(), lanes.begin(), lanes.end());
+  order_.insert(order_.end(), kLanes - lanes.size(), kNone);
+}
+
+// Into blocks whose lanes share no body, for one thread: each contact goes to the first of the open
+// ones that it may.
+template <typename T>
+void ContactSolver<T>::pack(std::span<const ContactRange> contacts,
+                            std::span<const uint32_t> which) {
+  struct Open {
+    std::array<uint32_t, kLanes> lanes;
+    size_t count = 0;
+  };
+  std::array<Open, kOpen> open;
+  open_of_.resize(moving_, 0);  // of bodies; nothing is open now
+  const auto mark = [&](uint32_t body, uint32_t bits) {
+    if (body < moving_) open_of_[body] ^= bits;
+  };
+  const auto close = [&](size_t slot) {
+    const std::span<const uint32_t> lanes(open[slot].lanes.data(), open[slot].count);
+    if (lanes.empty()) return;
+    add_block(contacts, lanes);
+    for (const uint32_t lane : lanes) {
+      mark(contacts[lane].a, uint32_t{1} << slot);
+      mark(contacts[lane].b, uint32_t{1} << slot);
+    }
+    open[slot].count = 0;
+  };
+  const auto close_all = [&] {
+    for (size_t slot = 0; slot < kOpen; ++slot) close(slot);
+  };
+  bool is_hard = true;
+  for (const uint32_t i : which) {
+    const ContactRange& c = contacts[i];
+    if (is_hard && c.rounds == 1) {
+      close_all();
+      is_hard = false;
+    }
+    uint32_t taken = 0;
+    if (c.a < moving_) taken |= open_of_[c.a];
+    if (c.b < moving_) taken |= open_of_[c.b];
+    auto slot = static_cast<size_t>(std::countr_one(taken));
+    if (slot == kOpen) close(slot = 0);
+    open[slot].lanes[open[slot].count++] = i;
+    mark(c.a, uint32_t{1} << slot);
+    mark(c.b, uint32_t{1} << slot);
+    if (open[slot].count == kLanes) close(slot);
+  }
+  close_all();
+}
+
+// Into blocks of a colour each, a stage a colour. Beyond the last colour each contact has its own.
+template <typename T>
+void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
+                              std::span<const uint32_t> which) {
+  std::vector<uint64_t> used(moving_, 0);
+  std::vector<uint8_t> colours;
+  std::array<uint32_t, kColours + 2> next{};
+  for (const uint32_t i : which) {
+    const ContactRange& c = contacts[i];
+    uint64_t taken = 0;
+    if (c.a < moving_) taken |= used[c.a];
+    if (c.b < moving_) taken |= used[c.b];
+    const auto free = static_cast<size_t>(std::countr_one(taken));
+    if (free < kColours) {
+      if (c.a < moving_) used[c.a] |= uint64_t{1} << free;
+      if (c.b < moving_) used[c.b] |= uint64_t{1} << free;
+    }
+    colours.push_back(static_cast<uint8_t>(free));
+    ++next[free + 1];
+  }
+  for (size_t k = 1; k < next.size(); ++k) next[k] += next[k - 1];
+  const std::array<uint32_t, kColours + 2> first = next;
+  std::vector<uint32_t> sorted(which.size());
+  for (size_t i = 0; i < which.size(); ++i) sorted[next[colours[i]]++] = which[i];
+  for (size_t k = 0; k <= kColours; ++k) {
+    const std::span<const uint32_t> own =
+        std::span<const uint32_t>(sorted).subspan(first[k], first[k + 1] - first[k]);
+    if (own.empty()) continue;
+    const auto before = static_cast<uint32_t>(blocks_.size());
+    const size_t lanes = k < kColours ? kLanes : 1;
+    for (size_t begin = 0, end; begin < own.size(); begin = end) {
+      const bool is_hard = contacts[own[begin]].rounds > 1;
+      end = begin;
+      while (end < own.size() && end < begin + lanes &&
+             (contacts[own[end]].rounds > 1) == is_hard) {
+        ++end;
+      }
+      add_block(contacts, own.subspan(begin, end - begin));
+    }
+    const auto after = static_cast<uint32_t>(blocks_.size());
+    // Beyond the last colour they may share bodies.
+    const uint32_t batch = k < kColours ? kBatch : after - before;
+    for (uint32_t m = before; m < after; m += batch) {
+      batches_.push_back({m, std::min(m + batch, after)});
+    }
+    stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
+  }
+}
+
+template void ContactSolver<float>::arrange(std::span<const ContactRange>);
+template std::vector<uint32_t> ContactSolver<float>::sort_by_part(std::span<const ContactRange>,
+                                                                  size_t,
+                                                                  std::vector<uint32_t>&) const;
+template void ContactSolver<float>::add_block(std::span<const ContactRange>,
+                                              std::span<const uint32_t>);
+template void ContactSolver<float>::pack(std::span<const ContactRange>, std::span<const uint32_t>);
+template void ContactSolver<float>::colour(std::span<const ContactRange>,
+                                           std::span<const uint32_t>);
+template void ContactSolver<double>::arrange(std::span<const ContactRange>);
+template std::vector<uint32_t> ContactSolver<double>::sort_by_part(std::span<const ContactRange>,
+                                                                   size_t,
+                                                                   std::vector<uint32_t>&) const;
+template void ContactSolver<double>::add_block(std::span<const ContactRange>,
+                                               std::span<const uint32_t>);
+template void ContactSolver<double>::pack(std::span<const ContactRange>, std::span<const uint32_t>);
+template void ContactSolver<double>::colour(std::span<const ContactRange>,
+                                            std::span<const uint32_t>);
+
+}  // namespace pilesim::exact
