@@ -352,35 +352,41 @@ class Finder {
     const double around = reach_m_ + margin;
     const Mat3 spread = b_in_a_.turn.cwiseAbs();
     auto known = former.begin();
-    std::vector<std::pair<uint32_t, uint32_t>> met;
+    std::vector<NarrowScratch::Met>& met = scratch_.met;
+    met.clear();
     for (uint32_t j = 0; j < shape_b_.pieces.size(); ++j) {
       const Bounds& own = shape_b_.pieces[j].box();
-      const Vec3 centre = b_in_a_.apply(own.center());
-      const Vec3 half = spread * (own.sizes() / 2) + Vec3::Constant(around);
-      const Bounds box(Vec3(centre - half), Vec3(centre + half));
+      const Vec3 centre = b_in_a_.apply(own.center()), half = spread * (own.sizes() / 2);
       if (shape_a_.surface) {
+        const Vec3 wide = half + Vec3::Constant(around);
+        const Bounds box(Vec3(centre - wide), Vec3(centre + wide));
         shape_a_.surface->tree().for_each_near(box, 0, [&](uint32_t place) {
           const Corners& corners = shape_a_.surface->face(place).corners;
           const Bounds of_face = Bounds(corners[0]).extend(corners[1]).extend(corners[2]);
-          if (of_face.intersects(box)) met.emplace_back(place, j);
+          if (of_face.intersects(box)) met.push_back({place, j, -1});
         });
-      } else {
-        for (uint32_t i = 0; i < shape_a_.pieces.size(); ++i) {
-          if (shape_a_.pieces[i].box().intersects(box)) met.emplace_back(i, j);
-        }
+        continue;
+      }
+      for (uint32_t i = 0; i < shape_a_.pieces.size(); ++i) {
+        const Bounds& other = shape_a_.pieces[i].box();
+        const Vec3 apart = (centre - half - other.max()).cwiseMax(other.min() - (centre + half));
+        const double gap = apart.maxCoeff();
+        if (gap <= around) met.push_back({i, j, gap});
       }
     }
-    std::ranges::sort(met);
-    for (const auto& [i, j] : met) {
+    std::ranges::sort(met, {},
+                      [](const NarrowScratch::Met& m) { return uint64_t{m.a} << 32 | m.b; });
+    for (const auto& [i, j, gap] : met) {
       while (known != former.end() && std::pair(known->a, known->b) < std::pair(i, j)) ++known;
       if (known != former.end() && known->a == i && known->b == j) {
         pair_.pieces.push_back(*known);
-      } else {
-        pair_.pieces.push_back({i, j});
-        if (shape_a_.surface) {
-          pair_.pieces.back().side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
-        }
+        continue;
       }
+      pair_.pieces.push_back({i, j});
+      PiecePair& made = pair_.pieces.back();
+      if (shape_a_.surface) made.side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
+      // What is as far apart as its box is not looked at yet.
+      if (gap > 0) spend(made.slack_m = static_cast<float>(gap), 0);
     }
     pair_.list_slack_m = static_cast<float>(around);
   }
@@ -479,11 +485,12 @@ class Finder {
   // One set for the pair: of each plane the points that span it.
   void reduce() {
     std::vector<SurfacePoint>& all = scratch_.all;
-    if (pair_.pieces.size() <= 1 && all.size() <= kMostOfPlane) return;
+    if (all.size() <= 1 || (pair_.pieces.size() <= 1 && all.size() <= kMostOfPlane)) return;
     std::vector<SurfacePoint>& kept = scratch_.points;
     kept.clear();
     std::ranges::stable_sort(all, {}, &SurfacePoint::distance_m);
-    std::vector<uint8_t> taken(all.size(), 0);
+    std::vector<uint8_t>& taken = scratch_.taken;
+    taken.assign(all.size(), 0);
     for (size_t i = 0; i < all.size(); ++i) {
       if (taken[i] != 0) continue;
       const size_t first = kept.size();

@@ -90,10 +90,16 @@ struct Placed {
 };
 
 struct NarrowScratch {
+  struct Met {
+    uint32_t a, b;  // pieces
+    double gap_m;   // between their boxes; below 0: not known, or they meet
+  };
   ManifoldScratch manifold;
   std::vector<SurfacePoint> points, all;
   std::vector<Contact> former;
   std::vector<PiecePair> pieces;
+  std::vector<Met> met;
+  std::vector<uint8_t> taken;  // of the points
 };
 
 struct NarrowSettings {

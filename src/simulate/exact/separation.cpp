@@ -237,24 +237,34 @@ class Pair {
   }
 
   // The face normal along which they overlap least: where they are deep in each other. `normal` is
-  // as good as `most`; none better: it is left.
-  void best_face(Vec3& normal, double& most) const {
+  // as good as `most`; none better: it is left. `of_a` and `of_b` are points of the two: the deeper
+  // they are in the other one, the fewer faces are looked at.
+  void best_face(const Vec3& of_a, const Vec3& of_b, Vec3& normal, double& most) const {
     const auto consider = [&](const Vec3& candidate) {
       const double apart = along(candidate);
       if (apart <= most) return;
       most = apart;
       normal = candidate;
     };
-    // The plane of a face cannot be farther from the other piece than from its inner ball.
+    // The plane of a face cannot be farther from the other piece than from a point of it, nor than
+    // from its inner ball.
+    const auto at_most = [&](const ConvexPiece::Face& face, const Vec3& point, const Vec3& centre,
+                             double inner_radius_m) {
+      return std::min(face.normal.dot(point), face.normal.dot(centre) - inner_radius_m) -
+             face.offset_m - radii_;
+    };
     const Vec3 centre_b = b_in_a_.apply(b_.centre());
     for (const ConvexPiece::Face& face : a_.faces()) {
-      const double at_most = face.normal.dot(centre_b) - b_.inner_radius_m() - face.offset_m;
-      if (at_most - radii_ > most) consider(face.normal);
+      if (at_most(face, of_b, centre_b, b_.inner_radius_m()) > most) consider(face.normal);
     }
-    const Vec3 centre_a = b_in_a_.turn.transpose() * (a_.centre() - b_in_a_.shift);
+    const auto in_b = [&](const Vec3& point) {
+      return Vec3(b_in_a_.turn.transpose() * (point - b_in_a_.shift));
+    };
+    const Vec3 centre_a = in_b(a_.centre()), point_a = in_b(of_a);
     for (const ConvexPiece::Face& face : b_.faces()) {
-      const double at_most = face.normal.dot(centre_a) - a_.inner_radius_m() - face.offset_m;
-      if (at_most - radii_ > most) consider(-(b_in_a_.turn * face.normal));
+      if (at_most(face, point_a, centre_a, a_.inner_radius_m()) > most) {
+        consider(-(b_in_a_.turn * face.normal));
+      }
     }
     const Vec3 between = centre_b - a_.centre();
     for (const Vec3& axis : {a_.axis(), Vec3(b_in_a_.turn * b_.axis())}) {
@@ -273,8 +283,9 @@ class Pair {
       const Outcome outcome = gjk(Vec3::Zero(), start, kLeastDistance * small, reach, found);
       if (outcome == Outcome::beyond) return found;
       if (outcome == Outcome::found) return finish(found);
-      double most = along(start);
-      best_face(start, most);
+      const Corner corner = support(start);
+      double most = start.dot(corner.at) - radii_;
+      best_face(corner.a, corner.b, start, most);
     }
     const double apart = along(start);
     if (apart > reach.along(start)) return {start, apart, Vec3::Zero(), Vec3::Zero(), false};
@@ -284,7 +295,7 @@ class Pair {
     if (depth > kDeep * small && !(known_.is_wall && depth > kTooDeep * small)) {
       Vec3 face = found.normal;
       double better = kGainByFace * small - depth;
-      best_face(face, better);
+      best_face(found.on_a, found.on_b, face, better);
       if (face != found.normal) {
         known_.count = 0;
         outcome = climb(face, better, small, reach, found);

@@ -120,12 +120,13 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, std::span<const
     order_.sort(body_at_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
     for (uint32_t i = 0; i < moving_; ++i) place_[body_at_[i]] = i;
   }
-  solver_bodies_.assign(moving_, {});
+  solver_bodies_.resize(moving_);
   parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Body& body = bodies_[body_at_[i]];
       const CollisionShape& shape = shapes_[body.shape];
       SolverBody& solved = solver_bodies_[i];
+      solved = {};
       solved.velocity = body.velocity;
       solved.spin = body.spin;
       solved.inverse_mass = 1 / body.mass_kg;
