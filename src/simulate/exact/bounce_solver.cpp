@@ -20,12 +20,12 @@ void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
     block.is_settled = !block.bounces;
     block.visited = 0;
   }
-  passing_rounds_ = settings.passing_rounds;
+  is_thorough_ = settings.is_thorough;
   least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
   const auto per_step = static_cast<T>(1 / settings.step_s);
-  std::vector<uint8_t> is_visited(batches_.size());
+  std::vector<uint8_t> has_changed(batches_.size());
   for (uint32_t i = 0; i < kBounceSweeps; ++i) {
-    std::ranges::fill(is_visited, 0);
+    std::ranges::fill(has_changed, 0);
     const auto begin = static_cast<uint32_t>(i * blocks_.size() + 1);
     for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
       const uint32_t first = stage_first_[k];
@@ -33,32 +33,33 @@ void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
         for (size_t n = first + from; n < first + to; ++n) {
           for (uint32_t m = batches_[n].first; m < batches_[n].end; ++m) {
             if (!is_to_bounce(blocks_[m])) continue;
-            bounce(blocks_[m], per_step, begin + m);
-            is_visited[n] = 1;
+            if (bounce(blocks_[m], per_step, begin + m)) has_changed[n] = 1;
           }
         }
       });
     }
-    if (std::ranges::count(is_visited, 0) == static_cast<std::ptrdiff_t>(is_visited.size())) break;
+    if (std::ranges::find(has_changed, 1) == has_changed.end()) break;
   }
 }
 
-// Whether its points do not agree yet, or blows have changed what its bodies do since.
+// Whether its points do not agree yet, or blows have changed what its bodies do since. Of few: or
+// any has reached them.
 template <typename T>
 HWY_INLINE bool ContactSolver<T>::is_to_bounce(const Block& block) const {
-  if (!block.is_settled) return true;
+  if (!block.is_settled || (is_thorough_ && block.bounces)) return true;
   uint32_t last = 0;
   for (size_t i = 0; i < kLanes; ++i) {
     last = std::max({last, changed_[block.a[i]], changed_[block.b[i]]});
   }
-  return last > block.visited;
+  return last > (is_thorough_ ? 0 : block.visited);
 }
 
 // What bounces is to part at its speed. What it moves moves what that touches in turn, which is not
 // to come nearer than it was: a box that falls on one that lies would else spend its bounce on
-// pressing that one into the ground. What no blow has reached is left alone.
+// pressing that one into the ground. What no blow has reached is left alone. Whether it has changed
+// anything.
 template <typename T>
-void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
+bool ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
   using L = Lanes<T>;
   Row reached{};
   bool is_reached = false;
@@ -72,7 +73,7 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
   }
   block.visited = now;
   block.is_settled = true;
-  if (!is_reached) return;
+  if (!is_reached) return false;
   Gathered g = gather(block);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
@@ -81,7 +82,8 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
   Row has_changed{};
   // Friction and push of a corner that hits bear on each other: points are gone over until they
   // agree, or a blow would be a share of what it is.
-  const int rounds = block.bounces ? kBounceRounds : passing_rounds_;
+  const int rounds = block.bounces || is_thorough_ ? kBounceRounds : 1;
+  bool has_changed_any = false;
   for (int round = 0; round < rounds; ++round) {
     L change = zero, size = zero;
     for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
@@ -118,6 +120,7 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
     select(differ, one, zero).store(more.data());
     block.is_settled = std::ranges::none_of(more, [](T lane) { return lane > 0; });
     if (block.is_settled) break;
+    has_changed_any = true;
     for (size_t i = 0; i < kLanes; ++i) has_changed[i] = std::max(has_changed[i], more[i]);
   }
   const L lighter = max(weights.mass_a, weights.mass_b);
@@ -137,13 +140,14 @@ void ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
       if (is_new || has_changed[i] > 0) changed_[body] = now;
     }
   }
+  return has_changed_any;
 }
 
 template void ContactSolver<float>::bounce_all(Team&, const SolverSettings&);
 template void ContactSolver<double>::bounce_all(Team&, const SolverSettings&);
 template bool ContactSolver<float>::is_to_bounce(const Block&) const;
 template bool ContactSolver<double>::is_to_bounce(const Block&) const;
-template void ContactSolver<float>::bounce(Block&, float, uint32_t);
-template void ContactSolver<double>::bounce(Block&, double, uint32_t);
+template bool ContactSolver<float>::bounce(Block&, float, uint32_t);
+template bool ContactSolver<double>::bounce(Block&, double, uint32_t);
 
 }  // namespace pilesim::exact

@@ -81,7 +81,7 @@ struct SolverSettings {
   int relaxations = 1;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  int passing_rounds = 1;    // over the points of what does not bounce itself, in a sweep of blows
+  bool is_thorough = false;  // blows are followed to the last
   bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
@@ -193,7 +193,7 @@ class ContactSolver {
                     double substep_s);
   void bounce_all(Team& team, const SolverSettings& settings);
   bool is_to_bounce(const Block& block) const;
-  void bounce(Block& block, T inverse_step, uint32_t now);
+  bool bounce(Block& block, T inverse_step, uint32_t now);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
@@ -232,7 +232,7 @@ class ContactSolver {
   std::vector<uint8_t> struck_;
   std::vector<uint32_t> changed_;
   T least_blow_ = 0;
-  int passing_rounds_ = 1;
+  bool is_thorough_ = false;
 };
 
 extern template class ContactSolver<float>;

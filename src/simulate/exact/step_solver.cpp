@@ -24,7 +24,7 @@ SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) 
                           .shared_sweeps = scene.simulator.solver_iterations};
   if (is_few) {
     settings.relaxations = kRelaxationsOfFew;
-    settings.passing_rounds = kBounceRounds;
+    settings.is_thorough = true;
   }
   const double gravity = scene.gravity.norm();
   double least_radius = std::numeric_limits<double>::infinity();
