@@ -20,7 +20,6 @@ void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
     block.is_settled = !block.bounces;
     block.visited = 0;
   }
-  is_thorough_ = settings.is_thorough;
   least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
   const auto per_step = static_cast<T>(1 / settings.step_s);
   std::vector<uint8_t> has_changed(batches_.size());

@@ -3,10 +3,13 @@
 //
 // Bodies are cut into parts by their order, contacts within a part are gone through by one thread,
 // whatever there are: so a sweep has few points at which threads wait for each other. Contacts
-// between parts come after, by graph colours. Parts depend on the number of contacts alone.
+// between parts come after, by graph colours. Parts depend on the number of contacts alone. In
+// scenes of few there are colours only: in what is stacked a pair beside one that is sunk is to be
+// gone over as often.
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <numeric>
 
 #include "simulate/exact/contact_solver.h"
 
@@ -36,7 +39,14 @@ void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
   blocks_.clear();
   order_.clear();
   batches_.clear();
-  stage_first_.clear();
+  stage_first_ = {0};
+  if (is_thorough_) {
+    std::vector<uint32_t> all(contacts.size());
+    std::iota(all.begin(), all.end(), 0U);
+    colour(contacts, all);
+    size_points();
+    return;
+  }
   const size_t parts =
       std::bit_floor(std::clamp<size_t>(contacts.size() / kLeastOfPart, 1, kMostParts));
   std::vector<uint32_t> first;
@@ -44,7 +54,6 @@ void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
   const auto of_part = [&](size_t part) {
     return std::span(sorted).subspan(first[part], first[part + 1] - first[part]);
   };
-  stage_first_.push_back(0);
   for (size_t part = 0; part < parts; ++part) {
     const auto before = static_cast<uint32_t>(blocks_.size());
     pack(contacts, of_part(part));
@@ -52,6 +61,11 @@ void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
   }
   stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
   colour(contacts, of_part(parts));
+  size_points();
+}
+
+template <typename T>
+void ContactSolver<T>::size_points() {
   const uint32_t points = blocks_.empty() ? 0 : blocks_.back().first_point + blocks_.back().points;
   points_.resize(points);
   starts_.resize(points);
@@ -165,8 +179,8 @@ template <typename T>
 void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
                               std::span<const uint32_t> which) {
   std::vector<uint64_t> used(moving_, 0);
-  std::vector<uint8_t> colours;
-  std::array<uint32_t, kColours + 2> next{};
+  std::vector<uint16_t> buckets;  // by colour and class
+  std::array<uint32_t, (kColours + 1) * kClasses + 1> next{};
   for (const uint32_t i : which) {
     const ContactRange& c = contacts[i];
     uint64_t taken = 0;
@@ -177,24 +191,27 @@ void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
       if (c.a < moving_) used[c.a] |= uint64_t{1} << free;
       if (c.b < moving_) used[c.b] |= uint64_t{1} << free;
     }
-    colours.push_back(static_cast<uint8_t>(free));
-    ++next[free + 1];
+    const size_t own = is_thorough_ ? kMostOfPlane - c.count : class_of(c);
+    buckets.push_back(static_cast<uint16_t>(free * kClasses + own));
+    ++next[buckets.back() + 1];
   }
   for (size_t k = 1; k < next.size(); ++k) next[k] += next[k - 1];
-  const std::array<uint32_t, kColours + 2> first = next;
+  const auto first = next;
   std::vector<uint32_t> sorted(which.size());
-  for (size_t i = 0; i < which.size(); ++i) sorted[next[colours[i]]++] = which[i];
+  for (size_t i = 0; i < which.size(); ++i) sorted[next[buckets[i]]++] = which[i];
+  const auto belong_together = [&](const ContactRange& c, const ContactRange& other) {
+    return is_thorough_ ? c.count == other.count : (c.rounds > 1) == (other.rounds > 1);
+  };
   for (size_t k = 0; k <= kColours; ++k) {
-    const std::span<const uint32_t> own =
-        std::span<const uint32_t>(sorted).subspan(first[k], first[k + 1] - first[k]);
+    const std::span<const uint32_t> own = std::span<const uint32_t>(sorted).subspan(
+        first[k * kClasses], first[(k + 1) * kClasses] - first[k * kClasses]);
     if (own.empty()) continue;
     const auto before = static_cast<uint32_t>(blocks_.size());
     const size_t lanes = k < kColours ? kLanes : 1;
     for (size_t begin = 0, end; begin < own.size(); begin = end) {
-      const bool is_hard = contacts[own[begin]].rounds > 1;
-      end = begin;
+      end = begin + 1;
       while (end < own.size() && end < begin + lanes &&
-             (contacts[own[end]].rounds > 1) == is_hard) {
+             belong_together(contacts[own[begin]], contacts[own[end]])) {
         ++end;
       }
       add_block(contacts, own.subspan(begin, end - begin));
@@ -209,6 +226,7 @@ void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
   }
 }
 
+template void ContactSolver<float>::size_points();
 template void ContactSolver<float>::arrange(std::span<const ContactRange>);
 template std::vector<uint32_t> ContactSolver<float>::sort_by_part(std::span<const ContactRange>,
                                                                   size_t,
@@ -218,6 +236,7 @@ template void ContactSolver<float>::add_block(std::span<const ContactRange>,
 template void ContactSolver<float>::pack(std::span<const ContactRange>, std::span<const uint32_t>);
 template void ContactSolver<float>::colour(std::span<const ContactRange>,
                                            std::span<const uint32_t>);
+template void ContactSolver<double>::size_points();
 template void ContactSolver<double>::arrange(std::span<const ContactRange>);
 template std::vector<uint32_t> ContactSolver<double>::sort_by_part(std::span<const ContactRange>,
                                                                    size_t,

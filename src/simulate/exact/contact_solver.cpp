@@ -541,6 +541,7 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
                              size_t moving, std::span<const ContactRange> contacts,
                              std::span<SolverJoint> joints) {
   moving_ = moving;
+  is_thorough_ = settings.is_thorough;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
   fastest_ = static_cast<T>(settings.push_speed);
   const auto gather = [&](const std::function<void(Team&)>& work) {

@@ -81,7 +81,8 @@ struct SolverSettings {
   int relaxations = 1;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  bool is_thorough = false;  // blows are followed to the last
+  // Of few: blows are followed to the last, and blocks are by colour alone.
+  bool is_thorough = false;
   bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
@@ -170,6 +171,7 @@ class ContactSolver {
     uint32_t first, end;  // in blocks_
   };
   void arrange(std::span<const ContactRange> contacts);
+  void size_points();
   std::vector<uint32_t> sort_by_part(std::span<const ContactRange> contacts, size_t parts,
                                      std::vector<uint32_t>& part_first) const;
   void pack(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
