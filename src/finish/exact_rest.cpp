@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "finish/finish_constants.h"
+#include "finish/walls.h"
 #include "simulate/exact/engine.h"
 #include "simulate/exact/exact_constants.h"
 
@@ -75,6 +76,7 @@ ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
     movable_.push_back(i);
     way_end_.emplace_back(states_.position[i].cast<float>());
   }
+  draw_back_from_walls(model_, movable_, states_);
   engine_ = engine_at(parting_);
   is_at_rest_ = movable_.empty();
 }

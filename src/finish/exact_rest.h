@@ -19,11 +19,11 @@ struct WayPoint {
   Quatf orientation = Quatf::Identity();  // unit, body to world
 };
 
-// First overlaps are undone while nothing has a weight or a speed. Then the exact engine, without
-// restitution and with the friction of the scene, lets all come to rest. When nearly all are still,
-// those wait outside of the solver that are far from what is not. What is fixed, held, moved by
-// keys, or frozen by a guide stands where it is all the time. No clock of the scene runs.
-// Deterministic, at any number of threads.
+// First bodies that reach through walls are drawn back, and overlaps are undone, while nothing has
+// a weight or a speed. Then the exact engine, without restitution and with the friction of the
+// scene, lets all come to rest. When nearly all are still, those wait outside of the solver that
+// are far from what is not. What is fixed, held, moved by keys, or frozen by a guide stands where
+// it is all the time. No clock of the scene runs. Deterministic, at any number of threads.
 class ExactRest {
  public:
   // `start` has one entry a body of the model; those that are present begin there, without speed.

@@ -126,6 +126,21 @@ TEST(FinishRest, WallsHold) {
   EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
 }
 
+// A stick has most of its length in the vessel, and its end through a thin wall: it goes back in.
+TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
+  Pile pile;
+  const uint32_t wall = pile.box({0.02, 1, 2});
+  pile.body(wall, pile.stuff, {0, 0.5, 0}, Role::fixed);
+  const uint32_t stick = pile.box({0.6, 0.05, 0.05});
+  pile.body(stick, pile.stuff, {-0.15, 0.2, 0});
+  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  finish(rest);
+  const Vec3 along = rest.states().orientation[2] * Vec3(0.3, 0, 0);
+  const double reach = rest.states().position[2].x() + std::abs(along.x());
+  EXPECT_LT(reach, -0.005);
+  EXPECT_GT(reach, -0.1);
+}
+
 TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
   Pile pile;
   pile.add({0, 1, 0});       // held in the air
