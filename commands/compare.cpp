@@ -55,8 +55,9 @@ void add_compare_command(CLI::App& app) {
                    "Directory for compare.json, compare.html, charts and runs/")
       ->required();
   command
-      ->add_option("--modes", job.modes,
-                   "MODE[:COLLISION[COUNT]][@STEP][+/POINTER=VALUE], with commas in between")
+      ->add_option(
+          "--modes", job.modes,
+          "MODE[:COLLISION[COUNT]][@STEP][+finish][+/POINTER=VALUE], with commas in between")
       ->required()
       ->type_name("MODES");
   command

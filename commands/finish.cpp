@@ -77,7 +77,8 @@ Examples:
   pilesim render out/sound
 
 The last state of the run is brought to rest by the exact engine, and each body's motion is eased so
-that it ends there; in flight nothing changes (docs/finish.md).
+that it ends there; in flight nothing changes (docs/finish.md). "finish": {} in a scene does the same
+at the end of simulate and direct-pile.
 Ctrl-C stops with a valid result, which says how far it is.)");
   command->callback([options] { finish(*options); });
 }

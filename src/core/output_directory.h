@@ -16,8 +16,8 @@ inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
 inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
 // All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
 inline constexpr std::string_view kSimulationEntries[] = {
-    "trajectory.zarr", "timing.csv", "checkpoint.bin",     "report.json",
-    "report.html",     "piles.json", "guide.json",         kFrameFiles,
+    "trajectory.zarr", "timing.csv", "checkpoint.bin",     "report.json",    "report.html",
+    "piles.json",      "guide.json", "finishing.zarr",     "simulated.zarr", kFrameFiles,
     kVideoFile,        kSheetFile,   kRenderCheckpointFile};
 
 // The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)

@@ -43,6 +43,16 @@ Bounds box_at(const Bounds& box, const Pose& pose) {
   return {centre - half, centre + half};
 }
 
+bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& states, uint32_t body) {
+  if ((states.flags[body] & kAsleep) != 0) return true;
+  const ModelShape& shape = model.shapes[model.bodies[body].shape];
+  const double radius = shape.bounding_radius;
+  const double limit = kRestingSpeed * std::sqrt(gravity.norm() * radius);
+  const Vec3 spin = states.orientation[body].conjugate() * states.angular_velocity[body];
+  return states.linear_velocity[body].norm() <= limit &&
+         felt_turn_rate(shape.mass.inertia_m5, spin) * radius <= limit;
+}
+
 class PlacedTriangle final : public ConvexBody {
  public:
   explicit PlacedTriangle(const Corners& corners) : corners_(corners) {}
@@ -62,7 +72,6 @@ class Inspection {
 
  private:
   void place(const BodyStates& states);
-  bool is_resting(const BodyStates& states, uint32_t body) const;
   std::vector<BodyPair> near_pairs() const;
   double distance(const BodyPair& pair) const;
   double distance_to_plane(const Placed& body, const Placed& plane) const;
@@ -112,23 +121,13 @@ Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates
   place(states);
 }
 
-bool Inspection::is_resting(const BodyStates& states, uint32_t body) const {
-  if ((states.flags[body] & kAsleep) != 0) return true;
-  const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-  const double radius = shape.bounding_radius;
-  const double limit = kRestingSpeed * std::sqrt(gravity_.norm() * radius);
-  const Vec3 spin = states.orientation[body].conjugate() * states.angular_velocity[body];
-  return states.linear_velocity[body].norm() <= limit &&
-         felt_turn_rate(shape.mass.inertia_m5, spin) * radius <= limit;
-}
-
 void Inspection::place(const BodyStates& states) {
   for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
     if ((states.flags[i] & kPresent) == 0) continue;
     const ModelBody& body = model_.bodies[i];
     Placed placed{.body = i};
     placed.free = body.role == Role::dynamic && (states.flags[i] & kHeld) == 0;
-    placed.resting = placed.free && !body.hinge && is_resting(states, i);
+    placed.resting = placed.free && !body.hinge && is_resting(model_, gravity_, states, i);
     placed.pose = {states.position[i], states.orientation[i]};
     if (trees_[body.shape]) {
       placed.box = box_at(trees_[body.shape]->nodes()[0].box, placed.pose);
@@ -138,7 +137,7 @@ void Inspection::place(const BodyStates& states) {
     }
     if (placed.free) {
       ++quality_.bodies;
-      if (!is_resting(states, i) && gravity_.norm() > 0) ++quality_.unsettled;
+      if (!is_resting(model_, gravity_, states, i) && gravity_.norm() > 0) ++quality_.unsettled;
     }
     placed_.push_back(placed);
   }
@@ -351,6 +350,17 @@ PileQuality Inspection::run() {
 
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states) {
   return Inspection(model, gravity, states).run();
+}
+
+uint64_t count_unsettled(const Model& model, const Vec3& gravity, const BodyStates& states) {
+  if (gravity.norm() == 0) return 0;
+  uint64_t unsettled = 0;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    const bool is_free =
+        model.bodies[i].role == Role::dynamic && (states.flags[i] & (kPresent | kHeld)) == kPresent;
+    if (is_free && !is_resting(model, gravity, states, i)) ++unsettled;
+  }
+  return unsettled;
 }
 
 }  // namespace pilesim

@@ -21,4 +21,7 @@ inline constexpr double kTouchingGap = 0.02;
 // m/s^2. Runs in parallel; the result does not depend on the number of threads.
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states);
 
+// The bodies that are not at rest: PileQuality::unsettled alone, which needs no distances.
+uint64_t count_unsettled(const Model& model, const Vec3& gravity, const BodyStates& states);
+
 }  // namespace pilesim

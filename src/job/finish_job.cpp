@@ -115,12 +115,16 @@ SimulationSummary run_finish(const FinishJob& job) {
   SimulationReport report = begin_report("finish", scene_file, loaded, model);
   report.setup_s = watch.seconds();
 
+  // The command line's, or the scene's own.
+  std::optional<double> longest_s = job.longest_s;
+  if (!longest_s && loaded.scene.finish) longest_s = loaded.scene.finish->longest_s;
+
   install_interrupt_handler();
   remove_output(replaced);
   make_output_directory(job.output);
   uint64_t frames = 0;
-  FinishedPile pile = finish_trajectory({loaded.scene, model, job.longest_s, job.progress},
-                                        job.input, start, job.output / "trajectory.zarr", frames);
+  FinishedPile pile = finish_trajectory({loaded.scene, model, longest_s, job.progress}, job.input,
+                                        start, job.output / "trajectory.zarr", frames);
   const Stopwatch inspection;
   report.quality = inspect_pile(model, loaded.scene.gravity, pile.states);
   inspect_frames(job, loaded, model, report);

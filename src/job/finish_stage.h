@@ -23,4 +23,11 @@ FinishedPile finish_trajectory(const FinishStage& stage, const std::filesystem::
                                const BodyStates& start, const std::filesystem::path& target,
                                uint64_t& frames);
 
+// The same for the trajectory in `directory`, which the finished one replaces; the other is kept as
+// simulated.zarr until forget_simulated(). Where it is interrupted nothing is replaced.
+FinishedPile finish_in_place(const FinishStage& stage, const std::filesystem::path& directory);
+void forget_simulated(const std::filesystem::path& directory);
+// After a kill between the two: the trajectory is again as it was simulated.
+void restore_simulated(const std::filesystem::path& directory);
+
 }  // namespace pilesim

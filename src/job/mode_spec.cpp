@@ -19,8 +19,9 @@ Error mode_error(const std::string& text, std::string found, std::string expecte
           Problem{.file = "mode \"" + text + "\"",
                   .found = std::move(found),
                   .expected = std::move(expected),
-                  .remedy = "Write MODE[:COLLISION[COUNT]][@STEP][+/POINTER=VALUE], for example "
-                            "impulse:spheres7@1/240"}};
+                  .remedy =
+                      "Write MODE[:COLLISION[COUNT]][@STEP][+finish][+/POINTER=VALUE], for example "
+                      "impulse:spheres7@1/240"}};
 }
 
 // Cuts `text` at the first `mark`; what follows it is returned, none where there is no mark.
@@ -133,6 +134,8 @@ ModeSpec resolve_mode(const std::string& text, const Scene& scene) {
   if (mode.empty()) throw mode_error(text, "it begins with no mode", "impulse, statistical, ...");
 
   spec.overrides.push_back("/simulator/mode=" + mode);
+  // Runs are compared frame by frame.
+  if (scene.until == Until::settled) spec.overrides.push_back("/until=duration");
   if (mode != mode_name(scene.simulator.mode)) {
     const Scene defaults;
     spec.overrides.push_back("/step_s=" + with_digits(defaults.step_s, 17));
@@ -144,8 +147,12 @@ ModeSpec resolve_mode(const std::string& text, const Scene& scene) {
   while (more) {
     std::string one = *more;
     more = cut(one, '+');
+    if (one == "finish") {
+      spec.overrides.push_back("/finish={}");
+      continue;
+    }
     if (!one.starts_with('/') || one.find('=') == one.npos) {
-      throw mode_error(text, "\"+" + one + '"', "+/POINTER=VALUE");
+      throw mode_error(text, "\"+" + one + '"', "+finish or +/POINTER=VALUE");
     }
     spec.overrides.push_back(one);
   }

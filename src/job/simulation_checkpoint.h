@@ -20,10 +20,13 @@ struct RunProgress {
   std::vector<FrameRow> rows;  // a row a frame that is done
   std::vector<FrameQuality> inspections;
   double cpu_s = 0, wall_s = 0;
-  double checkpoint_s = 0;  // of the wall time, for checkpoints
+  double checkpoint_s = 0;    // of the wall time, for checkpoints
+  uint64_t quiet_frames = 0;  // at the end, in which all was at rest, where that ends the run
+  bool is_settled = false;    // so long that the run is over
 
   static void fields(auto& self, auto& stream) {
-    stream(self.rows, self.inspections, self.cpu_s, self.wall_s, self.checkpoint_s);
+    stream(self.rows, self.inspections, self.cpu_s, self.wall_s, self.checkpoint_s,
+           self.quiet_frames, self.is_settled);
   }
 };
 

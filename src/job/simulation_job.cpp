@@ -12,9 +12,11 @@
 #include "core/parallel_for.h"
 #include "inspect/pile_inspection.h"
 #include "job/direction.h"
+#include "job/finish_stage.h"
 #include "job/guide_direction.h"
 #include "job/last_state.h"
 #include "job/run_report.h"
+#include "job/settling.h"
 #include "job/simulation_checkpoint.h"
 #include "json/json_text.h"
 #include "model/model.h"
@@ -107,6 +109,13 @@ class Recorder {
         {progress_.rows.size() - 1, inspect_pile(model, gravity, states)});
   }
 
+  // Whether the run is over.
+  bool watch_settling(const Settling& settling, const BodyStates& states) {
+    progress_.is_settled =
+        settling.is_over(progress_.rows.size() - 1, states, progress_.quiet_frames);
+    return progress_.is_settled;
+  }
+
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
   // All that a checkpoint or the last states tell of is on disk before they are.
   void write_end(const BodyStates& states) {
@@ -155,6 +164,8 @@ class Recorder {
 bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_every,
                      Simulator& simulator, Recorder& recorder, Progress& progress) {
   const auto frame_count = static_cast<uint64_t>(scene.frame_count());
+  const Settling settling(scene, model);
+  if (recorder.progress().is_settled) return false;
   for (uint64_t frame = recorder.progress().rows.size(); frame < frame_count; ++frame) {
     recorder.append(simulator, scene.frame_rate,
                     frame == 0 ? simulator.statistics() : simulator.step_frame());
@@ -162,6 +173,8 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
       recorder.inspect(model, scene.gravity, simulator.states());
     }
     progress.update(frame + 1);
+    if (scene.until == Until::settled && recorder.watch_settling(settling, simulator.states()))
+      break;
     if (frame + 1 == frame_count) break;
     const bool stops = interrupted();
     if (stops || recorder.is_checkpoint_due()) recorder.write_checkpoint(simulator);
@@ -207,7 +220,8 @@ std::vector<std::filesystem::path> outdated(const std::filesystem::path& directo
   auto entries = claim_output(directory, kSimulationEntries, true);
   std::erase_if(entries, [](const std::filesystem::path& entry) {
     const std::string name = entry.filename().string();
-    return name == "trajectory.zarr" || name == "timing.csv" || name == kCheckpointFile;
+    return name == "trajectory.zarr" || name == "simulated.zarr" || name == "timing.csv" ||
+           name == kCheckpointFile;
   });
   return entries;
 }
@@ -241,7 +255,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   RunProgress before;
   if (checkpoint) {
     checkpoint->require(key);
-    if (checkpoint->is_done()) return {.was_complete = true};
+    if (checkpoint->is_done()) {
+      forget_simulated(job.output);
+      return {.was_complete = true};
+    }
+    restore_simulated(job.output);
     before = checkpoint->load(*simulator);
   }
   const size_t frames_before = before.rows.size();
@@ -261,13 +279,26 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   } catch (const Error& error) {
     rethrow_with_what_is_safe(in_file(error, scene_file), job.output, recorder.frames_on_disk());
   }
+  std::optional<FinishedPile> finished;
+  if (scene.finish && !report.interrupted) {
+    recorder.write_checkpoint(*simulator);  // from here on only the finishing is to be done anew
+    finished = finish_in_place({scene, model, scene.finish->longest_s, job.progress}, job.output);
+    report.interrupted = finished->figures.interrupted;
+  }
+  const bool is_finished = finished && !report.interrupted;
+  const BodyStates& end = is_finished ? finished->states : simulator->states();
   recorder.measure_time();
   report.rows = recorder.progress().rows;
   report.inspections = recorder.progress().inspections;
+  if (scene.until == Until::settled) {
+    report.until =
+        Settling(scene, model)
+            .figures(report.rows.size() - 1, simulator->states(), recorder.progress().quiet_frames);
+  }
   report.cpu_s = recorder.progress().cpu_s;
   report.checkpoint_s = recorder.progress().checkpoint_s;
   const Stopwatch inspection;
-  report.quality = inspect_pile(model, scene.gravity, simulator->states());
+  report.quality = inspect_pile(model, scene.gravity, end);
   report.inspection_s = inspection.seconds();
   report.gates = judge(job.gates, report.quality);
   report.total_s = recorder.progress().wall_s + report.inspection_s;
@@ -275,16 +306,19 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.mode_figures = simulator->figures();
   DirectedRun directed = direction->finish(*simulator, job.output);
   report.piles = std::move(directed.figures);
+  if (is_finished) take_finish(*finished, report);
   const std::string missing = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.
-  if (!report.interrupted) recorder.write_end(simulator->states());
+  if (!report.interrupted) recorder.write_end(end);
+  forget_simulated(job.output);
 
   if (report.interrupted) {
     throw Error(
         ErrorKind::interrupted,
         Problem{.file = job.output.string(),
                 .found = "interrupted; holds " + std::to_string(report.rows.size()) + " of " +
-                         std::to_string(scene.frame_count()) + " frames and their report",
+                         std::to_string(scene.frame_count()) + " frames and their report" +
+                         (finished ? "; the pile is not finished" : ""),
                 .remedy = "Go on with the same command and --resume"});
   }
   throw_failed_gates(job.output, report.gates);
@@ -305,6 +339,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     summary.beginning.push_back("resumed after " + counted(frames_before, "frame"));
   }
   summary.piles = std::move(directed.lines);
+  if (is_finished) {
+    summary.awake_at_end = static_cast<uint32_t>(finished->figures.not_at_rest);
+    summary.piles.push_back(describe(finished->figures));
+  }
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameQuality& inspected : report.inspections) {
     summary.deepest_inspected_m =

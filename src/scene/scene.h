@@ -288,10 +288,19 @@ struct RenderSettings {
   bool analysis = false;                 // colour bodies by their equilibrium
 };
 
+// The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).
+struct Finish {
+  std::optional<double> longest_s;  // > 0, simulated; none: by the size of the bodies
+};
+
+// When a run ends: after its duration, or, at the latest then, when all has come to rest.
+enum class Until : uint8_t { duration, settled };
+
 struct Scene {
   std::string name;
   uint64_t seed = 1;
   double duration_s = 5;         // > 0
+  Until until = Until::duration;
   double frame_rate = 60;        // frames a second, > 0
   double step_s = 1.0 / 240.0;   // longest step; a frame takes the fewest equal steps that fit
   Vec3 gravity = {0, -9.81, 0};  // m/s^2
@@ -303,6 +312,7 @@ struct Scene {
   SimulatorSettings simulator;
   std::optional<Guide> guide;
   std::vector<Pile> piles;
+  std::optional<Finish> finish;
   Camera camera;
   RenderSettings render;
 

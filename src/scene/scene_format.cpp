@@ -88,6 +88,27 @@ Codec<RenderSettings> render_codec() {
        }});
 }
 
+Codec<Finish> finish_codec() {
+  return object<Finish>(
+      {.noun = "finish",
+       .fields = {optional_field<Finish>("longest_s", &Finish::longest_s, number(above(0)),
+                                         "Longest time to come to rest, simulated s. Default: a "
+                                         "hundred times sqrt(r / g) of the smallest body.")}});
+}
+
+// Left out of the resolved scene where it is the default, which is older than the key.
+Field<Scene> until_field() {
+  Field<Scene> field = pilesim::field<Scene>(
+      "until", &Scene::until,
+      enumeration<Until>({{"duration", Until::duration}, {"settled", Until::settled}}),
+      "When the run ends: after duration_s, or as soon as all has come to rest, after duration_s "
+      "at the latest.");
+  field.write = [write = field.write](const Scene& scene) {
+    return scene.until == Until::duration ? std::nullopt : write(scene);
+  };
+  return field;
+}
+
 Fields<Scene> setting_fields() {
   return {
       field<Scene>("name", &Scene::name, any_text(), "What the scene is called in reports."),
@@ -96,6 +117,7 @@ Fields<Scene> setting_fields() {
       field<Scene>("duration_s", &Scene::duration_s,
                    number({.minimum = 0, .maximum = 1e6, .excludes_minimum = true}),
                    "Simulated time, s."),
+      until_field(),
       field<Scene>("frame_rate", &Scene::frame_rate, number(between(0.001, 100000)),
                    "Frames stored and drawn in a second."),
       field<Scene>(
@@ -118,6 +140,8 @@ Fields<Scene> content_fields() {
                             "Holds a pile in a shape, for pilesim direct-pile."),
       field<Scene>("piles", &Scene::piles, list(pile_codec()),
                    "Piles that direct-pile lets grow to an angle of repose."),
+      optional_field<Scene>("finish", &Scene::finish, finish_codec(),
+                            "Make the pile sound at the end, with the exact engine."),
       field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
   };
 }

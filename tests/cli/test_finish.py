@@ -1,4 +1,4 @@
-"""pilesim finish."""
+"""pilesim finish, "finish" in scenes, and runs that end when all has settled."""
 
 import json
 import signal
@@ -51,6 +51,24 @@ class FinishTest(CommandTest):
         self.assertLess(self.report("again")["finish"]["largest_moved_diameters"], 0.01)
         self.succeed("simulate", "scene.json", "-o", "on", "--from", "sound")
 
+    def test_a_scene_finishes_itself_with_the_same_bytes(self):
+        self.simulate_sunk()
+        self.succeed("finish", "out", "-o", "sound")
+        result = self.succeed(
+            "simulate", "scene.json", "-o", "own", "--set", "/finish={}", "--fail-on", GATES
+        )
+        self.assertIn("finished 27 bodies", result.stdout)
+        for array in ("position", "orientation", "state"):
+            self.assertEqual(
+                tree_bytes(self.dir / "own/trajectory.zarr" / array),
+                tree_bytes(self.dir / "sound/trajectory.zarr" / array),
+            )
+        self.assertEqual(
+            sorted(path.name for path in (self.dir / "own").iterdir()),
+            ["checkpoint.bin", "report.html", "report.json", "timing.csv", "trajectory.zarr"],
+        )
+        self.assertEqual(self.report("own")["finish"]["bodies"], 27)
+
     def test_says_what_stands_in_the_way(self):
         self.simulate_sunk()
         result = self.expect_exit(2, "finish", "out", "-o", "out", "--force")
@@ -96,6 +114,56 @@ class FinishTest(CommandTest):
         self.assertTrue(report["interrupted"])
         self.assertTrue(report["finish"]["interrupted"])
         self.succeed("render", "sound", "--sheet", "1x1")
+
+    def test_a_scene_whose_finishing_is_interrupted_is_resumed(self):
+        scene = self.write_scene(many_sunk)
+        own = ("simulate", scene, "-o", "own", "--set", "/finish={\"longest_s\": 0.3}")
+        errors = self.interrupt(*own)
+        self.assertIn("the pile is not finished", errors)
+        self.assertEqual(list((self.dir / "own").glob("*.zarr")), [self.dir / "own/trajectory.zarr"])
+        self.succeed(*own, "--resume")
+        self.succeed("simulate", scene, "-o", "at_once", *own[4:])
+        for array in ("position", "orientation", "state"):
+            self.assertEqual(
+                tree_bytes(self.dir / "own/trajectory.zarr" / array),
+                tree_bytes(self.dir / "at_once/trajectory.zarr" / array),
+            )
+
+
+class SettledTest(CommandTest):
+    def run_until_settled(self, mode, **more):
+        def change(scene):
+            scene.update(duration_s=20, until="settled", **more)
+            scene["simulator"] = {"mode": mode}
+
+        self.succeed("simulate", self.write_scene(change), "-o", "out", "--force")
+        return json.loads((self.dir / "out/report.json").read_text())
+
+    def test_a_run_ends_when_all_has_settled(self):
+        for mode in ("impulse", "particle"):
+            with self.subTest(mode=mode):
+                report = self.run_until_settled(mode)
+                self.assertEqual(report["until"]["settled"], True)
+                self.assertEqual(report["until"]["unsettled"], 0)
+                self.assertEqual(report["quality_at_end"]["unsettled"], 0)
+                frames = report["counts"]["frames"]
+                self.assertGreater(frames, 15)  # 1 m takes 0.45 s to fall
+                self.assertLess(frames, 150)
+                self.assertAlmostEqual(report["until"]["since_s"], frames / 30, delta=1)
+
+    def test_not_before_all_that_is_to_come_has_come(self):
+        report = self.run_until_settled(
+            "impulse", events=[{"type": "impulse", "time_s": 4, "bodies": ["boxes/0"],
+                                "impulse": [0, 20, 0]}]
+        )
+        self.assertGreater(report["until"]["since_s"], 4.2)
+
+    def test_at_the_longest_time_it_says_what_moves(self):
+        self.succeed("simulate", self.write_scene(), "-o", "out", "--set", "/until=settled",
+                     "--set", "/duration_s=0.3")
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(report["counts"]["frames"], 10)
+        self.assertEqual(report["until"], {"settled": False, "unsettled": 8})
 
 
 if __name__ == "__main__":

@@ -45,6 +45,18 @@ TEST(ModeSpecTest, AnotherModeThanTheScenesOwnHasTheDefaultStepAndSweeps) {
                           "/simulator/solver_iterations=20", "/step_s=0.01"));
 }
 
+TEST(ModeSpecTest, FinishedAtTheEnd) {
+  EXPECT_THAT(overrides("impulse+finish+/seed=3"),
+              ElementsAre("/simulator/mode=impulse", "/finish={}", "/seed=3"));
+}
+
+TEST(ModeSpecTest, RunsAreComparedForTheWholeDuration) {
+  Scene settled = scene();
+  settled.until = Until::settled;
+  EXPECT_THAT(resolve_mode("impulse", settled).overrides,
+              ElementsAre("/simulator/mode=impulse", "/until=duration"));
+}
+
 // The scene's checks say what modes there are: a mode that comes later needs nothing here.
 TEST(ModeSpecTest, TakesModesThatItDoesNotKnow) {
   EXPECT_EQ(overrides("mixed:hull40")[0], "/simulator/mode=mixed");
