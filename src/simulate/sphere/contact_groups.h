@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -63,32 +64,80 @@ struct alignas(32) ContactGroup {
   ContactImpulse impulse(size_t lane) const;
 };
 
-// Sorts contacts into groups as they come.
-class ContactGroups {
+// Sorts contacts into groups as they come: a group's contacts share no sphere.
+template <class Group>
+class ColouredGroups {
  public:
   // Set in `b`: a row of the contacts' own, that nothing moves. Until close(), which puts those
   // rows at `begin`. Row 0 is for lanes without contact.
   static constexpr uint32_t kFixed = 0x80000000;
 
-  void clear();
-  // `used` by place, zero before the first contact; clear_marks() makes it so again. Returns the
-  // contact's slot: group * kLanes + lane.
-  uint32_t add(const SphereContact& contact, std::vector<uint64_t>& used);
-  void clear_marks(std::vector<uint64_t>& used) const;
-  void close(uint32_t begin);
+  void clear() {
+    groups_.clear();
+    open_.fill({});
+  }
+  // Makes room for a contact of two places. `used` by place, zero before the first contact;
+  // clear_marks() makes it so again. Returns the contact's slot: group * kLanes + lane.
+  uint32_t take(uint32_t a, uint32_t b, std::vector<uint64_t>& used) {
+    const bool fixed = (b & kFixed) != 0;
+    const uint64_t taken = used[a] | (fixed ? 0 : used[b]);
+    const auto colour = static_cast<size_t>(std::countr_one(taken));
+    auto group = static_cast<uint32_t>(groups_.size());
+    uint32_t lane = 0;
+    // Beyond all colours each has a group of its own.
+    if (colour < kColours) {
+      used[a] |= uint64_t{1} << colour;
+      if (!fixed) used[b] |= uint64_t{1} << colour;
+      Open& open = open_[colour];
+      if (open.lanes % kLanes == 0) open = {group, 0};
+      group = open.group;
+      lane = open.lanes++;
+    }
+    if (lane == 0) {
+      Group& fresh = groups_.emplace_back();
+      fresh.a.fill(kFixed);
+      fresh.b.fill(kFixed);
+    }
+    groups_[group].a[lane] = a;
+    groups_[group].b[lane] = b;
+    return group * static_cast<uint32_t>(kLanes) + lane;
+  }
+  void clear_marks(std::vector<uint64_t>& used) const {
+    for (const Group& g : groups_) {
+      for (const auto* places : {&g.a, &g.b}) {
+        for (const uint32_t place : *places) {
+          if ((place & kFixed) == 0) used[place] = 0;
+        }
+      }
+    }
+  }
+  void close(uint32_t begin) {
+    for (Group& g : groups_) {
+      for (auto* places : {&g.a, &g.b}) {
+        for (uint32_t& place : *places) {
+          if ((place & kFixed) != 0) place = begin + (place & ~kFixed);
+        }
+      }
+    }
+  }
 
-  std::span<ContactGroup> groups() { return groups_; }
-  std::span<const ContactGroup> groups() const { return groups_; }
-  ContactGroup& of(uint32_t slot) { return groups_[slot / kLanes]; }
-  const ContactGroup& of(uint32_t slot) const { return groups_[slot / kLanes]; }
+  std::span<Group> groups() { return groups_; }
+  std::span<const Group> groups() const { return groups_; }
+  Group& of(uint32_t slot) { return groups_[slot / kLanes]; }
+  const Group& of(uint32_t slot) const { return groups_[slot / kLanes]; }
 
  private:
   static constexpr size_t kColours = 63;
   struct Open {
     uint32_t group = 0, lanes = 0;
   };
-  std::vector<ContactGroup> groups_;
+  std::vector<Group> groups_;
   std::array<Open, kColours> open_{};  // by colour: contacts of one colour share no sphere
+};
+
+class ContactGroups : public ColouredGroups<ContactGroup> {
+ public:
+  uint32_t add(const SphereContact& contact, std::vector<uint64_t>& used);  // its slot
 };
 
 // Fills in the effective masses and gives what the contacts begin with.

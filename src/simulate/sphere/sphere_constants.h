@@ -91,6 +91,18 @@ inline constexpr double kInterlocking = 0.2;
 // half, twice: none
 inline constexpr float kTurned = 0.3F;
 
+// --- Blocks, bodies of structures that lie face to face.
+
+// A body is one if it fills this part of its box.
+inline constexpr double kBlockFill = 0.9;
+// Faces that share less than this part of the smaller one's width pass each other.
+inline constexpr float kLeastPatch = 0.001F;
+// Of the sphere's radius: faces may stay sunk by this, and less than kLeastPatch: what is sunk into
+// its support is not to catch on the next body beside that.
+inline constexpr float kFaceSlop = 5e-4F;
+// rad: faces that are less parallel do not hold a body in its structure.
+inline constexpr float kFaceToFace = 0.3F;
+
 // --- Surfaces. Large enough that rounding decides nothing.
 
 // Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none

@@ -69,7 +69,7 @@ void SphereContactSearch::sort(const Input& input, SphereStep& step) const {
         const uint32_t body = waiting[i];
         const Vec3f& velocity = input.bodies[body].velocity;
         middle[i] = input.bodies[body].position + half_step * velocity;
-        reach[i] = input.radius_m[body] * (1 + kNearby) +
+        reach[i] = model_.reach_m(body, input.bodies[body].block, input.radius_m[body]) +
                    half_step * (velocity - step.mean_velocity).norm();
       }
     });
@@ -95,6 +95,7 @@ void SphereContactSearch::sort(const Input& input, SphereStep& step) const {
 void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
   const size_t count = step.body.size();
   for (auto* places : {&step.kind, &step.last_touch, &step.kept_of}) places->resize(count);
+  step.faced.assign(count, 0);
   for (auto* pushes : {&step.surface_push, &step.body_push}) pushes->assign(count, 0.0F);
   step.centre.resize(count);
   step.motion.resize(count);
@@ -119,18 +120,19 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
   });
 }
 
-// Of the contacts of one batch. `used`: see ContactGroups.
+// Of the contacts of one batch. `used`, `patches_used`: see ColouredGroups.
 class SphereContactSearch::Finder {
  public:
   Finder(const SphereModel& model, const SurfaceGeometry& surfaces, const Input& input,
          const SleeperGrid& sleepers, SphereStep& step, std::vector<uint64_t>& used,
-         SphereBatch& batch)
+         std::vector<uint64_t>& patches_used, SphereBatch& batch)
       : model_(model),
         surfaces_(surfaces),
         input_(input),
         sleepers_(sleepers),
         step_(step),
         used_(used),
+        patches_used_(patches_used),
         batch_(batch) {}
 
   void find_of_block(uint32_t block);
@@ -150,16 +152,28 @@ class SphereContactSearch::Finder {
   void touch_if_near(uint32_t p, uint32_t q);
   void touch(uint32_t p, uint32_t q);
   void touch(uint32_t p, const Partner& partner);
+  bool lie_on_faces(uint32_t p, const Partner& partner) const;
+  void touch_by_faces(uint32_t p, const Partner& partner);
   void note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact, float closing);
   void meet_surfaces(SphereGrid::Range places);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near);
   void add_contact(const SphereContact& contact, uint32_t other, bool level);
+  void add_patch(const PatchContact& contact, uint32_t other, bool level);
   ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
+  ContactImpulse former_impulse(uint32_t p, const Partner& partner, const Vec3f& normal) const;
   bool collides(float closing, float gap, float arm_m) const {
     return gap <= closing * model_.settings.step_s && closing > model_.impact_speed(arm_m);
   }
   float friction(uint32_t body, const SphereKind& kind) const {
     return input_.root_friction.empty() ? kind.root_friction : input_.root_friction[body];
+  }
+  // Faces do not catch on each other.
+  float face_friction(uint32_t body, const SphereKind& kind) const {
+    return friction(body, kind) / kind.object->interlocking;
+  }
+  PlacedBlock block(uint32_t body) const {
+    return {*model_.kind(body).block, input_.bodies[body].position,
+            input_.bodies[body].orientation};
   }
 
   const SphereModel& model_;
@@ -167,7 +181,7 @@ class SphereContactSearch::Finder {
   const Input& input_;
   const SleeperGrid& sleepers_;
   SphereStep& step_;
-  std::vector<uint64_t>& used_;
+  std::vector<uint64_t>&used_, &patches_used_;
   SphereBatch& batch_;
 };
 
@@ -187,11 +201,14 @@ void SphereContactSearch::find_contacts(const Input& input, const SleeperGrid& s
   step.colours.back() = {count};
   step.batches.resize(count + 1);
   step.share_out(count + 1, 1, [&](size_t begin, size_t end) {
-    thread_local std::vector<uint64_t> used;
-    if (used.size() < step.body.size()) used.resize(step.body.size());
+    thread_local std::vector<uint64_t> used, patches_used;
+    for (auto* marks : {&used, &patches_used}) {
+      if (marks->size() < step.body.size()) marks->resize(step.body.size());
+    }
     for (size_t i = begin; i < end; ++i) {
       SphereBatch& batch = step.batches[i];
       batch.contacts.clear();
+      batch.patches.clear();
       batch.fixed.assign(1, {});
       batch.touches.clear();
       batch.impacts.clear();
@@ -200,13 +217,14 @@ void SphereContactSearch::find_contacts(const Input& input, const SleeperGrid& s
       batch.left.clear();
       batch.pressed = 0;
       batch.deepest_m = 0;
-      Finder finder(model_, surfaces_, input, sleepers, step, used, batch);
+      Finder finder(model_, surfaces_, input, sleepers, step, used, patches_used, batch);
       if (i < count) {
         finder.find_of_block(block_of[i]);
       } else {
         finder.find_of_coarse_levels();
       }
       batch.contacts.clear_marks(used);
+      batch.patches.clear_marks(patches_used);
     }
   });
   auto rows = static_cast<uint32_t>(step.body.size());
@@ -293,6 +311,7 @@ inline void SphereContactSearch::Finder::touch(uint32_t p, uint32_t q) {
 }
 
 void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
+  if (lie_on_faces(p, partner)) return touch_by_faces(p, partner);
   const SphereKind& kind = model_.kinds[step_.kind[p]];
   const Vec3f& velocity = step_.motion[p].velocity;
   const float radius = step_.radius_m[p];
@@ -318,12 +337,6 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
     note_impact(p, partner, {p, partner.row, body, other, normal, Vec3f::Zero(), gap, method},
                 closing);
   }
-  ContactImpulse impulse = former_impulse(step_.kept_of[p], other, normal);
-  if (impulse.normal == 0) {
-    impulse = former_impulse(partner.kept, body, normal);
-    impulse.friction = -impulse.friction;
-    impulse.rolling = -impulse.rolling;
-  }
   add_contact({.a = p,
                .b = partner.row,
                .normal = normal,
@@ -333,8 +346,57 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
                .friction = friction(body, kind) * friction(other, partner.kind),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
-               .impulse = impulse},
+               .impulse = former_impulse(p, partner, normal)},
               other, false);
+}
+
+bool SphereContactSearch::Finder::lie_on_faces(uint32_t p, const Partner& partner) const {
+  const uint32_t body = step_.body[p];
+  return input_.bodies[body].block && input_.bodies[partner.body].block &&
+         model_.method(body, partner.body) == PairMethod::statistical;
+}
+
+// Faces that hit each other are stopped as what lies is: walls hold together by that.
+void SphereContactSearch::Finder::touch_by_faces(uint32_t p, const Partner& partner) {
+  const SphereKind& kind = model_.kinds[step_.kind[p]];
+  const uint32_t body = step_.body[p], other = partner.body;
+  const Vec3f& velocity = step_.motion[p].velocity;
+  const Vec3f& centre = step_.centre[p];
+  const float small = std::min(step_.radius_m[p], partner.radius_m);
+  const float speed = (velocity - partner.velocity).norm();
+  const float reach = speed * model_.settings.step_s + kNearby * small;
+  const std::optional<FacePatch> patch = patch_between(block(body), block(other), reach);
+  if (!patch) return;
+  const Vec3f& normal = patch->normal;
+  if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
+    batch_.left.push_back(other);
+  }
+  if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
+    batch_.left.push_back(body);
+  }
+  const Vec3f lever_a = patch->middle - centre, lever_b = patch->middle - partner.centre;
+  const Vec3f spin_b = input_.bodies[other].spin;
+  const float closing =
+      (partner.velocity + spin_b.cross(lever_b) - velocity - step_.motion[p].spin.cross(lever_a))
+          .dot(normal);
+  if (patch->gap_m > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * small) return;
+  if (collides(closing, patch->gap_m, small)) {
+    for (const uint32_t b : {body, other}) {
+      const SphereBody& hit = input_.bodies[b];
+      if (!hit.asleep || hit.put_to_sleep) continue;
+      batch_.hit.push_back({b, closing * model_.kind(b).mass_kg});
+    }
+  }
+  add_patch({.a = p,
+             .b = partner.row,
+             .lever_a = lever_a,
+             .lever_b = lever_b,
+             .patch = *patch,
+             .friction = face_friction(body, kind) * face_friction(other, partner.kind),
+             .lift = kind.lift,
+             .slop_m = kFaceSlop * small,
+             .impulse = former_impulse(p, partner, normal)},
+            other, false);
 }
 
 // What was put to sleep stands like a surface.
@@ -394,6 +456,31 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
     const PairMethod method = model_.method(index, contact.body);
     if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
+    const uint32_t other = contact.body | kSurface;
+    // Row 0 does not move.
+    const auto row_of_surface = [&] {
+      const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch_.fixed.size());
+      if (row > 0) batch_.fixed.push_back({.velocity = contact.velocity});
+      return row | ContactGroups::kFixed;
+    };
+    if (body.block && contact.face && method == PairMethod::statistical) {
+      const FacePatch patch =
+          patch_on_plane(block(index), step_.centre[p], contact.normal, contact.gap);
+      const float speed = velocity.norm() + kind.outer_m * step_.motion[p].spin.norm();
+      if (patch.gap_m > speed * model_.settings.step_s + kNearby * body.surface_radius_m) continue;
+      touches = true;
+      add_patch({.a = p,
+                 .b = row_of_surface(),
+                 .lever_a = patch.middle - step_.centre[p],
+                 .lever_b = Vec3f::Zero(),
+                 .patch = patch,
+                 .friction = face_friction(index, kind) * model_.kind(contact.body).root_friction,
+                 .lift = kind.lift,
+                 .slop_m = kFaceSlop * body.surface_radius_m,
+                 .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
+                other, contact.level);
+      continue;
+    }
     // What comes flying has the radius that it collides with; what lies keeps its own.
     float radius = body.surface_radius_m;
     if (method == PairMethod::statistical && body.touched == 0 && !body.shared &&
@@ -406,15 +493,11 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
     if (!touches && body.touched == 0) body.surface_radius_m = radius;
     touches = true;
-    const uint32_t other = contact.body | kSurface;
     if (collides(closing, gap, radius)) {
       batch_.impacts.push_back({p, 0, index, other, contact.normal, contact.velocity, gap, method});
     }
-    // Row 0 does not move.
-    const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch_.fixed.size());
-    if (row > 0) batch_.fixed.push_back({.velocity = contact.velocity});
     add_contact({.a = p,
-                 .b = row | ContactGroups::kFixed,
+                 .b = row_of_surface(),
                  .normal = contact.normal,
                  .gap = gap,
                  .arm_a = radius,
@@ -437,8 +520,36 @@ void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint
                             .slot = batch_.contacts.add(contact, used_),
                             .next = last,
                             .level = level,
+                            .patch = false,
+                            .parallel = false,
                             .former_ns = contact.impulse.normal});
   last = static_cast<uint32_t>(batch_.touches.size() - 1);
+}
+
+void SphereContactSearch::Finder::add_patch(const PatchContact& contact, uint32_t other,
+                                            bool level) {
+  uint32_t& last = step_.last_touch[contact.a];
+  batch_.touches.push_back({.a = contact.a,
+                            .b = contact.b,
+                            .other = other,
+                            .slot = batch_.patches.add(contact, patches_used_),
+                            .next = last,
+                            .level = level,
+                            .patch = true,
+                            .parallel = contact.patch.tilt.norm() < kFaceToFace,
+                            .former_ns = contact.impulse.normal});
+  last = static_cast<uint32_t>(batch_.touches.size() - 1);
+}
+
+// As either of the two kept it.
+ContactImpulse SphereContactSearch::Finder::former_impulse(uint32_t p, const Partner& partner,
+                                                           const Vec3f& normal) const {
+  ContactImpulse impulse = former_impulse(step_.kept_of[p], partner.body, normal);
+  if (impulse.normal != 0) return impulse;
+  impulse = former_impulse(partner.kept, step_.body[p], normal);
+  impulse.friction = -impulse.friction;
+  impulse.rolling = -impulse.rolling;
+  return impulse;
 }
 
 // What the contact with `other` did in the step before, of those of the body that kept it.

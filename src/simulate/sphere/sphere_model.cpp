@@ -26,6 +26,8 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
   kind.lift = -std::expm1(-settings.step_s / (time_s * kPositionSweeps));
   kind.inverse_mass = 1 / kind.mass_kg;
   kind.inverse_inertia = kind.inverse_mass / (k * k);
+  const ModelShape& shape = model.shapes[body.shape];
+  if (settings.blocks) kind.block = block_shape(shape.mesh, shape.mass.volume_m3);
   return kind;
 }
 

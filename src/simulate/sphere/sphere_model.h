@@ -3,12 +3,14 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "model/model.h"
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/dispatch_table.h"
+#include "simulate/sphere/face_patch.h"
 #include "simulate/sphere/sphere_constants.h"
 
 namespace pilesim {
@@ -23,6 +25,7 @@ struct SphereWorldSettings {
   // How pairs are treated where `dispatch` is null.
   PairMethod method = PairMethod::statistical;
   const DispatchTable* dispatch = nullptr;  // must outlive the world
+  bool blocks = false;  // what begins asleep and fills its box lies on its like by faces
 };
 
 // Bodies of one shape, material and mass.
@@ -36,6 +39,7 @@ struct SphereKind {
   float root_restitution = 0;
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
+  std::optional<BlockShape> block;              // where structures are of blocks
 };
 
 struct SphereModel {
@@ -46,6 +50,10 @@ struct SphereModel {
   const SphereKind& kind(uint32_t body) const { return kinds[kind_of[body]]; }
   PairMethod method(uint32_t body, uint32_t other) const {
     return settings.dispatch == nullptr ? settings.method : settings.dispatch->method(body, other);
+  }
+  // How far from its centre a body that is a sphere among others, of this radius, may be touched.
+  float reach_m(uint32_t body, bool is_block, float radius_m) const {
+    return (is_block ? kind(body).outer_m : radius_m) * (1 + sphere_constants::kNearby);
   }
   // m/s; what is slower may sleep
   float rest_speed(const SphereKind& kind) const {

@@ -38,7 +38,7 @@ void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
       const uint32_t index = step.body[p];
       move_body(step, p, bodies[index]);
       if (radius_m[index] < model_.kinds[step.kind[p]].radius_m) {
-        widen(index, bodies[index], radius_m[index]);
+        widen(step, p, bodies[index], radius_m[index]);
       }
       settle(step, p, bodies[index]);
     }
@@ -62,9 +62,14 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
 }
 
 // What has left its place in a structure becomes as wide as in a heap.
-void SphereRest::widen(uint32_t index, SphereBody& body, float& radius_m) const {
+// Blocks stay as long as they lie face to face with something.
+void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
+                       float& radius_m) const {
+  const uint32_t index = step.body[p];
+  if (body.block && step.faced[p] != 0) return;
   const ModelBody& source = model_.model.bodies[index];
   if (!has_left_place(source, radius_m, body.position, body.orientation)) return;
+  body.block = false;
   const SphereKind& kind = model_.kind(index);
   const float speed = kEaseSpeed * std::sqrt(model_.settings.gravity.norm() * kind.outer_m);
   radius_m = std::min(kind.radius_m, radius_m + speed * model_.settings.step_s);
@@ -111,8 +116,8 @@ void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) co
   if (gravity == 0) return;
   const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool posed =
-      !model_.settings.rest_control || body.touched == 0 || control_rest(step, p, body);
+  const bool posed = !model_.settings.rest_control || body.touched == 0 || body.block ||
+                     control_rest(step, p, body);
   const float rest_speed = model_.rest_speed(kind);
   const bool slow =
       body.velocity.norm() < rest_speed && kind.outer_m * body.spin.norm() < rest_speed;

@@ -22,7 +22,7 @@ class SphereRest {
 
  private:
   void move_body(const SphereStep& step, uint32_t place, SphereBody& body) const;
-  void widen(uint32_t index, SphereBody& body, float& radius_m) const;
+  void widen(const SphereStep& step, uint32_t p, SphereBody& body, float& radius_m) const;
   bool control_rest(const SphereStep& step, uint32_t place, SphereBody& body) const;
   void settle(const SphereStep& step, uint32_t place, SphereBody& body) const;
 

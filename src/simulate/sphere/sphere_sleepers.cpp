@@ -23,15 +23,25 @@ void SleeperGrid::sort(const LaidSpheres& laid) {
 namespace {
 
 template <class Choose>
-LaidSpheres laid(std::span<const uint32_t> among, const SphereState& state, const Choose& choose) {
+LaidSpheres laid(std::span<const uint32_t> among, const SphereModel& model,
+                 const SphereState& state, const Choose& choose) {
   LaidSpheres chosen;
   for (const uint32_t body : among) {
     if (!choose(state.bodies[body])) continue;
     chosen.body.push_back(body);
     chosen.centre.push_back(state.bodies[body].position);
-    chosen.reach_m.push_back(state.radius_m[body] * (1 + kNearby));
+    chosen.reach_m.push_back(model.reach_m(body, state.bodies[body].block, state.radius_m[body]));
   }
   return chosen;
+}
+
+bool lie_face_to_face(const SphereModel& model, const SphereState& state, uint32_t a, uint32_t b) {
+  const auto placed = [&](uint32_t body) {
+    return PlacedBlock(*model.kind(body).block, state.bodies[body].position,
+                       state.bodies[body].orientation);
+  };
+  const float near = kNearby * std::min(state.radius_m[a], state.radius_m[b]);
+  return patch_between(placed(a), placed(b), near).has_value();
 }
 
 }  // namespace
@@ -79,13 +89,17 @@ void SphereSleepers::wake_structure(uint32_t first, float steepness, float most_
     const uint32_t body = waking[i];
     mass_kg += model_.kind(body).mass_kg;
     const Vec3f centre = bodies[body].position;
-    const float reach = state.radius_m[body] * (1 + kNearby);
+    const float reach = model_.reach_m(body, bodies[body].block, state.radius_m[body]);
     const auto pass_on = [&](uint32_t other) {
       const Vec3f apart = bodies[other].position - centre;
       const float distance = apart.norm();
-      if (!bodies[other].asleep || bodies[other].put_to_sleep ||
-          distance > reach + state.radius_m[other] * (1 + kNearby) ||
+      const float other_reach = model_.reach_m(other, bodies[other].block, state.radius_m[other]);
+      if (!bodies[other].asleep || bodies[other].put_to_sleep || distance > reach + other_reach ||
           apart.y() < steepness * distance) {
+        return;
+      }
+      if (bodies[body].block && bodies[other].block &&
+          !lie_face_to_face(model_, state, body, other)) {
         return;
       }
       wake(other, state);
@@ -111,7 +125,8 @@ void SphereSleepers::wake_hit(uint32_t body, float impulse_ns, SphereState& stat
 // Those that sleep among the awake, in a grid. What is much larger than most is left out.
 void SphereSleepers::sort_dozing(SphereState& state) {
   state.is_dozing_sorted = true;
-  state.dozing = laid(state.active, state, [](const SphereBody& body) { return body.asleep; });
+  state.dozing =
+      laid(state.active, model_, state, [](const SphereBody& body) { return body.asleep; });
   dozing_.sort(state.dozing);
 }
 
@@ -150,7 +165,7 @@ bool SphereSleepers::is_crowded(size_t awake, SphereState& state) {
 }
 
 void SphereSleepers::lay_down(SphereState& state) {
-  state.sleepers = laid(state.members, state,
+  state.sleepers = laid(state.members, model_, state,
                         [](const SphereBody& body) { return body.asleep && !body.changed; });
   lying_.sort(state.sleepers);
   for (const uint32_t body : state.members) state.bodies[body].still = false;

@@ -95,6 +95,8 @@ void SphereSolver::prepare_contacts(SphereStep& step) {
     batch.contacts.close(batch.fixed_begin);
     std::ranges::copy(batch.fixed, step.motion.begin() + batch.fixed_begin);
     prepare(batch.contacts.groups(), step.motion);
+    batch.patches.close(batch.fixed_begin);
+    prepare(batch.patches.groups(), step.motion);
   });
 }
 
@@ -105,7 +107,10 @@ void SphereSolver::sweep(std::span<SphereBody> bodies, SphereStep& step) {
   const int sweeps = std::min(kSweepsAtOnce, sweeps_left_);
   sweeps_left_ -= sweeps;
   step.for_each_batch([&](SphereBatch& batch) {
-    for (int i = 0; i < sweeps; ++i) solve(inverse_step, batch.contacts.groups(), step.motion);
+    for (int i = 0; i < sweeps; ++i) {
+      solve(inverse_step, batch.contacts.groups(), step.motion);
+      solve(inverse_step, batch.patches.groups(), step.motion);
+    }
     if (is_swept()) keep_impulses(bodies, batch, step);
   });
 }
@@ -115,7 +120,12 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
                                  SphereStep& step) const {
   for (size_t i = 0; i < batch.touches.size(); ++i) {
     const SphereTouch& touch = batch.touches[i];
-    const ContactGroup& group = batch.contacts.of(touch.slot);
+    const ContactGroup& group =
+        touch.patch ? batch.patches.of(touch.slot) : batch.contacts.of(touch.slot);
+    if (touch.parallel) {
+      step.faced[touch.a] = 1;
+      if ((touch.b & ContactGroups::kFixed) == 0) step.faced[touch.b] = 1;
+    }
     const size_t lane = touch.slot % kLanes;
     const float push = group.normal_impulse[lane];
     const bool is_last = touch.next == KeptImpulse::kLast;
@@ -167,8 +177,10 @@ void SphereSolver::separate(std::span<const SphereBody> bodies, SphereStep& step
     }
   });
   for (int sweep = 0; sweep < kPositionSweeps; ++sweep) {
-    step.for_each_batch(
-        [&](SphereBatch& batch) { pilesim::separate(kSlop, batch.contacts.groups(), step.shift); });
+    step.for_each_batch([&](SphereBatch& batch) {
+      pilesim::separate(kSlop, batch.contacts.groups(), step.shift);
+      pilesim::separate(batch.patches.groups(), step.shift);
+    });
   }
 }
 

@@ -34,7 +34,8 @@ struct alignas(64) SphereBody {
   bool shared : 1 = false;
   bool propped : 1 = false;  // by what is no sphere and no surface: it keeps the pose that it has
   bool put_to_sleep : 1 = false;  // from outside: no touch wakes it
-  uint8_t spare : 2 = 0;          // so that all bits are known
+  bool block : 1 = false;         // of a structure: lies on its like by faces; see face_patch.h
+  uint8_t spare : 1 = 0;          // so that all bits are known
 };
 static_assert(sizeof(SphereBody) == 64);
 

@@ -10,6 +10,7 @@
 
 #include "core/parallel_for.h"
 #include "simulate/sphere/contact_groups.h"
+#include "simulate/sphere/patch_groups.h"
 #include "simulate/sphere/sphere_grid.h"
 #include "simulate/sphere/sphere_state.h"
 
@@ -38,6 +39,8 @@ struct SphereTouch {
   uint32_t slot;    // in the groups
   uint32_t next;    // the next one of a in the batch, or KeptImpulse::kLast
   bool level;       // a horizontal surface that does not move
+  bool patch;       // of faces: the slot is in the patches
+  bool parallel;    // the faces are, nearly
   float former_ns;  // pushed in the step before
 };
 
@@ -58,6 +61,7 @@ struct SphereHit {
 // The contacts that one thread finds and solves.
 struct SphereBatch {
   ContactGroups contacts;
+  PatchGroups patches;
   std::vector<SphereMotion> fixed;  // rows of the contacts' own: see ContactGroups
   uint32_t fixed_begin = 0;
   std::vector<SphereTouch> touches;
@@ -98,6 +102,7 @@ struct SphereStep {
   std::vector<SphereShift> shift;
   std::vector<float> surface_push, body_push;  // N s, what carries it
   std::vector<KeptImpulse> kept;               // by touch of all batches
+  std::vector<uint8_t> faced;                  // by place: it lies on something face to face
 
   // parallel_for, or a plain loop over [0, count) where there is little to do.
   template <class Do>

@@ -38,6 +38,8 @@ void SphereWorld::add(uint32_t body, const Pose& pose, const Vec3& velocity, con
       asleep ? reach_below_at_start_m(model_.model, body) : kind(body).radius_m;
   added.changed = true;
   added.asleep = asleep;
+  added.block = asleep && kind(body).block && state_.radius_m[body] < kind(body).radius_m &&
+                model_.method(body, body) == PairMethod::statistical;
   for (std::vector<uint32_t>* bodies : {&state_.members, &state_.active}) {
     bodies->insert(std::ranges::lower_bound(*bodies, body), body);
   }

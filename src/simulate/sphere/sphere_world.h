@@ -77,6 +77,8 @@ class SphereWorld {
   const SphereBody& body(uint32_t i) const { return state_.bodies[i]; }
   SphereBody& body(uint32_t i) { return state_.bodies[i]; }
   const SphereKind& kind(uint32_t body) const { return model_.kind(body); }
+  // m/s; what approaches it faster collides
+  float impact_speed(uint32_t body) const { return model_.impact_speed(kind(body).radius_m); }
   const std::vector<uint32_t>& members() const { return state_.members; }
   // Those that are awake, and all that have `changed`.
   const std::vector<uint32_t>& active() const { return state_.active; }

@@ -103,7 +103,8 @@ void SurfaceGeometry::find(std::span<const uint32_t> surfaces, const Vec3f& cent
     const Vec3 arm = point - (gap + radius) * normal - placed.pose.position;
     const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
     contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(gap),
-                        velocity.cast<float>(), normal.y() > kLevelGround && velocity.isZero()});
+                        velocity.cast<float>(), normal.y() > kLevelGround && velocity.isZero(),
+                        true});
   }
 }
 
@@ -149,7 +150,7 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
     const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
     contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(n.distance - radius),
                         velocity.cast<float>(),
-                        n.face && normal.y() > kLevelGround && velocity.isZero()});
+                        n.face && normal.y() > kLevelGround && velocity.isZero(), n.face});
   }
 }
 

@@ -20,6 +20,7 @@ struct SurfaceContact {
   float gap;       // m, less than 0 where the sphere is sunk in
   Vec3f velocity;  // m/s, of the surface there
   bool level;      // the surface is horizontal and does not move
+  bool face;       // the point is within a face, not on an edge
 };
 
 // A body's surface in the world: all that is known of it besides the model.

@@ -1,0 +1,49 @@
+// Blocks, bodies that fill their box, and the patch in which two of them lie on each other.
+#pragma once
+
+#include <optional>
+
+#include "core/types.h"
+#include "geometry/mesh.h"
+
+namespace pilesim {
+
+// About the centre of mass, along the axes of the body frame.
+struct BlockShape {
+  Vec3f centre = Vec3f::Zero();  // m, of the box
+  Vec3f half_m = Vec3f::Zero();  // its half sides
+};
+
+// Of a solid mesh in its body frame that fills kBlockFill of its box, else none.
+std::optional<BlockShape> block_shape(const TriangleMesh& mesh, double volume_m3);
+
+// A block in the world.
+struct PlacedBlock {
+  PlacedBlock(const BlockShape& shape, const Vec3f& position, const Quatf& orientation)
+      : axes(orientation.toRotationMatrix()),
+        centre(position + axes * shape.centre),
+        half_m(shape.half_m) {}
+  Eigen::Matrix3f axes;  // unit, columns
+  Vec3f centre, half_m;  // m
+};
+
+// World frame, of a against b: as a plane of one that the other's nearest face lies on.
+struct FacePatch {
+  Vec3f normal;  // unit, from b to a
+  float gap_m;   // less than 0 where they are sunk into each other
+  Vec3f middle;  // m, of what the faces share
+  Vec3f along;   // unit, in the plane; the other axis is normal x along
+  float half_along_m, half_across_m;
+  Vec3f tilt;     // rad, by which a is to turn until the faces are parallel
+  float twist_m;  // the mean lever of friction against twisting
+};
+
+// None where they are farther apart than `reach_m`, or where their faces do not meet: along an edge
+// or at a corner, or past each other. Edges count by the faces beside them.
+std::optional<FacePatch> patch_between(const PlacedBlock& a, const PlacedBlock& b, float reach_m);
+
+// With a plane whose upward normal is `normal`, `height_m` below the centre of mass `position`.
+FacePatch patch_on_plane(const PlacedBlock& a, const Vec3f& position, const Vec3f& normal,
+                         float height_m);
+
+}  // namespace pilesim
