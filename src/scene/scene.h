@@ -221,10 +221,10 @@ struct SimulatorSettings {
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps in a step: of Bullet, of the mixed mode
   LevelOfDetail detail;        // mixed
-  // Mixed: levels by importance, as fine as the cost model allows in a step, or as coarse as keeps
+  // Mixed: levels by importance, as fine as the cost model allows in a frame, or as coarse as keeps
   // the modelled error below a limit (docs/mixed.md). At most one of them.
-  std::optional<double> budget_ms_per_step;  // > 0
-  std::optional<double> max_error;           // >= 1
+  std::optional<double> budget_ms_per_frame;  // > 0
+  std::optional<double> max_error;            // >= 1
 };
 
 // How bodies that stand are held. freeze: clusters that rest on the ground stop moving. nail: each

@@ -62,7 +62,7 @@ inline std::vector<SmallRun> small_runs() {
       {"mixed_by_distance", "mixed", by_distance, Directed::no, Measured::table},
       {"mixed_by_budget",
        "mixed",
-       {"/simulator/budget_ms_per_step=0.3"},
+       {"/simulator/budget_ms_per_frame=2.4"},
        Directed::no,
        Measured::table},
       {"mixed_by_error", "mixed", {"/simulator/max_error=2"}, Directed::no, Measured::table},

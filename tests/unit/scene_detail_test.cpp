@@ -33,7 +33,7 @@ TEST(SceneDetail, LevelsLimitsAndRulesAreFine) {
     {"near_near": "particle", "near_far": "particle", "far_far": "particle"}], "speeds": [3],
     "pairs": [{"a": "b", "b": "b", "method": "statistical"}])"),
               IsEmpty());
-  EXPECT_THAT(problems(R"("mode": "particle", "budget_ms_per_step": 2)"), IsEmpty());
+  EXPECT_THAT(problems(R"("mode": "particle", "budget_ms_per_frame": 2)"), IsEmpty());
 }
 
 TEST(SceneDetail, LevelsThatDoNotExist) {
@@ -93,8 +93,8 @@ TEST(SceneDetail, WhatLooksThroughTheCameraNeedsOne) {
 }
 
 TEST(SceneDetail, ABudgetOrAnError) {
-  EXPECT_THAT(problems(R"("max_error": 2, "budget_ms_per_step": 1)"),
-              ElementsAre(HasSubstr("/max_error: stands beside \"budget_ms_per_step\"")));
+  EXPECT_THAT(problems(R"("max_error": 2, "budget_ms_per_frame": 1)"),
+              ElementsAre(HasSubstr("/max_error: stands beside \"budget_ms_per_frame\"")));
 }
 
 TEST(SceneDetail, HingesInTheMixedMode) {

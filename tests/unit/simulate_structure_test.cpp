@@ -106,6 +106,26 @@ TEST_F(Structure, AHitIsPassedOnThroughAStructureInTheSameStep) {
   for (const Vec3& velocity : states().linear_velocity) EXPECT_NEAR(velocity.x(), 0.5, 0.05);
 }
 
+TEST_F(Structure, ABlowOfAMustImpulseBodyWakesAllThatItCanMove) {
+  // More than the cube that it hits could move: what sleeps on would stand like a wall.
+  scene_.gravity = {0, -100, 0};
+  scene_.materials["stuff"].restitution = 0;
+  scene_.materials["lead"] = {0, 0.5, 20000};
+  Emitter& block = add_grid("cube", {6, 8, 8}, {kSide, kSide, kSide}, {0.72, 0, 0});
+  block.asleep = true;
+  block.position_jitter_m = 0;
+  Body& ball = add("cube", {0, 0.1, 0}, kExact);
+  ball.material = "lead";
+  ball.linear_velocity = {3, 0, 0};
+  start();
+  for (int i = 0; i < 20; ++i) {
+    run(1);
+    double momentum = 20 * states().linear_velocity[0].x();
+    for (size_t k = 1; k < states().size(); ++k) momentum += states().linear_velocity[k].x();
+    EXPECT_NEAR(momentum, 60, 1) << i;
+  }
+}
+
 TEST_F(Structure, ASmallHitWakesOnlyWhatItCanMove) {
   add("ground", {0, 0, 0}, kSphere, Role::fixed);
   Emitter& floor = add_grid("cube", {15, 1, 15}, {kSide, 1, kSide}, {0, kSide / 2, 0});

@@ -10,12 +10,6 @@ namespace {
 
 using namespace mixed_constants;
 
-double cost_of(PairMethod method, double pieces) {
-  return method == PairMethod::impulse       ? kNearNearUs * pieces
-         : method == PairMethod::statistical ? kStatisticalUs
-                                             : kParticleUs;
-}
-
 double error_of(PairMethod method) {
   return method == PairMethod::impulse       ? kImpulseError
          : method == PairMethod::statistical ? kStatisticalError
@@ -38,30 +32,42 @@ double DetailBudget::importance(uint32_t body, const Viewpoint& view,
   return size * seen * (1 + fast + near);
 }
 
+bool DetailBudget::is_near(const Candidate& candidate, const DetailLevel& row) const {
+  return candidate.behaviour != Behaviour::statistical || row.exact;
+}
+
+// What is threaded is solved at the levels of spheres, too.
+PairMethod DetailBudget::method(const Candidate& candidate, const DetailLevel& row) const {
+  if (!is_near(candidate, row)) return row.far_far;
+  const bool solved =
+      candidate.behaviour == Behaviour::threaded && row.near_near == PairMethod::statistical;
+  return solved ? PairMethod::impulse : row.near_near;
+}
+
 double DetailBudget::cost_us(const Candidate& candidate, uint32_t level) const {
   const DetailLevel& row = scene_.simulator.detail.levels[level];
   const ModelShape& shape = model_.shapes[model_.bodies[candidate.body].shape];
-  const auto pieces = static_cast<double>(shape.pieces.size());
-  if (!candidate.near && !row.exact) return cost_of(row.far_far, pieces);
-  return kNearUs * pieces + cost_of(row.near_near, pieces);
+  return pilesim::cost_us(usual_work(shape, is_near(candidate, row), method(candidate, row)));
 }
 
 double DetailBudget::error(const Candidate& candidate, uint32_t level) const {
-  const DetailLevel& row = scene_.simulator.detail.levels[level];
-  return error_of(candidate.near || row.exact ? row.near_near : row.far_far);
+  return error_of(method(candidate, scene_.simulator.detail.levels[level]));
 }
 
 void DetailBudget::choose(const Viewpoint& view, const BodyStates& states,
                           std::span<const uint32_t> bodies,
-                          const std::function<bool(uint32_t)>& near, std::vector<uint8_t>& levels) {
+                          const std::function<Behaviour(uint32_t)>& behaviour,
+                          const StepWork& fixed, std::vector<uint8_t>& levels) {
   const LevelOfDetail& detail = scene_.simulator.detail;
   const auto finest = static_cast<uint32_t>(detail.level - 1);
   const auto coarsest = static_cast<uint32_t>(detail.levels.size() - 1);
   candidates_.clear();
-  double cost_us_sum = 0, weight = 0, error_sum = 0;
+  const std::optional<double>& budget_ms = scene_.simulator.budget_ms_per_frame;
+  const double most_us = budget_ms ? 1e3 * *budget_ms / scene_.steps_per_frame() : 0;
+  double cost_us_sum = pilesim::cost_us(fixed), weight = 0, error_sum = 0;
   for (const uint32_t body : bodies) {
     if ((states.flags[body] & kAsleep) != 0) continue;
-    Candidate candidate{body, near(body), importance(body, view, states)};
+    Candidate candidate{body, behaviour(body), importance(body, view, states)};
     // Who is fine stays so a little longer.
     if (levels[body] < coarsest) candidate.importance *= 1 + detail.hysteresis;
     cost_us_sum += cost_us(candidate, coarsest);
@@ -74,9 +80,8 @@ void DetailBudget::choose(const Viewpoint& view, const BodyStates& states,
     uint32_t chosen = coarsest;
     for (uint32_t level = finest; level < coarsest; ++level) {
       const double more_us = cost_us(candidate, level) - cost_us(candidate, coarsest);
-      const bool fits = scene_.simulator.budget_ms_per_step
-                            ? cost_us_sum + more_us <= 1e3 * *scene_.simulator.budget_ms_per_step
-                            : error_sum > *scene_.simulator.max_error * weight;
+      const bool fits = budget_ms ? cost_us_sum + more_us <= most_us
+                                  : error_sum > *scene_.simulator.max_error * weight;
       if (!fits) continue;
       cost_us_sum += more_us;
       error_sum -= candidate.importance * (error(candidate, coarsest) - error(candidate, level));
@@ -85,7 +90,7 @@ void DetailBudget::choose(const Viewpoint& view, const BodyStates& states,
     }
     levels[candidate.body] = static_cast<uint8_t>(chosen);
   }
-  modelled_ms_ = 1e-3 * cost_us_sum;
+  modelled_ms_ = 1e-3 * cost_us_sum * scene_.steps_per_frame();
   modelled_error_ = weight > 0 ? error_sum / weight : 1;
 }
 

@@ -11,7 +11,9 @@
 #include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/body_state.h"
+#include "simulate/mixed/cost_model.h"
 #include "simulate/mixed/level_of_detail.h"
+#include "simulate/sphere/dispatch_table.h"
 
 namespace pilesim {
 
@@ -23,22 +25,25 @@ class DetailBudget {
                std::function<double(const Vec3&)> exact_distance_m)
       : scene_(scene), model_(model), exact_distance_m_(std::move(exact_distance_m)) {}
 
-  // The level of each of `bodies`, from 0. `near`: whether it is I' now. Bodies that sleep cost
-  // nothing and keep the level that they have in `levels`.
+  // The level of each of `bodies`, from 0, which are as `behaviour` says now. Bodies that sleep
+  // cost nothing and keep the level that they have in `levels`. `fixed`: what a step takes besides.
   void choose(const Viewpoint& view, const BodyStates& states, std::span<const uint32_t> bodies,
-              const std::function<bool(uint32_t)>& near, std::vector<uint8_t>& levels);
+              const std::function<Behaviour(uint32_t)>& behaviour, const StepWork& fixed,
+              std::vector<uint8_t>& levels);
 
-  // Of the last choice: what it takes by the model, ms a step, and its error.
+  // Of the last choice: what it takes by the model, ms a frame, and its error.
   double modelled_ms() const { return modelled_ms_; }
   double modelled_error() const { return modelled_error_; }
 
  private:
   struct Candidate {
     uint32_t body;
-    bool near;
+    Behaviour behaviour;
     double importance;
   };
   double importance(uint32_t body, const Viewpoint& view, const BodyStates& states) const;
+  bool is_near(const Candidate& candidate, const DetailLevel& row) const;
+  PairMethod method(const Candidate& candidate, const DetailLevel& row) const;
   double cost_us(const Candidate& candidate, uint32_t level) const;
   double error(const Candidate& candidate, uint32_t level) const;
 

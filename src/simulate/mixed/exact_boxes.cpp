@@ -122,6 +122,25 @@ bool ExactBoxes::touches(const Candidate& candidate) const {
   });
 }
 
+double ExactBoxes::blow_ns(const Candidate& candidate, double least_speed) const {
+  double heaviest = 0;
+  for (const Box& box : boxes_) {
+    if (!box.moves) continue;
+    const BodyMotion motion = world_.motion(box.body);
+    const double radius = model_.shapes[model_.bodies[box.body].shape].bounding_radius;
+    const double turning = motion.angular_velocity.norm() * radius;
+    const double speed = motion.linear_velocity.norm() + turning;
+    if (speed <= least_speed || !near(box, candidate) ||
+        !dispatch_.attracts(box.body, candidate.body)) {
+      continue;
+    }
+    const bool by_keys = model_.bodies[box.body].role != Role::dynamic;
+    heaviest = std::max(heaviest, by_keys ? std::numeric_limits<double>::infinity()
+                                          : model_.bodies[box.body].mass_kg * speed);
+  }
+  return heaviest;
+}
+
 bool ExactBoxes::reach_into(uint32_t body, const Pose& pose) const {
   const std::vector<HullFace>& hull = hulls_[model_.bodies[body].shape];
   if (hull.empty()) return false;

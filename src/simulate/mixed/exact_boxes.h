@@ -39,6 +39,9 @@ class ExactBoxes {
   bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
   // Whether its box touches one of a body whose pairs with it are solved. Any thread.
   bool touches(const Candidate& candidate) const;
+  // The momentum, N s, of the heaviest blow that a body which sleeps may take in this step: of
+  // those with such boxes that are faster than `least_speed`. Infinite of what is moved by keys.
+  double blow_ns(const Candidate& candidate, double least_speed) const;
   // Whether such a box reaches into the hull of a body that has several pieces, as seen from its
   // centre: it goes through a ring, or into a cup. Any thread.
   bool reach_into(uint32_t body, const Pose& pose) const;

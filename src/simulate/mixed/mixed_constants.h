@@ -33,12 +33,16 @@ inline constexpr double kLeastTurn = 1e-5;  // rad
 
 // --- The budget
 
-// Microseconds that a body which is awake takes in a step on one core. Found: rough means of
-// mixed_benchmark (docs/mixed.md). half, twice: none
-inline constexpr double kStatisticalUs = 1.0;  // among spheres
-inline constexpr double kParticleUs = 0.8;
-inline constexpr double kNearUs = 5;       // a convex piece, against must-impulse bodies
-inline constexpr double kNearNearUs = 15;  // a convex piece, in pairs of I' bodies that are solved
+// Microseconds of one core, in a step. Found: by tests/benchmark/budget_benchmark.cpp on the scenes
+// of docs/lab/mixed.md; zeros too: what comes with them stands for them. half, twice: none
+inline constexpr double kSphereUs = 0;            // a body, what is solved too
+inline constexpr double kSphereContactUs = 1.35;  // of them
+inline constexpr double kBlockUs = 1.6;           // a sphere that lies by faces, more
+inline constexpr double kPieceUs = 1;             // a convex piece of what the exact engine moves
+inline constexpr double kSolvedUs = 12.7;    // a body whose pairs with its like are solved, more
+inline constexpr double kSolvedPieceUs = 0;  // each of its pieces, more
+// Contacts that carry something, of a sphere in the mean. half, twice: none
+inline constexpr double kSphereContacts = 2;
 
 // Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.
 // Their order counts, and that of the impulse mode against the others'. "error" is

@@ -51,6 +51,12 @@ void MixedCoupling::pull() {
   }
 }
 
+void MixedCoupling::wake() {
+  for (const uint32_t body : bodies_) {
+    if (!spheres_.body(body).asleep && !exact_.is_active(body)) exact_.wake(body);
+  }
+}
+
 void MixedCoupling::get_ready() {
   for (size_t i = 0; i < bodies_.size(); ++i) {
     SphereBody& sphere = spheres_.body(bodies_[i]);

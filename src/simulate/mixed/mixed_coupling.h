@@ -27,6 +27,7 @@ class MixedCoupling {
   void enter(uint32_t body);
   void leave(uint32_t body);
 
+  void wake();       // who is awake as a sphere is so in the Bullet world
   void pull();       // spheres stand where their bodies are
   void get_ready();  // before the spheres' step
   void hand_over();  // when they have collided: to the Bullet world, which calls for their sweeps

@@ -83,6 +83,28 @@ void MixedFigures::count_budget(const DetailBudget& budget) {
   modelled_error_ += budget.modelled_error();
 }
 
+// What no velocity explains of the way, wherever in the step it changed, and what gravity does not
+// explain of the velocity.
+void MixedFigures::count_switch(const BodyMotion& before, const BodyMotion& after) {
+  const double dt = scene_.actual_step_s();
+  const Vec3 mean = (before.linear_velocity + after.linear_velocity) / 2;
+  const double blow = (after.linear_velocity - before.linear_velocity).norm();
+  const double apart_m = (after.position - before.position - dt * mean).norm();
+  const double place_m = std::max(0.0, apart_m - dt * blow / 2);
+  const double speed =
+      (after.linear_velocity - before.linear_velocity - dt * scene_.gravity).norm();
+  ++switches_;
+  place_jump_m_ += place_m;
+  most_place_jump_m_ = std::max(most_place_jump_m_, place_m);
+  speed_jump_ += speed;
+  most_speed_jump_ = std::max(most_speed_jump_, speed);
+}
+
+void MixedFigures::count_work(const StepWork& work) {
+  work_ += work;
+  most_work_ms_ = std::max(most_work_ms_, 1e-3 * cost_us(work));
+}
+
 std::string MixedFigures::json() const {
   using Json = nlohmann::ordered_json;
   const auto share = [&](uint64_t part) {
@@ -97,10 +119,24 @@ std::string MixedFigures::json() const {
                   {"entries", entries_},
                   {"deepest_overlap_at_entry_m", deepest_entry_m_},
                   {"largest_energy_rise_at_entry_j", largest_rise_j_}};
+  if (switches_ > 0) {
+    const auto switches = static_cast<double>(switches_);
+    figures["switches"] = {{"count", switches_},
+                           {"mean_place_jump_m", place_jump_m_ / switches},
+                           {"largest_place_jump_m", most_place_jump_m_},
+                           {"mean_speed_jump_m_s", speed_jump_ / switches},
+                           {"largest_speed_jump_m_s", most_speed_jump_}};
+  }
+  const double frames = std::max<double>(1, static_cast<double>(frames_));
+  figures["modelled_ms_per_frame"] = 1e-3 * cost_us(work_) / frames;
+  figures["most_modelled_ms_per_frame"] = most_work_ms_;
+  figures["work"] = {{"spheres", work_.spheres}, {"sphere_contacts", work_.sphere_contacts},
+                     {"blocks", work_.blocks},   {"pieces", work_.pieces},
+                     {"solved", work_.solved},   {"solved_pieces", work_.solved_pieces}};
   if (choices_ > 0) {
     const auto choices = static_cast<double>(choices_);
-    figures["modelled_ms_per_step"] = modelled_ms_ / choices;
-    figures["most_modelled_ms_per_step"] = most_ms_;
+    figures["chosen_ms_per_frame"] = modelled_ms_ / choices;
+    figures["most_chosen_ms_per_frame"] = most_ms_;
     figures["modelled_error"] = modelled_error_ / choices;
   }
   return figures.dump();

@@ -25,6 +25,9 @@ class MixedFigures {
                       std::span<const uint32_t> entered);
   void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
   void count_budget(const DetailBudget& budget);  // after each of its choices
+  // A body that went from one engine to the other before a step, and after it.
+  void count_switch(const BodyMotion& before, const BodyMotion& after);
+  void count_work(const StepWork& work);  // of the steps of a frame
 
   // Of the rigid body with its own inertia, whatever stands for it: a change of level changes no
   // velocity, and so no energy.
@@ -37,7 +40,8 @@ class MixedFigures {
     stream(self.entries_, self.deepest_entry_m_, self.largest_rise_j_, self.frames_,
            self.body_frames_, self.near_frames_, self.asleep_frames_, self.most_near_,
            self.level_frames_, self.choices_, self.modelled_ms_, self.most_ms_,
-           self.modelled_error_);
+           self.modelled_error_, self.work_, self.most_work_ms_, self.switches_, self.place_jump_m_,
+           self.most_place_jump_m_, self.speed_jump_, self.most_speed_jump_);
   }
   size_t level_count() const { return level_frames_.size(); }
 
@@ -60,6 +64,11 @@ class MixedFigures {
   std::vector<uint64_t> level_frames_;
   uint64_t choices_ = 0;
   double modelled_ms_ = 0, most_ms_ = 0, modelled_error_ = 0;  // sums over choices, and the most
+  uint64_t switches_ = 0;
+  double place_jump_m_ = 0, most_place_jump_m_ = 0;  // sum, and the most
+  double speed_jump_ = 0, most_speed_jump_ = 0;      // m/s
+  StepWork work_;                                    // since the beginning
+  double most_work_ms_ = 0;                          // of a frame, as modelled
 };
 
 }  // namespace pilesim

@@ -65,7 +65,8 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
           .sleeping = scene.simulator.sleeping,
           .rest_control = scene.simulator.rest_control,
           .sweeps = scene.simulator.solver_iterations,
-          .dispatch = &dispatch};
+          .dispatch = &dispatch,
+          .blocks = true};
 }
 
 // What goes from step to step beside the states of both worlds and of the parts below. (B): by body
@@ -126,6 +127,8 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void apply_impulse(uint32_t body, const ModelEvent& event);
   void move_kinematic_bodies();
   void choose_levels();
+  StepWork must_work() const;
+  StepWork work() const;
   uint32_t level(uint32_t body) const {
     return std::max<uint32_t>(levels_.level(body), budget_ ? state_.afforded[body] : 0);
   }
@@ -134,6 +137,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
                             const std::function<void()>& change);
   void switch_engines();
+  void wake_what_is_hit();
   bool stands(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
   Behaviour next_behaviour(uint32_t body) const;
@@ -156,6 +160,8 @@ class MixedSimulator final : public Simulator, public BodyControl {
   std::vector<uint32_t> kinematic_;
   std::vector<Behaviour> next_;    // by body: of the spheres, by the last update_behaviours()
   std::vector<uint32_t> entered_;  // in the step at hand
+  std::vector<std::pair<uint32_t, BodyMotion>>
+      switched_;  // in it, to either engine, awake; as they were
   MixedFigures figures_;
   StageTimer timer_;
   StepDirector* director_;
@@ -190,7 +196,7 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
   }
-  if (scene.simulator.budget_ms_per_step || scene.simulator.max_error) {
+  if (scene.simulator.budget_ms_per_frame || scene.simulator.max_error) {
     budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
     // Nobody is important before the first choice.
     state_.afforded.assign(model.bodies.size(),
@@ -267,7 +273,7 @@ void MixedSimulator::choose_levels() {
   if (budget_) {
     budget_->choose(
         viewpoint(scene_, time_s()), life_.states(), spheres_.members(),
-        [&](uint32_t body) { return is_near(body); }, state_.afforded);
+        [&](uint32_t body) { return state_.behaviours[body]; }, must_work(), state_.afforded);
     figures_.count_budget(*budget_);
   }
   change_with_contacts([&](uint32_t body) { return level(body) != state_.level_set[body]; },
@@ -276,6 +282,35 @@ void MixedSimulator::choose_levels() {
                            set_behaviour(body, state_.behaviours[body]);
                          }
                        });
+}
+
+// Of a step, whatever the levels are.
+StepWork MixedSimulator::must_work() const {
+  StepWork work;
+  for (uint32_t i = 0; i < states().size(); ++i) {
+    if (!has(i, kPresent) || has(i, kAsleep) || !is_free(i) || is_sphere(i)) continue;
+    work.pieces += static_cast<double>(model_.shapes[model_.bodies[i].shape].pieces.size());
+  }
+  return work;
+}
+
+// Of a step, as bodies and contacts are now.
+StepWork MixedSimulator::work() const {
+  StepWork work = must_work();
+  for (const uint32_t i : spheres_.members()) {
+    if (has(i, kAsleep)) continue;
+    work.spheres += 1;
+    if (spheres_.body(i).block) work.blocks += 1;
+    if (!is_near(i)) continue;
+    const size_t pieces = model_.shapes[model_.bodies[i].shape].pieces.size();
+    work.pieces += static_cast<double>(pieces);
+    const bool solved = dispatch_.method(i, i) == PairMethod::impulse;
+    if (!solved) continue;
+    work.solved += 1;
+    work.solved_pieces += static_cast<double>(pieces);
+  }
+  if (work.spheres > 0) work.sphere_contacts = spheres_.contact_count();
+  return work;
 }
 
 void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
@@ -316,6 +351,7 @@ Behaviour MixedSimulator::next_behaviour(uint32_t body) const {
 // that of an I body, else S.
 void MixedSimulator::update_behaviours() {
   entered_.clear();
+  switched_.clear();
   const std::vector<uint32_t>& members = spheres_.members();
   if (members.empty()) return;
   boxes_.update();
@@ -324,6 +360,7 @@ void MixedSimulator::update_behaviours() {
   });
   change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
                        [&] { switch_engines(); });
+  wake_what_is_hit();
 }
 
 void MixedSimulator::switch_engines() {
@@ -331,6 +368,9 @@ void MixedSimulator::switch_engines() {
     const Behaviour next = next_[body];
     if (next == state_.behaviours[body]) continue;
     const bool is_near_now = next != Behaviour::statistical;
+    if (is_near_now != is_near(body) && !is_asleep(body)) {
+      switched_.emplace_back(body, motion(body));
+    }
     if (is_near_now && !is_near(body)) {
       coupling_.enter(body);
       const double friction = state_.friction.empty() ? -1 : state_.friction[body];
@@ -341,6 +381,28 @@ void MixedSimulator::switch_engines() {
     }
     set_behaviour(body, next);
   }
+}
+
+// A structure gives way in the step of the blow: what sleeps would stand like a wall in it, and
+// keep the momentum that passes through the bodies in between.
+void MixedSimulator::wake_what_is_hit() {
+  bool is_hit = false;
+  for (const uint32_t body : coupling_.bodies()) {
+    const SphereBody& sphere = spheres_.body(body);
+    if (!sphere.asleep || sphere.put_to_sleep) continue;
+    const SphereKind& kind = spheres_.kind(body);
+    const double blow_ns = boxes_.blow_ns(
+        {.body = body,
+         .pose = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()},
+         .radius_m = kind.outer_m,
+         .margin_m = 0,
+         .only_moving = true},
+        spheres_.impact_speed(body));
+    if (blow_ns == 0) continue;
+    spheres_.wake_hit(body, static_cast<float>(blow_ns));
+    is_hit = true;
+  }
+  if (is_hit) coupling_.wake();
 }
 
 // That other bodies may lie on.
@@ -386,6 +448,7 @@ void MixedSimulator::step() {
   coupling_.take_back();
   spheres_.end_step(timer_);
   coupling_.nudge();
+  for (const auto& [body, before] : switched_) figures_.count_switch(before, motion(body));
 }
 
 FrameStatistics MixedSimulator::step_frame() {
@@ -411,6 +474,7 @@ FrameStatistics MixedSimulator::step_frame() {
   }
   life_.end_frame();
   read_states();
+  figures_.count_work(steps * work());
   figures_.count_frame(life_.states(), [&](uint32_t body) { return level(body); });
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;

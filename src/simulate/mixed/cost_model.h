@@ -1,0 +1,35 @@
+// What a step of the mixed mode takes, by who is awake in it and what touches: measured beforehand
+// (tests/benchmark/budget_benchmark.cpp), never by the clock, so that what follows from it is the
+// same on any machine.
+#pragma once
+
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// Of a step, or of several: sums.
+struct StepWork {
+  double spheres = 0;          // bodies that are spheres to others, I' bodies too
+  double sphere_contacts = 0;  // that carry something
+  double blocks = 0;           // spheres that lie by faces, see face_patch.h; they count as both
+  double pieces = 0;           // convex pieces of bodies that the exact engine moves
+  double solved = 0;           // bodies whose pairs with their like are solved, too ...
+  double solved_pieces = 0;    // ... and their pieces; they count as both
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.spheres, self.sphere_contacts, self.blocks, self.pieces, self.solved,
+           self.solved_pieces);
+  }
+  StepWork& operator+=(const StepWork& more);
+};
+StepWork operator*(double times, const StepWork& work);
+
+// Of a body that prefers to be a sphere and is awake, with contacts as the mean of such bodies has.
+// `near`: it is I'. `method`: of its pairs with its like.
+StepWork usual_work(const ModelShape& shape, bool near, PairMethod method);
+
+// us of one core.
+double cost_us(const StepWork& work);
+
+}  // namespace pilesim
