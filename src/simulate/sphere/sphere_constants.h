@@ -122,5 +122,7 @@ inline constexpr size_t kSleepersTurn = 3;  // steps among the awake cost as muc
 inline constexpr size_t kBodiesPerTask = 1024;
 // With fewer awake, handing work to threads takes longer than doing it.
 inline constexpr size_t kBodiesForThreads = 1500;
+// As many more is a block worth.
+inline constexpr size_t kBlockWork = 5;
 
 }  // namespace pilesim::sphere_constants

@@ -183,6 +183,8 @@ class SphereContactSearch::Finder {
   SphereStep& step_;
   std::vector<uint64_t>&used_, &patches_used_;
   SphereBatch& batch_;
+  std::optional<PlacedBlock> placed_;  // the last one that was looked at
+  uint32_t placed_of_ = 0;
 };
 
 void SphereContactSearch::find_contacts(const Input& input, const SleeperGrid& sleepers,
@@ -365,7 +367,11 @@ void SphereContactSearch::Finder::touch_by_faces(uint32_t p, const Partner& part
   const float small = std::min(step_.radius_m[p], partner.radius_m);
   const float speed = (velocity - partner.velocity).norm();
   const float reach = speed * model_.settings.step_s + kNearby * small;
-  const std::optional<FacePatch> patch = patch_between(block(body), block(other), reach);
+  if (!placed_ || placed_of_ != body) {
+    placed_.emplace(block(body));
+    placed_of_ = body;
+  }
+  const std::optional<FacePatch> patch = patch_between(*placed_, block(other), reach);
   if (!patch) return;
   const Vec3f& normal = patch->normal;
   if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {

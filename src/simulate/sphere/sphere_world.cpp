@@ -92,13 +92,17 @@ void SphereWorld::step(StageTimer& timer) {
 void SphereWorld::begin_step(StageTimer& timer) {
   ++state_.steps;
   SphereSleepers::join_woken(state_);
-  const auto awake = static_cast<size_t>(std::ranges::count_if(
-      state_.active, [&](uint32_t body) { return !state_.bodies[body].asleep; }));
+  size_t awake = 0, blocks = 0;
+  for (const uint32_t body : state_.active) {
+    if (state_.bodies[body].asleep) continue;
+    ++awake;
+    if (state_.bodies[body].block) ++blocks;
+  }
   is_idle_ = awake == 0;
   solver_.begin_sweeps(is_idle_);
   if (is_idle_) return;
   if (SphereSleepers::is_crowded(awake, state_)) sleepers_.lay_down(state_);
-  step_.worth_threads = awake > kBodiesForThreads;
+  step_.worth_threads = awake + kBlockWork * blocks > kBodiesForThreads;
   {
     StageTimer::Scope scope(timer, Stage::integration);
     speed_up();
