@@ -45,7 +45,7 @@ void MixedCoupling::pull() {
     sphere.velocity = motion.linear_velocity.cast<float>();
     sphere.spin = motion.angular_velocity.cast<float>();
     sphere.asleep = !active;
-    sphere.slow_steps = 0;  // the Bullet world decides who sleeps
+    sphere.slow_steps = 0;  // the exact engine decides who sleeps
     sphere.changed = true;
     shared_[i].motion = motion;
   }
@@ -101,7 +101,7 @@ void MixedCoupling::hand_over(uint32_t body, Shared& shared) {
                       shared.motion.angular_velocity + shared.turned);
 }
 
-// A round of sweeps, with the velocities that the Bullet world's iterations have come to.
+// A round of sweeps, with the velocities that the exact engine's iterations have come to.
 void MixedCoupling::sweep(int iteration) {
   if (iteration % SphereWorld::kSweepsAtOnce != 0 || spheres_.is_swept()) return;
   for (size_t i = 0; i < bodies_.size(); ++i) {

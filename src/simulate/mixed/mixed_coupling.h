@@ -2,9 +2,9 @@
 // step.
 //
 // The engine of spheres finds their contacts with spheres and draws what collides. Its sweeps over
-// those contacts and the Bullet world's iterations over the exact ones then take turns on the same
+// those contacts and the exact engine's iterations over the exact ones then take turns on the same
 // velocities: one solver for both, so that what lies by contacts of both kinds comes to rest. The
-// Bullet world moves the bodies; how far spheres push or turn them besides is a nudge afterwards.
+// exact engine moves the bodies; how far spheres push or turn them besides is a nudge afterwards.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,14 @@ class MixedCoupling {
       : change_(step_s * gravity), step_s_(step_s), exact_(exact), spheres_(spheres) {}
 
   std::span<const uint32_t> bodies() const { return bodies_; }  // ascending
-  // A body of the spheres goes into the Bullet world, or leaves it, with pose and velocities.
+  // A body of the spheres goes into the exact engine, or leaves it, with pose and velocities.
   void enter(uint32_t body);
   void leave(uint32_t body);
 
-  void wake();       // who is awake as a sphere is so in the Bullet world
+  void wake();       // who is awake as a sphere is so in the exact engine
   void pull();       // spheres stand where their bodies are
   void get_ready();  // before the spheres' step
-  void hand_over();  // when they have collided: to the Bullet world, which calls for their sweeps
+  void hand_over();  // when they have collided: to the exact engine, which calls for their sweeps
   void take_back();  // after its step, before the spheres' ends
   void nudge();      // after both
   // Of bodies()[i], before take_back(): as the step began, with all that spheres gave it since.

@@ -19,7 +19,7 @@ class MixedFigures {
   // Both arguments must outlive it.
   MixedFigures(const Scene& scene, const Model& model);
 
-  // Around the Bullet world's part of a step; `entered`: the I' bodies that came in this step.
+  // Around the exact engine's part of a step; `entered`: the I' bodies that came in this step.
   void begin_exact_step(const ExactEngine& world, std::span<const uint32_t> entered);
   void end_exact_step(const ExactEngine& world, const MixedCoupling& coupling,
                       std::span<const uint32_t> entered);
