@@ -41,7 +41,7 @@ class Budget : public testing::Test {
     DetailBudget budget(scene_, model_, [](const Vec3&) { return 1e9; });
     budget.choose(
         Viewpoint(scene_.camera.keys[0], 1.5), states_, bodies_,
-        [](uint32_t) { return Behaviour::statistical; }, fixed_, levels_);
+        [](uint32_t) { return Behaviour::statistical; }, fixed_, 2, levels_);
     modelled_ms_ = budget.modelled_ms();
     modelled_error_ = budget.modelled_error();
     std::vector<int> counts(3);
@@ -66,10 +66,11 @@ TEST_F(Budget, MoreTimeMakesMoreBodiesFiner) {
     EXPECT_GE(counts[0], finest_before);
     finest_before = counts[0];
     // Less than particles cost is not to be had.
-    EXPECT_LE(modelled_ms_,
-              std::max(ms, 1e-3 * kCount *
-                               cost_us(usual_work(model_.shapes[0], false, PairMethod::particle))) +
-                  1e-12);
+    EXPECT_LE(
+        modelled_ms_,
+        std::max(ms, 1e-3 * kCount *
+                         cost_us(usual_work(model_.shapes[0], false, PairMethod::particle, 2))) +
+            1e-12);
   }
   EXPECT_EQ(finest_before, static_cast<int>(kCount));
 }

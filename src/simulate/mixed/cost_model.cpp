@@ -21,7 +21,7 @@ StepWork operator*(double times, const StepWork& work) {
           times * work.pieces,  times * work.solved,          times * work.solved_pieces};
 }
 
-StepWork usual_work(const ModelShape& shape, bool near, PairMethod method) {
+StepWork usual_work(const ModelShape& shape, bool near, PairMethod method, double sphere_contacts) {
   StepWork work;
   work.spheres = 1;
   if (near) work.pieces = static_cast<double>(shape.pieces.size());
@@ -29,7 +29,7 @@ StepWork usual_work(const ModelShape& shape, bool near, PairMethod method) {
     work.solved = 1;
     work.solved_pieces = work.pieces;
   } else {
-    work.sphere_contacts = kSphereContacts;
+    work.sphere_contacts = sphere_contacts;
   }
   return work;
 }

@@ -25,9 +25,9 @@ struct StepWork {
 };
 StepWork operator*(double times, const StepWork& work);
 
-// Of a body that prefers to be a sphere and is awake, with contacts as the mean of such bodies has.
-// `near`: it is I'. `method`: of its pairs with its like.
-StepWork usual_work(const ModelShape& shape, bool near, PairMethod method);
+// Of a body that prefers to be a sphere and is awake. `near`: it is I'. `method`: of its pairs with
+// its like. `sphere_contacts`: that such a body has in the mean.
+StepWork usual_work(const ModelShape& shape, bool near, PairMethod method, double sphere_contacts);
 
 // us of one core.
 double cost_us(const StepWork& work);

@@ -47,7 +47,8 @@ PairMethod DetailBudget::method(const Candidate& candidate, const DetailLevel& r
 double DetailBudget::cost_us(const Candidate& candidate, uint32_t level) const {
   const DetailLevel& row = scene_.simulator.detail.levels[level];
   const ModelShape& shape = model_.shapes[model_.bodies[candidate.body].shape];
-  return pilesim::cost_us(usual_work(shape, is_near(candidate, row), method(candidate, row)));
+  return pilesim::cost_us(
+      usual_work(shape, is_near(candidate, row), method(candidate, row), sphere_contacts_));
 }
 
 double DetailBudget::error(const Candidate& candidate, uint32_t level) const {
@@ -57,7 +58,9 @@ double DetailBudget::error(const Candidate& candidate, uint32_t level) const {
 void DetailBudget::choose(const Viewpoint& view, const BodyStates& states,
                           std::span<const uint32_t> bodies,
                           const std::function<Behaviour(uint32_t)>& behaviour,
-                          const StepWork& fixed, std::vector<uint8_t>& levels) {
+                          const StepWork& fixed, double sphere_contacts,
+                          std::vector<uint8_t>& levels) {
+  sphere_contacts_ = sphere_contacts;
   const LevelOfDetail& detail = scene_.simulator.detail;
   const auto finest = static_cast<uint32_t>(detail.level - 1);
   const auto coarsest = static_cast<uint32_t>(detail.levels.size() - 1);

@@ -27,9 +27,10 @@ class DetailBudget {
 
   // The level of each of `bodies`, from 0, which are as `behaviour` says now. Bodies that sleep
   // cost nothing and keep the level that they have in `levels`. `fixed`: what a step takes besides.
+  // `sphere_contacts`: of a body that is awake, in the mean.
   void choose(const Viewpoint& view, const BodyStates& states, std::span<const uint32_t> bodies,
               const std::function<Behaviour(uint32_t)>& behaviour, const StepWork& fixed,
-              std::vector<uint8_t>& levels);
+              double sphere_contacts, std::vector<uint8_t>& levels);
 
   // Of the last choice: what it takes by the model, ms a frame, and its error.
   double modelled_ms() const { return modelled_ms_; }
@@ -51,6 +52,7 @@ class DetailBudget {
   const Model& model_;
   std::function<double(const Vec3&)> exact_distance_m_;
   std::vector<Candidate> candidates_;
+  double sphere_contacts_ = 0;
   double modelled_ms_ = 0, modelled_error_ = 1;
 };
 

@@ -41,7 +41,7 @@ inline constexpr double kBlockUs = 1.6;           // a sphere that lies by faces
 inline constexpr double kPieceUs = 1;             // a convex piece of what the exact engine moves
 inline constexpr double kSolvedUs = 12.7;    // a body whose pairs with its like are solved, more
 inline constexpr double kSolvedPieceUs = 0;  // each of its pieces, more
-// Contacts that carry something, of a sphere in the mean. half, twice: none
+// Contacts that carry something, of a sphere in the mean, while nobody is awake. half, twice: none
 inline constexpr double kSphereContacts = 2;
 
 // Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.

@@ -271,9 +271,12 @@ void MixedSimulator::choose_levels() {
   if (!levels_.is_variable() && !budget_) return;
   levels_.choose(time_s(), life_.states(), spheres_.members());
   if (budget_) {
+    const StepWork now = work();
+    const double contacts = now.spheres > 0 ? now.sphere_contacts / now.spheres : kSphereContacts;
     budget_->choose(
         viewpoint(scene_, time_s()), life_.states(), spheres_.members(),
-        [&](uint32_t body) { return state_.behaviours[body]; }, must_work(), state_.afforded);
+        [&](uint32_t body) { return state_.behaviours[body]; }, must_work(), contacts,
+        state_.afforded);
     figures_.count_budget(*budget_);
   }
   change_with_contacts([&](uint32_t body) { return level(body) != state_.level_set[body]; },
