@@ -66,10 +66,15 @@ std::set<std::string> keys_in_tables(const std::string& text) {
 
 // The sections of docs/scene.md, and the keys of a scene whose objects each describes.
 const std::map<std::string, std::vector<std::string>> kSections = {
-    {"Materials", {"materials"}}, {"Shapes", {"shapes"}},
-    {"Bodies", {"bodies"}},       {"Emitters", {"emitters"}},
-    {"Events", {"events"}},       {"Piles", {"piles"}},
-    {"Guide", {"guide"}},         {"Simulator, camera, render", {"simulator", "camera", "render"}}};
+    {"Materials", {"materials"}},
+    {"Shapes", {"shapes"}},
+    {"Bodies", {"bodies"}},
+    {"Emitters", {"emitters"}},
+    {"Events", {"events"}},
+    {"Piles", {"piles"}},
+    {"Guide", {"guide"}},
+    {"Finish", {"finish"}},
+    {"Simulator, camera, render", {"simulator", "camera", "render"}}};
 
 void expect_subset(const std::set<std::string>& keys, const std::set<std::string>& all,
                    const std::string& where) {

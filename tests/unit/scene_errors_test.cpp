@@ -54,9 +54,9 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:7:41: /bodies/0/material: is \"wod\", which is no material of the scene; "
           "expected one of \"tin\", \"wood\". Did you mean \"wood\"?",
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
-          "\"version\", \"name\", \"seed\", \"duration_s\", \"frame_rate\", \"step_s\", "
+          "\"version\", \"name\", \"seed\", \"duration_s\", \"until\", \"frame_rate\", \"step_s\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
-          "\"simulator\", \"guide\", \"piles\", \"render\", \"camera\". Did you mean "
+          "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\". Did you mean "
           "\"duration_s\"?"));
 }
 
