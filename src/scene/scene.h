@@ -299,7 +299,7 @@ enum class Until : uint8_t { duration, settled };
 struct Scene {
   std::string name;
   uint64_t seed = 1;
-  double duration_s = 5;         // > 0
+  double duration_s = 5;  // > 0
   Until until = Until::duration;
   double frame_rate = 60;        // frames a second, > 0
   double step_s = 1.0 / 240.0;   // longest step; a frame takes the fewest equal steps that fit

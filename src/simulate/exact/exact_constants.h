@@ -110,10 +110,10 @@ inline constexpr int kFirstRelaxations = 4;
 // What comes nearer by more in a step, in extents, hits hard: its points are solved so often.
 inline constexpr double kHard = 0.01;
 inline constexpr int kHardRounds = 8;
-// Contacts that bounce find the speeds at which they part in at most so many sweeps, the points of a
-// pair solved one after the other as often in each, until nothing changes by more than this share:
-// of its blow, or of what gravity gives in a step. Tried on 225 boxes that fall on a corner each,
-// against the blow's equations, and on boxes that fall on a stack. With 20 rounds 1,000 hulls
+// Contacts that bounce find the speeds at which they part in at most so many sweeps, the points of
+// a pair solved one after the other as often in each, until nothing changes by more than this
+// share: of its blow, or of what gravity gives in a step. Tried on 225 boxes that fall on a corner
+// each, against the blow's equations, and on boxes that fall on a stack. With 20 rounds 1,000 hulls
 // at 1/60 s take 1.2 times as long as with 4, with which one body of presets/hard/thin_wall.json
 // is pressed into the wall. In scenes of many what a blow only passes through is gone over once in
 // a sweep: the next comes to it again.
