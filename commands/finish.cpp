@@ -11,10 +11,10 @@ namespace {
 
 struct FinishOptions {
   RunOptions run;
+  JudgingOptions judging;
   std::string input, output;
-  std::optional<std::string> scene, fail_on;
+  std::optional<std::string> scene;
   std::optional<double> longest_s;
-  uint64_t inspect_every = 0;
 };
 
 void finish(const FinishOptions& options) {
@@ -22,10 +22,10 @@ void finish(const FinishOptions& options) {
                 .output = options.output,
                 .force = options.run.force,
                 .longest_s = options.longest_s,
-                .inspect_every = options.inspect_every,
+                .gates = options.judging.gates(),
+                .inspect_every = options.judging.inspect_every,
                 .progress = options.run.quiet ? ProgressMode::none : options.run.progress};
   if (options.scene) job.scene_file = *options.scene;
-  if (options.fail_on) job.gates = parse_quality_gates(*options.fail_on);
   const SimulationSummary summary = run_finish(job);
   if (!options.run.quiet) print_summary(options.output, summary);
 }
@@ -56,18 +56,7 @@ void add_finish_command(CLI::App& app) {
                    "/ g) of the smallest body)")
       ->type_name("SECONDS")
       ->check(CLI::Range(1e-3, 1e6), "");
-  command
-      ->add_option("--fail-on", options->fail_on,
-                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
-                   "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
-                   "between")
-      ->type_name("GATES");
-  command
-      ->add_option("--inspect-every", options->inspect_every,
-                   "Measure overlaps of the shapes in every N-th frame, too, not only at the end: "
-                   "quality_of_run in report.json")
-      ->type_name("N")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+  add_judging_options(*command, options->judging);
   add_run_options(*command, options->run);
   command->footer(R"(
 Examples:

@@ -107,6 +107,25 @@ void add_run_options(CLI::App& command, RunOptions& options) {
           std::to_string(available_threads()));
 }
 
+std::vector<QualityGate> JudgingOptions::gates() const {
+  return fail_on ? parse_quality_gates(*fail_on) : std::vector<QualityGate>{};
+}
+
+void add_judging_options(CLI::App& command, JudgingOptions& options) {
+  command
+      .add_option("--fail-on", options.fail_on,
+                  "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
+                  "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
+                  "between")
+      ->type_name("GATES");
+  command
+      .add_option("--inspect-every", options.inspect_every,
+                  "Measure overlaps of the shapes, and what --fail-on asks for, in every N-th "
+                  "frame, too, not only at the end: quality_of_run in report.json")
+      ->type_name("N")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+}
+
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {
   std::string_view rest = text;
   const std::optional<uint64_t> first = take_whole_number(rest);

@@ -5,12 +5,14 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "report/quality_gate.h"
 
 namespace pilesim {
 
@@ -65,6 +67,16 @@ struct RunOptions {
 };
 // --progress, --quiet, --force and --threads, which takes effect while parsing.
 void add_run_options(CLI::App& command, RunOptions& options);
+
+// How a pile is judged.
+struct JudgingOptions {
+  std::optional<std::string> fail_on;
+  uint64_t inspect_every = 0;
+
+  std::vector<QualityGate> gates() const;  // throws as parse_quality_gates()
+};
+// --fail-on and --inspect-every, for commands that end with a pile.
+void add_judging_options(CLI::App& command, JudgingOptions& options);
 
 // One function a subcommand: it adds itself to `app` with a callback that does the work.
 void add_schema_command(CLI::App& app);

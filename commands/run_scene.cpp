@@ -14,11 +14,11 @@ namespace {
 struct Options {
   SceneOptions scene;
   RunOptions run;
+  JudgingOptions judging;
   std::string output;
-  std::optional<std::string> fail_on, from;
+  std::optional<std::string> from;
   bool resume = false;
   double checkpoint_period_s = 5;
-  uint64_t inspect_every = 0;
   bool print_config = false;
   bool direct_piles = false;
 };
@@ -28,8 +28,6 @@ void run(const Options& options) {
     print("%s\n", load_scene(options.scene.file, options.scene.overrides.texts).resolved.c_str());
     return;
   }
-  std::vector<QualityGate> gates;
-  if (options.fail_on) gates = parse_quality_gates(*options.fail_on);
   const SimulationSummary summary =
       run_simulation({.scene_file = options.scene.file,
                       .output = options.output,
@@ -38,8 +36,8 @@ void run(const Options& options) {
                       .resume = options.resume,
                       .checkpoint_period_s = options.checkpoint_period_s,
                       .from = options.from,
-                      .gates = gates,
-                      .inspect_every = options.inspect_every,
+                      .gates = options.judging.gates(),
+                      .inspect_every = options.judging.inspect_every,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
   if (options.run.quiet) return;
@@ -64,18 +62,7 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");
   print->excludes(output);
-  command
-      ->add_option("--fail-on", options->fail_on,
-                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
-                   "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
-                   "between")
-      ->type_name("GATES");
-  command
-      ->add_option("--inspect-every", options->inspect_every,
-                   "Measure overlaps of the shapes, and what --fail-on asks for, in every N-th "
-                   "frame, too, not only at the end: quality_of_run in report.json")
-      ->type_name("N")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+  add_judging_options(*command, options->judging);
   CLI::Option* resume = command->add_flag(
       "--resume", options->resume,
       "Go on where the run in the output directory was interrupted or killed; where there is none, "
