@@ -67,6 +67,7 @@ int run(int argc, char** argv) {
   pilesim::add_fit_bspline_command(app);
   pilesim::add_inspect_command(app);
   pilesim::add_compare_command(app);
+  pilesim::add_batch_command(app);
   pilesim::add_schema_command(app);
   try {
     app.parse(argc, argv);

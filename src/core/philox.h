@@ -20,6 +20,7 @@ enum class Stream : uint32_t {
   response = 3,
   rest = 4,
   bootstrap = 9,
+  batch = 20,
   test = 100
 };
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -61,7 +62,8 @@ class SigpipeGuard {
 
 // The child from fork() to exec(), by nothing but system calls: other threads of the parent may
 // hold any lock. The error number of a failure goes into `fault`.
-[[noreturn]] void become(char* const* arguments, const int (&streams)[3], pid_t parent, int fault) {
+[[noreturn]] void become(char* const* arguments, const char* directory, const int (&streams)[3],
+                         pid_t parent, int fault) {
   setpgid(0, 0);
   // Dies with the thread that started it, also of kill -9. The parent may have died already.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -71,7 +73,7 @@ class SigpipeGuard {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  execvp(arguments[0], arguments);
+  if (*directory == '\0' || chdir(directory) == 0) execvp(arguments[0], arguments);
   const int error = errno;
   while (write(fault, &error, sizeof error) < 0 && errno == EINTR) {
   }
@@ -79,7 +81,8 @@ class SigpipeGuard {
 }
 
 // Not posix_spawn(), which cannot tie the child's life to its parent's. Gives the error number.
-int spawn(pid_t& child, const std::vector<std::string>& argv, const int (&streams)[3]) {
+int spawn(pid_t& child, const std::vector<std::string>& argv, const std::string& directory,
+          const int (&streams)[3]) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
@@ -93,7 +96,9 @@ int spawn(pid_t& child, const std::vector<std::string>& argv, const int (&stream
   pthread_sigmask(SIG_SETMASK, &all, &before);
   child = fork();
   int fault = child < 0 ? errno : 0;
-  if (child == 0) become(arguments.data(), streams, parent, fault_ends[1]);
+  if (child == 0) {
+    become(arguments.data(), directory.c_str(), streams, parent, fault_ends[1]);
+  }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   close(fault_ends[1]);
   if (child > 0) {
@@ -121,7 +126,8 @@ std::string last_words(std::string text) {
 
 }  // namespace
 
-Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& debian_package)
+Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& debian_package,
+                       const std::filesystem::path& directory)
     : program_(argv.at(0)) {
   int pipe_ends[2] = {-1, -1};
   output_ = memfd_create("stdout", MFD_CLOEXEC);
@@ -129,7 +135,7 @@ Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& 
   int fault = 0;
   if (output_ < 0 || errors_ < 0 || pipe2(pipe_ends, O_CLOEXEC) != 0) fault = errno;
   input_ = pipe_ends[1];
-  if (fault == 0) fault = spawn(child_, argv, {pipe_ends[0], output_, errors_});
+  if (fault == 0) fault = spawn(child_, argv, directory.string(), {pipe_ends[0], output_, errors_});
   close_once(pipe_ends[0]);
   if (fault == 0) return;
   for (int* descriptor : {&input_, &output_, &errors_}) close_once(*descriptor);
@@ -144,7 +150,7 @@ Subprocess::Subprocess(const std::vector<std::string>& argv, const std::string& 
 Subprocess::~Subprocess() {
   close_once(input_);
   if (child_ > 0) {
-    kill(child_, SIGKILL);
+    ::kill(child_, SIGKILL);
     while (waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
@@ -183,18 +189,30 @@ bool Subprocess::ends_within(double seconds) {
 
 void Subprocess::ask_to_end() {
   assert(child_ > 0);
-  kill(child_, SIGTERM);
+  ::kill(child_, SIGTERM);
+}
+
+void Subprocess::kill() {
+  assert(child_ > 0);
+  ::kill(child_, SIGKILL);
 }
 
 SubprocessResult Subprocess::wait() {
   assert(child_ > 0);
   close_once(input_);
   int status = 0;
-  while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+  rusage used{};
+  while (wait4(child_, &status, 0, &used) < 0 && errno == EINTR) {
   }
   child_ = -1;
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(output_),
-          read_all(errors_)};
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  return {.exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+          .output = read_all(output_),
+          .errors = read_all(errors_),
+          .processor_s = seconds(used.ru_utime) + seconds(used.ru_stime),
+          .peak_memory_bytes = uint64_t{1024} * static_cast<uint64_t>(used.ru_maxrss)};
 }
 
 std::string Subprocess::finish() {

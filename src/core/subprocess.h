@@ -5,6 +5,8 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,9 +15,11 @@
 namespace pilesim {
 
 struct SubprocessResult {
-  int exit_status = 0;  // 128 + the signal's number where a signal ended it
-  std::string output;   // all of its stdout
-  std::string errors;   // all of its stderr
+  int exit_status = 0;             // 128 + the signal's number where a signal ended it
+  std::string output;              // all of its stdout
+  std::string errors;              // all of its stderr
+  double processor_s = 0;          // of it and of the children that it has waited for
+  uint64_t peak_memory_bytes = 0;  // of the largest of them
 };
 
 class Subprocess {
@@ -23,9 +27,11 @@ class Subprocess {
   // Starts argv[0], looked up in PATH, in a process group of its own, so that Ctrl-C reaches
   // pilesim only, which then ends the child in good order. Where pilesim is killed, or the thread
   // ends that started the child, the kernel kills the child. What it prints is kept in memory: ask
-  // talkative programs to be quiet. Throws Error(io) where it cannot be started; if it is not
-  // installed, the message names `debian_package`.
-  Subprocess(const std::vector<std::string>& argv, const std::string& debian_package);
+  // talkative programs to be quiet. It works in `directory`, or where that is empty in this
+  // process's own. Throws Error(io) where it cannot be started; if it is not installed, the message
+  // names `debian_package`.
+  Subprocess(const std::vector<std::string>& argv, const std::string& debian_package,
+             const std::filesystem::path& directory = {});
   // Kills the child if wait() or finish() was not called.
   ~Subprocess();
   Subprocess(const Subprocess&) = delete;
@@ -39,8 +45,9 @@ class Subprocess {
   // Waits for the child's end for at most so long; true once it has ended. wait() is still to be
   // called.
   bool ends_within(double seconds);
-  // SIGTERM.
+  // SIGTERM, and SIGKILL. wait() is still to be called.
   void ask_to_end();
+  void kill();
 
   // Ends the child's stdin and waits for its end. Call once.
   SubprocessResult wait();

@@ -47,14 +47,15 @@ void report_missing_keys(const Json& json, const Path& path, const std::vector<c
   for (size_t i = 0; i < keys.size(); ++i) {
     const Key& key = *keys[i];
     std::string names = '"' + key.name + '"';
-    bool stands = json.contains(key.name);
+    const bool is_there = json.contains(key.name);
+    bool stands = is_there;
     bool is_first = true;
     for (size_t j = 0; j < keys.size() && !key.group.empty(); ++j) {
       if (j == i || keys[j]->group != key.group) continue;
       is_first = is_first && i < j;
       names += " or \"" + keys[j]->name + '"';
       const bool other_stands = json.contains(keys[j]->name);
-      if (i < j && stands && other_stands) {
+      if (i < j && is_there && other_stands) {
         log.report_key(path / keys[j]->name, "stands beside \"" + key.name + '"',
                        "one of the two, because both say the same");
       }

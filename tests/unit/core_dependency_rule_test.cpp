@@ -48,6 +48,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
     {"export", {"core", "scene", "trajectory", "render"}},
+    {"batch", {"core", "json", "scene"}},
     {"job",
      {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
       "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report"}},

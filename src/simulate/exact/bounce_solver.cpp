@@ -23,9 +23,9 @@ void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
   least_blow_ = static_cast<T>(settings.step_s * settings.gravity.norm());
   const auto per_step = static_cast<T>(1 / settings.step_s);
   std::vector<uint8_t> has_changed(batches_.size());
-  for (uint32_t i = 0; i < kBounceSweeps; ++i) {
+  for (int sweep = 0; sweep < kBounceSweeps; ++sweep) {
     std::ranges::fill(has_changed, 0);
-    const auto begin = static_cast<uint32_t>(i * blocks_.size() + 1);
+    const auto begin = static_cast<uint32_t>(static_cast<size_t>(sweep) * blocks_.size() + 1);
     for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
       const uint32_t first = stage_first_[k];
       team.parallel_for(stage_first_[k + 1] - first, 1, [&](size_t from, size_t to) {

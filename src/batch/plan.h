@@ -1,0 +1,91 @@
+// The plan of a batch: a scene, what varies in it, and what is done with each. Any job is a pure
+// function of the plan and its index, so that machines share a batch without talking to each other.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "json/json_text.h"
+
+namespace pilesim {
+
+// Drawn for each job by itself, from `low` to `high`.
+struct Draw {
+  enum class Kind { uniform, log_uniform, integers, choice };
+  Kind kind = Kind::uniform;
+  double low = 0, high = 1;
+  std::vector<Json> choices;  // of `choice`: one of them, each as likely
+};
+
+// One thing that varies. Those with `rows` span a grid, the last of the plan runs fastest.
+struct Variation {
+  std::vector<std::string> pointers;    // into the scene: RFC 6901
+  std::vector<std::vector<Json>> rows;  // a value for each pointer; empty: drawn
+  std::optional<Draw> draw;             // one pointer
+  bool are_files = false;               // the rows' values are paths, as the scene would have them
+};
+
+// One command of pilesim and its options: {"render", "--size", "640x480"}.
+using BatchStep = std::vector<std::string>;
+
+struct BatchPlan {
+  std::string name;
+  std::filesystem::path file, scene;  // absolute
+  uint64_t seed = 1;                  // of all draws, and of the scenes' own seeds
+  int count = 1;                      // jobs for each point of the grid
+  std::vector<Variation> vary;
+  std::vector<BatchStep> steps;   // the first simulates or directs a pile
+  int tries = 1;                  // of a job, each with another seed
+  double longest_s = 3600;        // wall time of a step
+  std::vector<std::string> drop;  // paths below a job's directory that are not kept
+  Json document;                  // as it is written
+
+  uint64_t jobs() const;  // >= 1
+};
+
+// What the scene of a job is told.
+struct JobValue {
+  std::string pointer;
+  Json value;
+};
+
+struct BatchJob {
+  uint64_t index = 0;
+  std::vector<JobValue> values;  // in the order of the plan
+
+  // "0000012": seven digits or more.
+  std::string name() const;
+};
+
+inline constexpr uint64_t kMostJobs = 100'000'000;
+
+// Throws Error(io), or Error(input) with all that is wrong, each with its line.
+BatchPlan load_batch_plan(const std::filesystem::path& file);
+
+BatchJob batch_job(const BatchPlan& plan, uint64_t index);
+
+// The scene's seed at the given attempt (from 0): what the plan sets at the first, if it sets any,
+// else below 2^53 and of its own for each job and attempt.
+uint64_t scene_seed(const BatchPlan& plan, const BatchJob& job, int attempt);
+
+// "/pointer=value" as --set has it.
+std::string override_text(const JobValue& value);
+
+// What makes a job what it is, as a hash: the scene and all files that it names, the steps, the
+// values. Two plans that share a job share its key.
+class JobKeys {
+ public:
+  // Loads the scene with the values of the first job. Throws Error(input) where it is not sound so,
+  // or where it is not with any single value of the grid (the first kMostChecked of them).
+  explicit JobKeys(const BatchPlan& plan);
+  std::string key(const BatchJob& job) const;
+
+ private:
+  std::string base_;
+  std::vector<std::pair<std::string, std::string>> file_hashes_;  // of the values that are files
+};
+
+}  // namespace pilesim

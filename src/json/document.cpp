@@ -1,0 +1,47 @@
+#include "json/document.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "json/json_text.h"
+
+namespace pilesim {
+
+void throw_findings(const ProblemLog& log, const std::string& text, const std::string& file) {
+  const LineIndex lines(text);
+  std::vector<std::pair<size_t, Problem>> problems;  // by offset
+  const auto add = [&](size_t offset, Problem problem) {
+    const TextPosition position = lines.position(offset);
+    problem.file = file;
+    problem.line = position.line;
+    problem.column = position.column;
+    problems.emplace_back(offset, std::move(problem));
+  };
+  std::map<std::string, std::pair<size_t, size_t>> places;  // of key and value
+  walk_json(text, [&](const JsonPlace& place) {
+    places[place.pointer] = {place.key_offset, place.value_offset};
+    if (!place.repeats_key) return;
+    add(place.key_offset, {.pointer = place.pointer,
+                           .found = "is given twice",
+                           .expected = "each key once in an object"});
+  });
+  for (const Finding& finding : log.findings()) {
+    // What is missing is shown where it should be.
+    std::string pointer = finding.pointer;
+    while (!places.contains(pointer)) pointer.resize(pointer.rfind('/'));
+    const auto [key, value] = places.at(pointer);
+    add(finding.at_key ? key : value, {.pointer = finding.pointer,
+                                       .found = finding.found,
+                                       .expected = finding.expected,
+                                       .remedy = finding.remedy});
+  }
+  if (problems.empty()) return;
+  std::ranges::stable_sort(problems, {}, &std::pair<size_t, Problem>::first);
+  std::vector<Problem> sorted;
+  for (auto& [offset, problem] : problems) sorted.push_back(std::move(problem));
+  throw Error(ErrorKind::input, std::move(sorted));
+}
+
+}  // namespace pilesim
