@@ -31,7 +31,8 @@ const fs::path kPresets = fs::path(PILESIM_SOURCE_DIR) / "presets";
 std::vector<std::string> preset_names() {
   std::vector<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(kPresets)) {
-    if (entry.path().extension() == ".json") {
+    const bool is_plan = entry.path().stem().extension() == ".plan";  // of a batch of scenes
+    if (entry.path().extension() == ".json" && !is_plan) {
       names.push_back(fs::relative(entry.path(), kPresets).replace_extension().generic_string());
     }
   }

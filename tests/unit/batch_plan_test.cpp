@@ -188,5 +188,16 @@ TEST_F(BatchPlanTest, StepsAreCommandsWithoutWhatTheBatchSays) {
   EXPECT_THAT(fault_of(R"([["simulate", "-o", "x"]])"), HasSubstr("/steps/0/1: is \"-o\""));
 }
 
+TEST(BatchPresets, AreSoundWithAllTheirValues) {
+  const std::filesystem::path presets = std::filesystem::path(PILESIM_SOURCE_DIR) / "presets/batch";
+  int plans = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(presets)) {
+    if (entry.path().stem().extension() != ".plan") continue;
+    ++plans;
+    EXPECT_NO_THROW(JobKeys{load_batch_plan(entry.path())}) << entry.path();
+  }
+  EXPECT_GE(plans, 1);
+}
+
 }  // namespace
 }  // namespace pilesim
