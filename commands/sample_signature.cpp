@@ -88,6 +88,7 @@ void sample(SampleSignatureArguments& options) {
   print("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
         options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
         run.sampling_s, run.accuracy_s, run.drops_s);
+  if (!run.solid.empty()) print("solid: %s\n", run.solid.c_str());
   print("%s", summary_text(run.signature).c_str());
 }
 

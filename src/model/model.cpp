@@ -94,34 +94,26 @@ class ModelBuilder {
     }
   }
 
-  // That the mesh of a volume has an inside. What touches itself or has slivers still has one.
+  // That the mesh of a volume has an inside.
   void check_volume(const Emitter& emitter, size_t index) {
     const auto* volume = std::get_if<VolumeSource>(&emitter.source);
-    if (volume != nullptr) check_inside(volume->file, volume->scale, emitter_pointer(index));
+    if (volume != nullptr) inside_of(volume->file, volume->scale, emitter_pointer(index));
   }
 
-  void check_inside(const std::filesystem::path& file, double scale, const std::string& pointer) {
-    std::vector<MeshDefect> defects;
+  // What the mesh of `file` encloses.
+  const TriangleMesh& inside_of(const std::filesystem::path& file, double scale,
+                                const std::string& pointer) {
     try {
-      defects = find_mesh_defects(meshes_.load(file, scale));
+      return meshes_.load_solid(file, scale);
     } catch (const Error& error) {
-      throw at_pointer(error, pointer);
-    }
-    std::erase_if(defects, [](const MeshDefect& defect) {
-      return defect.kind == MeshDefectKind::degenerate ||
-             defect.kind == MeshDefectKind::non_manifold ||
-             defect.kind == MeshDefectKind::self_touching;
-    });
-    if (!defects.empty()) {
-      throw Error(ErrorKind::input, defect_problems(defects, file, pointer));
+      throw at_pointer(in_file(error, file.string()), pointer);
     }
   }
 
   void load_guide() {
     const std::optional<Guide>& guide = scene_.guide;
     if (!guide || !guide->file) return;
-    check_inside(*guide->file, guide->scale, kGuidePointer);
-    model_.guide = meshes_.load(*guide->file, guide->scale);
+    model_.guide = inside_of(*guide->file, guide->scale, kGuidePointer);
     for (Vec3& vertex : model_.guide.vertices) vertex = guide->pose.apply(vertex);
   }
 
@@ -216,7 +208,7 @@ class ModelBuilder {
     try {
       const auto* volume = std::get_if<VolumeSource>(&emitter.source);
       const TriangleMesh* mesh =
-          volume == nullptr ? nullptr : &meshes_.load(volume->file, volume->scale);
+          volume == nullptr ? nullptr : &meshes_.load_solid(volume->file, volume->scale);
       emitted = unroll(emitter, index, scene_.seed, radius, mesh);
     } catch (const Error& error) {
       throw at_pointer(error, pointer);

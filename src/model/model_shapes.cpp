@@ -13,6 +13,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
+#include "geometry/solid.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
 #include "json/json_text.h"
@@ -45,9 +46,10 @@ CollisionPiece primitive_piece(CollisionPiece::Kind kind, const Vec3& size,
   return {.kind = kind, .pose = {.position = centre}, .size = size};
 }
 
-// Fills what follows from mesh and mass, and puts the origin at the centre of mass. Pieces are in
-// the same frame as the mesh.
-void finish(ModelShape& shape) {
+// Fills what follows from mesh and mass, and puts the origin at the centre of mass. Pieces and
+// `solid` are in the same frame as the mesh.
+void finish(ModelShape& shape, const TriangleMesh& solid) {
+  shape.smallest_extent = solid.bounds().sizes().minCoeff();
   const Vec3 centre = shape.mass.centre_of_mass;
   shape.origin_offset = centre;
   shape.mass.centre_of_mass = Vec3::Zero();
@@ -59,6 +61,9 @@ void finish(ModelShape& shape) {
       piece.pose.position -= centre;
     }
   }
+  for (const Vec3& vertex : solid.vertices) {
+    shape.bounding_radius = std::max(shape.bounding_radius, (vertex - centre).norm());
+  }
   for (const Vec3& vertex : shape.mesh.vertices) {
     shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
   }
@@ -68,7 +73,6 @@ void finish(ModelShape& shape) {
     const double reach = piece.pose.position.norm() + piece.size.x();
     shape.bounding_radius = std::max(shape.bounding_radius, reach);
   }
-  shape.smallest_extent = shape.mesh.bounds().sizes().minCoeff();
 }
 
 class MeshShapeBuilder {
@@ -87,51 +91,41 @@ class MeshShapeBuilder {
       shape_.mass.centre_of_mass = shape_.mesh.bounds().center();
       shape_.collision_report =
           "mesh: " + counted(shape_.mesh.triangles.size(), "triangle") + ", exact";
-    } else if (is_solid()) {
-      shape_.mass = mass_properties(shape_.mesh);
-      add_pieces();
-      shape_.collision_report += warning_;
+      const TriangleMesh solid = shape_.mesh;
+      finish(shape_, solid);
     } else {
-      use_hull();
+      prepare_solid();
+      shape_.mass = mass_properties(solid_);
+      add_pieces();
+      shape_.collision_report += note_;
+      finish(shape_, solid_);
     }
-    finish(shape_);
     return std::move(shape_);
   }
 
  private:
-  // Throws for an improper solid unless its hull is to be used.
-  bool is_solid() {
-    const std::vector<MeshDefect> defects = find_mesh_defects(shape_.mesh);
-    if (defects.empty() || is_made_of_convex_groups()) return true;
-    const bool has_hull = defects.front().kind != MeshDefectKind::empty;
-    if (source_.use_hull_if_not_solid && has_hull) return false;
-    std::vector<Problem> problems = defect_problems(defects, source_.file, pointer_);
-    if (has_hull) {
-      problems.back().remedy =
-          R"(Mend the mesh, or set "use_hull_if_not_solid": true in the shape to simulate its hull)";
-    }
-    throw Error(ErrorKind::input, std::move(problems));
+  // Throws where the mesh has none by the scene's rule.
+  void prepare_solid() {
+    static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
+                                           SolidRule::hull};
+    Solid solid = make_solid(shape_.mesh, {.rule = kRules[static_cast<size_t>(source_.solid)],
+                                           .thickness_m = source_.thickness_m,
+                                           .hull_max_vertices = source_.hull_max_vertices});
+    if (!solid.note.empty()) note_ = "; solid: " + solid.note;
+    solid_ = std::move(solid.mesh);
+    if (solid.way == SolidWay::as_it_is) note_overlap_of_groups();
   }
 
   // Such a mesh touches itself, yet its mass is right unless groups overlap: that is counted twice.
-  bool is_made_of_convex_groups() {
+  void note_overlap_of_groups() {
     constexpr double kNoticed = 1e-3;  // solid_difference errs by half of it
-    const std::vector<TriangleMesh> groups = convex_groups(shape_.mesh);
-    if (groups.empty()) return false;
-    const double sum_m3 = mass_properties(shape_.mesh).volume_m3;
-    const double overlap = 1 - solid_difference(shape_.mesh, groups).union_volume_m3 / sum_m3;
+    if (find_mesh_defects(solid_).empty()) return;
+    const std::vector<TriangleMesh> groups = convex_groups(solid_);
+    const double sum_m3 = mass_properties(solid_).volume_m3;
+    const double overlap = 1 - solid_difference(solid_, groups).union_volume_m3 / sum_m3;
     if (overlap > kNoticed) {
-      warning_ = "; its groups overlap: " + percent(overlap) + " of its mass is counted twice";
+      note_ = "; its groups overlap: " + percent(overlap) + " of its mass is counted twice";
     }
-    return true;
-  }
-
-  void use_hull() {
-    TriangleMesh hull = simplified_hull(shape_.mesh.vertices, source_.hull_max_vertices);
-    shape_.mass = mass_properties(hull);
-    shape_.collision_report = "hull: " + std::to_string(hull.vertices.size()) + " vertices" +
-                              ", in place of a mesh that is no solid";
-    shape_.pieces.push_back(hull_piece(std::move(hull)));
   }
 
   void add_pieces() {
@@ -150,7 +144,7 @@ class MeshShapeBuilder {
   }
 
   void add_hull() {
-    TriangleMesh hull = simplified_hull(shape_.mesh.vertices, source_.hull_max_vertices);
+    TriangleMesh hull = simplified_hull(solid_.vertices, source_.hull_max_vertices);
     shape_.collision_report =
         "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors_of(hull);
     shape_.pieces.push_back(hull_piece(std::move(hull)));
@@ -161,7 +155,7 @@ class MeshShapeBuilder {
         .max_pieces = source_.decomposition_max_pieces,
         .max_volume_error = source_.decomposition_max_volume_error,
         .max_piece_vertices = std::max(kFewestPieceVertices, source_.hull_max_vertices)};
-    Decomposition decomposition = decompose(shape_.mesh, options, cache_directory());
+    Decomposition decomposition = decompose(solid_, options, cache_directory());
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
                               errors(decomposition.volume_error(), decomposition.surface_error_m,
@@ -172,7 +166,7 @@ class MeshShapeBuilder {
   }
 
   void add_spheres() {
-    const SphereFit fit = fit_spheres(shape_.mesh, source_.sphere_count);
+    const SphereFit fit = fit_spheres(solid_, source_.sphere_count);
     for (const FittedSphere& sphere : fit.spheres) {
       shape_.pieces.push_back(primitive_piece(CollisionPiece::Kind::sphere,
                                               Vec3::Constant(sphere.radius), sphere.centre));
@@ -194,8 +188,8 @@ class MeshShapeBuilder {
 
   // Of one convex piece in place of the mesh, measured as those of a decomposition are.
   std::string errors_of(const TriangleMesh& piece) const {
-    const SolidDifference difference = solid_difference(shape_.mesh, {&piece, 1});
-    const SurfaceDistance distance = surface_distance(piece, shape_.mesh);
+    const SolidDifference difference = solid_difference(solid_, {&piece, 1});
+    const SurfaceDistance distance = surface_distance(piece, solid_);
     return errors((difference.excess_m3() + difference.missing_m3()) / difference.mesh_volume_m3,
                   distance.hausdorff_m, distance.mean_m);
   }
@@ -208,7 +202,8 @@ class MeshShapeBuilder {
   const MeshShape& source_;
   const std::string& pointer_;
   ModelShape shape_;
-  std::string warning_;
+  TriangleMesh solid_;  // in the frame of the mesh
+  std::string note_;
 };
 
 ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh mesh,
@@ -217,7 +212,8 @@ ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh m
   shape.mesh = std::move(mesh);
   shape.mass = mass;
   shape.pieces.push_back(primitive_piece(kind, size));
-  finish(shape);
+  const TriangleMesh solid = shape.mesh;
+  finish(shape, solid);
   shape.collision_report = "1 piece, exact";
   return shape;
 }
@@ -254,7 +250,8 @@ ModelShape build_compound(const Scene& scene, const CompoundShape& compound, Mes
                               part.shape + " (" + built.collision_report + ')';
   }
   whole.mass = combine(masses);
-  finish(whole);
+  const TriangleMesh solid = whole.mesh;
+  finish(whole, solid);
   return whole;
 }
 
@@ -281,17 +278,17 @@ const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double 
                                 : meshes_.emplace(key, import_mesh(file, scale)).first->second;
 }
 
-std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
-                                     const std::filesystem::path& file,
-                                     const std::string& pointer) {
-  std::vector<Problem> problems;
-  for (const MeshDefect& defect : defects) {
-    problems.push_back({.file = file.string(),
-                        .pointer = pointer,
-                        .found = defect.text,
-                        .expected = "a closed mesh with outward triangles"});
-  }
-  return problems;
+const TriangleMesh& MeshLibrary::load_solid(const std::filesystem::path& file, double scale) {
+  const auto key = std::pair(file, scale);
+  if (const auto found = solids_.find(key); found != solids_.end()) return found->second;
+  const TriangleMesh& mesh = load(file, scale);
+  const std::vector<MeshDefect> defects = find_mesh_defects(mesh);
+  const bool has_inside = std::ranges::all_of(defects, [](const MeshDefect& defect) {
+    return defect.kind == MeshDefectKind::degenerate ||
+           defect.kind == MeshDefectKind::non_manifold ||
+           defect.kind == MeshDefectKind::self_touching;
+  });
+  return solids_.emplace(key, has_inside ? mesh : make_solid(mesh, {}).mesh).first->second;
 }
 
 std::optional<std::filesystem::path> cache_directory() {

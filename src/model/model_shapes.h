@@ -11,7 +11,6 @@
 
 #include "core/error.h"
 #include "geometry/mesh.h"
-#include "geometry/mesh_check.h"
 #include "model/model.h"
 #include "scene/scene.h"
 
@@ -22,18 +21,17 @@ class MeshLibrary {
  public:
   // Throws as import_mesh() does.
   const TriangleMesh& load(const std::filesystem::path& file, double scale);
+  // What it encloses: the mesh itself where that is clear, though it may touch itself and have
+  // slivers, else as make_solid() makes it. Throws as that does, too.
+  const TriangleMesh& load_solid(const std::filesystem::path& file, double scale);
 
  private:
-  std::map<std::pair<std::filesystem::path, double>, TriangleMesh> meshes_;
+  std::map<std::pair<std::filesystem::path, double>, TriangleMesh> meshes_, solids_;
 };
 
 // Where decompositions are kept: $XDG_CACHE_HOME/pilesim, else ~/.cache/pilesim; none if neither is
 // known or writable.
 std::optional<std::filesystem::path> cache_directory();
-
-// The defects as problems of `file`, named at `pointer`.
-std::vector<Problem> defect_problems(const std::vector<MeshDefect>& defects,
-                                     const std::filesystem::path& file, const std::string& pointer);
 
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);

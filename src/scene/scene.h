@@ -30,6 +30,9 @@ struct Material {
 // How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only.
 enum class CollisionKind { hull, decomposition, spheres, sphere, mesh };
 
+// What of a mesh has mass and collides: geometry/solid.h.
+enum class SolidKind { automatic, exact, wrap, hull };
+
 struct MeshShape {
   std::filesystem::path file;  // absolute
   double scale = 1;            // metres per unit of the file, > 0
@@ -39,9 +42,8 @@ struct MeshShape {
   double decomposition_max_volume_error = 0.05;    // > 0
   int sphere_count = 7;                            // 1 .. 64, for `spheres`
   std::optional<std::filesystem::path> signature;  // absolute; for the statistical mode
-  // An improper solid (open, inside-out, ...) takes mass and collision of its hull instead of being
-  // an error.
-  bool use_hull_if_not_solid = false;
+  SolidKind solid = SolidKind::automatic;
+  double thickness_m = 0;  // of parts that are sheets, >= 0; 0: there are to be none
 };
 struct BoxShape {
   Vec3 size = Vec3::Zero();  // full edge lengths, > 0

@@ -29,6 +29,13 @@ Codec<CollisionKind> collision_codec() {
                                      {"mesh", CollisionKind::mesh}});
 }
 
+Codec<SolidKind> solid_codec() {
+  return enumeration<SolidKind>({{"auto", SolidKind::automatic},
+                                 {"exact", SolidKind::exact},
+                                 {"wrap", SolidKind::wrap},
+                                 {"hull", SolidKind::hull}});
+}
+
 Fields<Shape> mesh_fields() {
   using M = MeshShape;
   return {
@@ -51,9 +58,12 @@ Fields<Shape> mesh_fields() {
       optional_field<Shape>("signature", of(&M::signature), file_path(),
                             "Signature file of the mesh, for the statistical mode (pilesim "
                             "sample-signature), relative to the scene file."),
-      field<Shape>("use_hull_if_not_solid", of(&M::use_hull_if_not_solid), boolean(),
-                   "Let an open or inside-out mesh take mass and collision of its hull instead of "
-                   "being an error."),
+      field<Shape>(
+          "solid", of(&M::solid), solid_codec(),
+          "What has mass and collides: auto, the mesh if it is closed, mended if it can be, "
+          "else wrapped; exact, the mesh or an error; wrap, what it encloses; hull."),
+      field<Shape>("thickness_m", of(&M::thickness_m), number(at_least(0)),
+                   "How thick parts are that are sheets; 0: there are to be none."),
   };
 }
 

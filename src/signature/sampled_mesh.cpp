@@ -2,13 +2,22 @@
 
 #include "core/error.h"
 #include "geometry/mesh_import.h"
+#include "geometry/solid.h"
+#include "signature/trial/contact_body.h"
 
 namespace pilesim {
+
+TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note) {
+  if (has_mass_and_hull(mesh)) return mesh;
+  Solid solid = make_solid(mesh, {});
+  if (note != nullptr) *note = solid.note;
+  return std::move(solid.mesh);
+}
 
 TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const SignatureBody& body) {
   TriangleMesh mesh = import_mesh(file, body.scale);
   const std::string hash = mesh_hash(mesh);
-  if (hash == body.mesh_hash) return mesh;
+  if (hash == body.mesh_hash) return solid_to_sample(mesh);
   throw Error(ErrorKind::input, {.file = file.string(),
                                  .found = "mesh " + hash,
                                  .expected = "the mesh that was sampled, " + body.mesh +

@@ -8,7 +8,12 @@
 
 namespace pilesim {
 
-// Throws what import_mesh() throws, and Error(input) where the file holds another mesh.
+// What of a mesh is sampled: itself where it has mass and hull, else as make_solid() makes it; then
+// `note` says how. Throws as that does.
+TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note = nullptr);
+
+// The solid of the mesh in `file`. Throws what import_mesh() throws, and Error(input) where the
+// file holds another mesh.
 TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const SignatureBody& body);
 
 }  // namespace pilesim

@@ -6,9 +6,11 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
+#include "core/naming.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
 #include "signature/rest/known_rest_poses.h"
+#include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
 
 namespace pilesim {
@@ -142,15 +144,18 @@ TableSampling default_sampling(TableLayout layout) {
 
 SignatureRun sample_signature(const SignatureOptions& options) {
   check_options(options);
-  const TriangleMesh mesh = import_mesh(options.mesh, options.scale);
-  const ContactBody body = make_contact_body(mesh, options.mesh.string());
+  const std::string name = options.mesh.string();
+  const TriangleMesh given = import_mesh(options.mesh, options.scale);
+  SignatureRun run;
+  const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &run.solid); });
+  ContactBody body = make_contact_body(mesh, name);
+  body.mesh_hash = mesh_hash(given);  // scenes know it by this
   const TrialSetup setup{&body, options.material, options.kind, options.seed};
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
-  SignatureRun run;
   Stopwatch watch;
   std::vector<ObservedRest> drops;
   if (options.drop_to_rest) drops = options.drop_to_rest(mesh);

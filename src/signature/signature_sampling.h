@@ -33,6 +33,7 @@ struct SignatureOptions {
 
 struct SignatureRun {
   Signature signature;
+  std::string solid;      // how the mesh became one (geometry/solid.h); empty: as it is
   double sampling_s = 0;  // wall time of the tables
   double accuracy_s = 0;  // of the accuracy report
   double drops_s = 0;     // of the drops

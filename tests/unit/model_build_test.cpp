@@ -149,14 +149,14 @@ TEST_F(SceneModel, AnOpenMeshIsAnErrorThatNamesFileShapeAndRemedy) {
   const std::string text = failure(R"("o/x": {"type": "mesh", "file": "open.obj"})");
   EXPECT_THAT(text, HasSubstr((directory_ / "open.obj").string() + ": /shapes/o~1x: "));
   EXPECT_THAT(text, HasSubstr("expected a closed mesh with outward triangles"));
-  EXPECT_THAT(text, HasSubstr(R"("use_hull_if_not_solid": true)"));
+  EXPECT_THAT(text, HasSubstr("thickness_m"));
 }
 
 TEST_F(SceneModel, AnOpenMeshMayUseItsHull) {
   const Model model =
-      build(R"("o": {"type": "mesh", "file": "open.obj", "use_hull_if_not_solid": true})");
+      build(R"("o": {"type": "mesh", "file": "open.obj", "solid": "hull"})");
   EXPECT_NEAR(model.shapes[0].mass.volume_m3, 6, 1e-5);
-  EXPECT_THAT(model.shapes[0].collision_report, HasSubstr("in place of a mesh that is no solid"));
+  EXPECT_THAT(model.shapes[0].collision_report, HasSubstr("its hull, of"));
 }
 
 TEST_F(SceneModel, AnOpenMeshMayBeAStaticMesh) {

@@ -145,6 +145,8 @@ std::vector<MeshDefect> solid_defects(const TriangleMesh& mesh) {
 
 }  // namespace
 
+bool has_mass_and_hull(const TriangleMesh& mesh) { return solid_defects(mesh).empty(); }
+
 void check_material(const ContactMaterial& material) {
   const auto demand = [](bool good, const std::string& found, const std::string& expected) {
     if (!good) throw Error(ErrorKind::usage, {.found = found, .expected = expected});

@@ -52,6 +52,9 @@ struct ContactBody {
   size_t vertex_count() const { return vertices.size(); }
 };
 
+// Whether make_contact_body() takes it: closed, its triangles may cross.
+bool has_mass_and_hull(const TriangleMesh& mesh);
+
 // `mesh` is a proper solid. Throws Error(input), naming `mesh_name`, for an open or inside-out
 // mesh, one without extent or thickness, or one whose hull has more than kMaxHullVertices vertices.
 inline constexpr size_t kMaxHullVertices = 20000;

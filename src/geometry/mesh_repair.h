@@ -1,0 +1,25 @@
+// What is wrong with a mesh and can be mended without changing what it looks like.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace pilesim {
+
+struct Repair {
+  TriangleMesh mesh;              // without groups, unless nothing was done
+  std::vector<std::string> done;  // "12 triangles turned", in order; empty: nothing
+  double largest_hole_m = 0;      // across, of those that were closed
+  double largest_opening_m = 0;   // of those that were too large to be closed; 0: there are none
+};
+
+// Drops triangles without area and those that are there twice, splits edges on which a vertex lies,
+// turns triangles and closed pieces so that outside is outside, drops pieces inside of others, and
+// closes holes of at most a quarter of the mesh's diagonal and half of their piece's. A closed
+// piece that faces inward inside of another one is a hollow and stays. What crosses or has more
+// than two triangles at an edge stays as it is.
+Repair repair_mesh(const TriangleMesh& mesh);
+
+}  // namespace pilesim

@@ -1,0 +1,41 @@
+// A solid of any mesh: what has mass, collides and is sampled. What is drawn stays the mesh.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "geometry/mesh.h"
+#include "geometry/mesh_check.h"
+
+namespace pilesim {
+
+enum class SolidRule {
+  automatic,  // the mesh if it is a solid or can be mended, else a wrap; refused where that guesses
+  exact,      // the mesh or nothing
+  wrap,       // what its generalised winding numbers enclose
+  hull,       // its convex hull
+};
+
+enum class SolidWay { as_it_is, repaired, wrapped, hull };
+
+struct Solid {
+  TriangleMesh mesh;  // a proper solid: find_mesh_defects() is empty (as_it_is: or its groups are)
+  SolidWay way = SolidWay::as_it_is;
+  // What was done and how far it is from the mesh, for reports: "wrap at 0.8 mm, ..."; empty
+  // where it is as it is.
+  std::string note;
+};
+
+struct SolidOptions {
+  SolidRule rule = SolidRule::automatic;
+  double thickness_m = 0;  // of parts that are sheets; 0: there are to be none
+  int hull_max_vertices = 64;
+  int cells = 128;  // of a wrap, along its longest side
+};
+
+// Throws Error(input) with the defects and how to go on where the rule gives no solid: `exact` of a
+// mesh that is none; `automatic` of one that is open so wide, or so thin, that its inside would be
+// a guess; `wrap` where nothing is enclosed.
+Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options);
+
+}  // namespace pilesim

@@ -1,0 +1,402 @@
+#include "geometry/wrap.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <unordered_map>
+
+#include "core/parallel_for.h"
+#include "geometry/fast_winding.h"
+#include "geometry/mesh_check.h"
+
+namespace pilesim {
+namespace {
+
+// Grid points along a block's side: blocks that the surface does not come near are never looked at.
+constexpr int kBlock = 8;
+// Crossings of an edge stay this far from its ends, in its length, so that no triangle is flat.
+constexpr double kFromEnds = 0.05;
+// Where the surface is found by halves, on an edge that crosses no triangle.
+constexpr int kHalves = 10;
+// How far simplification may move the surface, in cells.
+constexpr double kSimplified = 0.15;
+constexpr size_t kFewestTriangles = 200;
+
+// The six tetrahedra of a cube around its diagonal (Kuhn), by corners: bit 0 is x, 1 is y, 2 is z.
+// Neighbouring cubes cut their common face alike.
+constexpr std::array<std::array<int, 4>, 6> kTetrahedra = {
+    {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
+
+struct Cell {
+  int x, y, z;
+};
+
+// Each edge has as many triangles that run along it one way as the other.
+bool is_closed(const TriangleMesh& mesh) {
+  std::unordered_map<uint64_t, int> surplus;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+      surplus[uint64_t{std::min(a, b)} << 32 | std::max(a, b)] += a < b ? 1 : -1;
+    }
+  }
+  return std::ranges::all_of(surplus, [](const auto& edge) { return edge.second == 0; });
+}
+
+class Wrapper {
+ public:
+  Wrapper(const TriangleMesh& mesh, const TriangleMesh& sheets, const WrapOptions& options)
+      : thickness_m_(sheets.triangles.empty() ? 0 : options.thickness_m) {
+    if (!mesh.triangles.empty()) enclosing_.emplace(mesh);
+    is_closed_ = is_closed(mesh);
+    if (!sheets.triangles.empty()) sheets_.emplace(sheets);
+    Bounds box;
+    for (const TriangleMesh* each : {&mesh, &sheets}) {
+      for (const Triangle& triangle : each->triangles) {
+        for (const uint32_t vertex : triangle) box.extend(each->vertices[vertex]);
+      }
+    }
+    const double longest = box.sizes().maxCoeff() + thickness_m_;
+    cell_ = longest / options.cells;
+    // A margin of two cells, and nowhere on the grid where meshes like to have faces.
+    origin_ = box.min() - Vec3::Constant(thickness_m_ / 2 + 2.37 * cell_);
+    const Vec3 sizes = box.sizes() + Vec3::Constant(thickness_m_ + 4.9 * cell_);
+    for (int k = 0; k < 3; ++k) {
+      blocks_[k] = static_cast<int>(std::ceil(sizes[k] / cell_ / kBlock)) + 1;
+    }
+  }
+
+  double cell() const { return cell_; }
+
+  // To the surface that the wrap is to follow, m.
+  double distance(const Vec3& point) const {
+    double distance = std::numeric_limits<double>::infinity();
+    if (enclosing_) distance = enclosing_->triangles().distance(point);
+    if (sheets_)
+      distance = std::min(distance, std::abs(sheets_->distance(point) - thickness_m_ / 2));
+    return distance;
+  }
+  bool encloses(const Vec3& point) const { return enclosing_ && enclosing_->contains(point); }
+
+  TriangleMesh surface() {
+    find_blocks();
+    march();
+    return std::move(mesh_);
+  }
+
+ private:
+  // Grid points of a block and the next ones: its cells' corners.
+  static constexpr int kPoints = kBlock + 1;
+
+  struct Block {
+    std::array<float, kPoints * kPoints * kPoints> value;  // below 0 inside; |value| in cells
+  };
+
+  Vec3 point(int x, int y, int z) const { return origin_ + cell_ * Vec3(x, y, z); }
+  size_t index(int x, int y, int z) const {
+    return (static_cast<size_t>(z) * static_cast<size_t>(blocks_[1]) + static_cast<size_t>(y)) *
+               static_cast<size_t>(blocks_[0]) +
+           static_cast<size_t>(x);
+  }
+
+  double distance_to_enclosing(const Vec3& at) const {
+    return enclosing_ ? enclosing_->triangles().distance(at)
+                      : std::numeric_limits<double>::infinity();
+  }
+
+  // Signed distance, m: below 0 inside.
+  double value(const Vec3& at, double distance, bool is_inside) const {
+    const double value = is_inside ? -distance : distance;
+    return sheets_ ? std::min(value, sheets_->distance(at) - thickness_m_ / 2) : value;
+  }
+  double value(const Vec3& at) const { return value(at, distance_to_enclosing(at), encloses(at)); }
+
+  // Along a row of points only those whose neighbour lies beyond a triangle are asked about, where
+  // triangles alone part inside and outside.
+  void fill(int bx, int by, int bz, Block& block) const {
+    for (int z = 0, n = 0; z < kPoints; ++z) {
+      for (int y = 0; y < kPoints; ++y) {
+        bool is_inside = false;
+        for (int x = 0; x < kPoints; ++x, ++n) {
+          const Vec3 at = point(bx * kBlock + x, by * kBlock + y, bz * kBlock + z);
+          const double distance = distance_to_enclosing(at);
+          const bool is_as_before = x > 0 && is_closed_ && distance > cell_;
+          if (!is_as_before) is_inside = encloses(at);
+          const double v = value(at, distance, is_inside) / cell_;
+          block.value[static_cast<size_t>(n)] = v == 0 ? 1e-6f : static_cast<float>(v);
+        }
+      }
+    }
+  }
+
+  // Blocks near the triangles, and those that the border of what is inside goes on into.
+  void find_blocks() {
+    const size_t count = static_cast<size_t>(blocks_[0]) * static_cast<size_t>(blocks_[1]) *
+                         static_cast<size_t>(blocks_[2]);
+    std::vector<uint8_t> wanted(count, 0);
+    std::vector<Cell> front;
+    const double reach = cell_ * (kBlock * std::sqrt(3.0) / 2 + 1);
+    std::vector<uint8_t> near(count, 0);
+    parallel_for(count, 64, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const Cell b = block_at(i);
+        const double half = kBlock / 2.0;
+        const Vec3 centre =
+            origin_ + cell_ * Vec3(b.x * kBlock + half, b.y * kBlock + half, b.z * kBlock + half);
+        near[i] = distance(centre) < reach;
+      }
+    });
+    for (size_t i = 0; i < count; ++i) {
+      if (near[i]) front.push_back(block_at(i));
+      wanted[i] = near[i];
+    }
+    blocks_of_.assign(count, UINT32_MAX);
+    while (!front.empty()) {
+      const size_t first = store_.size();
+      store_.resize(first + front.size());
+      parallel_for(front.size(), 1, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          fill(front[i].x, front[i].y, front[i].z, store_[first + i]);
+        }
+      });
+      std::vector<Cell> next;
+      for (size_t i = 0; i < front.size(); ++i) {
+        const Cell& b = front[i];
+        blocks_of_[index(b.x, b.y, b.z)] = static_cast<uint32_t>(first + i);
+        for (int side = 0; side < 6; ++side) {
+          if (!changes_on_side(store_[first + i], side)) continue;
+          const int step = side % 2 == 0 ? -1 : 1;
+          const Cell n = {b.x + (side / 2 == 0 ? step : 0), b.y + (side / 2 == 1 ? step : 0),
+                          b.z + (side / 2 == 2 ? step : 0)};
+          const bool is_there = n.x >= 0 && n.y >= 0 && n.z >= 0 && n.x < blocks_[0] &&
+                                n.y < blocks_[1] && n.z < blocks_[2];
+          if (!is_there || wanted[index(n.x, n.y, n.z)]) continue;
+          wanted[index(n.x, n.y, n.z)] = 1;
+          next.push_back(n);
+        }
+      }
+      front = std::move(next);
+    }
+  }
+
+  Cell block_at(size_t i) const {
+    const auto nx = static_cast<size_t>(blocks_[0]), ny = static_cast<size_t>(blocks_[1]);
+    return {static_cast<int>(i % nx), static_cast<int>(i / nx % ny), static_cast<int>(i / nx / ny)};
+  }
+
+  static bool changes_on_side(const Block& block, int side) {
+    bool has_inside = false, has_outside = false;
+    const int fixed = side % 2 == 0 ? 0 : kPoints - 1;
+    for (int u = 0; u < kPoints; ++u) {
+      for (int v = 0; v < kPoints; ++v) {
+        const int x = side / 2 == 0 ? fixed : u;
+        const int y = side / 2 == 1 ? fixed : side / 2 == 0 ? u : v;
+        const int z = side / 2 == 2 ? fixed : v;
+        (block.value[place(x, y, z)] < 0 ? has_inside : has_outside) = true;
+      }
+    }
+    return has_inside && has_outside;
+  }
+
+  static size_t place(int x, int y, int z) {
+    return static_cast<size_t>((z * kPoints + y) * kPoints + x);
+  }
+
+  uint64_t grid_id(int x, int y, int z) const {
+    const auto nx = static_cast<uint64_t>(blocks_[0] * kBlock + 2);
+    const auto ny = static_cast<uint64_t>(blocks_[1] * kBlock + 2);
+    return (static_cast<uint64_t>(z) * ny + static_cast<uint64_t>(y)) * nx +
+           static_cast<uint64_t>(x);
+  }
+
+  void march() {
+    const size_t count = blocks_of_.size();
+    for (size_t i = 0; i < count; ++i) {
+      if (blocks_of_[i] == UINT32_MAX) continue;
+      const Cell b = block_at(i);
+      const Block& block = store_[blocks_of_[i]];
+      for (int z = 0; z < kBlock; ++z) {
+        for (int y = 0; y < kBlock; ++y) {
+          for (int x = 0; x < kBlock; ++x) march_cell(b, block, x, y, z);
+        }
+      }
+    }
+  }
+
+  void march_cell(const Cell& b, const Block& block, int x, int y, int z) {
+    std::array<float, 8> value;
+    int inside = 0;
+    for (int k = 0; k < 8; ++k) {
+      value[static_cast<size_t>(k)] =
+          block.value[place(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))];
+      inside += value[static_cast<size_t>(k)] < 0;
+    }
+    if (inside == 0 || inside == 8) return;
+    const Cell corner = {b.x * kBlock + x, b.y * kBlock + y, b.z * kBlock + z};
+    for (const auto& tetrahedron : kTetrahedra) march_tetrahedron(corner, value, tetrahedron);
+  }
+
+  void march_tetrahedron(const Cell& corner, const std::array<float, 8>& value,
+                         const std::array<int, 4>& t) {
+    std::array<int, 4> in{}, out{};
+    int ins = 0, outs = 0;
+    for (const int k : t) {
+      (value[static_cast<size_t>(k)] < 0 ? in[static_cast<size_t>(ins++)]
+                                         : out[static_cast<size_t>(outs++)]) = k;
+    }
+    if (ins == 0 || outs == 0) return;
+    const auto cut = [&](int a, int b) { return crossing(corner, value, a, b); };
+    if (ins == 1) {
+      add({cut(in[0], out[0]), cut(in[0], out[1]), cut(in[0], out[2])}, corner, in[0]);
+    } else if (outs == 1) {
+      add({cut(in[0], out[0]), cut(in[1], out[0]), cut(in[2], out[0])}, corner, in[0]);
+    } else {
+      const uint32_t p = cut(in[0], out[0]), q = cut(in[0], out[1]), r = cut(in[1], out[1]),
+                     s = cut(in[1], out[0]);
+      add({p, q, r}, corner, in[0]);
+      add({p, r, s}, corner, in[0]);
+    }
+  }
+
+  Vec3 corner_point(const Cell& corner, int k) const {
+    return point(corner.x + (k & 1), corner.y + (k >> 1 & 1), corner.z + (k >> 2));
+  }
+
+  // With the grid point `inside` behind it.
+  void add(Triangle t, const Cell& corner, int inside) {
+    const Vec3& a = mesh_.vertices[t[0]];
+    const Vec3 normal = (mesh_.vertices[t[1]] - a).cross(mesh_.vertices[t[2]] - a);
+    if (normal.dot(corner_point(corner, inside) - a) > 0) std::swap(t[1], t[2]);
+    mesh_.triangles.push_back(t);
+  }
+
+  uint32_t crossing(const Cell& corner, const std::array<float, 8>& value, int a, int b) {
+    const auto id = [&](int k) {
+      return grid_id(corner.x + (k & 1), corner.y + (k >> 1 & 1), corner.z + (k >> 2));
+    };
+    // The lower end first; the seven directions of edges tell which.
+    if (id(a) > id(b)) std::swap(a, b);
+    const int difference =
+        (b & 1) - (a & 1) + 2 * ((b >> 1 & 1) - (a >> 1 & 1)) + 4 * ((b >> 2) - (a >> 2));
+    const uint64_t key = id(a) * 8 + static_cast<uint64_t>(difference);
+    const auto [found, is_new] =
+        crossings_.try_emplace(key, static_cast<uint32_t>(mesh_.vertices.size()));
+    if (!is_new) return found->second;
+    const Vec3 from = corner_point(corner, a), to = corner_point(corner, b);
+    const double at_a = value[static_cast<size_t>(a)], at_b = value[static_cast<size_t>(b)];
+    const double length = (to - from).norm() / cell_;
+    double share = at_a / (at_a - at_b);
+    // Farther from the triangles than the edge is long: there are none between.
+    if (std::abs(at_a) + std::abs(at_b) > 1.5 * length) share = halved(from, to, at_a < 0);
+    share = std::clamp(share, kFromEnds, 1 - kFromEnds);
+    mesh_.vertices.push_back(from + share * (to - from));
+    return found->second;
+  }
+
+  double halved(const Vec3& from, const Vec3& to, bool starts_inside) const {
+    double low = 0, high = 1;
+    for (int i = 0; i < kHalves; ++i) {
+      const double middle = (low + high) / 2;
+      const bool is_inside = value(from + middle * (to - from)) < 0;
+      (is_inside == starts_inside ? low : high) = middle;
+    }
+    return (low + high) / 2;
+  }
+
+  std::optional<FastWinding> enclosing_;
+  bool is_closed_ = false;  // its winding numbers change at triangles only
+  std::optional<TriangleTree> sheets_;
+  double thickness_m_, cell_ = 0;
+  Vec3 origin_;
+  std::array<int, 3> blocks_{};
+  std::vector<uint32_t> blocks_of_;  // places in store_, by block
+  std::vector<Block> store_;
+  std::unordered_map<uint64_t, uint32_t> crossings_;  // grid edge -> vertex
+  TriangleMesh mesh_;
+};
+
+// With fewer triangles, at most so far away; as it is where that would touch itself.
+TriangleMesh simplified(const TriangleMesh& mesh, double error_m) {
+  std::vector<float> positions;
+  positions.reserve(3 * mesh.vertices.size());
+  Bounds box;
+  for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
+  for (const Vec3& vertex : mesh.vertices) {
+    for (int k = 0; k < 3; ++k)
+      positions.push_back(static_cast<float>(vertex[k] - box.center()[k]));
+  }
+  std::vector<uint32_t> indices;
+  for (const Triangle& triangle : mesh.triangles) {
+    indices.insert(indices.end(), triangle.begin(), triangle.end());
+  }
+  const float scale =
+      meshopt_simplifyScale(positions.data(), mesh.vertices.size(), 3 * sizeof(float));
+  for (const double share : {1.0, 0.3, 0.1}) {
+    std::vector<uint32_t> fewer(indices.size());
+    fewer.resize(meshopt_simplify(fewer.data(), indices.data(), indices.size(), positions.data(),
+                                  mesh.vertices.size(), 3 * sizeof(float), kFewestTriangles * 3,
+                                  static_cast<float>(share * error_m) / scale, 0, nullptr));
+    TriangleMesh result;
+    std::vector<uint32_t> place(mesh.vertices.size(), UINT32_MAX);
+    for (size_t i = 0; i + 2 < fewer.size(); i += 3) {
+      Triangle triangle;
+      for (size_t k = 0; k < 3; ++k) {
+        uint32_t& at = place[fewer[i + k]];
+        if (at == UINT32_MAX) {
+          at = static_cast<uint32_t>(result.vertices.size());
+          result.vertices.push_back(mesh.vertices[fewer[i + k]]);
+        }
+        triangle[k] = at;
+      }
+      result.triangles.push_back(triangle);
+    }
+    if (!result.triangles.empty() && find_mesh_defects(result).empty()) return result;
+  }
+  return mesh;
+}
+
+void measure(const TriangleMesh& mesh, const Wrapper& wrapper, Wrap& wrap) {
+  // Of the wrap, by its triangles' middles and corners.
+  double area = 0, closing = 0;
+  for (const auto& [ia, ib, ic] : wrap.mesh.triangles) {
+    const Vec3 &a = wrap.mesh.vertices[ia], &b = wrap.mesh.vertices[ib],
+               &c = wrap.mesh.vertices[ic];
+    const double own = (b - a).cross(c - a).norm() / 2;
+    const double distance = wrapper.distance((a + b + c) / 3);
+    wrap.distance_m = std::max(wrap.distance_m, distance);
+    area += own;
+    if (distance > wrap.cell_m) closing += own;
+  }
+  wrap.closing_share = area > 0 ? closing / area : 0;
+  // Of the triangles: by their middles, which the wrap is to hold or to pass.
+  const bool is_empty = wrap.mesh.triangles.empty();
+  const TriangleTree own_tree(is_empty ? mesh : wrap.mesh);
+  double total = 0, lost = 0;
+  for (const auto& [ia, ib, ic] : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[ia], &b = mesh.vertices[ib], &c = mesh.vertices[ic];
+    const double own = (b - a).cross(c - a).norm() / 2;
+    const Vec3 middle = (a + b + c) / 3;
+    total += own;
+    if (!is_empty && own_tree.distance(middle) <= wrap.cell_m) continue;
+    const Vec3 aside = wrap.cell_m * (b - a).cross(c - a).normalized();
+    if (!wrapper.encloses(middle + aside) && !wrapper.encloses(middle - aside)) lost += own;
+  }
+  wrap.lost_share = total > 0 ? lost / total : 0;
+}
+
+}  // namespace
+
+Wrap wrap_mesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const WrapOptions& options) {
+  Wrapper wrapper(mesh, sheets, options);
+  Wrap wrap;
+  wrap.cell_m = wrapper.cell();
+  const TriangleMesh surface = wrapper.surface();
+  if (!surface.triangles.empty()) wrap.mesh = simplified(surface, kSimplified * wrap.cell_m);
+  if (!mesh.triangles.empty()) measure(mesh, wrapper, wrap);
+  return wrap;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,210 @@
+#include "geometry/solid.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "geometry/inside_test.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh_import.h"
+#include "geometry/mesh_repair.h"
+#include "geometry/obj_writer.h"
+#include "geometry/surface_distance.h"
+#include "geometry/wrap.h"
+#include "support/dirty_meshes.h"
+#include "support/scratch_directory.h"
+
+namespace pilesim {
+namespace {
+
+using test::joined;
+using test::moved;
+using testing::HasSubstr;
+
+double volume(const TriangleMesh& mesh) { return mass_properties(mesh).volume_m3; }
+
+// Of both together, where they may cross.
+double volume_of_union(const TriangleMesh& a, const TriangleMesh& b) {
+  const InsideTest in_a(a), in_b(b);
+  Bounds box = a.bounds();
+  box.extend(b.bounds());
+  Philox random(1, Stream::test, 0);
+  // Of what b adds, by points in it: few points are enough as it is small.
+  Bounds small = b.bounds();
+  int added = 0;
+  constexpr int kPoints = 20000;
+  for (int i = 0; i < kPoints; ++i) {
+    const double x = random.uniform(), y = random.uniform(), z = random.uniform();
+    const Vec3 point = small.min() + small.sizes().cwiseProduct(Vec3(x, y, z));
+    added += in_b.contains(point) && !in_a.contains(point);
+  }
+  return volume(a) + small.volume() * added / kPoints;
+}
+
+std::string refusal(const TriangleMesh& mesh, const SolidOptions& options = {}) {
+  try {
+    make_solid(mesh, options);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    return error.what();
+  }
+  return "";
+}
+
+// A cup of one sheet, open above.
+TriangleMesh cup(double radius, double height, uint32_t sides = 32) {
+  TriangleMesh mesh;
+  for (uint32_t i = 0; i < sides; ++i) {
+    const double u = 2 * kPi * i / sides;
+    mesh.vertices.emplace_back(radius * std::cos(u), 0, radius * std::sin(u));
+    mesh.vertices.emplace_back(radius * std::cos(u), height, radius * std::sin(u));
+  }
+  mesh.vertices.emplace_back(0, 0, 0);
+  for (uint32_t i = 0; i < sides; ++i) {
+    const uint32_t a = 2 * i, b = 2 * ((i + 1) % sides);
+    mesh.triangles.push_back({a, a + 1, b});
+    mesh.triangles.push_back({b, a + 1, b + 1});
+    mesh.triangles.push_back({a, b, 2 * sides});
+  }
+  return mesh;
+}
+
+// Each clean mesh with each kind of dirt, in the units of watches and of ships.
+class DirtyMesh : public testing::TestWithParam<std::tuple<size_t, size_t>> {};
+
+TEST_P(DirtyMesh, BecomesASolidOfTheSameVolume) {
+  const auto [which, how] = GetParam();
+  const test::NamedMesh clean = test::clean_meshes()[which];
+  const test::Dirt dirt = test::kinds_of_dirt()[how];
+  const double scale = std::array{1.0, 1e-4, 1e3}[(which + how) % 3];
+  SCOPED_TRACE(clean.name + ", " + dirt.name + ", times " + std::to_string(scale));
+  Philox random(7, Stream::test, which, static_cast<uint32_t>(how));
+  const double expected =
+      dirt.adds ? volume_of_union(clean.mesh, dirt.adds(clean.mesh)) : volume(clean.mesh);
+
+  const test::ScratchDirectory scratch;
+  write_obj(dirt.make(clean.mesh, random), scratch / "dirty.obj");
+  const TriangleMesh mesh = import_mesh(scratch / "dirty.obj", scale);
+  const Solid solid = make_solid(mesh, {.cells = 64});
+  EXPECT_EQ(find_mesh_defects(solid.mesh).size(), 0u) << solid.note;
+  EXPECT_NEAR(volume(solid.mesh) / std::pow(scale, 3) / expected, 1, 0.02) << solid.note;
+  EXPECT_EQ(solid.note.empty(), solid.way == SolidWay::as_it_is);
+  EXPECT_LT(surface_distance(solid.mesh, mesh).mean_m, 0.01 * mesh.bounds().diagonal().norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(Corpus, DirtyMesh,
+                         testing::Combine(testing::Range<size_t>(0, 5),
+                                          testing::Range<size_t>(0, 12)));
+
+TEST(Repair, LeavesAProperMeshAlone) {
+  for (const test::NamedMesh& clean : test::clean_meshes()) {
+    const Repair repair = repair_mesh(clean.mesh);
+    EXPECT_TRUE(repair.done.empty()) << clean.name << ": " << repair.done.front();
+    EXPECT_EQ(mesh_hash(repair.mesh), mesh_hash(clean.mesh));
+  }
+}
+
+TEST(Repair, KeepsAHollowAndDropsAPieceInside) {
+  const TriangleMesh outer = sphere_mesh(1), inner = sphere_mesh(0.5);
+  const TriangleMesh hollow = joined(outer, test::turned_inside_out(inner));
+  EXPECT_TRUE(find_mesh_defects(hollow).empty());
+  EXPECT_NEAR(volume(repair_mesh(hollow).mesh), volume(outer) - volume(inner), 1e-9);
+  EXPECT_NEAR(volume(repair_mesh(joined(outer, inner)).mesh), volume(outer), 1e-9);
+  // And all of it turned.
+  const TriangleMesh turned = test::turned_inside_out(outer);
+  EXPECT_NEAR(volume(repair_mesh(turned).mesh), volume(outer), 1e-9);
+}
+
+TEST(Repair, SaysHowLargeTheHoleWas) {
+  TriangleMesh ball = sphere_mesh(1, 4);
+  ball.triangles.pop_back();
+  const Repair repair = repair_mesh(ball);
+  ASSERT_EQ(repair.done.size(), 1u);
+  EXPECT_THAT(repair.done[0], HasSubstr("1 hole closed, the largest 0.1"));
+  EXPECT_TRUE(find_mesh_defects(repair.mesh).empty());
+}
+
+TEST(Wrap, ConvergesToWhatTheMeshEncloses) {
+  const TriangleMesh ball = sphere_mesh(1, 5);
+  double last = 1;
+  for (const int cells : {32, 64, 128}) {
+    const Wrap wrap = wrap_mesh(ball, {}, {.cells = cells});
+    const double error = std::abs(volume(wrap.mesh) / volume(ball) - 1);
+    EXPECT_LT(error, last);
+    last = error;
+    EXPECT_LT(surface_distance(wrap.mesh, ball).hausdorff_m, wrap.cell_m);
+    EXPECT_TRUE(find_mesh_defects(wrap.mesh).empty());
+  }
+  EXPECT_LT(last, 3e-3);
+}
+
+TEST(Wrap, UnitesPartsThatCross) {
+  const TriangleMesh a = box_mesh({1, 1, 1}), b = moved(a, {.position = {0.5, 0.25, 0.125}});
+  const Solid solid = make_solid(joined(a, b), {.rule = SolidRule::wrap});
+  EXPECT_EQ(solid.way, SolidWay::wrapped);
+  EXPECT_NEAR(volume(solid.mesh), 2 - 0.5 * 0.75 * 0.875, 0.02);
+}
+
+TEST(Solid, AMugWithItsHandlePushedIntoItsBody) {
+  // Closed walls, and a bent bar whose ends end in them.
+  const TriangleMesh body = cylinder_mesh(0.04, 0.1, 64);
+  const TriangleMesh handle = moved(
+      test::torus_mesh(0.03, 0.005, 48, 16),
+      {.position = {0.045, 0, 0}, .orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitX()))});
+  const TriangleMesh mug = joined(body, handle);
+  const Solid solid = make_solid(mug, {});
+  EXPECT_EQ(solid.way, SolidWay::wrapped);
+  EXPECT_NEAR(volume(solid.mesh) / volume_of_union(body, handle), 1, 0.02);
+  EXPECT_THAT(solid.note, HasSubstr("wrapped with cells of"));
+}
+
+TEST(Solid, ASheetNeedsAThickness) {
+  TriangleMesh sheet;
+  for (int i = 0; i < 4; ++i)
+    sheet.vertices.emplace_back(i & 1 ? 0.3 : 0, 0.02 * (i == 3), i >> 1 ? 0.2 : 0);
+  sheet.triangles = {{0, 2, 1}, {1, 2, 3}};
+  EXPECT_THAT(refusal(sheet), HasSubstr("thickness_m"));
+  const Solid solid = make_solid(sheet, {.thickness_m = 0.01});
+  EXPECT_TRUE(find_mesh_defects(solid.mesh).empty());
+  // Its area times the thickness, and half a round all along its border.
+  const double body = 0.3 * 0.2 * 0.01, border = kPi / 2 * 0.005 * 0.005 * 2 * (0.3 + 0.2);
+  EXPECT_NEAR(volume(solid.mesh) / (body + border), 1, 0.03);
+  EXPECT_THAT(refusal(sheet, {.thickness_m = 1e-5}), HasSubstr("expected at least"));
+}
+
+TEST(Solid, ACupOfOneSheet) {
+  const TriangleMesh mesh = cup(0.04, 0.1);
+  EXPECT_THAT(refusal(mesh), HasSubstr("thickness_m"));
+  const double thickness = 0.004;
+  const Solid solid = make_solid(mesh, {.thickness_m = thickness});
+  const double area = 2 * kPi * 0.04 * 0.1 + kPi * 0.04 * 0.04;
+  EXPECT_NEAR(volume(solid.mesh) / (area * thickness), 1, 0.05);
+  EXPECT_FALSE(InsideTest(solid.mesh).contains({0, 0.05, 0}));
+}
+
+TEST(Solid, RulesSayWhatIsWanted) {
+  TriangleMesh open = box_mesh({1, 1, 1});
+  open.triangles.pop_back();
+  open.triangles.pop_back();
+  EXPECT_THAT(refusal(open, {.rule = SolidRule::exact}), HasSubstr("one triangle only"));
+  EXPECT_THAT(refusal(open), HasSubstr("open wide"));
+  const Solid hull = make_solid(open, {.rule = SolidRule::hull});
+  EXPECT_NEAR(volume(hull.mesh), 1, 1e-9);
+  EXPECT_THAT(hull.note, HasSubstr("its hull"));
+  const Solid wrap = make_solid(open, {.rule = SolidRule::wrap});
+  EXPECT_THAT(wrap.note, HasSubstr("closes openings"));
+  EXPECT_GT(volume(wrap.mesh), 0.5);
+  EXPECT_LT(volume(wrap.mesh), 1.05);
+  const Solid exact = make_solid(box_mesh({1, 1, 1}), {.rule = SolidRule::exact});
+  EXPECT_EQ(exact.way, SolidWay::as_it_is);
+}
+
+TEST(Solid, IsTheSameEachTime) {
+  const TriangleMesh crossing =
+      joined(sphere_mesh(1, 3), moved(sphere_mesh(0.7, 3), {.position = {0.8, 0.1, 0.2}}));
+  EXPECT_EQ(mesh_hash(make_solid(crossing, {.cells = 48}).mesh),
+            mesh_hash(make_solid(crossing, {.cells = 48}).mesh));
+}
+
+}  // namespace
+}  // namespace pilesim
