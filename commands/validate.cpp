@@ -1,8 +1,11 @@
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 
 #include "core/counted.h"
 #include "core/naming.h"
+#include "core/text.h"
 #include "model/model.h"
 #include "options.h"
 #include "print.h"
@@ -11,6 +14,47 @@
 #include "simulate/simulator.h"
 
 namespace pilesim {
+
+namespace {
+
+// "0.4 x 0.3 x 0.2 m, 120 bodies of 5.6 kg; ": of the shape with this index.
+std::string measures(const Model& model, size_t index) {
+  const ModelShape& shape = model.shapes[index];
+  if (shape.is_plane) return "";
+  const Vec3 sides = shape.mesh.bounds().sizes();
+  std::string text = with_digits(sides.x(), 3) + " x " + with_digits(sides.y(), 3) + " x " +
+                     with_digits(sides.z(), 3) + " m";
+  size_t count = 0;
+  double least_kg = std::numeric_limits<double>::infinity(), most_kg = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.shape != index) continue;
+    ++count;
+    least_kg = std::min(least_kg, body.mass_kg);
+    most_kg = std::max(most_kg, body.mass_kg);
+  }
+  if (count > 0) text += ", " + counted(count, "body", "bodies");
+  if (most_kg > 0) {
+    text += " of " + (least_kg < most_kg ? with_digits(least_kg, 3) + " to " : std::string()) +
+            with_digits(most_kg, 3) + " kg";
+  }
+  return text + "; ";
+}
+
+// Centimetres and millimetres that are taken for metres.
+void warn_of_units(const Scene& scene, const ModelShape& shape) {
+  constexpr double kLongest = 20, kShortest = 2e-3;  // m
+  const Shape& source = scene.shapes.at(shape.name);
+  const auto* mesh = std::get_if<MeshShape>(&source);
+  if (mesh == nullptr || mesh->size_m || mesh->scale != 1) return;
+  const double longest = shape.mesh.bounds().sizes().maxCoeff();
+  if (longest <= kLongest && longest >= kShortest) return;
+  warn(shape.name + " is " + with_digits(longest, 3) +
+       " m long: if its file is not in metres, give "
+       "its \"size_m\", or \"scale\": " +
+       (longest > kLongest ? "0.01 or 0.001" : "100 or 1000"));
+}
+
+}  // namespace
 
 void add_validate_command(CLI::App& app) {
   struct Options {
@@ -43,10 +87,11 @@ Examples:
     print_line(options->scene.file + ": valid; " + (model.guide_fill ? "at most " : "") +
                counted(model.bodies.size(), "body", "bodies") + " (" + std::to_string(dynamic) +
                " dynamic), " + counted(static_cast<uint64_t>(loaded.scene.frame_count()), "frame"));
-    for (const ModelShape& shape : model.shapes) {
-      if (!shape.collision_report.empty()) {
-        print_line("  " + shape.name + ": " + shape.collision_report);
-      }
+    for (size_t i = 0; i < model.shapes.size(); ++i) {
+      const ModelShape& shape = model.shapes[i];
+      if (shape.collision_report.empty()) continue;
+      print_line("  " + shape.name + ": " + measures(model, i) + shape.collision_report);
+      warn_of_units(loaded.scene, shape);
     }
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
   };

@@ -49,7 +49,7 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     const Json& source = sources.at(shape.name);
     stored.type = source.at("type");
     stored.file = source.value("file", "");
-    stored.scale = source.value("scale", 1.0);
+    stored.scale = shape.file_scale;
     stored.centre_of_mass = shape.origin_offset;
     stored.principal_axes = principal_inertia(shape.mass.inertia_m5).axes;
   }

@@ -38,6 +38,7 @@ struct ModelShape {
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
   std::filesystem::path signature_file;  // empty: none
+  double file_scale = 1;                 // metres per unit of the mesh file
   std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 

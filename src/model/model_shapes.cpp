@@ -255,10 +255,19 @@ ModelShape build_compound(const Scene& scene, const CompoundShape& compound, Mes
   return whole;
 }
 
+// Metres per unit of `file` that make its longest side `size_m` long.
+double scale_to(double size_m, const std::filesystem::path& file, MeshLibrary& meshes) {
+  return size_m / meshes.load(file, 1).bounds().sizes().maxCoeff();
+}
+
 ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
                             MeshLibrary& meshes) {
   try {
-    return MeshShapeBuilder(source, meshes.load(source.file, source.scale), pointer).build();
+    const double scale =
+        source.size_m ? scale_to(*source.size_m, source.file, meshes) : source.scale;
+    ModelShape shape = MeshShapeBuilder(source, meshes.load(source.file, scale), pointer).build();
+    shape.file_scale = scale;
+    return shape;
   } catch (const Error& error) {
     std::vector<Problem> problems = error.problems();
     for (Problem& problem : problems) {

@@ -34,8 +34,9 @@ enum class CollisionKind { hull, decomposition, spheres, sphere, mesh };
 enum class SolidKind { automatic, exact, wrap, hull };
 
 struct MeshShape {
-  std::filesystem::path file;  // absolute
-  double scale = 1;            // metres per unit of the file, > 0
+  std::filesystem::path file;    // absolute
+  double scale = 1;              // metres per unit of the file, > 0
+  std::optional<double> size_m;  // > 0: the longest side, in place of the scale
   CollisionKind collision = CollisionKind::hull;
   int hull_max_vertices = 64;                      // 4 .. 255: of the hull, or of each piece
   int decomposition_max_pieces = 32;               // 1 .. 256

@@ -36,12 +36,25 @@ Codec<SolidKind> solid_codec() {
                                  {"hull", SolidKind::hull}});
 }
 
+// Left out where the size says it.
+Field<Shape> scale_field() {
+  Field<Shape> field = pilesim::field<Shape>("scale", of(&MeshShape::scale), number(above(0)),
+                                             "Metres per unit of the file.");
+  field.write = [write = field.write](const Shape& shape) {
+    return std::get<MeshShape>(shape).size_m ? std::nullopt : write(shape);
+  };
+  return field;
+}
+
 Fields<Shape> mesh_fields() {
   using M = MeshShape;
   return {
       required_field<Shape>("file", of(&M::file), file_path(),
                             "Mesh file (obj, stl, ply, glb, ...), relative to the scene file."),
-      field<Shape>("scale", of(&M::scale), number(above(0)), "Metres per unit of the file."),
+      in_group("size", scale_field()),
+      in_group("size", optional_field<Shape>("size_m", of(&M::size_m), number(above(0)),
+                                             "How long its longest side is to be, in place of a "
+                                             "scale.")),
       field<Shape>("collision", of(&M::collision), collision_codec(),
                    "How it collides: as its convex hull, as a decomposition into convex pieces, as "
                    "fitted spheres, as one sphere of equal volume, or as the mesh itself (static "

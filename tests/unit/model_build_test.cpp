@@ -153,10 +153,20 @@ TEST_F(SceneModel, AnOpenMeshIsAnErrorThatNamesFileShapeAndRemedy) {
 }
 
 TEST_F(SceneModel, AnOpenMeshMayUseItsHull) {
-  const Model model =
-      build(R"("o": {"type": "mesh", "file": "open.obj", "solid": "hull"})");
+  const Model model = build(R"("o": {"type": "mesh", "file": "open.obj", "solid": "hull"})");
   EXPECT_NEAR(model.shapes[0].mass.volume_m3, 6, 1e-5);
   EXPECT_THAT(model.shapes[0].collision_report, HasSubstr("its hull, of"));
+}
+
+TEST_F(SceneModel, AMeshMayBeSizedByItsLongestSide) {
+  const Model model =
+      build(R"("o": {"type": "mesh", "file": "open.obj", "solid": "hull", "size_m": 0.25})");
+  EXPECT_NEAR(model.shapes[0].mesh.bounds().sizes().maxCoeff(), 0.25, 1e-6);
+  const Model unit = build(R"("o": {"type": "mesh", "file": "open.obj", "solid": "hull"})");
+  EXPECT_NEAR(model.shapes[0].file_scale, 0.25 / unit.shapes[0].mesh.bounds().sizes().maxCoeff(),
+              1e-6);
+  EXPECT_THAT(failure(R"("o": {"type": "mesh", "file": "open.obj", "size_m": 1, "scale": 2})"),
+              HasSubstr("stands beside"));
 }
 
 TEST_F(SceneModel, AnOpenMeshMayBeAStaticMesh) {
