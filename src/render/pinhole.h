@@ -11,11 +11,11 @@ namespace pilesim {
 // fy q.y / q.z + cy, in pixels from the middle of the upper left pixel: (0, 0) is that middle, and
 // the picture ends half a pixel further out.
 struct Pinhole {
-  int width = 0, height = 0;                               // pixels
-  double fx = 1, fy = 1;                                   // pixels
-  double cx = 0, cy = 0;                                   // pixels
+  int width = 0, height = 0;         // pixels
+  double fx = 1, fy = 1;             // pixels
+  double cx = 0, cy = 0;             // pixels
   Mat3 rotation = Mat3::Identity();  // world to camera
-  Vec3 translation = Vec3::Zero();                         // m
+  Vec3 translation = Vec3::Zero();   // m
 
   Vec3 eye() const { return -(rotation.transpose() * translation); }
   Vec3 in_camera(const Vec3& world) const { return rotation * world + translation; }

@@ -38,14 +38,22 @@ void View::shift(float x, float y) {
   offset += Eigen::Vector2f(x, y);
 }
 
+Vec3 above(const CameraKey& camera) {
+  const Vec3 forward = (camera.target - camera.position).normalized();
+  return std::abs(forward.y()) > 0.9999 ? Vec3(0, 0, -1) : Vec3(0, 1, 0);
+}
+
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m) {
   View view;
   view.eye = camera.position.cast<float>();
   view.forward = (camera.target - camera.position).normalized().cast<float>();
-  // Looking straight up or down, -z is up in the picture.
-  const Vec3f above = std::abs(view.forward.y()) > 0.9999f ? Vec3f(0, 0, -1) : Vec3f(0, 1, 0);
-  view.right = view.forward.cross(above).normalized();
+  view.right = view.forward.cross(above(camera).cast<float>()).normalized();
   view.up = view.right.cross(view.forward);
+  if (camera.roll != 0) {
+    const Eigen::AngleAxisf roll(static_cast<float>(camera.roll), view.forward);
+    view.right = roll * view.right;
+    view.up = roll * view.up;
+  }
   view.tan_half_height = static_cast<float>(std::tan(0.5 * camera.field_of_view));
   view.tan_half_width = view.tan_half_height * aspect;
   view.near_m = near_m;
@@ -64,15 +72,21 @@ View make_view(const CameraKey& camera, float aspect, float near_m, float far_m)
   clip_from_view(2, 3) = -2 * far_m * near_m / (far_m - near_m);
   clip_from_view(3, 2) = -1;
   view.clip_from_world = clip_from_view * view_from_world;
+  const auto [shift_right, shift_up] = camera.lens_shift;
+  if (shift_right != 0 || shift_up != 0) {
+    view.shift(static_cast<float>(-2 * shift_right), static_cast<float>(-2 * shift_up) * aspect);
+  }
 
   const auto plane = [&](const Vec3f& inward) {
     const Vec3f normal = inward.normalized();
     return Eigen::Vector4f(normal.x(), normal.y(), normal.z(), -normal.dot(view.eye));
   };
-  view.planes = {plane(view.tan_half_width * view.forward + view.right),
-                 plane(view.tan_half_width * view.forward - view.right),
-                 plane(view.tan_half_height * view.forward + view.up),
-                 plane(view.tan_half_height * view.forward - view.up), plane(view.forward)};
+  const Vec3f x = view.tan_half_width * view.forward;
+  const Vec3f y = view.tan_half_height * view.forward;
+  view.planes = {plane((1 + view.offset.x()) * x + view.right),
+                 plane((1 - view.offset.x()) * x - view.right),
+                 plane((1 + view.offset.y()) * y + view.up),
+                 plane((1 - view.offset.y()) * y - view.up), plane(view.forward)};
   view.planes[4].w() -= near_m;
   return view;
 }

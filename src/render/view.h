@@ -32,6 +32,8 @@ struct View {
   void shift(float x, float y);
 };
 
+// What is up in the picture but for the camera's roll: y, or -z where it looks straight up or down.
+Vec3 above(const CameraKey& camera);
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m);
 
 // The shadow map's frame: an orthographic box along the light.

@@ -10,9 +10,9 @@ CameraKey camera_at(const Camera& camera, double time_s) {
   const auto after = std::ranges::upper_bound(keys, time_s, {}, &CameraKey::time_s);
   if (after == keys.begin()) return keys.front();
   if (after == keys.end()) return keys.back();
-  const auto k = static_cast<size_t>(after - keys.begin());
-  const CameraKey& a = keys[k - 1];
-  const CameraKey& b = keys[k];
+  const auto next = static_cast<size_t>(after - keys.begin());
+  const CameraKey& a = keys[next - 1];
+  const CameraKey& b = keys[next];
   const double span = b.time_s - a.time_s;
   const double u = (time_s - a.time_s) / span;
 
@@ -26,13 +26,19 @@ CameraKey camera_at(const Camera& camera, double time_s) {
     };
     const double u2 = u * u;
     const double u3 = u2 * u;
-    return T((2 * u3 - 3 * u2 + 1) * value(a) + (u3 - 2 * u2 + u) * span * slope(k - 1) +
-             (3 * u2 - 2 * u3) * value(b) + (u3 - u2) * span * slope(k));
+    return T((2 * u3 - 3 * u2 + 1) * value(a) + (u3 - 2 * u2 + u) * span * slope(next - 1) +
+             (3 * u2 - 2 * u3) * value(b) + (u3 - u2) * span * slope(next));
   };
-  return {.time_s = time_s,
-          .position = blend([](const CameraKey& key) { return key.position; }),
-          .target = blend([](const CameraKey& key) { return key.target; }),
-          .field_of_view = blend([](const CameraKey& key) { return key.field_of_view; })};
+  CameraKey key = a;
+  key.time_s = time_s;
+  key.position = blend([](const CameraKey& k) { return k.position; });
+  key.target = blend([](const CameraKey& k) { return k.target; });
+  key.field_of_view = blend([](const CameraKey& k) { return k.field_of_view; });
+  key.roll = blend([](const CameraKey& k) { return k.roll; });
+  for (size_t i = 0; i < 2; ++i) {
+    key.lens_shift[i] = blend([i](const CameraKey& k) { return k.lens_shift[i]; });
+  }
+  return key;
 }
 
 }  // namespace pilesim

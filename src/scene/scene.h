@@ -279,10 +279,41 @@ struct CameraKey {
   Vec3 position = Vec3::Zero();        // m
   Vec3 target = Vec3::Zero();          // m
   double field_of_view = radians(35);  // vertical, (0, pi)
+  // What field_of_view comes from, where the scene says it so: of the lens, > 0, and of the sensor,
+  // as wide as the picture.
+  std::optional<double> focal_length_mm;
+  double sensor_width_mm = 36;
+  double roll = 0;  // clockwise about the optical axis, as seen from behind the camera
+  // How far the picture lies right and up of the optical axis, in widths of the picture.
+  std::array<double, 2> lens_shift = {0, 0};
 };
 // One key: a fixed camera. Several: cubic in between. None: the renderer frames the action.
 struct Camera {
   std::vector<CameraKey> keys;
+};
+
+// Around a point at one height, at a constant speed.
+struct CameraOrbit {
+  std::optional<Vec3> target;  // m; none: the middle of what lies there at the end
+  double distance_m = 1;       // > 0, from the target
+  double elevation = 0;        // above it, (-90, 90 degrees)
+  double azimuth = 0;          // at the start; 0 is +z, then towards +x
+  double period_s = 10;        // of a turn; negative: clockwise as seen from above
+};
+// Fixed views from everywhere on a part of a hemisphere, drawn by the scene's seed.
+struct RandomViews {
+  int count = 1;                                       // >= 1
+  std::optional<Vec3> target;                          // as of an orbit
+  std::array<double, 2> distance_m = {1, 1};           // from, to; > 0
+  std::array<double, 2> elevation = {0, radians(90)};  // from, to
+};
+// One of several cameras: exactly one of what follows the name says where it is.
+struct NamedCamera {
+  std::string name;
+  std::optional<Camera> path;
+  std::optional<CameraOrbit> orbit;
+  std::optional<RandomViews> random_views;
+  double field_of_view = radians(35);  // of an orbit and of random views
 };
 
 struct RenderSettings {
@@ -317,6 +348,7 @@ struct Scene {
   std::vector<Pile> piles;
   std::optional<Finish> finish;
   Camera camera;
+  std::vector<NamedCamera> cameras;  // others, for `render --camera`
   RenderSettings render;
 
   int frame_count() const;  // frames 0 (the start) .. frame_count() - 1
