@@ -21,6 +21,7 @@ enum class Stream : uint32_t {
   rest = 4,
   bootstrap = 9,
   batch = 20,
+  camera = 10,
   test = 100
 };
 

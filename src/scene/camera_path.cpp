@@ -31,6 +31,7 @@ CameraKey camera_at(const Camera& camera, double time_s) {
   };
   CameraKey key = a;
   key.time_s = time_s;
+  key.focal_length_mm.reset();  // keys may have different ones
   key.position = blend([](const CameraKey& k) { return k.position; });
   key.target = blend([](const CameraKey& k) { return k.target; });
   key.field_of_view = blend([](const CameraKey& k) { return k.field_of_view; });

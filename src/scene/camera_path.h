@@ -5,7 +5,8 @@
 
 namespace pilesim {
 
-// Cubic between keys, clamped outside. `camera` has at least one key.
+// Cubic Hermite between keys, with the slopes of their neighbours and at rest at both ends: place,
+// target, field of view, roll and lens shift each by itself. Clamped outside. `camera` has at least one key.
 CameraKey camera_at(const Camera& camera, double time_s);
 
 }  // namespace pilesim

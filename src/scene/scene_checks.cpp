@@ -1,6 +1,7 @@
 #include "scene/scene_checks.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <filesystem>
 #include <set>
@@ -79,7 +80,8 @@ class Checker {
     for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
     check_spheres_of_materials();
     check_counts();
-    check_camera(root_ / "camera");
+    check_camera(scene_.camera, root_ / "camera");
+    check_cameras(root_ / "cameras");
   }
 
  private:
@@ -333,18 +335,50 @@ class Checker {
     }
   }
 
-  void check_camera(const Path& path) {
-    const bool is_keyed = scene_.camera.keys.size() > 1;
+  void check_camera(const Camera& camera, const Path& path) {
+    const bool is_keyed = camera.keys.size() > 1;
     const Path keys = path / "keys";
-    for (size_t i = 0; i < scene_.camera.keys.size(); ++i) {
-      const CameraKey& key = scene_.camera.keys[i];
+    for (size_t i = 0; i < camera.keys.size(); ++i) {
+      const CameraKey& key = camera.keys[i];
       const Path keyed = keys / i;
       const Path& place = is_keyed ? keyed : path;
       if (log_.is_sound(path) && key.position == key.target) {
         log_.report(place, "has its position at its target", "two different points");
       }
     }
-    check_ascending(scene_.camera.keys, keys);
+    check_ascending(camera.keys, keys);
+  }
+
+  void check_cameras(const Path& path) {
+    std::set<std::string> names = {"camera", "all"};
+    for (size_t i = 0; i < scene_.cameras.size(); ++i) {
+      const NamedCamera& camera = scene_.cameras[i];
+      const Path place = path / i;
+      if (!log_.is_sound(place)) continue;
+      const auto is_plain = [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '_' || c == '-';
+      };
+      if (!std::ranges::all_of(camera.name, is_plain)) {
+        log_.report(place / "name", "is " + quoted(camera.name),
+                    "letters, digits, _ and -: a directory is called so");
+      } else if (!names.insert(camera.name).second) {
+        log_.report(place / "name", "is " + quoted(camera.name),
+                    "a name of its own; \"camera\" is the scene's own one, and \"all\" means all");
+      }
+      if (camera.path) {
+        check_camera(*camera.path, camera.path->keys.size() > 1 ? place : place / "view");
+      }
+      if (camera.random_views) check_ranges(*camera.random_views, place / "random_views");
+    }
+  }
+
+  void check_ranges(const RandomViews& views, const Path& path) {
+    const auto check = [&](const std::array<double, 2>& range, const char* key) {
+      if (range[0] <= range[1]) return;
+      log_.report(path / key, "begins above its end", "[least, most]");
+    };
+    check(views.distance_m, "distance_m");
+    check(views.elevation, "elevation_deg");
   }
 
   template <class Key>

@@ -157,13 +157,24 @@ Field<Scene> camera_field() {
   return field;
 }
 
+// Left out where there are none, as in scenes that are older than the key.
+Field<Scene> cameras_field() {
+  Field<Scene> field = pilesim::field<Scene>(
+      "cameras", &Scene::cameras, list(named_camera_codec()),
+      "Other cameras, for pilesim render --camera.");
+  field.write = [write = field.write](const Scene& scene) {
+    return scene.cameras.empty() ? std::nullopt : write(scene);
+  };
+  return field;
+}
+
 }  // namespace
 
 const Codec<Scene>& scene_codec() {
   static const Codec<Scene> codec =
       object<Scene>({.noun = "a scene",
                      .fields = Fields<Scene>{ignored_schema_field(), version_field()} +
-                               setting_fields() + content_fields() + Fields<Scene>{camera_field()},
+                               setting_fields() + content_fields() + Fields<Scene>{camera_field(), cameras_field()},
                      .finish = [](const Json&, const Path&, Scene& scene, ReadContext&) {
                        // Only here the index of a body is known.
                        for (size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -174,6 +185,7 @@ const Codec<Scene>& scene_codec() {
                          std::string& name = scene.emitters[i].name;
                          if (name.empty()) name = "emitter/" + std::to_string(i);
                        }
+                       apply_focal_lengths(scene);
                      }});
   return codec;
 }

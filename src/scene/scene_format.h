@@ -18,6 +18,9 @@ Codec<Body> body_codec();
 Codec<Emitter> emitter_codec();
 Codec<Event> event_codec();
 Codec<Camera> camera_codec();
+Codec<NamedCamera> named_camera_codec();
+// field_of_view of the keys that say a focal length.
+void apply_focal_lengths(Scene& scene);
 Codec<Guide> guide_codec();
 Codec<Pile> pile_codec();
 Codec<SimulatorSettings> simulator_codec();

@@ -117,39 +117,4 @@ Codec<Event> event_codec() {
        }});
 }
 
-Codec<Camera> camera_codec() {
-  using K = CameraKey;
-  const Codec<K> key = object<K>(
-      {.noun = "a camera key",
-       .fields = {
-           field<K>("time_s", &K::time_s, number(at_least(0)), "Time of a moving camera, s."),
-           required_field<K>("position", &K::position, vector3(), "Where the eye is, m."),
-           required_field<K>("target", &K::target, vector3(), "What it looks at, m."),
-           field<K>("field_of_view_deg", &K::field_of_view,
-                    angle_deg({.minimum = 0,
-                               .maximum = 180,
-                               .excludes_minimum = true,
-                               .excludes_maximum = true}),
-                    "Vertical field of view, degrees."),
-       }});
-  const Codec<Camera> keyed = object<Camera>(
-      {.noun = "a moving camera",
-       .fields = {required_field<Camera>("keys", &Camera::keys, list(key, 1),
-                                         "Where the camera is at ascending times; it moves "
-                                         "smoothly in between.")}});
-  Codec<Camera> codec;
-  codec.expected = key.expected;
-  codec.schema = {{"oneOf", Json::array({key.schema, keyed.schema})}};
-  codec.read = [key, keyed](const Json& json, const Path& path, Camera& camera,
-                            ReadContext& context) {
-    if (json.is_object() && json.contains("keys")) {
-      keyed.read(json, path, camera, context);
-    } else {
-      key.read(json, path, camera.keys.emplace_back(), context);
-    }
-  };
-  codec.write = keyed.write;
-  return codec;
-}
-
 }  // namespace pilesim

@@ -74,7 +74,7 @@ const std::map<std::string, std::vector<std::string>> kSections = {
     {"Piles", {"piles"}},
     {"Guide", {"guide"}},
     {"Finish", {"finish"}},
-    {"Simulator, camera, render", {"simulator", "camera", "render"}}};
+    {"Simulator, camera, render", {"simulator", "camera", "cameras", "render"}}};
 
 void expect_subset(const std::set<std::string>& keys, const std::set<std::string>& all,
                    const std::string& where) {
