@@ -17,7 +17,7 @@ packages=(
   libstb-dev fonts-dejavu-core
   libtbb-dev librandom123-dev libhwy-dev libxxhash-dev libzstd-dev
   libqhull-dev zlib1g-dev libmeshoptimizer-dev libcgal-dev
-  ffmpeg gnuplot-nox
+  libopenexr-dev ffmpeg gnuplot-nox
   libgtest-dev libgmock-dev python3 python3-zarr
 )
 

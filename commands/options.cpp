@@ -80,13 +80,14 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
 
 void check_picture_overrides(const std::vector<std::string>& overrides) {
   for (const std::string& argument : overrides) {
-    const bool has_effect = std::ranges::any_of(std::array{"/camera", "/render"}, [&](auto place) {
-      return argument.starts_with(std::string(place) + "/") ||
-             argument.starts_with(std::string(place) + "=");
-    });
+    const bool has_effect =
+        std::ranges::any_of(std::array{"/camera", "/cameras", "/render"}, [&](auto place) {
+          return argument.starts_with(std::string(place) + "/") ||
+                 argument.starts_with(std::string(place) + "=");
+        });
     if (has_effect) continue;
     throw CLI::ValidationError("--set", "'" + argument + "' has no effect on pictures; expected " +
-                                            "/camera or /render, or a value in them");
+                                            "/camera, /cameras or /render, or a value in them");
   }
 }
 

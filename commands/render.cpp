@@ -7,9 +7,12 @@
 #include "core/counted.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "dataset_options.h"
 #include "frame_range.h"
 #include "options.h"
 #include "print.h"
+#include "render/cameras.h"
+#include "render/dataset/dataset_job.h"
 #include "render/render_job.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
@@ -20,9 +23,10 @@ namespace {
 
 struct RenderArguments {
   std::string input;
-  std::optional<std::string> output, compare_with;
+  std::optional<std::string> output, compare_with, camera;
   std::optional<OverlayKind> overlay;
   Overrides overrides;
+  DatasetOptions dataset;
   FrameRange frames;
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
@@ -51,6 +55,48 @@ std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
   return beside;
 }
 
+// What one camera shows; without a camera yet.
+struct CameraWork {
+  RenderJob pictures;
+  DatasetJob dataset;
+
+  void set_camera(const Camera& camera) { pictures.camera = dataset.camera = camera; }
+};
+
+CameraWork work_of(const RenderArguments& options, const Scene& scene,
+                   const std::vector<uint64_t>& frames, const std::filesystem::path& output) {
+  CameraWork work{.pictures = {.output = output,
+                               .frames = frames,
+                               .sheet = options.sheet,
+                               .settings = scene.render,
+                               .labels = {directory_name(options.input),
+                                          directory_name(options.compare_with.value_or(""))},
+                               .video = !options.no_video,
+                               .force = options.run.force,
+                               .resume = options.resume},
+                  .dataset = {.output = output,
+                              .frames = frames,
+                              .size = scene.render.size,
+                              .passes = options.dataset.passes,
+                              .coco = options.dataset.coco}};
+  if (options.overlay) {
+    work.pictures.overlay = options.overlay;
+    work.pictures.overlay_source = options.input;
+  }
+  return work;
+}
+
+void draw(TrajectoryReader& trajectory, const RenderArguments& options, const CameraWork& work) {
+  const ProgressMode mode = options.run.quiet ? ProgressMode::none : options.run.progress;
+  const RenderSummary summary = run_render(trajectory, work.pictures, mode);
+  if (options.dataset.any()) run_dataset(trajectory, work.dataset, mode);
+  if (options.run.quiet) return;
+  const std::string kept =
+      summary.kept > 0 ? " (" + std::to_string(summary.kept) + " of them drawn before)" : "";
+  print("%s: %s%s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
+        kept.c_str(), summary.wall_s);
+}
+
 void render(const RenderArguments& options) {
   check_picture_overrides(options.overrides.texts);
   TrajectoryReader trajectory(options.input);
@@ -59,31 +105,31 @@ void render(const RenderArguments& options) {
       parse_scene(trajectory.header().resolved_scene,
                   std::filesystem::path(options.input) / "trajectory.zarr", options.overrides.texts)
           .scene;
-  RenderJob job{
-      .output = options.output.value_or(options.input),
-      .frames = selected_frames(options.frames,
-                                beside ? std::min(trajectory.frame_count(), beside->frame_count())
-                                       : trajectory.frame_count()),
-      .sheet = options.sheet,
-      .settings = scene.render,
-      .camera = scene.camera,
-      .beside = beside.get(),
-      .labels = {directory_name(options.input), directory_name(options.compare_with.value_or(""))},
-      .video = !options.no_video,
-      .force = options.run.force,
-      .resume = options.resume};
-
-  if (options.overlay) {
-    job.overlay = options.overlay;
-    job.overlay_source = options.input;
+  const std::vector<uint64_t> frames = selected_frames(
+      options.frames, beside ? std::min(trajectory.frame_count(), beside->frame_count())
+                             : trajectory.frame_count());
+  const std::filesystem::path output = options.output.value_or(options.input);
+  std::vector<CameraWork> work;
+  if (options.camera) {
+    for (const ChosenCamera& chosen : choose_cameras(trajectory, scene, *options.camera)) {
+      work.push_back(work_of(options, scene, frames, output / "cameras" / chosen.name));
+      work.back().set_camera(chosen.camera);
+    }
+  } else {
+    work.push_back(work_of(options, scene, frames, output));
   }
-  const RenderSummary summary =
-      run_render(trajectory, job, options.run.quiet ? ProgressMode::none : options.run.progress);
-  if (options.run.quiet) return;
-  const std::string kept =
-      summary.kept > 0 ? " (" + std::to_string(summary.kept) + " of them drawn before)" : "";
-  print("%s: %s%s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
-        kept.c_str(), summary.wall_s);
+  for (size_t i = 0; i < work.size(); ++i) {
+    work[i].pictures.beside = beside.get();
+    if (options.dataset.bop) {
+      work[i].dataset.bop = output / "bop";
+      work[i].dataset.bop_scene = static_cast<int>(i);
+    }
+    check_render(work[i].pictures);
+    claim_dataset(work[i].dataset, options.run.force || options.resume);
+  }
+  // Which reads the trajectory: only now, when nothing is refused.
+  if (!options.camera) work.front().set_camera(main_camera(trajectory, scene));
+  for (const CameraWork& each : work) draw(trajectory, options, each);
 }
 
 }  // namespace
@@ -149,6 +195,16 @@ void add_render_command(CLI::App& app) {
               "Draw one picture of evenly spaced frames, sheet.png, and nothing else; at most " +
                   std::to_string(kMostSheetPixels) + " pixels")
           ->type_name("COLUMNSxROWS");
+  command
+      ->add_option(
+          "--camera", options->camera,
+          "One of the scene's cameras by its name, \"camera\" for the one without, or all: "
+          "each into cameras/NAME/ of the output")
+      ->type_name("NAME")
+      ->check(named(), "");
+  for (CLI::Option* option : add_dataset_options(*command, options->dataset)) {
+    option->excludes(sheet)->excludes(command->get_option("--compare-with"));
+  }
   command->add_flag("--no-video", options->no_video, "Write the PNG frames only; needs no ffmpeg")
       ->excludes(sheet);
   add_override_option(*command, options->overrides,
@@ -166,6 +222,8 @@ Examples:
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
+  pilesim render out/crate --passes depth,ids,normals --annotations coco,bop -o out/dataset
+  pilesim render out/crate --camera all -o out/views
   pilesim render out/statistical --compare-with out/impulse -o out/both
   pilesim render out/crate --set '/camera={"position": [3, 2, 4], "target": [0, 0.5, 0]}')");
   command->callback(

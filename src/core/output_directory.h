@@ -14,11 +14,27 @@ inline constexpr std::string_view kSheetFile = "sheet.png";
 inline constexpr std::string_view kVideoFile = "video.mp4";
 inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
 inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
+inline constexpr std::string_view kCamerasFile = "cameras.json";
+inline constexpr std::string_view kCocoFile = "coco.json";
 // All that `pilesim simulate` replaces: what it writes, and pictures, which show another run then.
-inline constexpr std::string_view kSimulationEntries[] = {
-    "trajectory.zarr", "timing.csv", "checkpoint.bin",     "report.json",    "report.html",
-    "piles.json",      "guide.json", "finishing.zarr",     "simulated.zarr", kFrameFiles,
-    kVideoFile,        kSheetFile,   kRenderCheckpointFile};
+inline constexpr std::string_view kSimulationEntries[] = {"trajectory.zarr",
+                                                          "timing.csv",
+                                                          "checkpoint.bin",
+                                                          "report.json",
+                                                          "report.html",
+                                                          "piles.json",
+                                                          "guide.json",
+                                                          "finishing.zarr",
+                                                          "simulated.zarr",
+                                                          kFrameFiles,
+                                                          kVideoFile,
+                                                          kSheetFile,
+                                                          kRenderCheckpointFile,
+                                                          kCamerasFile,
+                                                          kCocoFile,
+                                                          "passes",
+                                                          "bop",
+                                                          "cameras"};
 
 // The entries of `directory` with a name of `own`, ordered. Touches nothing. Throws Error(usage)
 // where `directory` is empty text or "-", or where there is such an entry and `force` is false (the

@@ -1,6 +1,8 @@
 #include "render/pinhole.h"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
 #include "render/view.h"
 
@@ -20,6 +22,16 @@ Pinhole make_pinhole(const CameraKey& camera, int width, int height) {
   pinhole.rotation.row(2) = forward.transpose();
   pinhole.translation = -(pinhole.rotation * camera.position);
   return pinhole;
+}
+
+double depth_unit_mm(const CameraKey& camera) {
+  const double reach_mm = 4000 * (camera.target - camera.position).norm();
+  const double finest = reach_mm / std::numeric_limits<uint16_t>::max();
+  const double decade = std::pow(10, std::floor(std::log10(finest)));
+  for (const double step : {1, 2, 5}) {
+    if (step * decade >= finest) return step * decade;
+  }
+  return 10 * decade;
 }
 
 }  // namespace pilesim

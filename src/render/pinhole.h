@@ -30,4 +30,8 @@ struct Pinhole {
 // What a camera of the scene sees in a picture of width x height pixels; pixels are square.
 Pinhole make_pinhole(const CameraKey& camera, int width, int height);
 
+// For depth in 16 bits: 1, 2 or 5 times a power of ten of a millimetre, the finest that reaches
+// four times as far as from the camera to what it looks at.
+double depth_unit_mm(const CameraKey& camera);
+
 }  // namespace pilesim

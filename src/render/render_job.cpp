@@ -19,6 +19,7 @@
 #include "core/interrupt.h"
 #include "core/naming.h"
 #include "core/output_directory.h"
+#include "render/cameras.h"
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
@@ -27,12 +28,6 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path frame_file(const fs::path& output, uint64_t frame) {
-  char name[48];
-  std::snprintf(name, sizeof name, "frame.%04llu.png", static_cast<unsigned long long>(frame));
-  return output / "frames" / name;
-}
 
 std::string time_label(double time_s) {
   char label[32];
@@ -119,12 +114,7 @@ class PictureSink {
 // Pictures of the trajectory, or of two side by side.
 class Painter {
  public:
-  Painter(TrajectoryReader& trajectory, const RenderJob& job)
-      : trajectory_(trajectory), job_(job), camera_(job.camera) {
-    const auto [width, height] = job.settings.size;
-    if (camera_.keys.empty()) {
-      camera_.keys.push_back(frame_action(trajectory, static_cast<double>(width) / height));
-    }
+  Painter(TrajectoryReader& trajectory, const RenderJob& job) : trajectory_(trajectory), job_(job) {
     if (job.overlay) overlay_ = make_overlay(*job.overlay, job.overlay_source);
     renderer_.emplace(trajectory.header(), job.settings,
                       job.overlay ? colours_of(*job.overlay) : BodyColours::own);
@@ -136,7 +126,7 @@ class Painter {
   }
   // On a sheet, pictures bear the time.
   Image draw(uint64_t frame, bool on_sheet) {
-    const CameraKey camera = camera_at(camera_, time_s(frame));
+    const CameraKey camera = camera_at(job_.camera, time_s(frame));
     trajectory_.read(frame, frame_);
     Image picture = renderer_->draw(frame_, camera);
     if (overlay_) overlay_->draw(frame, frame_, camera, picture);
@@ -150,7 +140,6 @@ class Painter {
  private:
   TrajectoryReader& trajectory_;
   const RenderJob& job_;
-  Camera camera_;
   std::optional<SceneRenderer> renderer_, renderer_beside_;
   std::unique_ptr<Overlay> overlay_;
   TrajectoryFrame frame_;
@@ -193,7 +182,7 @@ CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   work(job.beside != nullptr);
   if (job.beside != nullptr) add_trajectory(*job.beside);
   for (const CameraKey& key : job.camera.keys) {
-    work(key.time_s, key.position, key.target, key.field_of_view);
+    work(key.time_s, key.position, key.target, key.field_of_view, key.roll, key.lens_shift);
   }
   work(job.frames, job.settings.size, job.settings.samples, job.settings.analysis,
        job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video);
@@ -295,6 +284,8 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
                             ProgressMode mode) {
   const auto video = start_video(job, frame_rate);
   make_output_directory(job.output / "frames");
+  write_cameras_file(job.output / kCamerasFile, job.camera, job.frames, frame_rate,
+                     job.settings.size);
   Progress progress(mode, "render", job.frames.size(), "frames");
   RenderSummary summary;
   summary.kept = done.done();
@@ -349,15 +340,30 @@ void check_sizes(const RenderJob& job) {
   }
 }
 
+std::vector<fs::path> claim_pictures(const RenderJob& job) {
+  std::vector<std::string_view> own = {kFrameFiles};
+  if (job.video) own.push_back(kVideoFile);
+  if (job.sheet) own = {kSheetFile};
+  return claim_output(job.output, own, job.force || job.resume);
+}
+
 }  // namespace
+
+fs::path frame_file(const fs::path& output, uint64_t frame) {
+  char name[48];
+  std::snprintf(name, sizeof name, "frame.%04llu.png", static_cast<unsigned long long>(frame));
+  return output / "frames" / name;
+}
+
+void check_render(const RenderJob& job) {
+  check_sizes(job);
+  claim_pictures(job);
+}
 
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode mode) {
   const Stopwatch watch;
   check_sizes(job);
-  std::vector<std::string_view> own = {kFrameFiles};
-  if (job.video) own.push_back(kVideoFile);
-  if (job.sheet) own = {kSheetFile};
-  const std::vector<fs::path> before = claim_output(job.output, own, job.force || job.resume);
+  const std::vector<fs::path> before = claim_pictures(job);
   std::optional<RenderProgress> done;
   if (!job.sheet) done.emplace(trajectory, job, !before.empty());
 

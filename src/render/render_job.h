@@ -25,7 +25,7 @@ struct RenderJob {
   std::vector<uint64_t> frames;             // of the trajectory, ascending and evenly spaced
   std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
   RenderSettings settings;
-  Camera camera;  // without keys: frame_action()
+  Camera camera;  // with keys: cameras.h
   // Drawn over the pictures, from the files in `overlay_source`. Not `beside`.
   std::optional<OverlayKind> overlay;
   std::filesystem::path overlay_source;  // directory
@@ -40,6 +40,9 @@ struct RenderJob {
   bool resume = false;
 };
 
+// Of the picture of a frame below the output directory.
+std::filesystem::path frame_file(const std::filesystem::path& output, uint64_t frame);
+
 struct RenderSummary {
   std::string result;  // what to look at: the video, the frames or the sheet
   size_t frames = 0;
@@ -48,14 +51,16 @@ struct RenderSummary {
 };
 
 // Writes frames/frame.####.png, numbered as in the trajectory, and video.mp4, which plays at the
-// trajectory's speed whatever frames are left out. Error(usage) for sheets and videos that are too
-// large. Drawing, PNG compression and video encoding
-// overlap. Pictures that exist are refused (Error usage) first of all without `force`; with it each
-// stays until a new one takes its place, and what is left of them at the end is removed. Takes over
-// SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far and throws
-// Error(interrupted). render_checkpoint.bin says how many frames are done, for
-// `resume`; Error(input) where it is of other work, Error(usage) where there is none beside
-// pictures.
+// trajectory's speed whatever frames are left out; cameras.json says where each is seen from.
+// Error(usage) for sheets and videos that are too large. Drawing, PNG compression and video
+// encoding overlap. Pictures that exist are refused (Error usage) first of all without `force`;
+// with it each stays until a new one takes its place, and what is left of them at the end is
+// removed. Takes over SIGINT, SIGTERM and SIGHUP: Ctrl-C finishes the video with the frames so far
+// and throws Error(interrupted). render_checkpoint.bin says how many frames are done, for `resume`;
+// Error(input) where it is of other work, Error(usage) where there is none beside pictures.
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
+
+// What run_render() would refuse, before any work of it: sizes, and pictures that are there.
+void check_render(const RenderJob& job);
 
 }  // namespace pilesim

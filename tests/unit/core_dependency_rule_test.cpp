@@ -47,6 +47,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"finish", {"core", "geometry", "scene", "model", "simulate", "simulate/exact", "trajectory"}},
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
+    {"render/dataset", {"core", "json", "scene", "trajectory", "render"}},
     {"export", {"core", "scene", "trajectory", "render"}},
     {"batch", {"core", "json", "scene"}},
     {"job",
@@ -99,10 +100,12 @@ TEST(DependencyRule, HasNoCycle) {
   EXPECT_THAT(left, testing::IsEmpty());
 }
 
-// Bullet's types stay inside its engine's folder, OSMesa's inside the GL context's file.
+// Bullet's types stay inside its engine's folder, OSMesa's inside the GL context's file, OpenEXR's
+// inside its own.
 TEST(DependencyRule, LibrariesStayBehindTheirInterface) {
   const std::regex bullet(R"(#include <(bt|Bullet|LinearMath)[^>]*>)");
   const std::regex osmesa(R"(#include <GL/osmesa\.h>)");
+  const std::regex open_exr(R"(#include <(OpenEXR|Imath)/)");
   for (const auto& entry : fs::recursive_directory_iterator(fs::path(PILESIM_SOURCE_DIR) / "src")) {
     if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
     std::ifstream stream(entry.path());
@@ -112,6 +115,9 @@ TEST(DependencyRule, LibrariesStayBehindTheirInterface) {
       }
       if (std::regex_search(line, osmesa)) {
         EXPECT_EQ(entry.path().filename(), "gl_context.cpp") << entry.path();
+      }
+      if (std::regex_search(line, open_exr)) {
+        EXPECT_EQ(entry.path().filename(), "exr.cpp") << entry.path();
       }
     }
   }
