@@ -183,11 +183,21 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
   return false;
 }
 
-[[noreturn]] void rethrow_with_what_is_safe(const Error& error, const std::filesystem::path& output,
-                                            uint64_t frames) {
+// As it is found there: what went wrong may be that it was taken away.
+std::string what_is_safe(const std::filesystem::path& output) {
+  try {
+    const uint64_t frames = TrajectoryReader(output).frame_count();
+    return "holds " + counted(frames, "complete frame") + " and is valid";
+  } catch (const Error&) {
+    return "is there no more, or no longer whole";
+  }
+}
+
+[[noreturn]] void rethrow_with_what_is_safe(const Error& error,
+                                            const std::filesystem::path& output) {
   std::vector<Problem> problems = error.problems();
-  problems.push_back({.file = (output / "trajectory.zarr").string(),
-                      .found = "holds " + counted(frames, "complete frame") + " and is valid"});
+  problems.push_back(
+      {.file = (output / "trajectory.zarr").string(), .found = what_is_safe(output)});
   throw Error(error.kind(), std::move(problems));
 }
 
@@ -277,7 +287,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     report.interrupted =
         simulate_frames(scene, model, job.inspect_every, *simulator, recorder, progress);
   } catch (const Error& error) {
-    rethrow_with_what_is_safe(in_file(error, scene_file), job.output, recorder.frames_on_disk());
+    rethrow_with_what_is_safe(in_file(error, scene_file), job.output);
   }
   std::optional<FinishedPile> finished;
   if (scene.finish && !report.interrupted) {

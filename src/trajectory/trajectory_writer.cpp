@@ -182,6 +182,9 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
   if (fs::exists(directory, fault)) {
     throw io_error(directory.string(), "cannot be created", EEXIST);
   }
+  const fs::path parent = fs::absolute(directory).parent_path();
+  fs::create_directories(parent, fault);
+  if (fault) throw io_error(parent.string(), "cannot be created", fault.value());
   write_header(directory, header);
   create_zarr_array(state_->state, {"frame", "body"}, kMeaningOfBodyFlags);
   create_zarr_array(state_->orientation, {"frame", "body", "wxyz"},

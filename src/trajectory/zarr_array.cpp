@@ -64,9 +64,10 @@ ordered_json metadata(const ZarrArray& array) {
   return json;
 }
 
+// Its parent is there: one that was removed meanwhile is not made anew, without what else it held.
 void make_directory(const fs::path& directory) {
   std::error_code fault;
-  fs::create_directories(directory, fault);
+  fs::create_directory(directory, fault);
   if (fault) throw io_error(directory.string(), "cannot be created", fault.value());
 }
 

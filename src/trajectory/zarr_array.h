@@ -36,10 +36,10 @@ struct ZarrArray {
 
 // A JSON file of the store. In ASCII, which is all that Debian's python3-zarr reads.
 void write_zarr_json(const std::filesystem::path& file, const nlohmann::ordered_json& json);
-// Makes `directory` a group.
+// Makes `directory`, whose parent is there, a group.
 void create_zarr_group(const std::filesystem::path& directory);
-// Makes the directory of `array` and describes it: `dimensions` are the names of its axes, which
-// xarray takes from the attributes; `meaning` is for people.
+// Makes the directory of `array`, whose parent is there, and describes it: `dimensions` are the
+// names of its axes, which xarray takes from the attributes; `meaning` is for people.
 void create_zarr_array(const ZarrArray& array, const std::vector<std::string>& dimensions,
                        const std::string& meaning);
 // `rows`: at most a chunk of them, the rest is filled with zeros.

@@ -4,6 +4,7 @@ import copy
 import json
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -100,6 +101,14 @@ class CommandTest(unittest.TestCase):
             change(scene)
         (self.dir / name).write_text(json.dumps(scene, indent=2))
         return name
+
+
+def stop(pid):
+    """Returns when all its threads stand: until then they go on, and take other signals first."""
+    os.kill(pid, signal.SIGSTOP)
+    threads = list(Path(f"/proc/{pid}/task").iterdir())
+    while any("State:\tT" not in (thread / "status").read_text() for thread in threads):
+        time.sleep(0.001)
 
 
 def tree_bytes(directory):

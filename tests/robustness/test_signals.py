@@ -22,14 +22,6 @@ def long_scene(scene):
     scene["simulator"] = {"sleeping": False}
 
 
-def stop(pid):
-    """Returns when all its threads stand: until then they take other signals first."""
-    os.kill(pid, signal.SIGSTOP)
-    threads = list(Path(f"/proc/{pid}/task").iterdir())
-    while any("State:\tT" not in (thread / "status").read_text() for thread in threads):
-        time.sleep(0.001)
-
-
 def children(pid):
     return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 

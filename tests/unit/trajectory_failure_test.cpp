@@ -11,6 +11,7 @@
 #include "core/atomic_file.h"
 #include "core/subprocess.h"
 #include "support/scratch_directory.h"
+#include "trajectory/trajectory_layout.h"
 #include "trajectory/zarr_array.h"
 
 namespace pilesim {
@@ -79,6 +80,20 @@ TEST(TrajectoryFailure, UnwritableDirectoryIsAnIoError) {
   EXPECT_THAT(
       error_text([] { TrajectoryWriter("/proc/trajectory.zarr", make_header(1)); }, ErrorKind::io),
       HasSubstr("/proc/trajectory.zarr"));
+}
+
+// A run would go on into a store that has lost what was written before.
+TEST(TrajectoryFailure, WhatWasRemovedIsNotMadeAnewByHalf) {
+  const test::ScratchDirectory directory;
+  const fs::path gone = directory / "gone";
+  const auto group = [&] { create_zarr_group(gone / "shapes"); };
+  const auto array = [&] {
+    create_zarr_array({.directory = gone / "state", .layout = trajectory_layout::state(1)},
+                      {"frame", "body"}, "");
+  };
+  EXPECT_THAT(error_text(group, ErrorKind::io), HasSubstr("cannot be created: No such file"));
+  EXPECT_THAT(error_text(array, ErrorKind::io), HasSubstr("cannot be created: No such file"));
+  EXPECT_FALSE(fs::exists(gone));
 }
 
 // Writes frames one by one until it is killed; tells when it begins and of each frame.
