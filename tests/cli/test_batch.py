@@ -5,9 +5,10 @@ import os
 import random
 import signal
 import subprocess
+import sys
 import unittest
 
-from support import PILESIM, CommandTest
+from support import PILESIM, SOURCE, CommandTest
 
 SCENE = {
     "version": 1, "duration_s": 0.5, "frame_rate": 20, "materials": {"wood": {}},
@@ -107,6 +108,37 @@ class BatchTest(CommandTest):
                        stdout=subprocess.DEVNULL)
         subprocess.run(["sh", self.dir / "out/slurm/collect.sh"], check=True, stdout=subprocess.DEVNULL)
         self.assertEqual((self.dir / "out/index.jsonl").read_text().count('"done"'), 12)
+
+    def test_training_code_reads_it(self):
+        sys.path.insert(0, str(SOURCE / "python"))
+        import numpy
+        import pilesim_batch
+
+        self.write("plan.json", PLAN | {"count": 1, "steps": [
+            ["simulate"], ["render", "--frames", "9", "--no-video", "--passes", "depth,ids"],
+            ["export", "-o", "pile.npz"]]})
+        self.assertEqual(self.run_pilesim("batch", "plan.json", "-o", "out", "-q").returncode, 0)
+        batch = pilesim_batch.Batch(self.dir / "out")
+        pictures = pilesim_batch.Pictures(batch)
+        self.assertEqual((len(batch), len(batch.done()), len(pictures)), (2, 2, 2))
+        sample = pictures[1]
+        self.assertEqual((sample["job"], sample["frame"]), ("0000001", 9))
+        self.assertEqual(sample["image"].shape, (24, 32, 3))
+        self.assertEqual(sample["image"].dtype, numpy.uint8)
+        # A body is where its camera and its pose say.
+        poses = batch[1].poses()
+        self.assertEqual(int(sample["ids"].max()), poses["position"].shape[1])
+        seen = 0
+        for body, place in enumerate(poses["position"][9]):
+            q = sample["R"] @ place + sample["t"]
+            column, row = (sample["K"] @ (q / q[2]))[:2].round().astype(int)
+            if 0 <= column < 32 and 0 <= row < 24 and sample["ids"][row, column] == body + 1 and body > 0:
+                seen += 1
+                self.assertLess(abs(sample["depth"][row, column] - q[2]), 0.08)
+        self.assertGreater(seen, 0)
+        # Decoded here as Pillow would.
+        filtered = (self.dir / "out/jobs/0000/0000001/run/frames/frame.0009.png").read_bytes()
+        numpy.testing.assert_array_equal(pilesim_batch._decode_png(filtered)[..., :3], sample["image"])
 
 
 if __name__ == "__main__":
