@@ -19,6 +19,7 @@ namespace {
 struct ExportArguments {
   std::string input, output;
   FrameRange frames;
+  std::string option = "--frames";  // that gave them
   uint64_t every = 1;
   std::vector<std::string> only;
   std::optional<ExportForm> form;
@@ -37,11 +38,13 @@ std::string size_text(uint64_t bytes) {
   return text;
 }
 
-std::vector<uint64_t> chosen_frames(const ExportArguments& options, uint64_t count) {
+std::vector<uint64_t> chosen_frames(const ExportArguments& options,
+                                    const TrajectoryReader& trajectory) {
+  const uint64_t count = trajectory.frame_count();
   FrameRange range = options.frames;
   // Steps of steps; beyond the last frame they are all the same.
   range.step = std::min(range.step, count) * options.every;
-  return selected_frames(range, count);
+  return selected_frames(range, count, trajectory.header().frame_rate, options.option);
 }
 
 void run_export_command(const ExportArguments& options) {
@@ -51,7 +54,7 @@ void run_export_command(const ExportArguments& options) {
                                   std::filesystem::path(options.input) / "trajectory.zarr")
                           .scene;
   ExportJob job{.output = options.output,
-                .choice = {.frames = chosen_frames(options, trajectory.frame_count()),
+                .choice = {.frames = chosen_frames(options, trajectory),
                            .only = options.only,
                            .camera = scene.camera},
                 .form = options.form,
@@ -93,17 +96,22 @@ void add_export_command(CLI::App& app) {
           ->add_option_function<std::string>(
               "--frames",
               [options](const std::string& text) { options->frames = parse_frame_range(text); },
-              "Frames to take: 7, 10-90, 10- or 10-90x2 (default: all)")
+              std::string("Frames to take: ") + kFramesHelp + " (default: all)")
           ->type_name("FIRST-LASTxSTEP");
   CLI::Option* every = add_whole_number(
       *command, "--every", {1, 1'000'000}, [options](uint64_t n) { options->every = n; },
       "Take every N-th of them only; it plays at the same speed");
-  every->excludes(
-      add_whole_number(
-          *command, "--frame", {},
-          [options](uint64_t frame) { options->frames = {.first = frame, .last = frame}; },
-          "Take one frame")
-          ->excludes(frames));
+  every->excludes(command
+                      ->add_option_function<std::string>(
+                          "--frame",
+                          [options](const std::string& text) {
+                            const FramePoint point = parse_frame_point(text, "--frame");
+                            options->frames = {.first = point, .last = point};
+                            options->option = "--frame";
+                          },
+                          "Take one frame: 7, last, -2 or 2.5s")
+                      ->type_name("FRAME")
+                      ->excludes(frames));
   command
       ->add_option("--only", options->only,
                    "Bodies of these names only; * and ? stand for what you like: 'rabbits/*' "
@@ -122,7 +130,7 @@ void add_export_command(CLI::App& app) {
 Examples:
   pilesim export out/crate -o crate.usda
   pilesim export out/crate -o crate.glb --every 2
-  pilesim export out/crate -o last.glb --frame 119
+  pilesim export out/crate -o last.glb --frame last
   pilesim export out/crate -o crate.py && blender --python crate.py
   pilesim export out/crate -o rabbits.csv --only 'rabbits/*' --frames 30-90)");
   command->callback([options] { run_export_command(*options); });

@@ -106,8 +106,9 @@ void render(const RenderArguments& options) {
                   std::filesystem::path(options.input) / "trajectory.zarr", options.overrides.texts)
           .scene;
   const std::vector<uint64_t> frames = selected_frames(
-      options.frames, beside ? std::min(trajectory.frame_count(), beside->frame_count())
-                             : trajectory.frame_count());
+      options.frames,
+      beside ? std::min(trajectory.frame_count(), beside->frame_count()) : trajectory.frame_count(),
+      trajectory.header().frame_rate);
   const std::filesystem::path output = options.output.value_or(options.input);
   std::vector<CameraWork> work;
   if (options.camera) {
@@ -147,7 +148,7 @@ void add_render_command(CLI::App& app) {
       ->add_option_function<std::string>(
           "--frames",
           [options](const std::string& text) { options->frames = parse_frame_range(text); },
-          "Frames to draw: 7, 10-90, 10- or 10-90x2 (default: all)")
+          std::string("Frames to draw: ") + kFramesHelp + " (default: all)")
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option_function<std::string>(
@@ -221,6 +222,7 @@ Examples:
   pilesim render out/crate --resume
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/end --frames 120- --no-video
+  pilesim render out/crate -o out/still --frames last --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
   pilesim render out/crate --passes depth,ids,normals --annotations coco,bop -o out/dataset
   pilesim render out/crate --camera all -o out/views

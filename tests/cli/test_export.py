@@ -294,7 +294,7 @@ class Exported(CommandTest):
         self.assertNotIn("animations", document)
 
     def test_one_frame_of_gltf_is_instanced(self):
-        document, buffer = self.gltf(self.export("a.glb", "--frame", "12"))
+        document, buffer = self.gltf(self.export("a.glb", "--frame", "0.4s"))
         self.assertEqual(document["extensionsRequired"], ["EXT_mesh_gpu_instancing"])
         self.assertNotIn("animations", document)
         seen = set()

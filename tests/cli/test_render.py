@@ -83,6 +83,23 @@ class Render(CommandTest):
         frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
         self.assertEqual(frames, [f"frame.{i:04d}.png" for i in (13, 14, 15)])
 
+    def test_frames_from_the_end_and_by_time(self):
+        for text, expected in (
+            ("last", [15]), ("-1", [15]), ("-3", [13]), ("-2-", [14, 15]), ("0.1s", [3]),
+            ("0.4s-last", [12, 13, 14, 15]), ("0s--9x3", [0, 3, 6]), ("12-0.5sx2", [12, 14]),
+        ):
+            self.succeed("render", "out", "--frames", text, "--no-video", "-o", "some", "--force")
+            frames = sorted(path.name for path in (self.dir / "some/frames").iterdir())
+            self.assertEqual(frames, [f"frame.{i:04d}.png" for i in expected], text)
+
+    def test_frames_that_are_not_there(self):
+        for text, word in (("-17", "before 0-15"), ("0.6s", "0.5s"), ("16", "within 0-15"),
+                           ("last-3", "before 15"), ("0.4s-0.2s", "before 12"), ("-0", "last"),
+                           ("2.5", "last"), ("lasts", "last"), ("3s4", "last")):
+            result = self.expect_exit(2, "render", "out", f"--frames={text}", "-o", "none")
+            self.assertIn(word, result.stderr, text)
+        self.assertFalse((self.dir / "none").exists())
+
     def test_sizes_out_of_range(self):
         for size in ("1x1", "99999x10", "16x15"):
             result = self.expect_exit(3, "render", "out", "--size", size)
