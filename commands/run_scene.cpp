@@ -38,6 +38,7 @@ void run(const Options& options) {
                       .from = options.from,
                       .gates = options.judging.gates(),
                       .inspect_every = options.judging.inspect_every,
+                      .warn = options.run.quiet ? std::function<void(const std::string&)>() : warn,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
   if (options.run.quiet) return;

@@ -6,6 +6,7 @@
 #include "core/counted.h"
 #include "core/naming.h"
 #include "core/text.h"
+#include "model/clear_starts.h"
 #include "model/model.h"
 #include "options.h"
 #include "print.h"
@@ -94,6 +95,8 @@ Examples:
       warn_of_units(loaded.scene, shape);
     }
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
+    for (const std::string& line : describe_moved_starts(model)) print_line("  " + line);
+    for (const std::string& line : describe_start_overlaps(model)) warn(line);
   };
   command->callback(
       [options, validate] { with_options_named(options->scene.overrides, validate); });

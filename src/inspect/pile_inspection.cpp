@@ -4,13 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
 
 #include "core/parallel_for.h"
 #include "geometry/box_tree.h"
-#include "geometry/convex_distance.h"
-#include "geometry/triangle_tree.h"
-#include "inspect/placed_piece.h"
+#include "model/body_distances.h"
 
 namespace pilesim {
 namespace {
@@ -19,29 +16,15 @@ constexpr double kReach = 0.1;  // gaps are looked for so far, in mean diameters
 constexpr uint32_t kLeafSize = 4;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-struct Placed {
-  uint32_t body;
-  Pose pose;
-  Bounds box;  // of what it collides with; world
-  bool free;   // dynamic and let go
-  bool resting;
+struct Placed : PlacedShape {
+  uint32_t body = 0;
+  bool free = false;  // dynamic and let go
+  bool resting = false;
 };
 
 struct BodyPair {
   uint32_t a, b;  // of Inspection::placed_; a is free
 };
-
-Bounds widened(Bounds box, double by) {
-  box.min().array() -= by;
-  box.max().array() += by;
-  return box;
-}
-
-Bounds box_at(const Bounds& box, const Pose& pose) {
-  const Vec3 half = pose.orientation.toRotationMatrix().cwiseAbs() * (box.sizes() / 2);
-  const Vec3 centre = pose.apply(box.center());
-  return {centre - half, centre + half};
-}
 
 bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& states, uint32_t body) {
   if ((states.flags[body] & kAsleep) != 0) return true;
@@ -53,18 +36,6 @@ bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& state
          felt_turn_rate(shape.mass.inertia_m5, spin) * radius <= limit;
 }
 
-class PlacedTriangle final : public ConvexBody {
- public:
-  explicit PlacedTriangle(const Corners& corners) : corners_(corners) {}
-  Vec3 farthest(const Vec3& direction) const override {
-    return *std::ranges::max_element(corners_, {},
-                                     [&](const Vec3& corner) { return corner.dot(direction); });
-  }
-
- private:
-  const Corners& corners_;
-};
-
 class Inspection {
  public:
   Inspection(const Model& model, const Vec3& gravity, const BodyStates& states);
@@ -74,41 +45,24 @@ class Inspection {
   void place(const BodyStates& states);
   std::vector<BodyPair> near_pairs() const;
   double distance(const BodyPair& pair) const;
-  double distance_to_plane(const Placed& body, const Placed& plane) const;
-  double distance_to_mesh(const Placed& body, const Placed& mesh) const;
-  double distance_of_pieces(const Placed& a, const Placed& b) const;
   uint64_t count_escaped(const std::vector<uint8_t>& held_up) const;
   void judge_pairs(const std::vector<BodyPair>& pairs, const std::vector<double>& distances);
   std::vector<uint8_t> joined_to(const std::vector<uint8_t>& roots,
                                  const std::vector<BodyPair>& pairs,
                                  const std::vector<double>& distances) const;
 
-  // In a frame that has the world's axes and its origin at `origin`: distances keep their digits
-  // far from the world's. `nearby`: only those whose boxes come within reach of that one.
-  std::vector<PlacedPiece> pieces(const Placed& placed, const Vec3& origin,
-                                  const Bounds& nearby) const;
-  uint32_t shape_index(const Placed& placed) const { return model_.bodies[placed.body].shape; }
-  const ModelShape& shape(const Placed& placed) const { return model_.shapes[shape_index(placed)]; }
+  const ModelShape& shape(const Placed& placed) const { return model_.shapes[placed.shape]; }
 
   const Model& model_;
   Vec3 gravity_;
-  std::vector<std::vector<PieceCore>> cores_;         // by shape
-  std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, where it collides as a mesh
-  std::vector<Placed> placed_;                        // all present bodies, in their order
+  BodyDistances distances_;
+  std::vector<Placed> placed_;  // all present bodies, in their order
   double reach_m_ = 0;
   PileQuality quality_;
 };
 
 Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
-    : model_(model), gravity_(gravity) {
-  trees_.resize(model.shapes.size());
-  cores_.resize(model.shapes.size());
-  for (size_t i = 0; i < model.shapes.size(); ++i) {
-    for (const CollisionPiece& piece : model.shapes[i].pieces) cores_[i].emplace_back(piece);
-    if (model.shapes[i].collides_as_mesh) {
-      trees_[i] = std::make_unique<TriangleTree>(model.shapes[i].mesh);
-    }
-  }
+    : model_(model), gravity_(gravity), distances_(model) {
   double diameters_m = 0;
   uint64_t dynamic = 0;
   for (const ModelBody& body : model.bodies) {
@@ -125,16 +79,12 @@ void Inspection::place(const BodyStates& states) {
   for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
     if ((states.flags[i] & kPresent) == 0) continue;
     const ModelBody& body = model_.bodies[i];
-    Placed placed{.body = i};
+    Placed placed;
+    static_cast<PlacedShape&>(placed) =
+        distances_.place(body.shape, {states.position[i], states.orientation[i]});
+    placed.body = i;
     placed.free = body.role == Role::dynamic && (states.flags[i] & kHeld) == 0;
     placed.resting = placed.free && !body.hinge && is_resting(model_, gravity_, states, i);
-    placed.pose = {states.position[i], states.orientation[i]};
-    if (trees_[body.shape]) {
-      placed.box = box_at(trees_[body.shape]->nodes()[0].box, placed.pose);
-    }
-    for (const PieceCore& core : cores_[body.shape]) {
-      placed.box.extend(PlacedPiece(core, placed.pose).bounds());
-    }
     if (placed.free) {
       ++quality_.bodies;
       if (!is_resting(model_, gravity_, states, i) && gravity_.norm() > 0) ++quality_.unsettled;
@@ -179,66 +129,8 @@ std::vector<BodyPair> Inspection::near_pairs() const {
   return pairs;
 }
 
-std::vector<PlacedPiece> Inspection::pieces(const Placed& placed, const Vec3& origin,
-                                            const Bounds& nearby) const {
-  const Pose pose{placed.pose.position - origin, placed.pose.orientation};
-  const Bounds within = widened(nearby, reach_m_).translated(-origin);
-  std::vector<PlacedPiece> pieces;
-  for (const PieceCore& core : cores_[shape_index(placed)]) {
-    const PlacedPiece& piece = pieces.emplace_back(core, pose);
-    if (!piece.bounds().intersects(within)) pieces.pop_back();
-  }
-  return pieces;
-}
-
-double Inspection::distance_to_plane(const Placed& body, const Placed& plane) const {
-  const Vec3 normal = plane.pose.orientation * Vec3::UnitY();
-  const Pose pose{body.pose.position - plane.pose.position, body.pose.orientation};
-  double nearest = kNone;
-  for (const PieceCore& core : cores_[shape_index(body)]) {
-    const PlacedPiece piece(core, pose);
-    nearest = std::min(nearest, normal.dot(piece.farthest(-normal)) - piece.radius_m());
-  }
-  return nearest;
-}
-
-double Inspection::distance_to_mesh(const Placed& body, const Placed& mesh) const {
-  const TriangleTree& tree = *trees_[shape_index(mesh)];
-  const Quat back = mesh.pose.orientation.conjugate();
-  const Pose in_mesh{back * (body.pose.position - mesh.pose.position),
-                     back * body.pose.orientation};
-  double nearest = kNone;
-  for (const PieceCore& core : cores_[shape_index(body)]) {
-    const PlacedPiece piece(core, in_mesh);
-    tree.for_each_near(widened(piece.bounds(), reach_m_), 0, [&](uint32_t i) {
-      nearest =
-          std::min(nearest, convex_distance(piece, PlacedTriangle(tree.corners()[i]), reach_m_));
-    });
-  }
-  return nearest;
-}
-
-double Inspection::distance_of_pieces(const Placed& a, const Placed& b) const {
-  const Vec3& origin = a.pose.position;
-  const std::vector<PlacedPiece> near_a = pieces(a, origin, b.box);
-  const std::vector<PlacedPiece> near_b = pieces(b, origin, a.box);
-  double nearest = kNone;
-  for (const PlacedPiece& one : near_a) {
-    const Bounds box = widened(one.bounds(), reach_m_);
-    for (const PlacedPiece& other : near_b) {
-      if (!box.intersects(other.bounds())) continue;
-      nearest = std::min(nearest, convex_distance(one, other, reach_m_));
-    }
-  }
-  return nearest;
-}
-
 double Inspection::distance(const BodyPair& pair) const {
-  const Placed& a = placed_[pair.a];
-  const Placed& b = placed_[pair.b];
-  if (shape(b).is_plane) return distance_to_plane(a, b);
-  if (shape(b).collides_as_mesh) return distance_to_mesh(a, b);
-  return distance_of_pieces(a, b);
+  return distances_.distance(placed_[pair.a], placed_[pair.b], reach_m_);
 }
 
 // `held_up`: what touches, over others, something that is fixed; a chain may hang below it.

@@ -19,6 +19,7 @@
 #include "job/settling.h"
 #include "job/simulation_checkpoint.h"
 #include "json/json_text.h"
+#include "model/clear_starts.h"
 #include "model/model.h"
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
@@ -46,10 +47,10 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
       stored.vertices.emplace_back(vertex.cast<float>());
     }
     stored.triangles = shape.mesh.triangles;
-    const Json& source = sources.at(shape.name);
+    const Json& source = sources.at(shape.source);
     stored.type = source.at("type");
     stored.file = source.value("file", "");
-    stored.scale = shape.file_scale;
+    stored.scale = shape.file_scale * shape.size;
     stored.centre_of_mass = shape.origin_offset;
     stored.principal_axes = principal_inertia(shape.mass.inertia_m5).axes;
   }
@@ -249,6 +250,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const std::string scene_file = job.scene_file.string();
   Model model = naming(scene_file, [&] { return build_model(scene); });
   const LastState begun_from = job.from ? begin_from(*job.from, model) : LastState{};
+  if (job.from) model.start_overlaps = find_start_overlaps(model);
+  // Before a guide's filling has changed who is who.
+  const std::vector<std::string> overlaps = describe_start_overlaps(model);
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
@@ -258,6 +262,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   SimulationReport report =
       begin_report(job.direct_piles ? "direct-pile" : "simulate", job.scene_file, loaded, model);
   report.signatures = simulator->signatures();
+  report.notes = describe_moved_starts(model);
+  for (const std::string& line : overlaps) {
+    report.notes.push_back(line);
+    if (job.warn) job.warn(line);
+  }
   CheckpointKey key{.command = report.command,
                     .program = program_hash(),
                     .scene = report.scene_hash,
@@ -314,6 +323,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.total_s = recorder.progress().wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
+  const std::vector<std::string> notes = simulator->notes();
+  report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   DirectedRun directed = direction->finish(*simulator, job.output);
   report.piles = std::move(directed.figures);
   if (is_finished) take_finish(*finished, report);
@@ -345,6 +356,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                                 counted(begun_from.matched, "body", "bodies") +
                                 " begin where they lay");
   }
+  for (std::string& line : describe_moved_starts(model)) summary.beginning.push_back(line);
   if (frames_before > 0) {
     summary.beginning.push_back("resumed after " + counted(frames_before, "frame"));
   }
@@ -354,6 +366,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     summary.piles.push_back(describe(finished->figures));
   }
   if (!missing.empty()) summary.warnings.push_back(missing);
+  summary.warnings.insert(summary.warnings.end(), notes.begin(), notes.end());
   for (const FrameQuality& inspected : report.inspections) {
     summary.deepest_inspected_m =
         std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);

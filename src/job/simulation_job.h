@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct SimulationJob {
   std::optional<std::filesystem::path> from;
   std::vector<QualityGate> gates;  // what the pile is judged by at the end
   uint64_t inspect_every = 0;      // frames between inspections of the pile; 0: at the end only
+  std::function<void(const std::string&)> warn;  // before frame 0, of what starts inside others
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
 };

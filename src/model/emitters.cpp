@@ -18,12 +18,22 @@ namespace {
 
 // What a body draws its random numbers for; each has its own counter, so that one more draw of one
 // of them moves no other.
-enum Draw : uint32_t { kPosition, kOrientation, kPositionJitter, kLinearJitter, kAngularJitter };
+enum Draw : uint32_t {
+  kPosition,
+  kOrientation,
+  kPositionJitter,
+  kLinearJitter,
+  kAngularJitter,
+  kShape,
+  kSize,
+  kColour,
+  kAnew = 1000,  // .. kAnew + 999
+};
 
 struct Dice {
   uint64_t seed;
   uint64_t emitter;
-  Philox of(size_t body, Draw draw) const {
+  Philox of(size_t body, uint32_t draw) const {
     return {seed, Stream::emitter, emitter << 32 | body, draw};
   }
 };
@@ -210,13 +220,54 @@ Vec3 in_cube(double half_width, Philox dice) {
   return {x, y, z};
 }
 
+// The index of one of `weights`, which are >= 0 and not all 0.
+size_t drawn_by(const std::vector<double>& weights, Philox dice) {
+  double sum = 0;
+  for (const double weight : weights) sum += weight;
+  double left = sum * dice.uniform();
+  size_t chosen = 0;
+  for (size_t i = 0; i < weights.size() && left >= 0; ++i) {
+    if (weights[i] == 0) continue;
+    chosen = i;
+    left -= weights[i];
+  }
+  return chosen;
+}
+
+// How likely each of size_steps() is.
+std::vector<double> size_weights(const Sizes& sizes) {
+  std::vector<double> weights(static_cast<size_t>(sizes.steps), 1);
+  if (sizes.distribution != SizeDistribution::normal) return weights;
+  constexpr double kEnd = 2;  // standard deviations
+  for (size_t i = 0; i < weights.size(); ++i) {
+    const double x = kEnd * (2 * static_cast<double>(i) / (sizes.steps - 1) - 1);
+    weights[i] = std::exp(-x * x / 2);
+  }
+  return weights;
+}
+
 }  // namespace
+
+std::vector<double> size_steps(const Sizes& sizes) {
+  std::vector<double> steps;
+  for (int i = 0; i < sizes.steps; ++i) {
+    const double share = static_cast<double>(i) / (sizes.steps - 1);
+    steps.push_back(sizes.distribution == SizeDistribution::log_uniform
+                        ? sizes.from * std::pow(sizes.to / sizes.from, share)
+                        : sizes.from + share * (sizes.to - sizes.from));
+  }
+  return steps;
+}
 
 std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, uint64_t seed,
                                 double bounding_radius, const TriangleMesh* volume_mesh) {
   const Dice dice{seed, emitter_index};
   const std::vector<Vec3> positions = start_positions(emitter, dice, bounding_radius, volume_mesh);
   std::vector<EmittedBody> bodies(positions.size());
+  const std::vector<double> steps =
+      emitter.sizes ? size_steps(*emitter.sizes) : std::vector<double>();
+  const std::vector<double> likely =
+      emitter.sizes ? size_weights(*emitter.sizes) : std::vector<double>();
   for (size_t i = 0; i < bodies.size(); ++i) {
     EmittedBody& body = bodies[i];
     body.pose.position =
@@ -229,9 +280,27 @@ std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, ui
                             in_ball(emitter.angular_velocity_jitter, dice.of(i, kAngularJitter));
     const double delay_s = emitter.rate_hz > 0 ? static_cast<double>(i) / emitter.rate_hz : 0;
     body.start_s = emitter.start_s + delay_s;
-    body.shape = static_cast<uint32_t>(i % emitter.shapes.size());
+    body.shape = static_cast<uint32_t>(emitter.weights.empty()
+                                           ? i % emitter.shapes.size()
+                                           : drawn_by(emitter.weights, dice.of(i, kShape)));
+    if (emitter.sizes) body.size = steps[drawn_by(likely, dice.of(i, kSize))];
+    if (!emitter.palette.empty()) {
+      const auto colours = static_cast<uint32_t>(emitter.palette.size());
+      body.colour = emitter.palette[dice.of(i, kColour).index(colours)];
+    }
   }
   return bodies;
+}
+
+bool can_be_drawn_anew(const Emitter& emitter) {
+  return std::holds_alternative<DiskSource>(emitter.source);
+}
+
+Pose drawn_anew(const Emitter& emitter, size_t emitter_index, uint64_t seed, size_t body,
+                uint32_t draw) {
+  Philox dice = Dice{seed, emitter_index}.of(body, kAnew + draw);
+  const Vec3 place = in_cylinder(std::get<DiskSource>(emitter.source), dice);
+  return {place, emitter.orientation ? *emitter.orientation : dice.rotation()};
 }
 
 }  // namespace pilesim

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 
 #include "core/error.h"
+#include "model/clear_starts.h"
 #include "model/emitters.h"
 #include "model/model_shapes.h"
 #include "scene/scene_format.h"
@@ -73,6 +75,7 @@ class ModelBuilder {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
+    clear_starts(scene_, rows_, model_);
     check_guide_size();
     for (size_t i = 0; i < scene_.events.size(); ++i) {
       problems_.attempt([&] { add_event(scene_.events[i], i); });
@@ -190,6 +193,7 @@ class ModelBuilder {
     for (const std::string& name : emitter.shapes) {
       volume_m3 += model_.shapes[shape_index_.at(name)].mass.volume_m3;
     }
+    if (emitter.sizes) volume_m3 *= std::pow(emitter.sizes->from, 3);
     const double most = std::floor(mass_properties(model_.guide).volume_m3 / volume_m3 *
                                    static_cast<double>(emitter.shapes.size()));
     const double limit = emitter.count > 0 ? emitter.count : kMostBodies + 1.0;
@@ -204,6 +208,7 @@ class ModelBuilder {
     for (const std::string& name : emitter.shapes) {
       radius = std::max(radius, model_.shapes[shape_index_.at(name)].bounding_radius);
     }
+    if (emitter.sizes) radius *= emitter.sizes->to;
     std::vector<EmittedBody> emitted;
     try {
       const auto* volume = std::get_if<VolumeSource>(&emitter.source);
@@ -216,25 +221,36 @@ class ModelBuilder {
     check_emitted(emitter, pointer, emitted.size());
     first_body_[emitter.name] = {static_cast<uint32_t>(model_.bodies.size()),
                                  static_cast<uint32_t>(emitted.size())};
+    rows_.push_back({first_body_[emitter.name].first, first_body_[emitter.name].second,
+                     static_cast<uint32_t>(index)});
     if (std::holds_alternative<GuideSource>(emitter.source)) {
       model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
                            static_cast<uint32_t>(index)};
     }
-    const uint32_t material = material_index_.at(emitter.material);
     for (size_t i = 0; i < emitted.size(); ++i) {
       const EmittedBody& start = emitted[i];
       ModelBody body;
       body.name = emitter.name + '/' + std::to_string(i);
-      body.shape = shape_index_.at(emitter.shapes[start.shape]);
-      body.material = material;
+      body.shape = in_size(shape_index_.at(emitter.shapes[start.shape]), start.size);
+      body.material = material_index_.at(
+          emitter.materials.empty() ? emitter.material : emitter.materials[start.shape]);
       body.pose = start.pose;
       body.linear_velocity = start.linear_velocity;
       body.angular_velocity = start.angular_velocity;
       body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
       body.asleep = emitter.asleep;
       body.preference = emitter.preference;
-      append(std::move(body), emitter.colour);
+      append(std::move(body), start.colour ? start.colour : emitter.colour);
     }
+  }
+
+  // The index of the shape in this size: bodies of one size share one.
+  uint32_t in_size(uint32_t shape, double size) {
+    if (size == 1) return shape;
+    const auto [found, is_new] =
+        sized_.try_emplace({shape, size}, static_cast<uint32_t>(model_.shapes.size()));
+    if (is_new) model_.shapes.push_back(resized(ModelShape(model_.shapes[shape]), size));
+    return found->second;
   }
 
   // What only the mesh of a volume or a guide tells.
@@ -306,6 +322,8 @@ class ModelBuilder {
   MeshLibrary meshes_;
   ProblemCollector problems_;
   std::map<std::string, uint32_t> shape_index_, material_index_, body_index_;
+  std::map<std::pair<uint32_t, double>, uint32_t> sized_;  // index into shapes
+  std::vector<EmittedRow> rows_;
   std::map<std::string, std::pair<uint32_t, uint32_t>> first_body_;  // of an emitter, and how many
 };
 

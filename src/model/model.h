@@ -28,6 +28,8 @@ struct CollisionPiece {
 // mesh file. A plane has no pieces, no mass and no mesh.
 struct ModelShape {
   std::string name;
+  std::string source;  // of the scene's shapes; `name` is another where an emitter has sizes
+  double size = 1;     // times that one
   bool is_plane = false;
   TriangleMesh mesh;                     // drawn, and collided with where collides_as_mesh
   std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
@@ -82,6 +84,12 @@ struct GuideFill {
   uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers
 };
 
+// Two bodies that start inside one another.
+struct StartOverlap {
+  uint32_t a = 0, b = 0;  // in Model::bodies, a < b
+  double depth_m = 0;     // the shortest way that parts them
+};
+
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
@@ -90,6 +98,9 @@ struct Model {
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
   std::optional<GuideFill> guide_fill;
+  std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
+  bool crowded = false;       // bodies appear in their time, even in others that move
+  uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
 };
 
 // Loads meshes and builds collision shapes (decompositions are cached under the user's cache

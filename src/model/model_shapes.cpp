@@ -9,14 +9,17 @@
 #include <system_error>
 
 #include "core/counted.h"
+#include "core/text.h"
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
+#include "geometry/height_field.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "geometry/solid.h"
 #include "geometry/solid_difference.h"
 #include "geometry/surface_distance.h"
 #include "json/json_text.h"
+#include "model/furniture.h"
 
 namespace pilesim {
 
@@ -240,6 +243,32 @@ MassProperties append_part(ModelShape& whole, const ModelShape& part, const Pose
   return transformed(part.mass, body_frame);
 }
 
+ModelShape build_furniture(const std::vector<BoxPart>& parts) {
+  ModelShape whole;
+  std::vector<MassProperties> masses;
+  for (const BoxPart& part : parts) {
+    const ModelShape box = primitive(CollisionPiece::Kind::box, part.size, box_mesh(part.size),
+                                     box_mass_properties(part.size));
+    masses.push_back(append_part(whole, box, {part.centre, Quat::Identity()}));
+  }
+  whole.mass = combine(masses);
+  whole.collision_report = counted(parts.size(), "piece") + ", exact";
+  finish(whole);
+  return whole;
+}
+
+// It is never moved by forces and needs no mass.
+ModelShape build_terrain(const TerrainShape& terrain) {
+  ModelShape shape;
+  shape.mesh = height_field_mesh(terrain.file, terrain.size[0], terrain.size[1], terrain.height[0],
+                                 terrain.height[1]);
+  shape.collides_as_mesh = true;
+  shape.collision_report =
+      "terrain: " + counted(shape.mesh.triangles.size(), "triangle") + ", exact";
+  finish(shape);
+  return shape;
+}
+
 ModelShape build_compound(const Scene& scene, const CompoundShape& compound, MeshLibrary& meshes) {
   ModelShape whole;
   std::vector<MassProperties> masses;
@@ -318,6 +347,30 @@ std::optional<std::filesystem::path> cache_directory() {
   return directory;
 }
 
+ModelShape resized(const ModelShape& shape, double size) {
+  ModelShape other = shape;
+  other.size = size * shape.size;
+  other.name = shape.source + " x " + with_digits(other.size, 4);
+  for (Vec3& vertex : other.mesh.vertices) vertex *= size;
+  for (CollisionPiece& piece : other.pieces) {
+    piece.pose.position *= size;
+    piece.size *= size;
+    for (Vec3& vertex : piece.hull.vertices) vertex *= size;
+  }
+  other.mass.volume_m3 *= std::pow(size, 3);
+  other.mass.inertia_m5 *= std::pow(size, 5);
+  other.origin_offset *= size;
+  other.bounding_radius *= size;
+  other.smallest_extent *= size;
+  if (!shape.mesh_hash.empty()) {
+    TriangleMesh own = other.mesh;
+    move(own, other.origin_offset);
+    other.mesh_hash = mesh_hash(own);  // a signature is of one size
+  }
+  other.collision_report = shape.source + " at " + with_digits(other.size, 4) + " of its size";
+  return other;
+}
+
 std::string shape_pointer(const std::string& name) {
   return "/shapes/" + escape_pointer_token(name);
 }
@@ -339,11 +392,19 @@ ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary&
                       cylinder_mass_properties(radius, height));
   } else if (const auto* compound = std::get_if<CompoundShape>(&source)) {
     shape = build_compound(scene, *compound, meshes);
-  } else {
+  } else if (const auto* terrain = std::get_if<TerrainShape>(&source)) {
+    try {
+      shape = build_terrain(*terrain);
+    } catch (const Error& error) {
+      throw in_file(error, terrain->file.string());
+    }
+  } else if (std::holds_alternative<PlaneShape>(source)) {
     shape.is_plane = true;
     shape.collision_report = "half-space, exact";
+  } else {
+    shape = build_furniture(furniture_parts(source));
   }
-  shape.name = name;
+  shape.name = shape.source = name;
   return shape;
 }
 

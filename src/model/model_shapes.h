@@ -36,6 +36,9 @@ std::optional<std::filesystem::path> cache_directory();
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);
 
+// `shape` times `size` in all its measures, as an emitter with sizes has it.
+ModelShape resized(const ModelShape& shape, double size);
+
 // The shape called `name`. Throws Error naming its JSON pointer and, for meshes, the file.
 ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes);
 

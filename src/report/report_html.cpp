@@ -108,6 +108,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
     }
   }
   html += stage_table(figures["time"]["stages"]);
+  html += line_list("Starts of bodies", figures["notes"]);
   html += line_list("Signatures", figures["signatures"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
   html += value_table("Penetration", figures["penetration"]);

@@ -150,6 +150,7 @@ Json report_json(const SimulationReport& report) {
         {"potential_start_j", first.potential_energy_j},
         {"kinetic_end_j", last.kinetic_energy_j},
         {"potential_end_j", last.potential_energy_j}}},
+      {"notes", report.notes},
       {"collision_shapes", report.collision_shapes},
       {"signatures", report.signatures},
       {"time",

@@ -59,6 +59,7 @@ struct SimulationReport {
   double body_diameter_m = 0;  // mean over dynamic bodies: the unit of penetration
   uint64_t dynamic_bodies = 0;
   bool interrupted = false;
+  std::vector<std::string> notes;             // what came of bodies that the scene did not ask for
   std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
   std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<FrameRow> rows;

@@ -63,8 +63,35 @@ struct CompoundPart {
 struct CompoundShape {
   std::vector<CompoundPart> parts;  // they do not overlap
 };
+// Made of boxes that do not overlap; the origin of each is in the middle of what it stands on.
+struct BinShape {
+  Vec3 size = Vec3::Zero();  // of its inside, > 0; open at the top
+  double thickness = 0.02;   // of floor and walls, > 0
+};
+struct TableShape {
+  Vec3 size = Vec3::Zero();  // over all, > 0
+  double thickness = 0.03;   // of the top, > 0, less than the height
+  double leg = 0.05;         // edge of a leg, > 0, at most half of the width
+};
+struct ShelfShape {
+  Vec3 size = Vec3::Zero();  // over all, > 0; its front is at +z
+  int boards = 4;            // 2 .. 100: with the lowest and the highest
+  double thickness = 0.02;   // of all boards, > 0
+  bool has_back = true;
+};
+struct StairsShape {
+  Vec3 size = Vec3::Zero();  // over all, > 0; they rise from +z to -z
+  int steps = 5;             // 1 .. 1000
+};
+// The surface over a grey picture; static only.
+struct TerrainShape {
+  std::filesystem::path file;             // absolute, PNG
+  std::array<double, 2> size = {0, 0};    // along x and z, m, > 0
+  std::array<double, 2> height = {0, 0};  // of black and of white, m
+};
 using Shape =
-    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, PlaneShape, CompoundShape>;
+    std::variant<MeshShape, BoxShape, SphereShape, CylinderShape, PlaneShape, CompoundShape,
+                 BinShape, TableShape, ShelfShape, StairsShape, TerrainShape>;
 
 enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
 
@@ -138,10 +165,22 @@ struct GuideSource {};
 using EmitterSource =
     std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource, GuideSource>;
 
+// The shapes of an emitter in several sizes, drawn for each body.
+enum class SizeDistribution : uint8_t { uniform, log_uniform, normal };
+struct Sizes {
+  double from = 1, to = 1;  // times the shape's own size, > 0
+  int steps = 5;            // 2 .. 64: so many sizes there are, `from` and `to` among them
+  SizeDistribution distribution = SizeDistribution::uniform;
+};
+
 struct Emitter {
   std::string name;
   std::vector<std::string> shapes;  // >= 1, taken in turn
+  std::vector<double> weights;      // one a shape: drawn by these instead; empty: in turn
   std::string material;
+  std::vector<std::string> materials;  // one a shape, instead of `material`; or empty
+  std::optional<Sizes> sizes;
+  std::vector<Colour> palette;  // one is drawn for each body; empty: `colour`
   EmitterSource source;
   // How many bodies. A grid has its own count; a volume or a guide is filled and `count` limits it
   // (0: no limit).

@@ -69,6 +69,7 @@ class Checker {
       if (const auto* compound = std::get_if<CompoundShape>(&shape)) {
         check_compound(*compound, place / "parts");
       }
+      if (log_.is_sound(place)) check_furniture(shape, place);
     }
     const Path bodies = root_ / "bodies";
     for (size_t i = 0; i < scene_.bodies.size(); ++i) check_body(scene_.bodies[i], i, bodies / i);
@@ -113,6 +114,7 @@ class Checker {
   }
 
   static bool collides_as_mesh(const Shape& shape) {
+    if (std::holds_alternative<TerrainShape>(shape)) return true;
     const auto* mesh = std::get_if<MeshShape>(&shape);
     return mesh != nullptr && mesh->collision == CollisionKind::mesh;
   }
@@ -134,6 +136,28 @@ class Checker {
         log_.report(place, "is " + quoted(name) + ", which collides as a mesh",
                     "a shape that collides as convex pieces",
                     R"(Give it "collision": "hull" or "decomposition")");
+      }
+    }
+  }
+
+  // That walls, legs and boards leave room between them.
+  void check_furniture(const Shape& shape, const Path& path) {
+    const auto check = [&](const char* key, double value, double limit, const char* what) {
+      if (value < limit) return;
+      log_.report(path / key, "is " + number_text(value),
+                  "less than " + number_text(limit) + ", " + what);
+    };
+    if (const auto* table = std::get_if<TableShape>(&shape)) {
+      check("thickness", table->thickness, table->size.y(), "the height");
+      check("leg", table->leg, std::min(table->size.x(), table->size.z()) / 2, "half of the width");
+    } else if (const auto* shelf = std::get_if<ShelfShape>(&shape)) {
+      check("thickness", shelf->thickness, shelf->size.x() / 2, "half of the width");
+      check("thickness", shelf->thickness, shelf->size.y() / shelf->boards,
+            "the height that a board has");
+      if (shelf->has_back) check("thickness", shelf->thickness, shelf->size.z(), "the depth");
+    } else if (const auto* terrain = std::get_if<TerrainShape>(&shape)) {
+      if (terrain->height[0] == terrain->height[1]) {
+        log_.report(path / "height", "has the same for black and white", "two different heights");
       }
     }
   }
@@ -181,7 +205,9 @@ class Checker {
       log_.report(path,
                   "is \"dynamic\" but the shape " + quoted(body.shape) + " collides as a mesh",
                   R"("static" or "kinematic")",
-                  R"(Give the shape "collision": "decomposition" to let it move freely)");
+                  std::holds_alternative<TerrainShape>(found)
+                      ? ""
+                      : R"(Give the shape "collision": "decomposition" to let it move freely)");
     }
   }
 
@@ -219,14 +245,47 @@ class Checker {
                     "a shape that can move");
       } else if (collides_as_mesh(*found)) {
         log_.report(place, "is " + quoted(emitter.shapes[i]) + ", which collides as a mesh",
-                    "a shape that can move", R"(Give it "collision": "hull" or "decomposition")");
+                    "a shape that can move",
+                    std::holds_alternative<TerrainShape>(*found)
+                        ? ""
+                        : R"(Give it "collision": "hull" or "decomposition")");
       }
     }
-    check_material(emitter.material, path / "material");
+    if (emitter.materials.empty()) check_material(emitter.material, path / "material");
+    check_mix(emitter, path);
     if (const size_t first = emitters_.at(emitter.name); first != index) {
       log_.report(path / "name",
                   "is " + quoted(emitter.name) + " like /emitters/" + std::to_string(first),
                   "a name that no other emitter has");
+    }
+  }
+
+  // What several shapes have beside their names.
+  void check_mix(const Emitter& emitter, const Path& path) {
+    const size_t shapes = emitter.shapes.size();
+    const auto check_size = [&](const char* key, size_t size) {
+      if (size == 0 || size == shapes || !log_.is_sound(path / key)) return;
+      log_.report(path / key, "has " + counted(size, "entry", "entries"),
+                  "one for each of the " + counted(shapes, "shape"));
+    };
+    check_size("weights", emitter.weights.size());
+    check_size("materials", emitter.materials.size());
+    const Path materials = path / "materials";
+    for (size_t i = 0; i < emitter.materials.size(); ++i) {
+      check_material(emitter.materials[i], materials / i);
+    }
+    const auto is_zero = [](double weight) { return weight == 0; };
+    if (!emitter.weights.empty() && log_.is_sound(path / "weights") &&
+        std::ranges::all_of(emitter.weights, is_zero)) {
+      log_.report(path / "weights", "are all 0", "at least one above 0");
+    }
+    const Path sizes = path / "sizes";
+    if (emitter.sizes && log_.is_sound(sizes) && emitter.sizes->to <= emitter.sizes->from) {
+      log_.report(sizes / "to", "is " + number_text(emitter.sizes->to),
+                  "more than " + number_text(emitter.sizes->from) + ", which it is from");
+    }
+    if (!emitter.palette.empty() && emitter.colour) {
+      log_.report_key(path / "palette", "stands beside \"colour\"", "one of the two");
     }
   }
 
@@ -298,7 +357,11 @@ class Checker {
       if (body.role == Role::dynamic) note(body.material, body.preference, body.name);
     }
     for (const Emitter& emitter : scene_.emitters) {
-      note(emitter.material, emitter.preference, emitter.name);
+      const auto& materials =
+          emitter.materials.empty() ? std::vector{emitter.material} : emitter.materials;
+      for (const std::string& material : materials) {
+        note(material, emitter.preference, emitter.name);
+      }
     }
     for (const auto& [material, name] : first) {
       const auto found = scene_.materials.find(material);
@@ -425,6 +488,8 @@ void check_mesh_files(const Scene& scene, ProblemLog& log) {
     const Path place = shapes / name;
     const auto* mesh = std::get_if<MeshShape>(&shape);
     if (mesh != nullptr) check_mesh_file(mesh->file, place / "file", log);
+    const auto* terrain = std::get_if<TerrainShape>(&shape);
+    if (terrain != nullptr) check_mesh_file(terrain->file, place / "file", log);
   }
   const Path emitters = root / "emitters";
   for (size_t i = 0; i < scene.emitters.size(); ++i) {

@@ -30,6 +30,30 @@ Field<Scene> ignored_schema_field() {
   return field;
 }
 
+// Used up before the scene is read.
+Field<Scene> used_up_field(const std::string& name, const Json& schema,
+                           const std::string& description) {
+  Field<Scene> field;
+  field.key.name = name;
+  field.read = [](const Json&, const Path&, Scene&, ReadContext&) {};
+  field.write = [](const Scene&) { return std::optional<Json>(); };
+  field.schema = described(schema, description);
+  return field;
+}
+
+Fields<Scene> document_fields() {
+  const Json name = {{"type", "string"}};
+  return {
+      ignored_schema_field(),
+      used_up_field("include",
+                    {{"oneOf", Json::array({name, {{"type", "array"}, {"items", name}}})}},
+                    "Scene files that come before this one, relative to it."),
+      used_up_field("variables", {{"type", "object"}},
+                    "Values by name, for {\"var\": NAME} in place of any value."),
+      version_field(),
+  };
+}
+
 Codec<std::string> any_text() {
   Codec<std::string> codec = text();
   codec.expected = "a string";
@@ -173,8 +197,8 @@ Field<Scene> cameras_field() {
 const Codec<Scene>& scene_codec() {
   static const Codec<Scene> codec =
       object<Scene>({.noun = "a scene",
-                     .fields = Fields<Scene>{ignored_schema_field(), version_field()} +
-                               setting_fields() + content_fields() + Fields<Scene>{camera_field(), cameras_field()},
+                     .fields = document_fields() + setting_fields() + content_fields() +
+                               Fields<Scene>{camera_field(), cameras_field()},
                      .finish = [](const Json&, const Path&, Scene& scene, ReadContext&) {
                        // Only here the index of a body is known.
                        for (size_t i = 0; i < scene.bodies.size(); ++i) {

@@ -54,6 +54,53 @@ Codec<std::vector<std::string>> single_shape() {
   return codec;
 }
 
+// Younger than scenes whose resolved text is hashed: left out where it is as before.
+Field<Emitter> unless(Field<Emitter> field, std::function<bool(const Emitter&)> is_default) {
+  field.write = [write = field.write, is_default](const Emitter& emitter) {
+    return is_default(emitter) ? std::nullopt : write(emitter);
+  };
+  return field;
+}
+
+Codec<Sizes> sizes_codec() {
+  using enum SizeDistribution;
+  return object<Sizes>(
+      {.noun = "sizes",
+       .fields = {
+           required_field<Sizes>("from", &Sizes::from, number({.minimum = 1e-3, .maximum = 1e3}),
+                                 "The smallest, times the shape's own size."),
+           required_field<Sizes>("to", &Sizes::to, number({.minimum = 1e-3, .maximum = 1e3}),
+                                 "The largest, times the shape's own size."),
+           field<Sizes>("steps", &Sizes::steps, integer(2, 64),
+                        "How many sizes there are, these two among them."),
+           field<Sizes>(
+               "distribution", &Sizes::distribution,
+               enumeration<SizeDistribution>(
+                   {{"uniform", uniform}, {"log_uniform", log_uniform}, {"normal", normal}}),
+               "uniform: evenly spaced, equally likely. log_uniform: in equal ratios, equally "
+               "likely. normal: evenly spaced, by a bell curve whose ends are at two standard "
+               "deviations."),
+       }});
+}
+
+// What several shapes have beside their names.
+Fields<Emitter> mix_fields() {
+  using E = Emitter;
+  return {
+      unless(field<E>("weights", &E::weights, list(number(at_least(0))),
+                      "A weight for each of shapes: they are drawn by these, not taken in turn."),
+             [](const E& e) { return e.weights.empty(); }),
+      in_group("material", unless(required_field<E>("materials", &E::materials, list(text(), 1),
+                                                    "Instead of material: one for each of shapes."),
+                                  [](const E& e) { return e.materials.empty(); })),
+      optional_field<E>("sizes", &E::sizes, sizes_codec(),
+                        "Bodies of several sizes, drawn for each."),
+      unless(field<E>("palette", &E::palette, list(colour()),
+                      "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
+             [](const E& e) { return e.palette.empty(); }),
+  };
+}
+
 Fields<Emitter> common_fields() {
   using E = Emitter;
   return {
@@ -64,7 +111,9 @@ Fields<Emitter> common_fields() {
                                            "Names of the shapes, taken in turn.")),
       in_group("shapes", input_only(required_field<E>("shape", &E::shapes, single_shape(),
                                                       "Instead of shapes: the only one."))),
-      required_field<E>("material", &E::material, text(), "Name of a material."),
+      in_group("material",
+               unless(required_field<E>("material", &E::material, text(), "Name of a material."),
+                      [](const E& e) { return !e.materials.empty(); })),
       field<E>("start_s", &E::start_s, number(at_least(0)), "When the first body appears, s."),
       field<E>("asleep", &E::asleep, boolean(),
                "Every body begins asleep: it stays until something hits it."),
@@ -163,7 +212,7 @@ Alternative<Emitter> guide() {
 
 Codec<Emitter> emitter_codec() {
   return object<Emitter>({.noun = "an emitter",
-                          .fields = common_fields(),
+                          .fields = common_fields() + mix_fields(),
                           .choice_key = "type",
                           .alternatives = {grid(), disk(), line(), stream(), volume(), guide()}});
 }

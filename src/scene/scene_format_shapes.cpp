@@ -80,6 +80,71 @@ Fields<Shape> mesh_fields() {
   };
 }
 
+template <class V>
+Field<Shape> outer_size() {
+  return required_field<Shape>("size", of(&V::size), vector3(above(0)),
+                               "Full edge lengths over all [x, y, z], m.");
+}
+
+template <class V>
+Field<Shape> thickness(const std::string& description) {
+  return field<Shape>("thickness", of(&V::thickness), number(above(0)), description);
+}
+
+// Two numbers in an array.
+Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning) {
+  Codec<std::array<double, 2>> codec;
+  const Codec<double> each = number(range);
+  codec.expected = "an array of two numbers, " + meaning;
+  codec.schema = {{"type", "array"}, {"items", each.schema}, {"minItems", 2}, {"maxItems", 2}};
+  codec.read = [each, expected = codec.expected](const Json& json, const Path& path,
+                                                 std::array<double, 2>& value,
+                                                 ReadContext& context) {
+    if (!json.is_array() || json.size() != 2) {
+      context.log.report(path, describe_value(json), expected);
+      return;
+    }
+    for (size_t i = 0; i < 2; ++i) each.read(json[i], path / i, value[i], context);
+  };
+  codec.write = [](const std::array<double, 2>& value) { return Json(value); };
+  return codec;
+}
+
+std::vector<Alternative<Shape>> furniture() {
+  return {
+      alternative<BinShape>("bin",
+                            "An open box of walls; its origin is below the middle of its floor.",
+                            {required_field<Shape>("size", of(&BinShape::size), vector3(above(0)),
+                                                   "Of its inside [x, y, z], m."),
+                             thickness<BinShape>("Of floor and walls, m.")}),
+      alternative<TableShape>(
+          "table", "A top on four legs; its origin is on the floor in their middle.",
+          {outer_size<TableShape>(), thickness<TableShape>("Of the top, m."),
+           field<Shape>("leg", of(&TableShape::leg), number(above(0)), "Edge of a leg, m.")}),
+      alternative<ShelfShape>(
+          "shelf", "Boards between two sides, open to +z; its origin is below their middle.",
+          {outer_size<ShelfShape>(),
+           field<Shape>("boards", of(&ShelfShape::boards), integer(2, 100),
+                        "How many, the lowest and the highest among them."),
+           thickness<ShelfShape>("Of all boards, m."),
+           field<Shape>("back", of(&ShelfShape::has_back), boolean(), "It has a back at -z.")}),
+      alternative<StairsShape>(
+          "stairs", "Solid steps that rise from +z to -z; the origin is below their middle.",
+          {outer_size<StairsShape>(),
+           field<Shape>("steps", of(&StairsShape::steps), integer(1, 1000), "How many.")}),
+      alternative<TerrainShape>(
+          "terrain", "The surface over a grey picture, about its origin; for static bodies.",
+          {required_field<Shape>("file", of(&TerrainShape::file), file_path(),
+                                 "PNG of 8 or 16 bits, relative to the scene file. Its right is "
+                                 "+x, its lower edge +z."),
+           required_field<Shape>("size", of(&TerrainShape::size),
+                                 two_numbers(above(0), "along x and z"), "Along x and z, m."),
+           required_field<Shape>("height", of(&TerrainShape::height),
+                                 two_numbers(kAnyNumber, "of black and of white"),
+                                 "y of black and of white, m.")}),
+  };
+}
+
 Codec<CompoundPart> part_codec() {
   return object<CompoundPart>(
       {.noun = "a part of a compound",
@@ -92,30 +157,28 @@ Codec<CompoundPart> part_codec() {
 }  // namespace
 
 Codec<Shape> shape_codec() {
+  std::vector<Alternative<Shape>> alternatives = {
+      alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields()),
+      alternative<BoxShape>("box", "A box about its centre.",
+                            {required_field<Shape>("size", of(&BoxShape::size), vector3(above(0)),
+                                                   "Full edge lengths [x, y, z], m.")}),
+      alternative<SphereShape>("sphere", "A sphere about its centre.",
+                               {required_field<Shape>("radius", of(&SphereShape::radius),
+                                                      number(above(0)), "Radius, m.")}),
+      alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
+                                 {required_field<Shape>("radius", of(&CylinderShape::radius),
+                                                        number(above(0)), "Radius, m."),
+                                  required_field<Shape>("height", of(&CylinderShape::height),
+                                                        number(above(0)), "Full height, m.")}),
+      alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.", {}),
+      alternative<CompoundShape>(
+          "compound", "Shapes joined rigidly; they should not overlap.",
+          {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
+                                 "The shapes and where they stand.")}),
+  };
+  for (Alternative<Shape>& each : furniture()) alternatives.push_back(std::move(each));
   return object<Shape>(
-      {.noun = "a shape",
-       .choice_key = "type",
-       .alternatives = {
-           alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields()),
-           alternative<BoxShape>(
-               "box", "A box about its centre.",
-               {required_field<Shape>("size", of(&BoxShape::size), vector3(above(0)),
-                                      "Full edge lengths [x, y, z], m.")}),
-           alternative<SphereShape>("sphere", "A sphere about its centre.",
-                                    {required_field<Shape>("radius", of(&SphereShape::radius),
-                                                           number(above(0)), "Radius, m.")}),
-           alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
-                                      {required_field<Shape>("radius", of(&CylinderShape::radius),
-                                                             number(above(0)), "Radius, m."),
-                                       required_field<Shape>("height", of(&CylinderShape::height),
-                                                             number(above(0)), "Full height, m.")}),
-           alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.",
-                                   {}),
-           alternative<CompoundShape>(
-               "compound", "Shapes joined rigidly; they should not overlap.",
-               {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
-                                      "The shapes and where they stand.")}),
-       }});
+      {.noun = "a shape", .choice_key = "type", .alternatives = std::move(alternatives)});
 }
 
 }  // namespace pilesim

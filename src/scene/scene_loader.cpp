@@ -1,6 +1,10 @@
 #include "scene/scene_loader.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +17,8 @@
 #include "scene/overrides.h"
 #include "scene/scene_checks.h"
 #include "scene/scene_format.h"
+#include "scene/scene_sources.h"
+#include "scene/scene_values.h"
 
 namespace pilesim {
 
@@ -22,31 +28,36 @@ std::string parent_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(0, pointer.rfind('/'));
 }
 
-// Turns findings into problems with file, line and column.
+// Turns findings into problems with file, line and column, each in the file that it comes from.
 class Locator {
  public:
-  // `causes`: for each finding the override that it comes from, null where it is the file's.
-  Locator(const std::string& text, std::string file, const std::vector<Finding>& findings,
-          const std::vector<const Override*>& causes)
-      : lines_(text), file_(std::move(file)) {
+  // `causes`: for each finding the override that it comes from, null where it is a file's.
+  // `sources` and `variables` (by pointer) must outlive it.
+  Locator(const SceneSources& sources, const std::map<std::string, std::string>& variables,
+          const std::vector<Finding>& findings, const std::vector<const Override*>& causes)
+      : sources_(sources), variables_(variables), offsets_(sources.files().size()) {
+    for (const SceneSources::File& file : sources.files()) lines_.emplace_back(file.text);
     for (size_t i = 0; i < findings.size(); ++i) {
       if (causes[i] != nullptr) continue;
+      const SceneSources::Place place = sources.place(findings[i].pointer);
       // With all ancestors: what is missing is shown where it should be.
-      for (std::string pointer = findings[i].pointer;; pointer = parent_of(pointer)) {
-        offsets_[pointer];
+      for (std::string pointer = place.pointer;; pointer = parent_of(pointer)) {
+        offsets_[place.file][pointer];
         if (pointer.empty()) break;
       }
     }
-    walk_json(text, [&](const JsonPlace& place) {
-      const auto wanted = offsets_.find(place.pointer);
-      if (wanted != offsets_.end()) wanted->second = {place.key_offset, place.value_offset};
-    });
+    for (size_t i = 0; i < offsets_.size(); ++i) {
+      if (offsets_[i].empty()) continue;
+      walk_json(sources.files()[i].text, [&](const JsonPlace& place) {
+        const auto wanted = offsets_[i].find(place.pointer);
+        if (wanted != offsets_[i].end()) wanted->second = {place.key_offset, place.value_offset};
+      });
+    }
   }
 
   Problem locate(const Finding& finding, const Override* cause) const {
-    Problem problem{.file = file_,
-                    .pointer = finding.pointer,
-                    .found = finding.found,
+    Problem problem{.pointer = finding.pointer,
+                    .found = finding.found + variable_of(finding.pointer),
                     .expected = finding.expected,
                     .remedy = finding.remedy};
     if (cause != nullptr) {
@@ -54,19 +65,35 @@ class Locator {
       if (finding.pointer == cause->pointer) problem.pointer.clear();
       return problem;
     }
-    std::string pointer = finding.pointer;
-    while (!offsets_.at(pointer)) pointer = parent_of(pointer);
-    const auto [key, value] = *offsets_.at(pointer);
-    const TextPosition position = lines_.position(finding.at_key ? key : value);
+    const SceneSources::Place place = sources_.place(finding.pointer);
+    problem.file = sources_.files()[place.file].name;
+    problem.pointer = place.pointer;
+    const auto& offsets = offsets_[place.file];
+    std::string pointer = place.pointer;
+    while (!offsets.at(pointer)) pointer = parent_of(pointer);
+    const auto [key, value] = *offsets.at(pointer);
+    const TextPosition position = lines_[place.file].position(finding.at_key ? key : value);
     problem.line = position.line;
     problem.column = position.column;
     return problem;
   }
 
  private:
-  LineIndex lines_;
-  std::string file_;
-  std::map<std::string, std::optional<std::pair<size_t, size_t>>> offsets_;  // of key and value
+  // Whose value it is that was found there, if it is one's.
+  std::string variable_of(std::string pointer) const {
+    for (; !pointer.empty(); pointer = parent_of(pointer)) {
+      const auto found = variables_.find(pointer);
+      if (found != variables_.end()) return ", by the variable \"" + found->second + '"';
+    }
+    return "";
+  }
+
+  using Offsets = std::map<std::string, std::optional<std::pair<size_t, size_t>>>;
+
+  const SceneSources& sources_;
+  const std::map<std::string, std::string>& variables_;
+  std::vector<LineIndex> lines_;  // by file
+  std::vector<Offsets> offsets_;  // by file: of key and value, by pointer
 };
 
 std::vector<Problem> repeated_keys(const std::string& text, const std::string& file) {
@@ -103,11 +130,13 @@ enum class MeshFiles { must_exist, may_be_elsewhere };
 struct Reading {
   Scene scene;
   ReadContext context;
+  std::map<std::string, std::string> variables;  // by the pointers where they were put
 };
 
-Reading read_document(const Json& document, const std::filesystem::path& file,
-                      MeshFiles mesh_files) {
+Reading read_document(Json document, const std::filesystem::path& file, MeshFiles mesh_files) {
   Reading reading;
+  reading.variables = resolve_values(document, reading.context.log);
+  if (!reading.context.log.findings().empty()) return reading;  // what is left is no scene yet
   reading.context.directory = std::filesystem::absolute(file).parent_path();
   scene_codec().read(document, Path(), reading.scene, reading.context);
   check_scene(reading.scene, document, reading.context.log);
@@ -144,14 +173,24 @@ std::vector<const Override*> find_causes(const Json& document, const std::filesy
 
 LoadedScene read_scene(const std::string& text, const std::filesystem::path& file,
                        std::span<const std::string> overrides, MeshFiles mesh_files) {
-  const Json document = parse_json(text, file.string());
-  std::vector<Problem> problems = repeated_keys(text, file.string());
+  const SceneSources sources(text, file);
+  const Json& document = sources.document();
+  std::vector<Problem> problems;
+  for (const SceneSources::File& source : sources.files()) {
+    const std::vector<Problem> repeated = repeated_keys(source.text, source.name);
+    problems.insert(problems.end(), repeated.begin(), repeated.end());
+  }
 
   Json changed = document;
   std::vector<Override> changes;
   for (const std::string& argument : overrides) {
     try {
       const Override change = parse_override(argument);
+      if (is_at_or_below(change.pointer, "/include")) {
+        throw Error(ErrorKind::input, Problem{.file = change.place(),
+                                              .found = "comes after all files are read",
+                                              .expected = "a value of the scene that they make"});
+      }
       apply_override(change, changed);
       changes.push_back(change);
     } catch (const Error& error) {
@@ -163,7 +202,7 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
   const std::vector<Finding>& findings = reading.context.log.findings();
   if (!findings.empty()) {
     const auto causes = find_causes(document, file, mesh_files, changes, findings);
-    const Locator locator(text, file.string(), findings, causes);
+    const Locator locator(sources, reading.variables, findings, causes);
     for (size_t i = 0; i < findings.size(); ++i) {
       problems.push_back(locator.locate(findings[i], causes[i]));
     }
@@ -194,6 +233,28 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
   return loaded;
 }
 
+// All of it, read once in a process.
+const std::string& standard_input() {
+  static const std::string text = [] {
+    std::string all;
+    std::array<char, 1 << 16> block;
+    for (;;) {
+      const ssize_t size = ::read(STDIN_FILENO, block.data(), block.size());
+      if (size < 0 && errno == EINTR) continue;
+      if (size < 0) throw io_error(kStandardInput, "read", errno);
+      if (size == 0) return all;
+      all.append(block.data(), static_cast<size_t>(size));
+      if (all.size() > kMostJsonBytes) {
+        throw Error(ErrorKind::input,
+                    Problem{.file = kStandardInput,
+                            .found = "is longer than " + std::to_string(kMostJsonBytes) + " bytes",
+                            .expected = "a scene"});
+      }
+    }
+  }();
+  return text;
+}
+
 }  // namespace
 
 LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
@@ -202,7 +263,9 @@ LoadedScene parse_scene(const std::string& text, const std::filesystem::path& fi
 }
 
 LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::string> overrides) {
-  return read_scene(read_file(file, kMostJsonBytes), file, overrides, MeshFiles::must_exist);
+  const std::string text =
+      file == kStandardInput ? standard_input() : read_file(file, kMostJsonBytes);
+  return read_scene(text, file, overrides, MeshFiles::must_exist);
 }
 
 std::string scene_schema() {
@@ -211,7 +274,8 @@ std::string scene_schema() {
                  {"description",
                   "Metres, kilograms, seconds; y up, right-handed; angles in degrees where a key "
                   "ends in _deg. Comments are allowed."}};
-  schema.update(scene_codec().schema);
+  schema.update(with_stand_ins(scene_codec().schema));
+  schema["$defs"]["stand_in"] = stand_in_schema();
   return schema.dump(2) + '\n';
 }
 

@@ -13,6 +13,9 @@
 
 namespace pilesim {
 
+// In place of a scene file: standard input. Its paths are relative to the working directory.
+inline constexpr const char* kStandardInput = "-";
+
 struct LoadedScene {
   Scene scene;
   std::string resolved;  // the scene with every default written out and absolute paths, JSON text

@@ -38,6 +38,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
 
   double time_s() const override { return life_.time_s(); }
@@ -65,6 +66,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
 
  private:
   void add(uint32_t body);
+  Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
   void read_states();
   void take_hits();
@@ -90,7 +92,8 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model,
       handlers_{.add = [this](uint32_t body) { add(body); },
                 .remove = [this](uint32_t body) { exact_.remove(body); },
                 .push = [this](uint32_t body,
-                               const ModelEvent& event) { exact_.apply_impulse(body, event); }},
+                               const ModelEvent& event) { exact_.apply_impulse(body, event); },
+                .pose = [this](uint32_t body) { return pose_now(body); }},
       engine_(std::move(engine)),
       exact_(*engine_),
       director_(director) {
@@ -108,6 +111,13 @@ void ImpulseSimulator::add(uint32_t body) {
               states.angular_velocity[body]},
              life_.has(body, kHeld), source.asleep);
   if (source.role == Role::dynamic) states.flags[body] |= kImpulse;
+}
+
+Pose ImpulseSimulator::pose_now(uint32_t body) const {
+  const ModelBody& source = model_.bodies[body];
+  if (!source.motion.empty()) return pose_at(model_.shapes[source.shape], source.motion, time_s());
+  const BodyMotion motion = exact_.motion(body);
+  return {motion.position, motion.orientation};
 }
 
 void ImpulseSimulator::move_kinematic_bodies() {

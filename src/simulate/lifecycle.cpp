@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <string>
 
+#include "core/counted.h"
 #include "core/error.h"
+#include "core/text.h"
+#include "simulate/clear_places.h"
 
 namespace pilesim {
 
@@ -24,6 +27,8 @@ Lifecycle::Lifecycle(const Scene& scene, const Model& model)
     states.flags.push_back(body.held ? uint8_t{kHeld} : uint8_t{0});
     state_.waiting.push_back(i);
   }
+  const auto comes_later = [](const ModelBody& body) { return body.start_s > 0; };
+  if (!model.crowded && std::ranges::any_of(model.bodies, comes_later)) distances_.emplace(model);
   std::ranges::stable_sort(state_.waiting, [&](uint32_t a, uint32_t b) {
     return model.bodies[a].start_s > model.bodies[b].start_s ||
            (model.bodies[a].start_s == model.bodies[b].start_s && a > b);
@@ -46,13 +51,54 @@ void Lifecycle::leave(uint32_t body, const LifeHandlers& handlers) {
   }
 }
 
+bool Lifecycle::waits_for_room(uint32_t body) const {
+  const std::optional<GuideFill>& fill = model_.guide_fill;
+  const bool fills = fill && body >= fill->first && body - fill->first < fill->count;
+  return distances_ && state_.steps > 0 && !fills && model_.bodies[body].role == Role::dynamic;
+}
+
 void Lifecycle::bring_bodies(const LifeHandlers& handlers) {
   const double now_s = time_s() + kSameTime * step_s_;
+  std::optional<ClearPlaces> places;
+  std::vector<uint32_t> blocked;
   while (!state_.waiting.empty() && model_.bodies[state_.waiting.back()].start_s <= now_s) {
     const uint32_t body = state_.waiting.back();
     state_.waiting.pop_back();
+    if (waits_for_room(body)) {
+      if (!places) places.emplace(model_, *distances_, state_.bodies, handlers.pose);
+      if (!places->is_clear(body)) {
+        blocked.push_back(body);
+        continue;
+      }
+      places->add(body);
+      const double late_s = time_s() - model_.bodies[body].start_s;
+      if (late_s > (1 + kSameTime) * step_s_) {
+        ++state_.late;
+        state_.latest_s = std::max(state_.latest_s, late_s);
+      }
+    }
     appear(body, handlers);
   }
+  state_.waiting.insert(state_.waiting.end(), blocked.rbegin(), blocked.rend());
+}
+
+std::vector<std::string> Lifecycle::notes() const {
+  std::vector<std::string> lines;
+  if (state_.late > 0) {
+    lines.push_back(counted(state_.late, "body", "bodies") +
+                    " appeared late, when others had left the place: by " +
+                    with_digits(state_.latest_s, 3) + " s at most");
+  }
+  const auto still = std::ranges::count_if(state_.waiting, [&](uint32_t body) {
+    return model_.bodies[body].start_s <= time_s() - step_s_;
+  });
+  if (still > 0) {
+    lines.push_back(counted(static_cast<uint64_t>(still), "body", "bodies") +
+                    " never appeared, since others are in the place: '" +
+                    model_.bodies[state_.waiting.back()].name +
+                    "' is the first; start them higher, or at a lower rate");
+  }
+  return lines;
 }
 
 void Lifecycle::bring_events(const LifeHandlers& handlers) {

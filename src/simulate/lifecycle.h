@@ -4,8 +4,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "model/body_distances.h"
 #include "model/model.h"
 #include "scene/scene.h"
 #include "simulate/body_state.h"
@@ -17,6 +20,8 @@ struct LifeHandlers {
   std::function<void(uint32_t)> add;                      // where states() has it: its start
   std::function<void(uint32_t)> remove;                   // of one that was present
   std::function<void(uint32_t, const ModelEvent&)> push;  // of one that is_in_world()
+  // Of one that is present: where it is now, which states() need not have before the frame's end.
+  std::function<Pose(uint32_t)> pose;
 };
 
 // All that changes: what a checkpoint holds of it.
@@ -24,10 +29,13 @@ struct LifeState {
   uint64_t steps = 0, frames = 0;  // that are done
   std::vector<uint32_t> waiting;   // bodies to come, the next one last
   uint64_t next_event = 0;         // in Model::events
+  uint64_t late = 0;               // bodies that came after their time: others were in their place
+  double latest_s = 0;             // by how much, at most
   BodyStates bodies;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.steps, self.frames, self.waiting, self.next_event, self.bodies);
+    stream(self.steps, self.frames, self.waiting, self.next_event, self.late, self.latest_s,
+           self.bodies);
   }
 };
 
@@ -47,13 +55,17 @@ class Lifecycle {
   }
   bool is_in_world(uint32_t body) const { return is_free(body) && has(body, kPresent); }
 
-  // The bodies whose time has come appear, in order of time, then of index.
+  // The bodies whose time has come appear, in order of time, then of index. After the start each
+  // waits until no other that moves is in its place; bodies that fill a guide do not.
   void bring_bodies(const LifeHandlers& handlers);
   // The events whose time has come happen, in order. A body that is let go leaves, where it is
   // present, and comes anew. One that is removed before it appears never will.
   void bring_events(const LifeHandlers& handlers);
   void end_step() { ++state_.steps; }
   void end_frame() { ++state_.frames; }
+
+  // For people, a line each: who came late, and who still waits. Empty: nobody.
+  std::vector<std::string> notes() const;
 
   // Throws Error(input) naming the body and the frame where its state is not finite.
   void check_finite(uint32_t body) const;
@@ -63,12 +75,14 @@ class Lifecycle {
   void load(StateReader& reader);
 
  private:
+  bool waits_for_room(uint32_t body) const;
   void appear(uint32_t body, const LifeHandlers& handlers);
   void leave(uint32_t body, const LifeHandlers& handlers);
   void happen(const ModelEvent& event, uint32_t body, const LifeHandlers& handlers);
 
   const Model& model_;
   double step_s_;
+  std::optional<BodyDistances> distances_;  // where bodies come after the start
   LifeState state_;
 };
 

@@ -40,6 +40,9 @@ class Simulator {
   // For the report: a JSON object of what the mode tells of itself; empty: nothing.
   virtual std::string figures() const { return {}; }
 
+  // For people, a line each: what happened to bodies that their scene did not ask for.
+  virtual std::vector<std::string> notes() const { return {}; }
+
   // Between frames: all that the frames to come depend on, its director's state with it.
   virtual void save(StateWriter& writer) const = 0;
   // Of a simulator of the same scene, model and director, made anew: goes on as the one that was

@@ -15,7 +15,7 @@
 #include "geometry/convex_distance.h"
 #include "geometry/convex_hull.h"
 #include "inspect/pile_inspection.h"
-#include "inspect/placed_piece.h"
+#include "model/placed_piece.h"
 #include "simulate/exact/engine.h"
 #include "simulate/exact/manifold.h"
 #include "simulate/exact/pair_list.h"

@@ -48,13 +48,15 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "\"spinning_friction\". Did you mean \"density_kg_m3\"?",
           "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number above 0",
           "s.json:6:28: /shapes/b/type: is \"bx\"; expected one of \"mesh\", \"box\", \"sphere\", "
-          "\"cylinder\", \"plane\", \"compound\". Did you mean \"box\"?",
+          "\"cylinder\", \"plane\", \"compound\", \"bin\", \"table\", \"shelf\", \"stairs\", "
+          "\"terrain\". Did you mean \"box\"?",
           "s.json:6:68: /shapes/c/size/1: is 0; expected a number above 0",
           "s.json:6:71: /shapes/c/size/2: is \"x\"; expected a number above 0",
           "s.json:7:41: /bodies/0/material: is \"wod\", which is no material of the scene; "
           "expected one of \"tin\", \"wood\". Did you mean \"wood\"?",
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
-          "\"version\", \"name\", \"seed\", \"duration_s\", \"until\", \"frame_rate\", \"step_s\", "
+          "\"include\", \"variables\", \"version\", \"name\", \"seed\", \"duration_s\", \"until\", "
+          "\"frame_rate\", \"step_s\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
           "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\". Did you mean "
           "\"duration_s\"?"));

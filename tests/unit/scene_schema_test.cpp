@@ -50,6 +50,12 @@ bool conforms(const json& value, const json& schema) {
     } else if (keyword == "oneOf") {
       holds = 1 == std::count_if(rule.begin(), rule.end(),
                                  [&](const json& each) { return conforms(value, each); });
+    } else if (keyword == "anyOf") {
+      holds = std::any_of(rule.begin(), rule.end(),
+                          [&](const json& each) { return conforms(value, each); });
+    } else if (keyword == "$ref") {
+      static const json root = json::parse(scene_schema());
+      holds = conforms(value, root.at(json::json_pointer(rule.get<std::string>().substr(1))));
     } else if (keyword == "allOf") {
       holds = std::all_of(rule.begin(), rule.end(),
                           [&](const json& each) { return conforms(value, each); });
@@ -76,7 +82,7 @@ bool conforms(const json& value, const json& schema) {
                keyword == "additionalProperties") {
       holds = !value.is_object() || object_conforms(value, schema);
     } else if (keyword != "description" && keyword != "default" && keyword != "pattern" &&
-               keyword != "$schema" && keyword != "title") {
+               keyword != "$schema" && keyword != "title" && keyword != "$defs") {
       ADD_FAILURE() << "unknown keyword " << keyword;
     }
     if (!holds) return false;
@@ -98,6 +104,16 @@ TEST(SceneSchema, AcceptsWhatTheLoaderAccepts) {
   const json schema = json::parse(scene_schema());
   EXPECT_TRUE(conforms(json::parse(kFullScene, nullptr, true, true), schema));
   EXPECT_TRUE(conforms(json::parse(parse(kFullScene).resolved), schema));
+}
+
+TEST(SceneSchema, TakesVariablesAndDrawsInPlaceOfValues) {
+  const json schema = json::parse(scene_schema());
+  const std::string text = R"({"version": 1, "include": "other.json", "variables": {"n": 3},
+    "duration_s": {"var": "n"}, "gravity": [0, {"random": {"from": -9, "to": -1}}, 0],
+    "materials": {"m": {"friction": {"random": {"of": [0, 1], "weights": [1, 2]}}}}})";
+  EXPECT_TRUE(conforms(json::parse(text), schema));
+  EXPECT_FALSE(conforms(json::parse(replaced(text, "\"var\"", "\"vra\"")), schema));
+  EXPECT_FALSE(conforms(json::parse(replaced(text, "\"from\"", "\"form\"")), schema));
 }
 
 TEST(SceneSchema, RefusesWhatTheLoaderRefuses) {

@@ -296,7 +296,9 @@ TEST_F(Mixed, SpheresThatLieOnANearBodyDoNotPushItIntoWhatCarriesIt) {
   // Comes when that one lies, sunk 0.1 m into it.
   Emitter& upper = add_grid("cube", {1, 1, 1}, {1, 1, 1}, {0, kSide / 2 + 0.15, 0});
   upper.start_s = 0.1;
-  start();
+  model_ = build_model(scene_);
+  model_.crowded = true;  // it would wait
+  simulator_ = make_simulator(scene_, model_);
   for (int i = 0; i < 20; ++i) {
     run(1);
     EXPECT_GT(states().position[1].y(), kSide / 2 - 0.002) << i;

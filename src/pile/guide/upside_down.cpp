@@ -103,6 +103,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_.simulator = {
       .engine = scene.simulator.engine,
       .solver_iterations = std::min(kMostSweeps, scene.simulator.solver_iterations)};
+  dropped_.crowded = true;  // it has an interval of its own
   dropped_.materials = model.materials;
   for (Material& material : dropped_.materials) {
     material.friction *= kSlippery;

@@ -90,6 +90,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
@@ -125,6 +126,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void add(uint32_t body);
   void remove(uint32_t body);
   void apply_impulse(uint32_t body, const ModelEvent& event);
+  Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
   void choose_levels();
   StepWork must_work() const;
@@ -175,7 +177,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
       handlers_{
           .add = [this](uint32_t body) { add(body); },
           .remove = [this](uint32_t body) { remove(body); },
-          .push = [this](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); }},
+          .push = [this](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); },
+          .pose = [this](uint32_t body) { return pose_now(body); }},
       dispatch_(scene.simulator.detail, model),
       objects_(make_objects(model, dispatch_)),
       spheres_(model, objects_, sphere_settings(scene, dispatch_)),
@@ -546,6 +549,13 @@ FrameStatistics MixedSimulator::statistics() const {
   statistics.deepest_penetration_m =
       std::max<double>(statistics.deepest_penetration_m, spheres_.deepest_penetration_m());
   return statistics;
+}
+
+Pose MixedSimulator::pose_now(uint32_t body) const {
+  const ModelBody& source = model_.bodies[body];
+  if (!source.motion.empty()) return pose_at(model_.shapes[source.shape], source.motion, time_s());
+  const BodyMotion now = motion(body);
+  return {now.position, now.orientation};
 }
 
 BodyMotion MixedSimulator::motion(uint32_t body) const {

@@ -52,7 +52,8 @@ class StatisticalSimulator final : public Simulator {
                   .push =
                       [this](uint32_t body, const ModelEvent& event) {
                         world_.push(body, event.impulse, event.point);
-                      }},
+                      },
+                  .pose = [this](uint32_t body) { return pose_now(body); }},
         objects_(is_particle_mode(scene) ? particle_spheres(model) : load_signatures(model)),
         world_(model, objects_, world_settings(scene)) {
     refuse_hinges(model);
@@ -66,6 +67,7 @@ class StatisticalSimulator final : public Simulator {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return life_.states(); }
+  std::vector<std::string> notes() const override { return life_.notes(); }
   FrameStatistics statistics() const override;
   std::vector<std::string> signatures() const override {
     return describe_signatures(model_, objects_);
@@ -86,6 +88,7 @@ class StatisticalSimulator final : public Simulator {
  private:
   void add(uint32_t body);
   void remove(uint32_t body);
+  Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
   void read_states();
   void read_state(uint32_t body);
@@ -119,6 +122,13 @@ void StatisticalSimulator::remove(uint32_t body) {
     world_.wake_near(body);
     world_.surfaces().remove(body);
   }
+}
+
+Pose StatisticalSimulator::pose_now(uint32_t body) const {
+  const BodyStates& states = life_.states();
+  if (!life_.is_free(body)) return {states.position[body], states.orientation[body]};
+  const SphereBody& sphere = world_.body(body);
+  return {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()};
 }
 
 void StatisticalSimulator::move_kinematic_bodies() {

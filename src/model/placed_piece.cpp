@@ -1,4 +1,4 @@
-#include "inspect/placed_piece.h"
+#include "model/placed_piece.h"
 
 #include <cmath>
 

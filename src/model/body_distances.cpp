@@ -1,0 +1,122 @@
+#include "model/body_distances.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/convex_distance.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+Bounds box_at(const Bounds& box, const Pose& pose) {
+  const Vec3 half = pose.orientation.toRotationMatrix().cwiseAbs() * (box.sizes() / 2);
+  const Vec3 centre = pose.apply(box.center());
+  return {centre - half, centre + half};
+}
+
+class PlacedTriangle final : public ConvexBody {
+ public:
+  explicit PlacedTriangle(const Corners& corners) : corners_(corners) {}
+  Vec3 farthest(const Vec3& direction) const override {
+    return *std::ranges::max_element(corners_, {},
+                                     [&](const Vec3& corner) { return corner.dot(direction); });
+  }
+
+ private:
+  const Corners& corners_;
+};
+
+}  // namespace
+
+Bounds widened(Bounds box, double by) {
+  box.min().array() -= by;
+  box.max().array() += by;
+  return box;
+}
+
+BodyDistances::BodyDistances(const Model& model) : model_(model) {
+  trees_.resize(model.shapes.size());
+  cores_.resize(model.shapes.size());
+  for (size_t i = 0; i < model.shapes.size(); ++i) {
+    for (const CollisionPiece& piece : model.shapes[i].pieces) cores_[i].emplace_back(piece);
+    if (model.shapes[i].collides_as_mesh) {
+      trees_[i] = std::make_unique<TriangleTree>(model.shapes[i].mesh);
+    }
+  }
+}
+
+PlacedShape BodyDistances::place(uint32_t shape, const Pose& pose) const {
+  PlacedShape placed{.shape = shape, .pose = pose};
+  if (trees_[shape]) placed.box = box_at(trees_[shape]->nodes()[0].box, pose);
+  for (const PieceCore& core : cores_[shape]) placed.box.extend(PlacedPiece(core, pose).bounds());
+  return placed;
+}
+
+// In a frame that has the world's axes and its origin at `origin`: distances keep their digits far
+// from the world's. Only those whose boxes come within reach of `nearby`.
+std::vector<PlacedPiece> BodyDistances::pieces(const PlacedShape& placed, const Vec3& origin,
+                                               const Bounds& nearby, double reach_m) const {
+  const Pose pose{placed.pose.position - origin, placed.pose.orientation};
+  const Bounds within = widened(nearby, reach_m).translated(-origin);
+  std::vector<PlacedPiece> pieces;
+  for (const PieceCore& core : cores_[placed.shape]) {
+    const PlacedPiece& piece = pieces.emplace_back(core, pose);
+    if (!piece.bounds().intersects(within)) pieces.pop_back();
+  }
+  return pieces;
+}
+
+double BodyDistances::to_plane(const PlacedShape& body, const PlacedShape& plane) const {
+  const Vec3 normal = plane.pose.orientation * Vec3::UnitY();
+  const Pose pose{body.pose.position - plane.pose.position, body.pose.orientation};
+  double nearest = kNone;
+  for (const PieceCore& core : cores_[body.shape]) {
+    const PlacedPiece piece(core, pose);
+    nearest = std::min(nearest, normal.dot(piece.farthest(-normal)) - piece.radius_m());
+  }
+  return nearest;
+}
+
+double BodyDistances::to_mesh(const PlacedShape& body, const PlacedShape& mesh,
+                              double reach_m) const {
+  const TriangleTree& tree = *trees_[mesh.shape];
+  const Quat back = mesh.pose.orientation.conjugate();
+  const Pose in_mesh{back * (body.pose.position - mesh.pose.position),
+                     back * body.pose.orientation};
+  double nearest = kNone;
+  for (const PieceCore& core : cores_[body.shape]) {
+    const PlacedPiece piece(core, in_mesh);
+    tree.for_each_near(widened(piece.bounds(), reach_m), 0, [&](uint32_t i) {
+      nearest =
+          std::min(nearest, convex_distance(piece, PlacedTriangle(tree.corners()[i]), reach_m));
+    });
+  }
+  return nearest;
+}
+
+double BodyDistances::of_pieces(const PlacedShape& a, const PlacedShape& b, double reach_m) const {
+  const Vec3& origin = a.pose.position;
+  const std::vector<PlacedPiece> near_a = pieces(a, origin, b.box, reach_m);
+  const std::vector<PlacedPiece> near_b = pieces(b, origin, a.box, reach_m);
+  double nearest = kNone;
+  for (const PlacedPiece& one : near_a) {
+    const Bounds box = widened(one.bounds(), reach_m);
+    for (const PlacedPiece& other : near_b) {
+      if (!box.intersects(other.bounds())) continue;
+      nearest = std::min(nearest, convex_distance(one, other, reach_m));
+    }
+  }
+  return nearest;
+}
+
+double BodyDistances::distance(const PlacedShape& a, const PlacedShape& b, double reach_m) const {
+  if (model_.shapes[b.shape].is_plane) return to_plane(a, b);
+  if (model_.shapes[a.shape].is_plane) return to_plane(b, a);
+  if (model_.shapes[b.shape].collides_as_mesh) return to_mesh(a, b, reach_m);
+  if (model_.shapes[a.shape].collides_as_mesh) return to_mesh(b, a, reach_m);
+  return of_pieces(a, b, reach_m);
+}
+
+}  // namespace pilesim

@@ -1,0 +1,48 @@
+// How far bodies of a model are apart, or how deep they overlap, by their collision shapes: exact,
+// for who judges where bodies stand. No engine and no skin of one has a part in it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "geometry/triangle_tree.h"
+#include "model/model.h"
+#include "model/placed_piece.h"
+
+namespace pilesim {
+
+// A shape where a body stands.
+struct PlacedShape {
+  uint32_t shape = 0;  // index into Model::shapes
+  Pose pose;           // of the body frame in the world
+  Bounds box;          // m, world, of what it collides with; empty for a plane
+};
+
+class BodyDistances {
+ public:
+  explicit BodyDistances(const Model& model);  // must outlive it
+
+  PlacedShape place(uint32_t shape, const Pose& pose) const;
+
+  // m; below 0: minus the shortest way that parts them, of the pair of pieces that is deepest in
+  // each other. Infinity beyond `reach_m`. Of a shape that collides as a mesh the triangles count,
+  // not what they enclose. At least one of the two has pieces.
+  double distance(const PlacedShape& a, const PlacedShape& b, double reach_m) const;
+
+ private:
+  double to_plane(const PlacedShape& body, const PlacedShape& plane) const;
+  double to_mesh(const PlacedShape& body, const PlacedShape& mesh, double reach_m) const;
+  double of_pieces(const PlacedShape& a, const PlacedShape& b, double reach_m) const;
+  std::vector<PlacedPiece> pieces(const PlacedShape& placed, const Vec3& origin,
+                                  const Bounds& nearby, double reach_m) const;
+
+  const Model& model_;
+  std::vector<std::vector<PieceCore>> cores_;         // by shape
+  std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, where it collides as a mesh
+};
+
+// `box` and all that is within `by` m of it along an axis.
+Bounds widened(Bounds box, double by);
+
+}  // namespace pilesim

@@ -1,0 +1,33 @@
+// What starts inside something else: moved where its place is drawn at random, reported otherwise.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+
+namespace pilesim {
+
+// The bodies of a model that an emitter made, all of them in one row.
+struct EmittedRow {
+  uint32_t first = 0, count = 0;  // in Model::bodies
+  uint32_t emitter = 0;           // index into Scene::emitters
+};
+
+// Pairs of bodies that overlap, by their collision shapes, by more than a thousandth of the smaller
+// one's bounding radius when the later of the two appears; as far as that is known beforehand: what
+// appears at the same time, and what stands still. Bodies that fill a guide are left out.
+// Ascending.
+std::vector<StartOverlap> find_start_overlaps(const Model& model);
+
+// The same, after each body of a disk that overlaps others was drawn anew in the disk, by random
+// numbers of its own, until it is clear of all that is there; one for which no place is found in 64
+// draws stays. The others are as they were. Fills model.start_overlaps and model.starts_moved.
+void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model& model);
+
+// For people, a line each; empty: nothing. What was moved, and what still overlaps.
+std::vector<std::string> describe_moved_starts(const Model& model);
+std::vector<std::string> describe_start_overlaps(const Model& model);
+
+}  // namespace pilesim
