@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   pilesim::add_simulate_command(app);
   pilesim::add_direct_pile_command(app);
   pilesim::add_finish_command(app);
+  pilesim::add_new_command(app);
   pilesim::add_render_command(app);
   pilesim::add_export_command(app);
   pilesim::add_sample_signature_command(app);

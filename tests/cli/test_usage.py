@@ -17,7 +17,7 @@ class Usage(CommandTest):
             self.assertIn(word, text)
 
     def test_each_command_has_help_with_an_example(self):
-        for command in ("simulate", "render", "export", "validate", "schema"):
+        for command in ("simulate", "render", "export", "validate", "schema", "new"):
             text = self.succeed(command, "--help").stdout
             self.assertRegex(text, r"Examples?[,:]", command)
 

@@ -1,0 +1,295 @@
+#include "job/new_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh_check.h"
+#include "geometry/mesh_import.h"
+#include "geometry/obj_writer.h"
+#include "json/json_text.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which the hull will do
+constexpr double kInTheAir = 0.2;      // share of an emitter that bounding balls fill
+constexpr double kInABin = 0.35;       // of a bin, when all has come to lie: loose
+constexpr double kGravity = 9.81;
+
+// What the sizes of a scene follow from.
+struct Measured {
+  double radius_m = 0;   // about the middle of the bounds
+  double volume_m3 = 0;  // of the mesh, or of its hull
+  bool is_solid = false, is_convex = false;
+};
+
+Measured measure(const TriangleMesh& mesh) {
+  Measured measured;
+  const Vec3 middle = mesh.bounds().center();
+  for (const Vec3& vertex : mesh.vertices) {
+    measured.radius_m = std::max(measured.radius_m, (vertex - middle).norm());
+  }
+  const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
+  measured.is_solid = find_mesh_defects(mesh).empty();
+  measured.volume_m3 = measured.is_solid ? mass_properties(mesh).volume_m3 : hull_m3;
+  measured.is_convex = measured.volume_m3 > kNearlyConvex * hull_m3;
+  return measured;
+}
+
+std::string number(double value) { return with_digits(value, 3); }
+
+std::string quoted(const std::string& text) { return Json(text).dump(); }
+
+// `text` with each $NAME replaced; a name is letters and digits.
+std::string filled(const std::string& text, const std::map<std::string, std::string>& values) {
+  std::string result;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '$') {
+      result += text[i];
+      continue;
+    }
+    size_t end = i + 1;
+    while (end < text.size() && std::isalnum(static_cast<unsigned char>(text[end])) != 0) ++end;
+    result += values.at(text.substr(i + 1, end - i - 1));
+    i = end - 1;
+  }
+  return result;
+}
+
+constexpr const char* kHead = R"({
+  "version": 1,
+  "name": $name,
+  "duration_s": $duration,  // at the latest
+$until  "frame_rate": 30,
+)";
+
+constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,
+             // "hull" is fastest, "decomposition" follows hollows and legs
+             "collision": "$collision"$notsolid})";
+
+constexpr const char* kPile = R"(  "materials": {
+    "ground": {"friction": 0.7},
+    "body": {"restitution": 0.2, "friction": 0.6, "density_kg_m3": 700}
+  },
+  "shapes": {
+    "ground": {"type": "plane"},
+    $shape
+  },
+  "bodies": [
+    {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
+  ],
+  "emitters": [
+    // $count bodies in an upright cylinder, clear of one another
+    {"name": "heap", "type": "disk", "shape": "body", "material": "body", "count": $count,
+     "centre": [0, $centre, 0], "radius": $radius, "height": $height}
+  ],
+$camera}
+)";
+
+constexpr const char* kBin = R"(  "materials": {
+    "bin": {"friction": 0.5},
+    "body": {"restitution": 0.2, "friction": 0.6, "density_kg_m3": 700}
+  },
+  "shapes": {
+    "ground": {"type": "plane"},
+    // the size is of its inside; it stands on its origin
+    "bin": {"type": "bin", "size": [$bin, $depth, $bin], "thickness": $wall},
+    $shape
+  },
+  "bodies": [
+    {"name": "ground", "shape": "ground", "material": "bin", "role": "static"},
+    {"name": "bin", "shape": "bin", "material": "bin", "role": "static"}
+  ],
+  "emitters": [
+    // poured in, so many a second; a body waits until its place is clear
+    {"name": "poured", "type": "disk", "shape": "body", "material": "body", "count": $count,
+     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height}
+  ],
+$camera}
+)";
+
+constexpr const char* kDataset =
+    R"(  // Each seed is another scene: pilesim simulate THIS -o out/7 --seed 7
+  // --print-config shows what a seed has drawn.
+  "seed": 1,
+  "materials": {
+    "bin": {"friction": 0.5},
+    "plastic": {"restitution": 0.3, "friction": {"random": {"from": 0.2, "to": 0.5}}, "density_kg_m3": 950},
+    "wood": {"restitution": 0.1, "friction": {"random": {"from": 0.4, "to": 0.8}}, "density_kg_m3": 600},
+    "metal": {"restitution": 0.2, "friction": {"random": {"from": 0.2, "to": 0.4}}, "density_kg_m3": 2700}
+  },
+  "shapes": {
+    "ground": {"type": "plane"},
+    "bin": {"type": "bin", "size": [$bin, $depth, $bin], "thickness": $wall},
+    $shape
+  },
+  "bodies": [
+    {"name": "ground", "shape": "ground", "material": "bin", "role": "static"},
+    {"name": "bin", "shape": "bin", "material": "bin", "role": "static"}
+  ],
+  "emitters": [
+    {"name": "poured", "type": "disk", "shape": "body",
+     "material": {"random": {"of": ["plastic", "wood", "metal"]}},
+     "count": {"random": {"from": $fewest, "to": $count, "integer": true}},
+     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height,
+     // of each body one of these
+     "palette": ["#c8553d", "#f28f3b", "#588b8b", "#ffd5c2", "#2d3047"]}
+  ],
+  "camera": {"position": [{"random": {"from": -$away, "to": $away}}, $above, $away],
+             "target": [0, $target, 0]},
+  "render": {"size": [640, 480]}
+}
+)";
+
+constexpr const char* kGuide = R"(  "materials": {
+    "ground": {"restitution": 0, "friction": 0.7},
+    "body": {"restitution": 0, "friction": 0.7, "density_kg_m3": 700}
+  },
+  "shapes": {
+    "ground": {"type": "plane"},
+    $shape
+  },
+  "bodies": [
+    {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
+  ],
+  "emitters": [
+    // the guide is filled upside down, and its bodies are let go from the bottom up
+    {"name": "heap", "type": "upside_down", "shape": "body", "material": "body", "start_s": 0.5,
+     "rate_hz": $rate}
+  ],
+  // the shape that the heap is to keep: any closed mesh with a level base
+  "guide": {"file": $guide},
+$camera}
+)";
+
+std::string camera(double away, double above, double target) {
+  return "  \"camera\": {\"position\": [" + number(0.5 * away) + ", " + number(above) + ", " +
+         number(away) + "], \"target\": [0, " + number(target) + ", 0]}\n";
+}
+
+// A cone without its tip, its base on the ground.
+TriangleMesh cone(double base_m, double top_m, double height_m) {
+  constexpr int kSides = 32;
+  std::vector<Vec3> corners;
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2 * kPi * i / kSides;
+    const Vec3 out(std::cos(angle), 0, std::sin(angle));
+    corners.push_back(base_m * out);
+    corners.push_back(top_m * out + Vec3(0, height_m, 0));
+  }
+  return convex_hull(corners);
+}
+
+using Values = std::map<std::string, std::string>;
+
+// Radius and height of a cylinder three times as high as its radius with room for all.
+void size_pile(const Measured& body, int count, Values& values) {
+  const double r = body.radius_m;
+  const double room_m3 = count * 4 / 3.0 * kPi * r * r * r / kInTheAir;
+  const double radius = std::max(std::cbrt(room_m3 / (3 * kPi)), 0.5 * r), height = 3 * radius;
+  values["radius"] = number(radius);
+  values["height"] = number(height);
+  values["centre"] = number(height / 2 + 1.5 * r);
+  const double away = 2.1 * (height + 3 * r);
+  values["camera"] = camera(away, 0.45 * away, 0.35 * height);
+}
+
+void size_bin(const Measured& body, int count, Values& values) {
+  const double r = body.radius_m;
+  const double room_m3 = count * 4 / 3.0 * kPi * r * r * r * 0.6 / kInABin;
+  const double side = std::max(std::cbrt(room_m3 / 0.7), 4 * r), depth = 0.7 * side;
+  const double radius = 0.5 * side - 1.2 * r, height = 2 * r;
+  values["bin"] = number(side);
+  values["depth"] = number(depth);
+  values["wall"] = number(0.05 * side);
+  values["radius"] = number(radius);
+  values["height"] = number(height);
+  values["centre"] = number(1.05 * side + 3 * r);
+  // What the mouth lets through while a body falls by its diameter.
+  const double leaves_s = std::sqrt(4 * r / kGravity);
+  values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
+  const double away = 2.6 * (side + r);
+  values["away"] = number(0.8 * away);
+  values["above"] = number(0.9 * away);
+  values["target"] = number(0.5 * depth);
+  values["camera"] = camera(away, 0.75 * away, 0.6 * depth);
+}
+
+TriangleMesh size_guide(const Measured& body, int count, Values& values) {
+  constexpr double kPacked = 0.4, kTop = 0.3;
+  // Volume of a cone of height 1.4 R whose top is kTop of its base.
+  const double share = kPi * 1.4 / 3 * (1 + kTop + kTop * kTop);
+  const double base =
+      std::max(std::cbrt(count * body.volume_m3 / kPacked / share), 5 * body.radius_m);
+  values["rate"] = number(std::max(10.0, count / 5.0));
+  const double away = 4.5 * base;
+  values["camera"] = camera(away, 0.4 * away, 0.6 * base);
+  return cone(base, kTop * base, 1.4 * base);
+}
+
+void refuse_what_is_there(const fs::path& file, bool force) {
+  std::error_code fault;
+  if (force || !fs::exists(file, fault)) return;
+  throw Error(ErrorKind::usage, Problem{.file = file.string(),
+                                        .found = "is there already",
+                                        .remedy = "Replace it with --force, or write elsewhere"});
+}
+
+}  // namespace
+
+NewSceneSummary write_new_scene(const NewSceneJob& job) {
+  refuse_what_is_there(job.output, job.force);
+  const bool has_guide = job.kind == NewSceneKind::guide;
+  NewSceneSummary summary;
+  if (has_guide) {
+    summary.guide = fs::path(job.output).replace_extension(".guide.obj");
+    refuse_what_is_there(summary.guide, job.force);
+  }
+  const TriangleMesh mesh = import_mesh(job.mesh, job.scale);
+  const Measured body = measure(mesh);
+  summary.diameter_m = 2 * body.radius_m;
+  const fs::path directory = fs::absolute(job.output).parent_path();
+  const fs::path relative = fs::absolute(job.mesh).lexically_proximate(directory);
+  Values values = {
+      {"name", quoted(job.mesh.stem().string())},
+      {"file", quoted(relative.generic_string())},
+      {"scale", with_digits(job.scale, 15)},
+      {"collision", body.is_solid && !body.is_convex ? "decomposition" : "hull"},
+      {"notsolid", body.is_solid ? ""
+                                 : ",\n             // the mesh is no closed solid\n"
+                                   "             \"use_hull_if_not_solid\": true"},
+      {"count", std::to_string(job.count)},
+      {"fewest", std::to_string(std::max(1, job.count / 3))},
+      {"until",
+       has_guide ? "" : "  \"until\": \"settled\",  // the run ends as soon as all is at rest\n"}};
+  double busy_s = 0;
+  const char* text = kPile;
+  if (job.kind == NewSceneKind::pile) {
+    size_pile(body, job.count, values);
+  } else if (has_guide) {
+    text = kGuide;
+    write_obj(size_guide(body, job.count, values), summary.guide);
+    values["guide"] = quoted(summary.guide.filename().generic_string());
+    busy_s = 8;
+  } else {
+    text = job.kind == NewSceneKind::bin ? kBin : kDataset;
+    size_bin(body, job.count, values);
+    busy_s = 2 * job.count / std::stod(values.at("rate"));
+  }
+  // Long enough for what rocks and rolls: times go with the root of the size.
+  values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));
+  values["shape"] = filled(kShape, values);
+  summary.text = filled(std::string(kHead) + text, values);
+  write_file_atomically(job.output, summary.text);
+  return summary;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,34 @@
+// A scene to start from, for one mesh: `pilesim new`.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace pilesim {
+
+// pile: bodies fall on a plane. bin: they are poured into a bin. guide: they fill a cone that a
+// guide holds them in, for direct-pile. dataset: a bin in which count, materials and camera are
+// drawn anew by each seed.
+enum class NewSceneKind : uint8_t { pile, bin, guide, dataset };
+
+struct NewSceneJob {
+  NewSceneKind kind = NewSceneKind::pile;
+  std::filesystem::path mesh;
+  double scale = 1;              // metres per unit of the file, > 0
+  int count = 60;                // bodies, >= 1
+  std::filesystem::path output;  // the scene file; a guide's mesh is written beside it
+  bool force = false;            // replace what is there
+};
+
+struct NewSceneSummary {
+  std::string text;             // of the scene
+  double diameter_m = 0;        // of a body
+  std::filesystem::path guide;  // the guide's mesh; empty: none
+};
+
+// Sizes all by the mesh and writes the scene, with comments, and the guide's mesh. Throws
+// Error(input) or Error(io) as import_mesh(), and Error(usage) where a file is there.
+NewSceneSummary write_new_scene(const NewSceneJob& job);
+
+}  // namespace pilesim
