@@ -16,7 +16,7 @@ packages=(
   libeigen3-dev libbullet-dev libassimp-dev libosmesa6-dev libcli11-dev nlohmann-json3-dev
   libstb-dev fonts-dejavu-core
   libtbb-dev librandom123-dev libhwy-dev libxxhash-dev libzstd-dev
-  libqhull-dev zlib1g-dev libmeshoptimizer-dev libcgal-dev
+  libqhull-dev zlib1g-dev libmeshoptimizer-dev libembree-dev libcgal-dev
   libopenexr-dev ffmpeg gnuplot-nox
   libgtest-dev libgmock-dev python3 python3-zarr
 )

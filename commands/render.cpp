@@ -9,10 +9,12 @@
 #include "core/text.h"
 #include "dataset_options.h"
 #include "frame_range.h"
+#include "numbers.h"
 #include "options.h"
 #include "print.h"
 #include "render/cameras.h"
 #include "render/dataset/dataset_job.h"
+#include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
@@ -25,6 +27,9 @@ struct RenderArguments {
   std::string input;
   std::optional<std::string> output, compare_with, camera;
   std::optional<OverlayKind> overlay;
+  std::optional<Renderer> renderer;
+  std::optional<RayQuality> quality;
+  std::optional<uint64_t> samples;
   Overrides overrides;
   DatasetOptions dataset;
   FrameRange frames;
@@ -55,6 +60,52 @@ std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
   return beside;
 }
 
+Scene scene_of(const TrajectoryHeader& header, const std::string& directory,
+               const std::vector<std::string>& overrides) {
+  return parse_scene(header.resolved_scene, std::filesystem::path(directory) / "trajectory.zarr",
+                     overrides)
+      .scene;
+}
+
+// What --renderer, --quality and --samples are short for.
+void add_render_overrides(const TrajectoryHeader& header, RenderArguments& options) {
+  Overrides& overrides = options.overrides;
+  if (options.renderer) {
+    const std::string word = *options.renderer == Renderer::rays ? "rays" : "raster";
+    overrides.add("/render/renderer=\"" + word + "\"", "--renderer", word);
+  }
+  if (options.quality) {
+    static const std::array<std::string, 3> kWords = {"preview", "good", "final"};
+    const std::string& word = kWords[static_cast<size_t>(*options.quality)];
+    if (options.renderer == Renderer::raster) {
+      throw Error(ErrorKind::usage,
+                  Problem{.found = "--quality " + word + " with --renderer raster",
+                          .expected = "--renderer rays",
+                          .remedy = "Leave one of them out"});
+    }
+    options.renderer = Renderer::rays;
+    overrides.add("/render/renderer=\"rays\"", "--quality", word);
+    overrides.add("/render/rays/quality=\"" + word + "\"", "--quality", word);
+  }
+  if (options.samples) {
+    const Renderer renderer =
+        options.renderer.value_or(scene_of(header, options.input, overrides.texts).render.renderer);
+    const std::string number = std::to_string(*options.samples);
+    overrides.add(
+        (renderer == Renderer::rays ? "/render/rays/samples=" : "/render/samples=") + number,
+        "--samples", number);
+  }
+}
+
+// Surfaces look as the scene of each trajectory says.
+MakeRenderer by_rays(const RenderArguments& options) {
+  return [&options](const TrajectoryHeader& header, const RenderSettings& settings,
+                    BodyColours colours) {
+    return std::make_unique<RaysRenderer>(header, settings,
+                                          scene_of(header, options.input, {}).materials, colours);
+  };
+}
+
 // What one camera shows; without a camera yet.
 struct CameraWork {
   RenderJob pictures;
@@ -65,20 +116,23 @@ struct CameraWork {
 
 CameraWork work_of(const RenderArguments& options, const Scene& scene,
                    const std::vector<uint64_t>& frames, const std::filesystem::path& output) {
-  CameraWork work{.pictures = {.output = output,
-                               .frames = frames,
-                               .sheet = options.sheet,
-                               .settings = scene.render,
-                               .labels = {directory_name(options.input),
-                                          directory_name(options.compare_with.value_or(""))},
-                               .video = !options.no_video,
-                               .force = options.run.force,
-                               .resume = options.resume},
-                  .dataset = {.output = output,
-                              .frames = frames,
-                              .size = scene.render.size,
-                              .passes = options.dataset.passes,
-                              .coco = options.dataset.coco}};
+  CameraWork work{
+      .pictures = {.output = output,
+                   .frames = frames,
+                   .sheet = options.sheet,
+                   .settings = scene.render,
+                   .make_renderer =
+                       scene.render.renderer == Renderer::rays ? by_rays(options) : nullptr,
+                   .labels = {directory_name(options.input),
+                              directory_name(options.compare_with.value_or(""))},
+                   .video = !options.no_video,
+                   .force = options.run.force,
+                   .resume = options.resume},
+      .dataset = {.output = output,
+                  .frames = frames,
+                  .size = scene.render.size,
+                  .passes = options.dataset.passes,
+                  .coco = options.dataset.coco}};
   if (options.overlay) {
     work.pictures.overlay = options.overlay;
     work.pictures.overlay_source = options.input;
@@ -97,14 +151,12 @@ void draw(TrajectoryReader& trajectory, const RenderArguments& options, const Ca
         kept.c_str(), summary.wall_s);
 }
 
-void render(const RenderArguments& options) {
+void render(RenderArguments& options) {
   check_picture_overrides(options.overrides.texts);
   TrajectoryReader trajectory(options.input);
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
-  const Scene scene =
-      parse_scene(trajectory.header().resolved_scene,
-                  std::filesystem::path(options.input) / "trajectory.zarr", options.overrides.texts)
-          .scene;
+  add_render_overrides(trajectory.header(), options);
+  const Scene scene = scene_of(trajectory.header(), options.input, options.overrides.texts);
   const std::vector<uint64_t> frames = selected_frames(
       options.frames,
       beside ? std::min(trajectory.frame_count(), beside->frame_count()) : trajectory.frame_count(),
@@ -164,14 +216,23 @@ void add_render_command(CLI::App& app) {
               " in all (of odd sizes the video leaves a row or column out); the same as --set "
               "/render/size=[WIDTH,HEIGHT]")
       ->type_name("WIDTHxHEIGHT");
-  static const std::vector<std::string> kSamples = {"1", "2", "4", "8"};
-  add_word(
-      *command, "--samples", kSamples,
-      [options](size_t i) {
-        options->overrides.add("/render/samples=" + kSamples[i], "--samples", kSamples[i]);
-      },
-      "Anti-aliasing samples: 1, 2, 4 or 8; the same as --set /render/samples=N")
-      ->type_name("N");
+  add_choice<Renderer>(
+      *command, "--renderer", {{"raster", Renderer::raster}, {"rays", Renderer::rays}},
+      options->renderer,
+      "raster (default): fast; rays: slow, with full meshes at any count and light "
+      "from surface to surface; the same as --set /render/renderer=NAME");
+  add_choice<RayQuality>(
+      *command, "--quality",
+      {{"preview", RayQuality::preview}, {"good", RayQuality::good}, {"final", RayQuality::final}},
+      options->quality,
+      "Of rays, which it implies: preview, good or final (default); the same as "
+      "--set /render/rays/quality=NAME");
+  add_whole_number(
+      *command, "--samples", {1, kMostRaySamples},
+      [options](uint64_t samples) { options->samples = samples; },
+      "Samples a pixel: 1, 2, 4 or 8 of the raster renderer (default 4); by rays any number "
+      "(default: as the quality has it); the same as --set /render/samples=N or "
+      "/render/rays/samples=N");
   CLI::Option* overlay = add_choice<OverlayKind>(
       *command, "--overlay",
       {{"piles", OverlayKind::piles},
@@ -221,6 +282,8 @@ Examples:
   pilesim render out/crate
   pilesim render out/crate --resume
   pilesim render out/crate --sheet 4x3
+  pilesim render out/crate -o out/still --renderer rays --frames 150 --no-video
+  pilesim render out/crate -o out/draft --quality preview
   pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/still --frames last --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8

@@ -148,6 +148,8 @@ void parallel_for(size_t count, size_t grain,
              [&](size_t chunk) { body(chunk * grain, std::min(count, (chunk + 1) * grain)); });
 }
 
+void on_one_thread(const std::function<void()>& work) { tbb::task_arena(1).execute(work); }
+
 void Team::gather(const std::function<void(Team&)>& work) {
   Team team;
   const auto members = static_cast<size_t>(thread_count());

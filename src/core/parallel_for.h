@@ -22,6 +22,9 @@ int thread_count();
 void parallel_for(size_t count, size_t grain,
                   const std::function<void(size_t begin, size_t end)>& body);
 
+// Runs `work` so that parallel loops of libraries which use oneTBB, too, get this thread alone.
+void on_one_thread(const std::function<void()>& work);
+
 // Threads that stay awake between short loops: to wake them for each would take longer than the
 // loops do. Each begins with its own part of a loop's range, the same in all loops, as what is
 // there is in its cache; then it helps the others.

@@ -20,8 +20,9 @@ enum class Stream : uint32_t {
   response = 3,
   rest = 4,
   bootstrap = 9,
-  batch = 20,
   camera = 10,
+  batch = 20,
+  picture = 21,
   test = 100
 };
 

@@ -111,38 +111,87 @@ class PictureSink {
   std::thread worker_;  // last: starts when the rest is there
 };
 
+std::unique_ptr<FrameRenderer> renderer_of(const RenderJob& job, const TrajectoryHeader& header,
+                                           BodyColours colours) {
+  if (job.make_renderer) return job.make_renderer(header, job.settings, colours);
+  return std::make_unique<SceneRenderer>(header, job.settings, colours);
+}
+
+// A trajectory's pictures.
+class Side {
+ public:
+  Side(TrajectoryReader& trajectory, const RenderJob& job, BodyColours colours)
+      : trajectory_(trajectory), renderer_(renderer_of(job, trajectory.header(), colours)) {}
+
+  const Image& draw(uint64_t index, const Camera& camera) {
+    const auto camera_of = [&](uint64_t frame) {
+      return camera_at(camera, static_cast<double>(frame) / trajectory_.header().frame_rate);
+    };
+    DrawnFrame drawn{.index = index, .camera = camera_of(index)};
+    if (renderer_->wants_neighbours()) {
+      if (index > 0) {
+        drawn.before = &frame(index - 1);
+        drawn.camera_before = camera_of(index - 1);
+      }
+      drawn.frame = &frame(index);
+      if (index + 1 < trajectory_.frame_count()) {
+        drawn.after = &frame(index + 1);
+        drawn.camera_after = camera_of(index + 1);
+      }
+    } else {
+      drawn.frame = &frame(index);
+    }
+    return renderer_->draw(drawn);
+  }
+  // One of the last three that were asked for.
+  const TrajectoryFrame& frame(uint64_t index) {
+    Kept& kept = kept_[index % kept_.size()];
+    if (kept.index != index) {
+      kept.index.reset();
+      trajectory_.read(index, kept.frame);
+      kept.index = index;
+    }
+    return kept.frame;
+  }
+
+ private:
+  struct Kept {
+    std::optional<uint64_t> index;
+    TrajectoryFrame frame;
+  };
+  TrajectoryReader& trajectory_;
+  std::unique_ptr<FrameRenderer> renderer_;
+  std::array<Kept, 3> kept_;
+};
+
 // Pictures of the trajectory, or of two side by side.
 class Painter {
  public:
-  Painter(TrajectoryReader& trajectory, const RenderJob& job) : trajectory_(trajectory), job_(job) {
+  Painter(TrajectoryReader& trajectory, const RenderJob& job)
+      : frame_rate_(trajectory.header().frame_rate), job_(job) {
     if (job.overlay) overlay_ = make_overlay(*job.overlay, job.overlay_source);
-    renderer_.emplace(trajectory.header(), job.settings,
-                      job.overlay ? colours_of(*job.overlay) : BodyColours::own);
-    if (job.beside != nullptr) renderer_beside_.emplace(job.beside->header(), job.settings);
+    side_.emplace(trajectory, job, job.overlay ? colours_of(*job.overlay) : BodyColours::own);
+    if (job.beside != nullptr) side_beside_.emplace(*job.beside, job, BodyColours::own);
   }
 
-  double time_s(uint64_t frame) const {
-    return static_cast<double>(frame) / trajectory_.header().frame_rate;
-  }
+  double time_s(uint64_t frame) const { return static_cast<double>(frame) / frame_rate_; }
   // On a sheet, pictures bear the time.
   Image draw(uint64_t frame, bool on_sheet) {
-    const CameraKey camera = camera_at(job_.camera, time_s(frame));
-    trajectory_.read(frame, frame_);
-    Image picture = renderer_->draw(frame_, camera);
-    if (overlay_) overlay_->draw(frame, frame_, camera, picture);
-    if (job_.beside == nullptr) return picture;
-    job_.beside->read(frame, frame_);
+    Image picture = side_->draw(frame, job_.camera);
+    if (overlay_) {
+      overlay_->draw(frame, side_->frame(frame), camera_at(job_.camera, time_s(frame)), picture);
+    }
+    if (!side_beside_) return picture;
     return contact_sheet(
-        {picture, renderer_beside_->draw(frame_, camera)},
+        {picture, side_beside_->draw(frame, job_.camera)},
         {job_.labels[0] + (on_sheet ? ", " + time_label(time_s(frame)) : ""), job_.labels[1]}, 2);
   }
 
  private:
-  TrajectoryReader& trajectory_;
+  double frame_rate_;
   const RenderJob& job_;
-  std::optional<SceneRenderer> renderer_, renderer_beside_;
+  std::optional<Side> side_, side_beside_;
   std::unique_ptr<Overlay> overlay_;
-  TrajectoryFrame frame_;
 };
 
 size_t pictures_on_sheet(const RenderJob& job) {
@@ -186,6 +235,10 @@ CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   }
   work(job.frames, job.settings.size, job.settings.samples, job.settings.analysis,
        job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video);
+  const RaySettings& rays = job.settings.rays;
+  work(static_cast<int>(job.settings.renderer), static_cast<int>(rays.quality),
+       rays.samples.value_or(-1), rays.bounces.value_or(-1), rays.denoise, rays.sun_angle,
+       rays.shutter, rays.lens_diameter_m, rays.focus_distance_m.value_or(-1));
   return {.command = "render",
           .program = program_hash(),
           .scene = content_hash(work.bytes()),

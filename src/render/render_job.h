@@ -4,11 +4,14 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
+#include "render/frame_renderer.h"
 #include "render/overlay.h"
 #include "scene/scene.h"
 #include "trajectory/trajectory.h"
@@ -20,12 +23,17 @@ inline constexpr uint64_t kMostSheetPixels = uint64_t{1} << 28;
 // What x264 encodes.
 inline constexpr int kWidestVideo = 16384;
 
+// Of a trajectory; `colours` say what an overlay tells by them.
+using MakeRenderer = std::function<std::unique_ptr<FrameRenderer>(
+    const TrajectoryHeader&, const RenderSettings&, BodyColours colours)>;
+
 struct RenderJob {
   std::filesystem::path output;             // directory for frames/, video.mp4, sheet.png
   std::vector<uint64_t> frames;             // of the trajectory, ascending and evenly spaced
   std::optional<std::array<int, 2>> sheet;  // columns, rows: draw sheet.png and nothing else
   RenderSettings settings;
-  Camera camera;  // with keys: cameras.h
+  MakeRenderer make_renderer;  // none: SceneRenderer
+  Camera camera;               // with keys: cameras.h
   // Drawn over the pictures, from the files in `overlay_source`. Not `beside`.
   std::optional<OverlayKind> overlay;
   std::filesystem::path overlay_source;  // directory

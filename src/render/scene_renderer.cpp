@@ -12,6 +12,7 @@
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
 #include "render/mesh_buffers.h"
+#include "render/scene_view.h"
 #include "render/shaders.h"
 #include "render/view.h"
 
@@ -147,8 +148,6 @@ struct SceneRenderer::State {
 
   State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours);
   ~State() { context.make_current(); }
-  View view_of(const TrajectoryFrame& frame, const CameraKey& camera) const;
-  float fade_distance(const TrajectoryFrame& frame, const View& view) const;
   void draw_pass(const TrajectoryFrame& frame, const View& view, Image& result);
   void draw_shadow_map(const TrajectoryFrame& frame, const View& view);
   void draw_surfaces(const TrajectoryFrame& frame, const View& view);
@@ -189,25 +188,6 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
 }
 
-// Near and far as close to the bodies as the ground allows.
-View SceneRenderer::State::view_of(const TrajectoryFrame& frame, const CameraKey& camera) const {
-  const float aspect = static_cast<float>(width) / static_cast<float>(height);
-  const auto distance = static_cast<float>((camera.target - camera.position).norm());
-  const View rough = make_view(camera, aspect, 1e-4f * distance, 1e4f * distance);
-  float nearest = 0.2f * distance;
-  float farthest = distance;
-  for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (!scene.drawn(frame, body)) continue;
-    const float radius = scene.radius(body);
-    if (!rough.sees_sphere(frame.position[body], radius)) continue;
-    const float depth = rough.depth_of(frame.position[body]);
-    nearest = std::min(nearest, depth - radius);
-    farthest = std::max(farthest, depth + radius);
-  }
-  nearest = std::max(0.9f * nearest, 0.01f * distance);
-  return make_view(camera, aspect, nearest, std::max(2 * farthest, 400 * distance));
-}
-
 void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const View& view) {
   const int size = targets->shadow_size;
   light = fit_light_view(scene, frame, view, size);
@@ -246,22 +226,11 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
   glDisable(GL_DEPTH_TEST);
 }
 
-// Of all planes the one that reaches farthest sets it.
-float SceneRenderer::State::fade_distance(const TrajectoryFrame& frame, const View& view) const {
-  float distance = 3 * view.focus_m;
-  for (size_t body = 0; body < scene.shape.size(); ++body) {
-    if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
-    const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
-    distance = std::max(distance, 8 * normal.dot(view.eye - frame.position[body]));
-  }
-  return distance;
-}
-
 void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View& view) {
   const GlProgram& program = programs->ground;
   program.use();
   set(program.uniform("clip_from_world"), view.clip_from_world);
-  const float reach = kGroundReach * fade_distance(frame, view);
+  const float reach = kGroundReach * fade_distance(scene, frame, view);
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
     const Quatf& q = frame.orientation[body];
@@ -357,7 +326,7 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
   const GlProgram& program = programs->picture;
   set_scene_view(program, view);
   set(program.uniform("to_light"), key_light_direction());
-  glUniform1f(program.uniform("fade_distance"), fade_distance(frame, view));
+  glUniform1f(program.uniform("fade_distance"), fade_distance(scene, frame, view));
   glUniform1i(program.uniform("key_light"), kFourthUnit);
   glUniform1i(program.uniform("occlusion"), kFifthUnit);
   glUniform1i(program.uniform("samples"), std::max(1, samples));
@@ -385,7 +354,7 @@ SceneRenderer::~SceneRenderer() = default;
 const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& camera) {
   State& s = *state_;
   s.context.make_current();
-  const View centred = s.view_of(frame, camera);
+  const View centred = scene_view(s.scene, frame, camera, s.width, s.height);
   s.draw_shadow_map(frame, centred);
   for (size_t pass = 0; pass < s.passes.size(); ++pass) {
     View view = centred;

@@ -25,6 +25,9 @@ struct Material {
   // share of the force along the normal times the radius of the smaller body, as a ball of its
   // volume (simulate/rolling_resistance.h). >= 0; of a pair: the product's square root.
   double rolling_friction = 0, spinning_friction = 0;
+  // What the renderer by rays makes of its surface.
+  double roughness = 0.45;  // of its gloss, (0, 1]: 0 a mirror, 1 matt
+  double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
 };
 
 // How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only.
@@ -355,10 +358,32 @@ struct NamedCamera {
   double field_of_view = radians(35);  // of an orbit and of random views
 };
 
+// Who draws: fast by OpenGL, or by rays.
+enum class Renderer : uint8_t { raster, rays };
+
+// How long the renderer by rays takes for a picture. What it does not say follows from `quality`.
+enum class RayQuality : uint8_t {
+  preview,  // a sample, the sun's shadow and the open sky
+  good,     // four of them
+  final     // 16 samples, light from surface to surface
+};
+struct RaySettings {
+  RayQuality quality = RayQuality::final;
+  std::optional<int> samples;  // a pixel, >= 1
+  std::optional<int> bounces;  // of light from surface to surface, >= 0
+  bool denoise = true;
+  double sun_angle = radians(8);           // the sun's angular size, [0, 90 degrees]
+  double shutter = 0;                      // how long it is open, in frames, [0, 1]
+  double lens_diameter_m = 0;              // 0: all is sharp
+  std::optional<double> focus_distance_m;  // along the optical axis; none: the camera's target
+};
+
 struct RenderSettings {
   std::array<int, 2> size = {960, 540};  // pixels
   int samples = 4;                       // anti-aliasing: 1, 2, 4 or 8
   bool analysis = false;                 // colour bodies by their equilibrium
+  Renderer renderer = Renderer::raster;
+  RaySettings rays;
 };
 
 // The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).

@@ -68,6 +68,16 @@ Codec<std::string> any_text() {
   return codec;
 }
 
+// Left out of the resolved scene where it is the default, which is older than the key.
+template <class T>
+Field<T> newer(Field<T> field) {
+  field.write = [write = field.write, plain = field.write(T{})](const T& object) {
+    const std::optional<Json> value = write(object);
+    return value == plain ? std::nullopt : value;
+  };
+  return field;
+}
+
 Codec<Material> material_codec() {
   return object<Material>(
       {.noun = "a material",
@@ -83,6 +93,41 @@ Codec<Material> material_codec() {
                            "has the product's square root. Exact contacts only."),
            field<Material>("spinning_friction", &Material::spinning_friction, number(at_least(0)),
                            "As rolling_friction, against turning about the contact's normal."),
+           newer(field<Material>("roughness", &Material::roughness, number(between(0, 1)),
+                                 "Of the surface's gloss, from 0, polished, to 1, matt. The "
+                                 "renderer by rays only.")),
+           newer(field<Material>("clear_coat", &Material::clear_coat, number(between(0, 1)),
+                                 "How much of a clear, polished layer lies over the surface. The "
+                                 "renderer by rays only.")),
+       }});
+}
+
+Codec<RaySettings> rays_codec() {
+  using R = RaySettings;
+  return object<R>(
+      {.noun = "the settings of rays",
+       .fields = {
+           field<R>("quality", &R::quality,
+                    enumeration<RayQuality>({{"preview", RayQuality::preview},
+                                             {"good", RayQuality::good},
+                                             {"final", RayQuality::final}}),
+                    "preview: 1 sample a pixel, no light from surface to surface; good: 4; final: "
+                    "16 samples, 2 bounces."),
+           optional_field<R>("samples", &R::samples, integer(1, kMostRaySamples),
+                             "Samples a pixel. Default: as the quality has it."),
+           optional_field<R>("bounces", &R::bounces, integer(0, kMostRayBounces),
+                             "From how many surfaces light is followed to the next. Default: as "
+                             "the quality has it."),
+           field<R>("denoise", &R::denoise, boolean(), "Take the noise of few samples out."),
+           field<R>("sun_angle_deg", &R::sun_angle, angle_deg(between(0, 90)),
+                    "How large the sun is: 0 casts hard shadows; the real one has 0.53."),
+           field<R>("shutter", &R::shutter, number(between(0, 1)),
+                    "How long the shutter is open about a frame's time, in frames: 0.5 is a "
+                    "film camera's 180 degrees; 0: nothing is blurred by motion."),
+           field<R>("lens_diameter_m", &R::lens_diameter_m, number(at_least(0)),
+                    "Of the lens's opening, m: what is out of focus is blurred. 0: all is sharp."),
+           optional_field<R>("focus_distance_m", &R::focus_distance_m, number(above(0)),
+                             "Along the optical axis, m. Default: the camera's target."),
        }});
 }
 
@@ -97,10 +142,16 @@ Codec<RenderSettings> render_codec() {
                         "Width and height of a frame, pixels: at most " +
                             std::to_string(kMostPixels) + " in all."),
                field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
-                        "Samples a pixel, against jagged edges."),
+                        "Samples a pixel, against jagged edges; rays/samples is by rays."),
                field<R>("analysis", &R::analysis, boolean(),
                         "Colour the bodies of a directed pile by their equilibrium: cyan "
                         "passed, blue filtered, red failed."),
+               newer(field<R>(
+                   "renderer", &R::renderer,
+                   enumeration<Renderer>({{"raster", Renderer::raster}, {"rays", Renderer::rays}}),
+                   "raster: fast; rays: slow, with all detail and light from surface to "
+                   "surface.")),
+               newer(field<R>("rays", &R::rays, rays_codec(), "How to draw by rays.")),
            },
        .finish = [](const Json&, const Path& path, R& settings, ReadContext& context) {
          const auto [width, height] = settings.size;

@@ -119,13 +119,52 @@ class Render(CommandTest):
         self.assertFalse((self.dir / "both").exists())
 
     def test_samples_that_cannot_be_drawn(self):
-        for samples in ("0", "3", "16", "-1"):
+        for samples in ("0", "-1", "65537"):
             result = self.expect_exit(2, "render", "out", "--samples", samples)
-            self.assertIn(f"--samples: '{samples}' is not one of 1, 2, 4, 8", result.stderr)
+            self.assertIn(f"--samples: '{samples}' is not a", result.stderr)
+        for samples in ("0", "3", "16", "-1"):
             override = f"/render/samples={samples}"
-            result = self.expect_exit(3, "render", "out", "--set", override)
-            self.assertIn(f"--set {override}: ", result.stderr)
-            self.assertIn("1, 2, 4, 8", result.stderr)
+            arguments = [["--set", override]]
+            if samples in ("3", "16"):
+                arguments += [["--samples", samples], ["--samples", samples, "--renderer", "raster"]]
+            for given in arguments:
+                result = self.expect_exit(3, "render", "out", *given)
+                self.assertIn(f"{given[0]} {given[1]}: ", result.stderr)
+                self.assertIn("1, 2, 4, 8", result.stderr)
+
+    def pictures(self, name):
+        return {path.name: path.read_bytes() for path in (self.dir / name / "frames").iterdir()}
+
+    def test_rays_draw_the_same_bytes_on_any_thread_and_in_any_range(self):
+        rays = ("--renderer", "rays", "--samples", "3", "--no-video")
+        rays += ("--set", "/render/rays/shutter=0.5")
+        self.succeed("render", "out", *rays, "-o", "a", "--threads", "1")
+        self.succeed("render", "out", *rays, "-o", "b", "--threads", "3", "--frames", "0-9")
+        self.succeed("render", "out", *rays, "-o", "c", "--threads", "2", "--frames", "10-")
+        whole = self.pictures("a")
+        self.assertEqual(len(whole), 16)
+        self.assertEqual(whole, self.pictures("b") | self.pictures("c"))
+        self.succeed("render", "out", "-o", "raster", "--no-video")
+        self.assertNotEqual(whole, self.pictures("raster"))
+
+    def test_who_draws_is_said_by_scene_option_or_quality(self):
+        one = ("--frames", "7", "--no-video", "-o")
+        self.succeed("render", "out", "--quality", "preview", *one, "a")
+        self.succeed("render", "out", "--set", '/render/renderer="rays"', "--samples", "1",
+                     "--set", "/render/rays/bounces=0", *one, "b")
+        self.assertEqual(self.pictures("a"), self.pictures("b"))
+        self.succeed("render", "out", "--renderer", "rays", "--compare-with", "out",
+                     "--sheet", "2x1", "-o", "both")
+        self.assertGreater(png_size(self.dir / "both/sheet.png")[0], 4 * 64)
+        self.succeed("render", "out", "--quality", "good", "--overlay", "solver", *one, "told")
+        self.succeed("render", "out", "--quality", "good", *one, "plain")
+        self.assertNotEqual(self.pictures("told"), self.pictures("plain"))
+        arguments = ("--renderer", "raster", "--quality", "good", *one, "c")
+        result = self.expect_exit(2, "render", "out", *arguments)
+        self.assertIn("--quality good with --renderer raster", result.stderr)
+        result = self.expect_exit(3, "render", "out", "--set", "/render/rays/shutter=2", *one, "c")
+        self.assertIn("/render/rays/shutter=2: is 2", result.stderr)
+        self.assertFalse((self.dir / "c").exists())
 
     def test_a_step_beyond_all_frames(self):
         self.succeed("render", "out", "--frames", f"5-15x{2**64 - 1}", "--no-video")

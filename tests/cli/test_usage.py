@@ -74,7 +74,7 @@ class Usage(CommandTest):
         ):
             text = self.succeed(command, "--help").stdout
             options = re.findall(r"--([a-z-]+) (?:N|NUMBER|N\[,N,N,N\])(?= |$)", text, re.M)
-            for option in (f"--{name}" for name in options if name != "samples"):
+            for option in (f"--{name}" for name in options):
                 seen += 1
                 values = ["", "-1", "99999999999999999999", "0x10", "nan"]
                 if option in ("--seed", "--max-error"):
@@ -177,7 +177,8 @@ class Usage(CommandTest):
         for command, inputs, option, words in (
             ("simulate", ["scene.json", "-o", "out"], "--progress", "auto, bar, json, none"),
             ("render", ["out"], "--overlay", "piles, guide, solver"),
-            ("render", ["out"], "--samples", "1, 2, 4, 8"),
+            ("render", ["out"], "--renderer", "raster, rays"),
+            ("render", ["out"], "--quality", "preview, good, final"),
             ("export", ["out", "-o", "a.csv"], "--as", "objects, instances"),
             ("sample-signature", ["a.obj", "-o", "a.sig"], "--layout", "scale-free, dissertation"),
             ("fit-bspline", ["a.sig", "-o", "b.sig"], "--coordinates", "cartesian, spherical"),

@@ -48,6 +48,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"report", {"core", "json", "geometry", "signature/rest", "trajectory"}},
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
     {"render/dataset", {"core", "json", "scene", "trajectory", "render"}},
+    {"render/rays", {"core", "scene", "trajectory", "render"}},
     {"export", {"core", "scene", "trajectory", "render"}},
     {"batch", {"core", "json", "scene"}},
     {"job",

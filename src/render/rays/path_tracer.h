@@ -1,0 +1,47 @@
+// Light along paths from the eye: the sun with its size, the sky, and what surfaces send each
+// other.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "render/rays/film.h"
+#include "render/rays/ray_light.h"
+#include "render/rays/ray_scene.h"
+#include "render/view.h"
+
+namespace pilesim {
+
+struct PathSettings {
+  // Of light from surface to surface, at most 4. 0: what is open to the sky is lit by it, and what
+  // lies around gives a share of its own colour.
+  int bounces = 2;
+  float sun_cosine = 1;       // of half the sun's angular size
+  float lens_radius_m = 0;    // 0: all is sharp
+  float focus_m = 1;          // along the optical axis
+  float fade_distance_m = 1;  // of planes, as in lighting.glsl
+};
+
+// How a body's surface answers light.
+struct RayMaterial {
+  Vec3f albedo = Vec3f::Ones();  // linear
+  Gloss gloss, coat;
+  bool is_plane = false;
+};
+
+struct PathScene {
+  const RayScene* scene = nullptr;
+  std::span<const RayMaterial> materials;  // (body)
+  // When the shutter opens, at the frame's time, and when it closes; the same while nothing moves.
+  std::array<View, 3> views;
+  bool moves = false;
+  std::array<Eigen::Matrix3f, 3> world_from_image;  // of the views (view.h)
+  uint64_t frame = 0;                               // whose random numbers are drawn
+};
+
+// Adds samples until each pixel has `samples` of them. The same numbers come of any number of
+// threads, and whether it was in one go or in several.
+void trace_paths(const PathScene& scene, const PathSettings& settings, uint32_t samples,
+                 Film& film);
+
+}  // namespace pilesim

@@ -1,0 +1,52 @@
+// What lights a scene, and how its surfaces answer: the rasteriser's key light, sky and ground
+// (shaders/lighting.glsl, background.glsl) as a sun with an angular size and an environment.
+// Radiance is linear RGB in the units of the shaders: a white surface that faces the key light is
+// as bright as its radiance.
+#pragma once
+
+#include "core/types.h"
+
+namespace pilesim {
+
+// Of the shaders.
+inline const Vec3f kKeyRadiance{2.55f, 2.43f, 2.25f};
+inline const Vec3f kSkyRadiance{0.74f, 0.82f, 0.95f};
+inline const Vec3f kBounceRadiance{0.36f, 0.33f, 0.30f};
+
+// Behind everything, where the camera looks in `direction` (unit).
+Vec3f background(const Vec3f& direction);
+
+// What comes from `direction` (unit) where nothing is.
+inline const Vec3f& surroundings(const Vec3f& direction) {
+  return direction.y() > 0 ? kSkyRadiance : kBounceRadiance;
+}
+
+// Two units that are normal to `axis` (unit) and to each other.
+struct Basis {
+  Vec3f across, along;
+  explicit Basis(const Vec3f& axis);
+};
+
+// The sun's disc: `point` in [0, 1)^2, `cosine` of half its angular size. Unit.
+Vec3f sun_sample(const Vec3f& to_sun, const Basis& basis, float cosine,
+                 const Eigen::Vector2f& point);
+// About `normal`, as often as cosines weigh it. Unit.
+Vec3f cosine_sample(const Vec3f& normal, const Eigen::Vector2f& point);
+
+// A rough layer of varnish, or a clear one: microfacets of GGX, a refractive index of 1.5.
+struct Gloss {
+  float alpha = 0.2f;  // roughness squared, > 0
+  float strength = 1;  // share of it that is there, [0, 1]
+
+  // What it sends from `light` to `view` for each that would come from a white matt surface without
+  // its cosine: brdf times pi. Units, as `normal`.
+  float reflected(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
+  // What it takes from what comes from `view`: Fresnel's share, by Schlick.
+  float share(float cosine) const;
+  // A microfacet as it is seen from `view` (Heitz 2018); the weight of what comes from where the
+  // view is mirrored on it.
+  Vec3f facet(const Vec3f& normal, const Vec3f& view, const Eigen::Vector2f& point) const;
+  float weight(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
+};
+
+}  // namespace pilesim

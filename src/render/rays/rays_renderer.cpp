@@ -1,0 +1,149 @@
+#include "render/rays/rays_renderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel_for.h"
+#include "render/draw_list.h"
+#include "render/rays/denoiser.h"
+#include "render/rays/develop.h"
+#include "render/rays/path_tracer.h"
+#include "render/rays/ray_scene.h"
+#include "render/scene_view.h"
+
+namespace pilesim {
+namespace {
+
+// A perfect mirror has no size in which sun and sky could be met.
+constexpr double kLeastRoughness = 0.03;
+constexpr float kCoatRoughness = 0.08f;
+
+// The packed colour is the square root of the linear one.
+Vec3f albedo_of(const PackedMaterial& packed) {
+  return Vec3f(packed[0], packed[1], packed[2]).cwiseAbs2() / (255.0f * 255.0f);
+}
+
+float alpha_of(double roughness) {
+  const double r = std::max(roughness, kLeastRoughness);
+  return static_cast<float>(r * r);
+}
+
+// Of a material.
+struct Look {
+  float alpha, clear_coat;
+};
+
+}  // namespace
+
+RayPlan plan_of(const RaySettings& settings) {
+  RayPlan plan{.samples = 16, .bounces = 2, .denoise = settings.denoise};
+  if (settings.quality == RayQuality::preview) plan = {1, 0, settings.denoise};
+  if (settings.quality == RayQuality::good) plan = {4, 0, settings.denoise};
+  if (settings.samples) plan.samples = static_cast<uint32_t>(*settings.samples);
+  if (settings.bounces) plan.bounces = *settings.bounces;
+  return plan;
+}
+
+struct RaysRenderer::State {
+  RenderSettings settings;
+  RayPlan plan;
+  RenderScene scene;
+  RayScene traced;
+  std::vector<Look> looks;             // (body)
+  std::vector<RayMaterial> materials;  // (body) of the frame
+  Film film;
+  Denoiser denoiser;
+  Image image;
+
+  State(const TrajectoryHeader& header, const RenderSettings& wanted,
+        const std::map<std::string, Material>& named, BodyColours colours)
+      : settings(wanted),
+        plan(plan_of(wanted.rays)),
+        scene(header, wanted.analysis ? BodyColours::analysis : colours),
+        traced(scene),
+        materials(scene.shape.size()) {
+    for (const uint32_t material : header.body_material) {
+      const auto found = named.find(header.materials[material]);
+      const Material look = found == named.end() ? Material{} : found->second;
+      looks.push_back({alpha_of(look.roughness), static_cast<float>(look.clear_coat)});
+    }
+    image = {.width = settings.size[0], .height = settings.size[1]};
+    image.rgb.resize(3 * static_cast<size_t>(image.width) * static_cast<size_t>(image.height));
+  }
+
+  void set_materials(const TrajectoryFrame& frame) {
+    for (size_t body = 0; body < materials.size(); ++body) {
+      RayMaterial& material = materials[body];
+      material.is_plane = scene.is_plane[scene.shape[body]] != 0;
+      material.albedo = albedo_of(scene.material_of(frame, body));
+      material.gloss = {.alpha = looks[body].alpha, .strength = material.is_plane ? 0.0f : 1.0f};
+      material.coat = {.alpha = kCoatRoughness * kCoatRoughness,
+                       .strength = material.is_plane ? 0.0f : looks[body].clear_coat};
+    }
+  }
+
+  // The camera is where it is at the frame's time, and half the shutter's time before and after.
+  PathScene path_scene(const DrawnFrame& drawn) const {
+    PathScene result{.scene = &traced, .materials = materials, .frame = drawn.index};
+    const auto share = static_cast<float>(settings.rays.shutter);
+    const auto view = [&](const CameraKey& camera) {
+      return scene_view(scene, *drawn.frame, camera, image.width, image.height);
+    };
+    result.views[1] = view(drawn.camera);
+    result.moves = share > 0 && (drawn.before != nullptr || drawn.after != nullptr);
+    for (const size_t i : {0, 2}) {
+      const bool known = (i == 0 ? drawn.before : drawn.after) != nullptr;
+      result.views[i] = result.views[1];
+      if (!result.moves || !known) continue;
+      CameraKey there = drawn.camera;
+      const CameraKey& other = i == 0 ? drawn.camera_before : drawn.camera_after;
+      there.position += 0.5 * share * (other.position - drawn.camera.position);
+      there.target += 0.5 * share * (other.target - drawn.camera.target);
+      there.field_of_view += 0.5 * share * (other.field_of_view - drawn.camera.field_of_view);
+      result.views[i] = view(there);
+    }
+    for (size_t i = 0; i < result.views.size(); ++i) {
+      result.world_from_image[i] = result.views[i].world_from_image(
+          static_cast<float>(image.width), static_cast<float>(image.height));
+    }
+    return result;
+  }
+};
+
+RaysRenderer::RaysRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
+                           const std::map<std::string, Material>& materials, BodyColours colours)
+    : state_(std::make_unique<State>(header, settings, materials, colours)) {}
+
+RaysRenderer::~RaysRenderer() = default;
+
+bool RaysRenderer::wants_neighbours() const { return state_->settings.rays.shutter > 0; }
+
+const Film& RaysRenderer::film() const { return state_->film; }
+
+const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
+  State& s = *state_;
+  const RaySettings& rays = s.settings.rays;
+  s.set_materials(*drawn.frame);
+  s.traced.place(
+      *drawn.frame,
+      {.before = drawn.before, .after = drawn.after, .share = static_cast<float>(rays.shutter)});
+  const PathScene scene = s.path_scene(drawn);
+  const PathSettings settings{
+      .bounces = s.plan.bounces,
+      .sun_cosine = static_cast<float>(std::cos(0.5 * rays.sun_angle)),
+      .lens_radius_m = static_cast<float>(0.5 * rays.lens_diameter_m),
+      .focus_m = rays.focus_distance_m ? static_cast<float>(*rays.focus_distance_m)
+                                       : scene.views[1].focus_m,
+      .fade_distance_m = fade_distance(s.scene, *drawn.frame, scene.views[1])};
+  s.film.begin(s.image.width, s.image.height);
+  trace_paths(scene, settings, s.plan.samples, s.film);
+  if (s.plan.denoise) {
+    const LightPlanes& clean = s.denoiser.filter(s.film);
+    develop(clean.red, clean.green, clean.blue, 1, s.image);
+  } else {
+    develop(s.film.red, s.film.green, s.film.blue, 1 / static_cast<float>(s.film.samples), s.image);
+  }
+  return s.image;
+}
+
+}  // namespace pilesim

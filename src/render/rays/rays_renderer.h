@@ -1,0 +1,43 @@
+// Draws frames by tracing rays: full meshes at any count, soft shadows, light from surface to
+// surface, depth of field and motion blur.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "render/body_colours.h"
+#include "render/frame_renderer.h"
+#include "render/rays/film.h"
+
+namespace pilesim {
+
+// What a quality stands for, with what the settings say themselves.
+struct RayPlan {
+  uint32_t samples;
+  int bounces;
+  bool denoise;
+};
+RayPlan plan_of(const RaySettings& settings);
+
+class RaysRenderer final : public FrameRenderer {
+ public:
+  // `materials`: of the scene, by name; what is not among them looks as by default. Throws
+  // Error(internal) where Embree does not start.
+  RaysRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
+               const std::map<std::string, Material>& materials,
+               BodyColours colours = BodyColours::own);
+  ~RaysRenderer() override;
+
+  const Image& draw(const DrawnFrame& drawn) override;
+  bool wants_neighbours() const override;
+
+  // What the last picture was made of, before the filter.
+  const Film& film() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace pilesim

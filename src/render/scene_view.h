@@ -1,0 +1,17 @@
+// What a picture of a scene shows, whoever draws it: the view, and where planes end.
+#pragma once
+
+#include "render/draw_list.h"
+#include "render/view.h"
+
+namespace pilesim {
+
+// Near and far as close to the bodies as the ground allows.
+View scene_view(const RenderScene& scene, const TrajectoryFrame& frame, const CameraKey& camera,
+                int width, int height);
+
+// m, where planes have largely melted into the background. Of all planes the one that reaches
+// farthest sets it.
+float fade_distance(const RenderScene& scene, const TrajectoryFrame& frame, const View& view);
+
+}  // namespace pilesim
