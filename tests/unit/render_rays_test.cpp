@@ -274,19 +274,25 @@ TEST(RaysRenderer, DrawsAFrameTheSameWhateverItDrewBefore) {
     if (i % 3 == 0) other.frame.state[i] = 0;  // gone, and back again
   }
   const CameraKey camera = test::front_camera({0, 1, 0}, 5);
-  RaysRenderer renderer(scene.header, {.size = {120, 80}, .rays = {.samples = 2, .shutter = 0.5}},
-                        {});
-  const DrawnFrame wanted{.index = 3, .frame = &scene.frame, .camera = camera};
-  const Image first = renderer.draw(wanted);
-  renderer.draw({.index = 4,
-                 .frame = &other.frame,
-                 .camera = camera,
-                 .before = &scene.frame,
-                 .after = &scene.frame,
-                 .camera_before = camera,
-                 .camera_after = camera});
-  EXPECT_EQ(renderer.draw(wanted).rgb, first.rgb);
-  EXPECT_NE(renderer.draw({.index = 4, .frame = &scene.frame, .camera = camera}).rgb, first.rgb);
+  const RenderSettings settings{.size = {120, 80}, .rays = {.samples = 2, .shutter = 0.5}};
+  const DrawnFrame first{.index = 3, .frame = &scene.frame, .camera = camera};
+  const DrawnFrame second{.index = 4,
+                          .frame = &other.frame,
+                          .camera = camera,
+                          .before = &scene.frame,
+                          .after = &scene.frame,
+                          .camera_before = camera,
+                          .camera_after = camera};
+  RaysRenderer renderer(scene.header, settings, {});
+  const auto alone = [&](const DrawnFrame& drawn) {
+    return Image(RaysRenderer(scene.header, settings, {}).draw(drawn)).rgb;
+  };
+  for (const DrawnFrame& drawn : {first, second, first, second}) {
+    EXPECT_EQ(renderer.draw(drawn).rgb, alone(drawn)) << drawn.index;
+  }
+  DrawnFrame later = first;
+  later.index = 4;
+  EXPECT_NE(alone(later), alone(first));  // other noise
 }
 
 TEST(Film, GoesOnWhereItEnded) {
