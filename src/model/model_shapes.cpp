@@ -78,6 +78,12 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
   }
 }
 
+// Of a shape whose mesh is its solid.
+void finish(ModelShape& shape) {
+  const TriangleMesh solid = shape.mesh;
+  finish(shape, solid);
+}
+
 class MeshShapeBuilder {
  public:
   MeshShapeBuilder(const MeshShape& source, const TriangleMesh& mesh, const std::string& pointer)
@@ -94,8 +100,7 @@ class MeshShapeBuilder {
       shape_.mass.centre_of_mass = shape_.mesh.bounds().center();
       shape_.collision_report =
           "mesh: " + counted(shape_.mesh.triangles.size(), "triangle") + ", exact";
-      const TriangleMesh solid = shape_.mesh;
-      finish(shape_, solid);
+      finish(shape_);
     } else {
       prepare_solid();
       shape_.mass = mass_properties(solid_);
@@ -215,8 +220,7 @@ ModelShape primitive(CollisionPiece::Kind kind, const Vec3& size, TriangleMesh m
   shape.mesh = std::move(mesh);
   shape.mass = mass;
   shape.pieces.push_back(primitive_piece(kind, size));
-  const TriangleMesh solid = shape.mesh;
-  finish(shape, solid);
+  finish(shape);
   shape.collision_report = "1 piece, exact";
   return shape;
 }
@@ -279,8 +283,7 @@ ModelShape build_compound(const Scene& scene, const CompoundShape& compound, Mes
                               part.shape + " (" + built.collision_report + ')';
   }
   whole.mass = combine(masses);
-  const TriangleMesh solid = whole.mesh;
-  finish(whole, solid);
+  finish(whole);
   return whole;
 }
 
