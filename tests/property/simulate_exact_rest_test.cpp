@@ -26,5 +26,19 @@ TEST(ExactRest, WhatIsSunkStaysAwake) {
   }
 }
 
+// A ball that rolls on for ever keeps nothing awake that it does not touch.
+TEST(ExactRest, WhatIsApartSleepsApart) {
+  SmallModel m;
+  m.scene.simulator.engine = EngineKind::exact;
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  m.body(m.sphere(0.1), material, {0, 0.1, 0}).linear_velocity = {1, 0, 0};
+  const uint32_t box = m.box(Vec3::Constant(0.2));
+  for (const double x : {-1.0, -2.0, -3.0}) m.body(box, material, {x, 0.1, 0});
+  const auto simulator = make_simulator(m.scene, m.model);
+  EXPECT_EQ(run(*simulator, 240).bodies_awake, 1);
+  EXPECT_GT(simulator->states().linear_velocity[1].x(), 0.5);
+}
+
 }  // namespace
 }  // namespace pilesim
