@@ -44,10 +44,24 @@ fs::path place_of_scene(const FinishJob& job) {
                       .remedy = "Name the scene file with --scene"});
 }
 
+// Its faults are those of the trajectory, whatever the scene file has become since.
+LoadedScene parse_own_scene(const FinishJob& job, const TrajectoryHeader& header,
+                            const fs::path& scene_file) {
+  try {
+    return parse_scene(header.resolved_scene, scene_file);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      if (problem.file == scene_file) problem.file = (job.input / "trajectory.zarr").string();
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
 // The run's own, which the trajectory has; what it names is looked for beside `scene_file`.
 LoadedScene load_own_scene(const FinishJob& job, const TrajectoryHeader& header,
                            const fs::path& scene_file) {
-  LoadedScene loaded = parse_scene(header.resolved_scene, scene_file);
+  LoadedScene loaded = parse_own_scene(job, header, scene_file);
   for (const NamedFile& file : loaded.files) {
     if (!fs::exists(file.path)) {
       throw Error(ErrorKind::input,

@@ -211,9 +211,9 @@ Codec<uint64_t> unsigned_integer() {
   codec.schema = {{"type", "integer"}, {"minimum", 0}, {"maximum", UINT64_MAX}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path, uint64_t& value,
                                            ReadContext& context) {
-    // 1e3 is 1000; a non-negative integer without exponent is always kept unsigned by the parser.
+    // 1e3 is 1000 and -0 is 0; what has neither sign nor exponent is kept unsigned by the parser.
     constexpr double kEndOfExact = 1ULL << 53U;
-    const bool is_whole = json.is_number_float() && is_integer(json) &&
+    const bool is_whole = json.is_number() && is_integer(json) &&
                           between(0, kEndOfExact).contains(json.get<double>());
     if (!json.is_number_unsigned() && !is_whole) {
       const bool is_too_coarse =

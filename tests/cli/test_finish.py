@@ -51,6 +51,16 @@ class FinishTest(CommandTest):
         self.assertLess(self.report("again")["finish"]["largest_moved_diameters"], 0.01)
         self.succeed("simulate", "scene.json", "-o", "on", "--from", "sound")
 
+    def test_what_is_wrong_in_a_trajectory_is_not_blamed_on_the_scene_file(self):
+        self.simulate_sunk()
+        attributes = self.dir / "out/trajectory.zarr/.zattrs"
+        stored = json.loads(attributes.read_text())
+        stored["scene"]["frame_rate"] = -1
+        attributes.write_text(json.dumps(stored))
+        result = self.expect_exit(3, "finish", "out", "-o", "sound")
+        self.assertRegex(result.stderr, r"out/trajectory\.zarr:\d+:\d+: /frame_rate: is -1;")
+        self.assertNotIn("scene.json", result.stderr)
+
     def test_a_scene_finishes_itself_with_the_same_bytes(self):
         self.simulate_sunk()
         self.succeed("finish", "out", "-o", "sound")

@@ -125,6 +125,15 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
           "\"solver_iterations\"?"));
 }
 
+TEST(SceneLoader, ASeedIsTheNumberHoweverItIsWritten) {
+  const auto seed_of = [](const std::string& text) {
+    return parse(scene("\"seed\": " + text)).scene.seed;
+  };
+  EXPECT_EQ(seed_of("1e3"), 1000u);
+  EXPECT_EQ(seed_of("7.0"), 7u);
+  EXPECT_EQ(seed_of("-0"), 0u);
+}
+
 TEST(SceneLoader, AnOverrideIsBlamedForWhatItDoesElsewhere) {
   const std::string whole = scene(R"("shapes": {"box": {"type": "box", "size": [1, 1, 1]}},
     "materials": {"wood": {"restitution": 0, "friction": 1, "density_kg_m3": 700}},
