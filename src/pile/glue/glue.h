@@ -1,0 +1,81 @@
+// What a whole pile needs to stand: forces at its contacts that keep every body in balance, each
+// within its friction cone and pushing only, and where that cannot be, the least adhesion ("glue")
+// with which it can. Adhesion g at a contact shifts its cone: a normal part down to -g, and
+// friction of (normal part + g).
+//
+//   minimise  sum g + sum |m| / (patch r) + push_cost sum p
+//   where for each body the forces (p - g) n + t of its contacts, and the torques m of its pairs,
+//   balance its weight;  |t| <= friction p,  g >= 0
+//
+// A second-order cone program, solved by a primal-dual interior point method. A pair's torque m is
+// that of a patch of glue of some size: contacts too few for balance hold with it, so that whatever
+// hangs together with something fixed can be held. The cost of pushing keeps stresses that cost
+// nothing from growing without bound.
+//
+// Forces are over g, thus in kg. Nothing depends on scale, gravity or the unit of mass.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+
+namespace pilesim {
+
+struct GlueBody {
+  Vec3 centre;      // of mass, m
+  double radius_m;  // > 0, about the centre
+  double mass_kg;   // 0: stands by itself
+};
+
+struct GlueContact {
+  uint32_t a, b;    // indices of bodies, not the same
+  Vec3 position;    // m
+  Vec3 normal;      // unit, from b towards a
+  double friction;  // >= 0
+};
+
+struct GlueSettings {
+  double patch = 0.1;       // radius of the glue that carries a torque, in the smaller body's
+  double push_cost = 1e-4;  // of a contact's push, where glue costs 1
+  double tolerance = 1e-6;  // of the glue in all, relative; and of balance, in mean weights
+  int most_iterations = 100;
+};
+
+// Of a pair of bodies that a patch of glue keeps from turning.
+struct GluePatch {
+  uint32_t a, b;  // as in the first of the pair's contacts
+  Vec3 torque;    // kg m, onto a
+  double glue_kg;
+};
+
+struct GlueSolution {
+  bool is_solved = false;          // false: no forces were found; what follows is not to be used
+  std::vector<Vec3> force;         // (contacts) kg, onto a, glue included
+  std::vector<double> glue_kg;     // (contacts) >= 0
+  std::vector<GluePatch> patches;  // those that carry
+  // (bodies) 1: no chain of contacts leads to something that stands by itself. Their contacts have
+  // no forces.
+  std::vector<uint8_t> hangs;
+  double total_kg = 0;  // of contacts and patches
+  int iterations = 0;
+};
+
+// `up` is unit, against gravity. Deterministic at any number of threads.
+GlueSolution least_glue(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts,
+                        const Vec3& up, const GlueSettings& settings = {});
+
+// A solution judged from bodies and contacts alone, in long double.
+struct GlueCertificate {
+  // The most of any body that does not hang: (force, torque) left over in its m g and m g r.
+  double unbalanced = 0;
+  double outside = 0;  // the most by which a force leaves its cone, in the mean weight
+  double total_kg =
+      0;  // the sum of the glue; < 0: some glue is negative, or a torque has too little
+};
+
+GlueCertificate certify(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts,
+                        const Vec3& up, const GlueSolution& solution, double patch);
+
+}  // namespace pilesim
