@@ -67,7 +67,70 @@ PlaneCells letter_e() {
   return cells;
 }
 
+constexpr double kLimb = 0.6;  // m, width and depth of the limbs of an L, a T and an arch
+
 }  // namespace
+
+TriangleMesh column() {
+  return loft({regular_polygon({0, 0, 0}, 1, 0.4, 48), regular_polygon({0, 2, 0}, 1, 0.4, 48)});
+}
+
+TriangleMesh cut_sphere() {
+  constexpr double kRadius = 0.8;
+  constexpr int kSteps = 20;
+  const double first = std::asin(-0.75), last = radians(86);
+  std::vector<Ring> rings;
+  for (int step = 0; step <= kSteps; ++step) {
+    const double latitude = first + (last - first) * step / kSteps;
+    const double y = kRadius * (0.75 + std::sin(latitude));
+    rings.push_back(regular_polygon({0, y, 0}, 1, kRadius * std::cos(latitude), 48));
+  }
+  for (Vec3& point : rings.front()) point.y() = 0;
+  return loft(rings);
+}
+
+TriangleMesh l_guide() {
+  PlaneCells cells;
+  add_column(cells, -0.8, -0.8 + kLimb, {0, kLimb, 2});
+  add_rectangle(cells, -0.8 + kLimb, 0.8, 0, kLimb);
+  return extrude(cells, kLimb);
+}
+
+TriangleMesh t_guide() {
+  PlaneCells cells;
+  add_column(cells, -kLimb / 2, kLimb / 2, {0, 2 - kLimb, 2});
+  add_rectangle(cells, -1, -kLimb / 2, 2 - kLimb, 2);
+  add_rectangle(cells, kLimb / 2, 1, 2 - kLimb, 2);
+  return extrude(cells, kLimb);
+}
+
+TriangleMesh arch() {
+  constexpr double kOuter = 1.1, kLegs = 0.8;
+  constexpr int kSteps = 32;
+  PlaneCells cells;
+  add_rectangle(cells, -kOuter, -kOuter + kLimb, 0, kLegs);
+  add_rectangle(cells, kOuter - kLimb, kOuter, 0, kLegs);
+  for (int i = 0; i < kSteps; ++i) {
+    const auto rim = [&](double radius, int step) -> Vec2 {
+      const double angle = radians(180) * step / kSteps;
+      return Vec2(0, kLegs) + radius * Vec2(std::cos(angle), std::sin(angle));
+    };
+    cells.add(
+        {rim(kOuter - kLimb, i), rim(kOuter, i), rim(kOuter, i + 1), rim(kOuter - kLimb, i + 1)});
+  }
+  return extrude(cells, kLimb);
+}
+
+TriangleMesh torus() {
+  constexpr double kMiddle = 0.75, kTube = 0.3, kFoot = 0.06;
+  const Field field = [](const Vec3& point) {
+    const double height = point.y() - (kMiddle + kTube - kFoot);
+    const double round = std::hypot(point.x(), height) - kMiddle;
+    return smooth_intersection(std::hypot(round, point.z()) - kTube, -point.y(), 0.02);
+  };
+  const Bounds region(Vec3(-1.2, -0.1, -0.45), Vec3(1.2, 2.15, 0.45));
+  return simplify(polygonise(field, region, 0.03), 3000);
+}
 
 TriangleMesh cone() {
   std::vector<Ring> rings{regular_polygon({0, 0, 0}, 1, 1.0, 72)};

@@ -48,6 +48,12 @@ void write_all(const std::filesystem::path& directory) {
   write(ring(), directory / "ring.obj");
   write(tyre(), directory / "tyre.obj");
   write(banana(), directory / "banana.obj");
+  write(column(), directory / "guides" / "column.obj");
+  write(cut_sphere(), directory / "guides" / "cut_sphere.obj");
+  write(l_guide(), directory / "guides" / "l.obj");
+  write(t_guide(), directory / "guides" / "t.obj");
+  write(arch(), directory / "guides" / "arch.obj");
+  write(torus(), directory / "guides" / "torus.obj");
   write(cone(), directory / "guides" / "cone.obj");
   write(spiral_tower(), directory / "guides" / "spiral_tower.obj");
   write(heart(), directory / "guides" / "heart.obj");

@@ -96,7 +96,7 @@ def card_tower():
         "emitters": [{"name": "cubes", "type": "line", "shape": "cube", "material": "wood",
                       "from": [-0.06, 0.75, 0.005], "to": [0.07, 0.75, -0.01], "period_s": 3.4,
                       "count": 4, "rate_hz": 1.5, "start_s": 6, "colour": "#3d5a45"}],
-        "guide": {},
+        "guide": {"hold": "freeze"},
         "camera": {"position": [0.28, 0.42, 1.05], "target": [0, 0.2, 0]}})
 
 
@@ -125,7 +125,7 @@ def books():
                          "ball": {"type": "sphere", "radius": 0.6}},
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-6.0, 4.6, 0.4], [6, 0, -0.4], "#4a4e57"),
-              "guide": {},
+              "guide": {"hold": "freeze"},
               "camera": {"position": [2.6, 3.0, 7.6], "target": [0.3, 1.15, 0]}})
 
 
@@ -151,7 +151,7 @@ def sticks():
                          "cube": {"type": "box", "size": [0.3, 0.3, 0.3]}},
               "bodies": [GROUND] + stack,
               "emitters": thrown("cube", "wood", [-2.5, 2.4, 0], [7, 0, 0], "#4a4e57"),
-              "guide": {},
+              "guide": {"hold": "freeze"},
               "camera": {"position": [2.0, 2.0, 5.0], "target": [0.2, 1.05, 0]}})
 
 
@@ -179,7 +179,7 @@ def tyres():
                          "ball": {"type": "sphere", "radius": 0.5}},
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.5, 3.4, 0.2], [6, 0, 0], "#b0402f"),
-              "guide": {},
+              "guide": {"hold": "freeze"},
               "camera": {"position": [2.6, 3.4, 11], "target": [0.4, 1.2, 0]}})
 
 
@@ -207,7 +207,7 @@ def crates():
                          "ball": {"type": "sphere", "radius": 0.3}},
               "bodies": [GROUND] + stack,
               "emitters": thrown("ball", "iron", [-4.2, 2.6, 0.1], [6, 0, 0], "#4a4e57"),
-              "guide": {},
+              "guide": {"hold": "freeze"},
               "camera": {"position": [1.6, 2.0, 5.6], "target": [0, 1.1, 0]}})
 
 
@@ -233,7 +233,7 @@ def wedged():
               "shapes": {"ground": {"type": "plane"},
                          "crate": {"type": "box", "size": [side, side, side]}},
               "bodies": [GROUND] + stack,
-              "guide": {"least_normal_up": 0.1},
+              "guide": {"hold": "freeze", "least_normal_up": 0.1},
               "camera": {"position": [1.2, 1.5, 3.6], "target": [0, 0.85, 0]}})
 
 

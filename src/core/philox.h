@@ -23,6 +23,7 @@ enum class Stream : uint32_t {
   camera = 10,
   batch = 20,
   picture = 21,
+  mould = 22,
   test = 100
 };
 

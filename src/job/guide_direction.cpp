@@ -31,6 +31,17 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
                           {"kept", filling.kept},
                           {"volume_share", filling.volume_share},
                           {"simulated_s", filling.simulated_s}};
+    if (filling.is_mould) figures["filling"]["outside_m"] = filling.outside_m;
+  }
+  if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
+    figures["glue_needed"] = {{"solved", glue->is_solved},
+                              {"weights", glue->weights},
+                              {"pairs", glue->pairs},
+                              {"contacts", glue->contacts},
+                              {"glued_contacts", glue->glued_contacts},
+                              {"hanging", glue->hanging},
+                              {"unbalanced", glue->unbalanced},
+                              {"outside", glue->outside}};
   }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
   return Json{{"guide", figures}}.dump();
@@ -40,18 +51,34 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
                                   const GuideFilling& filling) {
   std::vector<std::string> lines;
   if (filling.dropped > 0) {
-    lines.push_back("guide: filled upside down; " + std::to_string(filling.kept) + " of " +
-                    std::to_string(filling.dropped) + " bodies lie inside, " +
-                    percent(filling.volume_share) + " of its volume");
+    lines.push_back(std::string("guide: filled ") +
+                    (filling.is_mould ? "as a mould; " : "upside down; ") +
+                    std::to_string(filling.kept) + " of " + std::to_string(filling.dropped) +
+                    " bodies lie inside, " + percent(filling.volume_share) + " of its volume");
+  }
+  if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
+    lines.push_back(glue->is_solved
+                        ? "guide: held by glue of " + percent(glue->weights) +
+                              " of the pile's weight, at " + std::to_string(glue->glued_contacts) +
+                              " of " + std::to_string(glue->contacts) + " contacts"
+                        : "guide: no glue was found that holds it; it is left to itself");
+    if (glue->hanging > 0) {
+      lines.push_back("guide: " + std::to_string(glue->hanging) +
+                      " bodies have no way through others to anything that stands, and fall");
+    }
   }
   if (!simulator.frames().empty()) {
     const GuideFrame& last = simulator.frames().back();
     lines.push_back(
-        "guide: " + std::to_string(last.counts.held) + " held, " +
-        std::to_string(last.counts.passed) + " passed, " + std::to_string(last.counts.filtered) +
-        " filtered, " + std::to_string(last.counts.failed) + " failed; height " +
-        with_digits(last.height_m, 3) + " m, mean drift " + with_digits(last.mean_drift_m, 2) +
-        " m; control " + percent(simulator.control_share()) + " of the time");
+        "guide: " +
+        (simulator.glue_figures() ? std::to_string(last.counts.glue) + " pairs glued, " +
+                                        std::to_string(last.counts.torn) + " torn"
+                                  : std::to_string(last.counts.held) + " held") +
+        ", " + std::to_string(last.counts.passed) + " passed, " +
+        std::to_string(last.counts.filtered) + " filtered, " + std::to_string(last.counts.failed) +
+        " failed; height " + with_digits(last.height_m, 3) + " m, mean drift " +
+        with_digits(last.mean_drift_m, 2) + " m; control " + percent(simulator.control_share()) +
+        " of the time");
   }
   if (fit.voxel_m > 0) {
     lines.push_back("guide: " + percent(fit.bodies_inside) + " of the bodies inside, " +
@@ -80,7 +107,8 @@ DirectedRun GuideDirection::finish(const Simulator& simulator,
   write_guide_file(directory / "guide.json", {.frames = simulator_->frames(),
                                               .vertices = model_.guide.vertices,
                                               .triangles = model_.guide.triangles,
-                                              .constraints = simulator_->constraints()});
+                                              .constraints = simulator_->constraints(),
+                                              .glue = simulator_->glue()});
   const GuideFit fit = measure_guide_fit(model_, simulator.states());
   return {figures_of(*simulator_, fit, filling_), lines_of(*simulator_, fit, filling_)};
 }

@@ -197,7 +197,7 @@ std::vector<Vec3> start_positions(const Emitter& emitter, const Dice& dice, doub
   if (const auto* stream = std::get_if<PointSource>(&emitter.source)) {
     return std::vector<Vec3>(count, stream->position);
   }
-  if (std::holds_alternative<GuideSource>(emitter.source)) {
+  if (fills_guide(emitter)) {
     return std::vector<Vec3>(count, Vec3::Zero());  // until the guide is filled
   }
   assert(volume_mesh != nullptr);

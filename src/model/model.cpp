@@ -188,7 +188,7 @@ class ModelBuilder {
   // fit.
   Emitter with_count(const Emitter& emitter) const {
     Emitter counted = emitter;
-    if (!std::holds_alternative<GuideSource>(emitter.source)) return counted;
+    if (!fills_guide(emitter)) return counted;
     double volume_m3 = 0;
     for (const std::string& name : emitter.shapes) {
       volume_m3 += model_.shapes[shape_index_.at(name)].mass.volume_m3;
@@ -223,9 +223,10 @@ class ModelBuilder {
                                  static_cast<uint32_t>(emitted.size())};
     rows_.push_back({first_body_[emitter.name].first, first_body_[emitter.name].second,
                      static_cast<uint32_t>(index)});
-    if (std::holds_alternative<GuideSource>(emitter.source)) {
+    if (fills_guide(emitter)) {
       model_.guide_fill = {first_body_[emitter.name].first, first_body_[emitter.name].second,
-                           static_cast<uint32_t>(index)};
+                           static_cast<uint32_t>(index),
+                           std::holds_alternative<MouldSource>(emitter.source)};
     }
     for (size_t i = 0; i < emitted.size(); ++i) {
       const EmittedBody& start = emitted[i];

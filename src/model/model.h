@@ -82,6 +82,7 @@ struct ModelPairRule {
 struct GuideFill {
   uint32_t first = 0, count = 0;  // in Model::bodies
   uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers
+  bool is_mould = false;          // not upside down
 };
 
 // Two bodies that start inside one another.

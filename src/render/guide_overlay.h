@@ -1,4 +1,5 @@
-// A guide, translucent over the pile in it, and black dots where bodies are held.
+// A guide, translucent over the pile in it, black dots where bodies are held, and glue as lines as
+// thick as it is strong.
 #pragma once
 
 #include <vector>
@@ -18,6 +19,8 @@ class GuideOverlay final : public Overlay {
 
  private:
   void draw_guide(const CameraKey& camera, Image& image) const;
+  void draw_glue(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
+                 Image& image) const;
 
   GuideFile guide_;
 };

@@ -18,7 +18,7 @@ void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
        {"angular_velocity_jitter", emitter.angular_velocity_jitter > 0}}};
   for (const auto& [key, is_given] : given) {
     if (!is_given) continue;
-    log.report(path / key, R"(stands beside "type": "upside_down")",
+    log.report(path / key, R"(stands beside "type": "upside_down" or "mould")",
                "bodies that start at rest, where the filling leaves them", "Take it out");
   }
 }
@@ -31,12 +31,18 @@ void check_guide(const Scene& scene, ProblemLog& log) {
     log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
                "Take out one of the two");
   }
+  if (scene.guide && scene.guide->control && scene.guide->hold == HoldKind::glue &&
+      scene.simulator.engine != EngineKind::exact) {
+    const Path guide = root / "guide";
+    log.report(guide / "hold", R"(is "glue", and the engine is not pilesim's own)",
+               R"("hold": "freeze" or "nail", or no "engine" in "simulator")");
+  }
   const Path emitters = root / "emitters";
   bool is_filled = false;
   for (size_t i = 0; i < scene.emitters.size(); ++i) {
     const Emitter& emitter = scene.emitters[i];
     const Path place = emitters / i;
-    if (!std::holds_alternative<GuideSource>(emitter.source)) continue;
+    if (!fills_guide(emitter)) continue;
     if (!scene.guide || !scene.guide->file) {
       log.report(place, "fills a guide, and the scene has none with a mesh",
                  R"("guide": {"file": ...} in the scene)");

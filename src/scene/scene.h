@@ -165,8 +165,11 @@ struct VolumeSource {
 // The guide, turned over and filled like a vessel, then turned back (dissertation 6.3.1): bodies
 // wait where they came to lie there and are released from the bottom up.
 struct GuideSource {};
-using EmitterSource =
-    std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource, GuideSource>;
+// The guide as a closed mould, filled right way up; no base is asked for. They are there from
+// start_s on.
+struct MouldSource {};
+using EmitterSource = std::variant<GridSource, DiskSource, LineSource, PointSource, VolumeSource,
+                                   GuideSource, MouldSource>;
 
 // The shapes of an emitter in several sizes, drawn for each body.
 enum class SizeDistribution : uint8_t { uniform, log_uniform, normal };
@@ -200,6 +203,11 @@ struct Emitter {
   Preference preference = Preference::prefer_statistical;
   std::optional<Colour> colour;
 };
+
+inline bool fills_guide(const Emitter& emitter) {
+  return std::holds_alternative<GuideSource>(emitter.source) ||
+         std::holds_alternative<MouldSource>(emitter.source);
+}
 
 struct ReleaseEvent {
   std::vector<std::string> bodies;
@@ -272,19 +280,19 @@ struct SimulatorSettings {
   std::optional<double> max_error;            // >= 1
 };
 
-// How bodies that stand are held. freeze: clusters that rest on the ground stop moving. nail: each
-// is nailed to its neighbours, as in the dissertation.
-enum class HoldKind { freeze, nail };
+// How a pile is held. glue: by the least glue at its contacts with which the whole stands. Or by
+// bodies that stand (dissertation, chapter 6): freeze: clusters of them that rest on the ground
+// stop moving; nail: each is nailed to its neighbours.
+enum class HoldKind { glue, freeze, nail };
 
-// A pile kept in a shape: bodies that can stand on their contacts are held, until something knocks
-// them (dissertation, chapter 6). Defaults are the project's own; docs/equilibrium.md has the
-// dissertation's.
+// A pile kept in a shape until something knocks it down (dissertation, chapter 6; docs/guides.md).
+// Defaults are the project's own; docs/equilibrium.md has the dissertation's.
 struct Guide {
   std::optional<std::filesystem::path> file;  // absolute, a closed mesh; none: everywhere
   double scale = 1;                           // metres per unit of the file, > 0
   Pose pose;                                  // of the mesh file's frame in the world
   bool control = true;                        // false: bodies are analysed and not held
-  HoldKind hold = HoldKind::freeze;
+  HoldKind hold = HoldKind::glue;
   int period_steps = 20;           // of the control, >= 1
   double least_normal_up = -0.5;   // contacts with less of their normal upwards do not support
   double kinetic_share = 6.0 / 7;  // of the friction, at which a body must stand to be held, 0 .. 1

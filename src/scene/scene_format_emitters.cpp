@@ -208,13 +208,23 @@ Alternative<Emitter> guide() {
                       "Releases a second; 0: all at start_s.")});
 }
 
+Alternative<Emitter> mould() {
+  return alternative<MouldSource>(
+      "mould",
+      "Fills the guide as a closed mould, right way up, whatever its shape: bodies appear wherever "
+      "there is room and fall, until no more finds any.",
+      {field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
+                      "Most bodies; 0: as many as fit.")});
+}
+
 }  // namespace
 
 Codec<Emitter> emitter_codec() {
-  return object<Emitter>({.noun = "an emitter",
-                          .fields = common_fields() + mix_fields(),
-                          .choice_key = "type",
-                          .alternatives = {grid(), disk(), line(), stream(), volume(), guide()}});
+  return object<Emitter>(
+      {.noun = "an emitter",
+       .fields = common_fields() + mix_fields(),
+       .choice_key = "type",
+       .alternatives = {grid(), disk(), line(), stream(), volume(), guide(), mould()}});
 }
 
 }  // namespace pilesim

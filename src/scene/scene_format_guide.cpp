@@ -21,10 +21,14 @@ Fields<Guide> control_fields() {
   return {
       field<G>("control", &G::control, boolean(),
                "Hold what can stand. False: only analyse and measure."),
-      field<G>("hold", &G::hold,
-               enumeration<HoldKind>({{"freeze", HoldKind::freeze}, {"nail", HoldKind::nail}}),
-               "freeze: clusters that rest on the ground stop moving; nail: each body is nailed to "
-               "its neighbours at a contact."),
+      field<G>(
+          "hold", &G::hold,
+          enumeration<HoldKind>(
+              {{"glue", HoldKind::glue}, {"freeze", HoldKind::freeze}, {"nail", HoldKind::nail}}),
+          "glue: the whole pile is held by the least glue at its contacts with which it "
+          "stands; freeze: clusters that rest on the ground stop moving; nail: each body is nailed "
+          "to "
+          "its neighbours at a contact."),
       field<G>("period_steps", &G::period_steps, integer(1, 100000),
                "Steps from one control step to the next."),
       field<G>("least_normal_up", &G::least_normal_up, number(between(-1, 1)),

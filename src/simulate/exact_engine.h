@@ -1,5 +1,5 @@
 // What an exact engine is to the rest: bodies of the model in and out, a step, contacts, sleep,
-// friction, nails, and a partner that shares the velocities of some bodies with it.
+// friction, nails, glue, and a partner that shares the velocities of some bodies with it.
 #pragma once
 
 #include <functional>
@@ -64,6 +64,7 @@ class ExactEngine {
   virtual void find_hits(std::vector<Hit>& hits) = 0;
 
   virtual ConstraintId add_nail(const Nail& nail) = 0;
+  virtual ConstraintId add_glue(const GlueSpot& spot) = 0;
   virtual void remove_constraint(ConstraintId constraint) = 0;
   virtual bool holds(ConstraintId constraint) const = 0;
 

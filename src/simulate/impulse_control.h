@@ -1,5 +1,5 @@
-// What only the impulse mode offers a director beside BodyControl: bodies nailed together, blows
-// seen before they are struck, and marks on bodies.
+// What only the impulse mode offers a director beside BodyControl: bodies nailed or glued together,
+// blows seen before they are struck, and marks on bodies.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +18,16 @@ struct Nail {
   double breaking_impulse_ns;  // of one step, at which it breaks for good
 };
 
+// A spot of glue: two bodies that keep their place and attitude to each other, by a force and a
+// torque up to its strength. What asks for more stretches it, at that strength; stretched too far
+// it tears, for good.
+struct GlueSpot {
+  uint32_t a = 0, b = 0;  // a is dynamic, b of any role that is present
+  Vec3 point;             // m, world
+  double strength_n = 0, strength_nm = 0;
+  double tears_m = 0, tears_rad = 0;  // so far apart, or turned against each other
+};
+
 // An awake body that in the coming step meets one that was put to sleep.
 struct Hit {
   uint32_t sleeper = 0, other = 0;
@@ -31,7 +41,9 @@ using ConstraintId = uint32_t;
 
 class ImpulseControl : public BodyControl {
  public:
-  virtual ConstraintId add_nail(const Nail& nail) = 0;          // it ends with either body
+  virtual ConstraintId add_nail(const Nail& nail) = 0;  // it ends with either body
+  // Of the project's own engine only.
+  virtual ConstraintId add_glue(const GlueSpot& spot) = 0;      // likewise
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
   virtual bool holds(ConstraintId constraint) const = 0;        // neither ended nor broken
 

@@ -58,6 +58,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
     exact_.read_contacts(contacts);
   }
   ConstraintId add_nail(const Nail& nail) override { return exact_.add_nail(nail); }
+  ConstraintId add_glue(const GlueSpot& spot) override { return exact_.add_glue(spot); }
   void remove_constraint(ConstraintId constraint) override { exact_.remove_constraint(constraint); }
   bool holds(ConstraintId constraint) const override { return exact_.holds(constraint); }
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;

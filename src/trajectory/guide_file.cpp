@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-constexpr SideFile kFormat{.format = "pilesim guide", .version = 1};
+constexpr SideFile kFormat{.format = "pilesim guide", .version = 2};
 
 // Calls use(name, member) for each member of a frame.
 void for_each_member(auto& frame, const auto& use) {
@@ -20,6 +20,9 @@ void for_each_member(auto& frame, const auto& use) {
   use("held", frame.counts.held);
   use("nails", frame.counts.nails);
   use("knocked_loose", frame.counts.knocked_loose);
+  use("glue", frame.counts.glue);
+  use("torn", frame.counts.torn);
+  use("glue_weights", frame.counts.glue_weights);
   use("height_m", frame.height_m);
   use("mean_drift_m", frame.mean_drift_m);
   use("largest_drift_m", frame.largest_drift_m);
@@ -45,6 +48,27 @@ std::vector<Vec3> points_of(const Json& json) {
                         point.at(2).get<double>());
   }
   return points;
+}
+
+Json glue_json(const GlueLine& line) {
+  Json json = {{"a", line.a},
+               {"b", line.b},
+               {"b_stands", line.b_stands},
+               {"arm", rounded(line.arm)},
+               {"weights", line.weights},
+               {"from_s", line.from_s}};
+  if (std::isfinite(line.until_s)) json["until_s"] = line.until_s;
+  return json;
+}
+
+GlueLine glue_of(const Json& json) {
+  GlueLine line{.a = json.at("a"), .b = json.at("b")};
+  json.at("b_stands").get_to(line.b_stands);
+  for (size_t k = 0; k < 3; ++k) line.arm[k] = json.at("arm").at(k).get<double>();
+  json.at("weights").get_to(line.weights);
+  json.at("from_s").get_to(line.from_s);
+  if (json.contains("until_s")) json.at("until_s").get_to(line.until_s);
+  return line;
 }
 
 void read_triangles(const std::filesystem::path& file, const Json& json, GuideFile& guide) {
@@ -80,6 +104,9 @@ void write_guide_file(const std::filesystem::path& file, const GuideFile& guide)
   json["frames"] = std::move(frames);
   json["guide"] = {{"vertices", rounded(guide.vertices)}, {"triangles", std::move(triangles)}};
   json["constraints"] = std::move(constraints);
+  Json glue = Json::array();
+  for (const GlueLine& line : guide.glue) glue.push_back(glue_json(line));
+  json["glue"] = std::move(glue);
   write_file_atomically(file, json.dump() + "\n");
 }
 
@@ -95,6 +122,7 @@ GuideFile read_guide_file(const std::filesystem::path& file) {
     for (const Json& change : json.at("constraints")) {
       guide.constraints.push_back({change.at("frame"), points_of(change.at("points"))});
     }
+    for (const Json& line : json.at("glue")) guide.glue.push_back(glue_of(line));
     return guide;
   });
 }

@@ -1,11 +1,12 @@
 // guide.json, beside a trajectory of a pile that was held in a guide: counts of each frame, the
-// guide, and where bodies are held. The whole format: these structs, and the names of their
-// members.
+// guide, where bodies are held, and what is glued. The whole format: these structs, and the names
+// of their members.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
@@ -20,10 +21,14 @@ struct GuideCounts {
   uint32_t held = 0;           // bodies that sleep or have a nail
   uint32_t nails = 0;          // that are in place
   uint64_t knocked_loose = 0;  // bodies that hits woke since the start
+  // Pairs of bodies with glue that holds, how strong it is in all, in weights of a mean body, and
+  // those whose glue is torn.
+  uint32_t glue = 0, torn = 0;
+  double glue_weights = 0;
 
   static void fields(auto& self, auto& stream) {
     stream(self.in_guide, self.passed, self.filtered, self.failed, self.held, self.nails,
-           self.knocked_loose);
+           self.knocked_loose, self.glue, self.torn, self.glue_weights);
   }
 };
 
@@ -49,11 +54,44 @@ struct GuideConstraints {
   static void fields(auto& self, auto& stream) { stream(self.frame, self.points); }
 };
 
+// Glue between two bodies, while it held.
+struct GlueLine {
+  uint32_t a = 0, b = 0;    // bodies; a is dynamic
+  bool b_stands = false;    // b is not: fixed, or held
+  Vec3 arm = Vec3::Zero();  // m, from a's centre to the place of it, a's frame
+  double weights = 0;       // its strength, in weights of a mean body
+  double from_s = 0;        // of simulated time
+  double until_s =
+      std::numeric_limits<double>::infinity();  // when it tore; not in the file: it holds
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.a, self.b, self.b_stands, self.arm, self.weights, self.from_s, self.until_s);
+  }
+};
+
+// What the analysis of a whole pile found; not in guide.json but in report.json.
+struct GlueFigures {
+  bool is_solved = false;
+  uint32_t contacts = 0, glued_contacts = 0;
+  uint32_t pairs = 0;    // of bodies that are glued
+  uint32_t hanging = 0;  // bodies with no way to anything that stands
+  double weights = 0;    // of glue, in the pile's weight
+  // Of its certificate, in long double: the most of any body's force and torque, in its m g and
+  // m g r, that does not balance; the most by which a force leaves its cone, in mean weights.
+  double unbalanced = 0, outside = 0;
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.is_solved, self.contacts, self.glued_contacts, self.pairs, self.hanging,
+           self.weights, self.unbalanced, self.outside);
+  }
+};
+
 struct GuideFile {
   std::vector<GuideFrame> frames;
   std::vector<Vec3> vertices;  // m, world, of the guide; written as points are; empty: no mesh
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<GuideConstraints> constraints;  // in the order of frames
+  std::vector<GlueLine> glue;
 };
 
 // An object with a member for each number, as in the file.

@@ -20,7 +20,7 @@ class Guides(CommandTest):
 
     def filled(self, **keys):
         def change(scene):
-            scene.update(duration_s=2, guide={"file": "guide.obj"})
+            scene.update(duration_s=2, guide={"file": "guide.obj", "hold": "freeze"})
             scene["emitters"] = [
                 {
                     "name": "boxes",

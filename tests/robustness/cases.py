@@ -121,7 +121,7 @@ def guide(place):
     (place / "guide.obj").write_text(BOX_OBJ)
 
     def change(document):
-        document["guide"] = {"file": "guide.obj"}
+        document["guide"] = {"file": "guide.obj", "hold": "freeze"}
         document["emitters"] = [
             {
                 "name": "boxes",

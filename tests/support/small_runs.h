@@ -72,7 +72,15 @@ inline std::vector<SmallRun> small_runs() {
       {"guide_nail", "guide", {"/guide/hold=nail"}, Directed::guide},
       {"repose_bullet", "piles", {bullet}, Directed::piles},
       {"guide_bullet", "guide", {"/guide/hold=nail", bullet}, Directed::guide},
-      {"guide_without_mesh", "guide", {"/guide={}", "/emitters=[]"}, Directed::guide},
+      {"guide_without_mesh",
+       "guide",
+       {R"(/guide={"hold":"freeze"})", "/emitters=[]"},
+       Directed::guide},
+      {"guide_glue",
+       "guide",
+       {"/guide/hold=glue",
+        R"(/emitters=[{"type":"mould","shape":"stick","material":"wood","count":24}])"},
+       Directed::guide},
   };
 }
 

@@ -20,7 +20,7 @@ struct Column : SmallModel {
   explicit Column(int count, double scale = 1) {
     scene.frame_rate = 60 / std::sqrt(scale);
     scene.step_s = std::sqrt(scale) / 240;
-    scene.guide.emplace();
+    scene.guide.emplace().hold = HoldKind::freeze;
     wood = material(0, 0.7);
     body(plane(), wood, Vec3::Zero(), Role::fixed);
     const uint32_t cube = box(Vec3::Constant(0.2 * scale));

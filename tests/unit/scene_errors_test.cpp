@@ -200,10 +200,11 @@ TEST(SceneErrors, CountsAreSane) {
 TEST(SceneErrors, Guides) {
   EXPECT_THAT(problems(R"("guide": {})"), IsEmpty());
   EXPECT_THAT(
-      problems(R"("guide": {"hold": "glue", "period_steps": 0, "break_speed": 0})"),
-      ElementsAre("s.json:6:19: /guide/hold: is \"glue\"; expected one of \"freeze\", \"nail\"",
-                  "s.json:6:43: /guide/period_steps: is 0; expected an integer from 1 to 100000",
-                  "s.json:6:61: /guide/break_speed: is 0; expected a number above 0"));
+      problems(R"("guide": {"hold": "gum", "period_steps": 0, "break_speed": 0})"),
+      ElementsAre(
+          "s.json:6:19: /guide/hold: is \"gum\"; expected one of \"glue\", \"freeze\", \"nail\"",
+          "s.json:6:42: /guide/period_steps: is 0; expected an integer from 1 to 100000",
+          "s.json:6:60: /guide/break_speed: is 0; expected a number above 0"));
   EXPECT_THAT(
       problems(R"("guide": {}, "piles": [{"angle_deg": 30}])"),
       ElementsAre("s.json:6:10: /guide: stands beside \"piles\"; expected one way to direct "
@@ -231,6 +232,22 @@ TEST(SceneErrors, GuidesToBeFilled) {
               ElementsAre(HasSubstr("/emitters/1: fills the guide a second time")));
   EXPECT_THAT(filled(R"(, "count": -1)", guide),
               ElementsAre(HasSubstr("/emitters/0/count: is -1")));
+}
+
+TEST(SceneErrors, MouldsAndGlue) {
+  const auto moulded = [](const std::string& keys, const std::string& rest) {
+    return problems(R"("emitters": [{"type": "mould", "shape": "ball", "material": "m")" + keys +
+                    "}]" + rest);
+  };
+  const std::string guide = R"(, "guide": {"file": "g.obj"})";
+  EXPECT_THAT(moulded(R"(, "count": 9)", guide), IsEmpty());
+  EXPECT_THAT(moulded("", ""), ElementsAre(HasSubstr("fills a guide, and the scene has none")));
+  EXPECT_THAT(moulded(R"(, "rate_hz": 9)", guide), ElementsAre(HasSubstr("rate_hz")));
+  const std::string bullet = R"("simulator": {"engine": "bullet"}, "guide": )";
+  EXPECT_THAT(problems(bullet + "{}"),
+              ElementsAre(HasSubstr("/guide/hold: is \"glue\", and the engine")));
+  EXPECT_THAT(problems(bullet + R"({"hold": "freeze"})"), IsEmpty());
+  EXPECT_THAT(problems(bullet + R"({"control": false})"), IsEmpty());
 }
 
 }  // namespace

@@ -36,6 +36,20 @@ inline constexpr double kTouch = 0.1;
 // half: Guide.NailsHoldTheSameColumn; twice: Guide.SaysWhereBodiesAreHeld
 inline constexpr double kNailStrength = 10;
 
+// --- Glue. Tried on presets/guides/column.json (docs/lab/glue.md); half and twice not judged yet.
+
+// Of the friction: at the whole of it, what is found stands on the edge of all its cones, and falls
+// when it is simulated.
+inline constexpr double kGlueFriction = 0.5;
+// Of the strength that was computed: forces of a simulated pile are others than those that need the
+// least glue.
+inline constexpr double kGlueStrength = 1.5;
+// Contacts that are farther apart than this, in r, are none.
+inline constexpr double kGlueGap = 0.03;
+// Glue that is stretched so far, in r, or turned by so much, in radians, tears: till then it holds
+// with its strength, and the load goes on to what is beside it.
+inline constexpr double kTears = 0.3;
+
 // --- Filling upside down. Tried on presets/equilibrium/stick_pile.json, for many bodies that lie
 // close after little time.
 
@@ -70,5 +84,24 @@ inline constexpr uint64_t kLookSteps = 8;
 inline constexpr int kLooks = 6;
 // Draws for a drop clear of the rim. half, twice: UpsideDown.BodiesAreDroppedClearOfTheRim
 inline constexpr int kCandidates = 16;
+
+// --- Filling as a mould, with kStep, kSlippery and kSlow as above. Tried on the shapes of
+// presets/guides; half and twice not judged yet. In r, sqrt(r / g) and sqrt(g r).
+
+// Cells by which room is looked for, in the least thickness of a body.
+inline constexpr double kMouldCell = 1.0 / 3;
+// Places that have no room, one after the other, after which a round is over.
+inline constexpr int kMouldTries = 1000;
+inline constexpr double kMouldFall = 1.5;  // sqrt(r / g), after each round
+inline constexpr double kMouldCalm = 0.5;  // sqrt(g r): what is slower does not make room
+inline constexpr uint32_t kMouldRounds = 200;
+// Taps once nothing finds room, their speed in sqrt(g r), and the time that is left to each.
+inline constexpr int kTaps = 3;
+inline constexpr double kTap = 0.7;
+inline constexpr double kTapTime = 3;
+// Of such times, at most, until all is still: without friction, and again with it.
+inline constexpr int kMouldSettle = 30;
+// Of the thickness: what reaches farther through a wall is taken out.
+inline constexpr double kMostOutside = 0.1;
 
 }  // namespace pilesim::guide_constants

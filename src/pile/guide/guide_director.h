@@ -11,9 +11,9 @@
 #include "geometry/inside_test.h"
 #include "model/model.h"
 #include "pile/guide/candidates.h"
+#include "pile/guide/pile_holder.h"
 #include "pile/guide/support_graph.h"
 #include "scene/scene.h"
-#include "simulate/impulse_control.h"
 #include "trajectory/guide_file.h"
 
 namespace pilesim {
@@ -46,7 +46,7 @@ struct GuideState {
   }
 };
 
-class GuideDirector final : public ImpulseDirector {
+class GuideDirector final : public PileHolder {
  public:
   // `scene` has a guide; both outlive the director.
   GuideDirector(const Scene& scene, const Model& model);
@@ -56,12 +56,11 @@ class GuideDirector final : public ImpulseDirector {
   void save(StateWriter& writer) const override { writer(state_); }
   void load(StateReader& reader) override;
 
-  const GuideCounts& counts() const { return state_.counts; }
-  uint64_t control_steps() const { return state_.control_steps; }
-  double control_s() const { return state_.control_s; }  // wall time of them all
-  // Where bodies are held, as of the last control step, m: the nails, or of each body that is held
-  // still a contact through which it is.
-  std::vector<Vec3> constraint_points() const;
+  const GuideCounts& counts() const override { return state_.counts; }
+  uint64_t control_steps() const override { return state_.control_steps; }
+  double control_s() const override { return state_.control_s; }
+  // The nails, or of each body that is held still a contact through which it is.
+  std::vector<Vec3> constraint_points() const override;
 
  private:
   void control_step(ImpulseControl& control);

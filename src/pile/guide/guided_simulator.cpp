@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "core/error.h"
+#include "pile/guide/glue_director.h"
+#include "pile/guide/guide_director.h"
 #include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
@@ -26,13 +28,18 @@ const Scene& checked(const Scene& scene) {
   return scene;
 }
 
+std::unique_ptr<PileHolder> holder_of(const Scene& scene, const Model& model) {
+  if (scene.guide->hold == HoldKind::glue) return std::make_unique<GlueDirector>(scene, model);
+  return std::make_unique<GuideDirector>(scene, model);
+}
+
 }  // namespace
 
 GuidedSimulator::GuidedSimulator(const Scene& scene, const Model& model)
     : scene_(checked(scene)),
       model_(model),
-      director_(scene, model),
-      simulator_(make_directed_simulator(scene, model, director_)),
+      holder_(holder_of(scene, model)),
+      simulator_(make_directed_simulator(scene, model, static_cast<ImpulseDirector&>(*holder_))),
       record_{.start = std::vector<Vec3>(model.bodies.size(), Vec3::Zero()),
               .has_start = std::vector<uint8_t>(model.bodies.size())} {}
 
@@ -45,23 +52,23 @@ FrameStatistics GuidedSimulator::step_frame() {
 }
 
 double GuidedSimulator::control_share() const {
-  return record_.total_s > 0 ? director_.control_s() / record_.total_s : 0;
+  return record_.total_s > 0 ? holder_->control_s() / record_.total_s : 0;
 }
 
 double GuidedSimulator::control_step_s() const {
-  return director_.control_s() /
-         static_cast<double>(std::max<uint64_t>(1, director_.control_steps()));
+  return holder_->control_s() /
+         static_cast<double>(std::max<uint64_t>(1, holder_->control_steps()));
 }
 
 double GuidedSimulator::simulation_step_s() const {
-  return (record_.total_s - director_.control_s()) /
+  return (record_.total_s - holder_->control_s()) /
          static_cast<double>(std::max<uint64_t>(1, record_.steps));
 }
 
 void GuidedSimulator::record_frame() {
   GuideFrame frame;
   frame.time_s = static_cast<double>(record_.frames.size() + 1) / scene_.frame_rate;
-  frame.counts = director_.counts();
+  frame.counts = holder_->counts();
   const BodyStates& now = states();
   double bodies = 0;
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -85,7 +92,7 @@ void GuidedSimulator::record_frame() {
     frame.height_m = highest - lowest;
   }
   record_.frames.push_back(frame);
-  std::vector<Vec3> points = director_.constraint_points();
+  std::vector<Vec3> points = holder_->constraint_points();
   if (record_.constraints.empty() || record_.constraints.back().points != points) {
     record_.constraints.push_back({record_.frames.size(), std::move(points)});
   }

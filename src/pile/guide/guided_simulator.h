@@ -2,9 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "pile/guide/guide_director.h"
+#include "pile/guide/pile_holder.h"
 #include "simulate/simulator.h"
 
 namespace pilesim {
@@ -38,7 +39,9 @@ class GuidedSimulator final : public Simulator {
   const std::vector<GuideFrame>& frames() const { return record_.frames; }  // without frame 0
   // An entry for each frame in which they are others.
   const std::vector<GuideConstraints>& constraints() const { return record_.constraints; }
-  uint64_t control_steps() const { return director_.control_steps(); }
+  std::vector<GlueLine> glue() const { return holder_->glue(); }
+  std::optional<GlueFigures> glue_figures() const { return holder_->glue_figures(); }
+  uint64_t control_steps() const { return holder_->control_steps(); }
   double control_share() const;      // of the wall time of all frames
   double control_step_s() const;     // wall time of a control step
   double simulation_step_s() const;  // and of a step of the simulation without it
@@ -48,7 +51,7 @@ class GuidedSimulator final : public Simulator {
 
   const Scene& scene_;
   const Model& model_;
-  GuideDirector director_;
+  std::unique_ptr<PileHolder> holder_;
   std::unique_ptr<Simulator> simulator_;
   GuideRecord record_;
 };

@@ -13,6 +13,7 @@
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "pile/guide/guide_constants.h"
+#include "pile/guide/mould.h"
 #include "pile/guide/vessel.h"
 #include "simulate/body_control.h"
 #include "simulate/modes/make_simulator.h"
@@ -224,14 +225,24 @@ void release(double time_s, uint32_t body, Model& model) {
 GuideFilling fill_guide(const Scene& scene, Model& model) {
   if (!model.guide_fill) return {};
   const GuideFill range = *model.guide_fill;
-  Fill fill(scene, model);
-  GuideFilling filling = fill.run();
-  const std::vector<std::pair<uint32_t, Pose>> kept = fill.kept();
+  GuideFilling filling;
+  std::vector<std::pair<uint32_t, Pose>> kept;
+  if (range.is_mould) {
+    MouldFilling filled = fill_mould(scene, model);
+    filling = filled.figures;
+    kept = std::move(filled.kept);
+  } else {
+    Fill fill(scene, model);
+    filling = fill.run();
+    kept = fill.kept();
+  }
   if (kept.empty()) {
-    throw Error(ErrorKind::input,
-                Problem{.pointer = "/emitters/" + std::to_string(range.emitter),
-                        .found = "leaves no body within the guide",
-                        .expected = "bodies that fit through its base and into it"});
+    throw Error(
+        ErrorKind::input,
+        Problem{.pointer = "/emitters/" + std::to_string(range.emitter),
+                .found = "leaves no body within the guide",
+                .expected = range.is_mould ? "bodies that fit into it"
+                                           : "bodies that fit through its base and into it"});
   }
   filling.kept = static_cast<uint32_t>(kept.size());
   const std::vector<ModelBody> before(model.bodies.begin() + range.first,

@@ -1,7 +1,7 @@
-// The start of a pile in a guide, after Cho et al. (dissertation 6.3.1, example 2): the guide is
-// turned over and filled like a vessel; turned back, what lies in it is close to the shape wanted,
-// though it may not stand. Here the guide stays and gravity turns: bodies fall up into it through
-// its base.
+// The start of a pile in a guide: as a mould (mould.h), or upside down, after Cho et al.
+// (dissertation 6.3.1, example 2): the guide is turned over and filled like a vessel; turned back,
+// what lies in it is close to the shape wanted, though it may not stand. Here the guide stays and
+// gravity turns: bodies fall up into it through its base.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,15 @@ struct GuideFilling {
   uint32_t kept = 0;        // that came to lie inside, between the base and the walls
   double volume_share = 0;  // of the guide, that these have
   double simulated_s = 0;
+  bool is_mould = false;  // not upside down
+  double outside_m = 0;   // of a mould: how far the bodies kept reach through its walls, at most
 };
 
-// Finds where the bodies of `model.guide_fill` lie, as the impulse mode lets them fall: those kept
-// come first, from the base up, each held until its release; the others leave the model. All zero
-// where no emitter fills the guide. The base are the triangles in the guide's lowest level, against
-// gravity. Deterministic in scene.seed. Throws Error(input) at /guide where it has no level base,
-// and at the emitter where nothing fits.
+// Finds where the bodies of `model.guide_fill` lie, as an exact engine lets them fall: those kept
+// come first, from the lowest up, each held until its release; the others leave the model. All zero
+// where no emitter fills the guide. Upside down, the base are the triangles in the guide's lowest
+// level, against gravity. Deterministic in scene.seed. Throws Error(input) at /guide where it has
+// no level base, and at the emitter where nothing fits.
 GuideFilling fill_guide(const Scene& scene, Model& model);
 
 }  // namespace pilesim

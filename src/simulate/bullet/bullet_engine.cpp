@@ -1,6 +1,7 @@
 #include "simulate/bullet/bullet_engine.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -340,6 +341,12 @@ void BulletEngine::read_contacts(std::vector<BodyContact>& contacts) const {
 
 void BulletEngine::find_hits(std::vector<Hit>& hits) {
   pilesim::find_hits(dispatcher_, step_s_, hits);
+}
+
+// The scene is refused (scene/guide_checks.h).
+ConstraintId BulletEngine::add_glue(const GlueSpot&) {
+  assert(false);
+  return next_constraint_++;
 }
 
 ConstraintId BulletEngine::add_nail(const Nail& nail) {

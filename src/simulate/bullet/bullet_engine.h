@@ -52,6 +52,7 @@ class BulletEngine final : public ExactEngine {
   void read_contacts(std::vector<BodyContact>& contacts) const override;
   void find_hits(std::vector<Hit>& hits) override;
   ConstraintId add_nail(const Nail& nail) override;
+  ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
   void set_pair_filter(PairFilter filter) override { dispatcher_.filter = std::move(filter); }

@@ -55,6 +55,9 @@ struct SolverJoint {
   Vec3 axis_a, axis_b;          // unit, world
   Vec3 force_n = Vec3::Zero();  // on b, in the step before; then in this one
   Vec3 torque_nm = Vec3::Zero();
+  bool is_glue = false;
+  Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
+  double strength_n = 0, strength_nm = 0;  // of glue
 };
 
 // How a substep pushes back: the speed that it asks for is `rate` (1/s) times the distance; of the
@@ -208,6 +211,8 @@ class ContactSolver {
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
+  void hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step,
+                 const Softness& s);
   void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
   void store(Team& team, std::span<const ContactRange> contacts, double substep_s);
 

@@ -52,6 +52,7 @@ class Engine final : public ExactEngine {
   void read_contacts(std::vector<BodyContact>& contacts) const override;
   void find_hits(std::vector<Hit>& hits) override;
   ConstraintId add_nail(const Nail& nail) override;
+  ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
   void set_pair_filter(PairFilter filter) override { filter_ = std::move(filter); }
@@ -395,6 +396,20 @@ ConstraintId Engine::add_nail(const Nail& nail) {
                                 in_b * (nail.point - b.position), in_a * nail.axis,
                                 in_b * nail.axis, nail.breaking_impulse_ns});
   return state_.next_nail++;
+}
+
+ConstraintId Engine::add_glue(const GlueSpot& spot) {
+  const Nail place{spot.a, spot.b, spot.point, Vec3::UnitX(),
+                   std::numeric_limits<double>::infinity()};
+  const ConstraintId id = add_nail(place);
+  Joint& joint = *std::ranges::find(state_.joints, id, &Joint::id);
+  joint.is_glue = true;
+  joint.attitude = bodies_[spot.a].orientation.conjugate() * bodies_[spot.b].orientation;
+  joint.strength_n = spot.strength_n;
+  joint.strength_nm = spot.strength_nm;
+  joint.tears_m = spot.tears_m;
+  joint.tears_rad = spot.tears_rad;
+  return id;
 }
 
 void Engine::remove_constraint(ConstraintId constraint) {

@@ -21,11 +21,79 @@ void ContactSolver<T>::apply_forces(const SolverJoint& joint, const std::vector<
   }
 }
 
+namespace {
+
+Mat3 cross_matrix(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// By how much it changes from `now` when it is to change by `more` and may be `most` long.
+Vec3 change_within(const Vec3& now, const Vec3& more, double most) {
+  const Vec3 then = now + more;
+  const double size = then.norm();
+  return size > most ? Vec3(most / size * then - now) : more;
+}
+
+}  // namespace
+
+// As a nail that lets nothing turn, with no more than its strength.
+template <typename T>
+void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                 double step, const Softness& s) {
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
+  const auto turn_of = [&](uint32_t body) {
+    const Shift& shift = shifts_[body];
+    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+  };
+  const auto way_of = [&](uint32_t body) {
+    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
+  };
+  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
+                        const Vec3& push, const Vec3& twist) {
+    if (body >= moving_) return;
+    add_velocity(body, side * of.inverse_mass * push,
+                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
+  };
+  const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
+  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
+  const Quat bent = turn_b * joint.bent * turn_a.conjugate();
+  const Vec3 angle = std::copysign(2.0, bent.w()) * bent.vec();
+  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
+  const Vec3 rate = spin(joint.b) - spin(joint.a);
+  const Vec3 old_twist = joint.torque_nm * step;
+  const Vec3 twist = change_within(
+      old_twist,
+      -s.mass_scale * (answer.inverse() * (rate + s.rate * angle)) - s.force_scale * old_twist,
+      joint.strength_nm * step);
+  joint.torque_nm += twist / step;
+  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
+  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
+
+  const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
+  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
+                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
+  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
+                     (arm_a - joint.arm_a);
+  const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
+                       spin(joint.a).cross(arm_a);
+  const Vec3 old_push = joint.force_n * step;
+  const Vec3 push = change_within(
+      old_push,
+      -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) - s.force_scale * old_push,
+      joint.strength_n * step);
+  joint.force_n += push / step;
+  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
+  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
+}
+
 template <typename T>
 void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
                             bool soft) {
   const double step = static_cast<double>(h);
   const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
+  if (joint.is_glue) return hold_glue(joint, bodies, step, s);
   const auto turn_of = [&](uint32_t body) {
     const Shift& shift = shifts_[body];
     return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
@@ -36,11 +104,6 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
   const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  const auto cross_matrix = [](const Vec3& v) {
-    Mat3 m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-  };
   const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
                         const Vec3& push, const Vec3& twist) {
     if (body >= moving_) return;
@@ -83,6 +146,10 @@ template void ContactSolver<float>::apply_forces(const SolverJoint&, const std::
                                                  double);
 template void ContactSolver<double>::apply_forces(const SolverJoint&,
                                                   const std::vector<SolverBody>&, double);
+template void ContactSolver<float>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
+                                              const Softness&);
+template void ContactSolver<double>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
+                                               const Softness&);
 template void ContactSolver<float>::hold(SolverJoint&, const std::vector<SolverBody>&, float, bool);
 template void ContactSolver<double>::hold(SolverJoint&, const std::vector<SolverBody>&, double,
                                           bool);

@@ -11,7 +11,8 @@
 
 namespace pilesim::exact {
 
-// A point of a body held at a point of another or of the world, about an axis that is free.
+// A point of a body held at a point of another or of the world, about an axis that is free, or, of
+// glue, about none.
 struct Joint {
   static constexpr ConstraintId kHinge = ~ConstraintId{0};
   static constexpr uint32_t kWorld = ~uint32_t{0};
@@ -21,11 +22,16 @@ struct Joint {
   Vec3 point_a, point_b;  // m, in their frames
   Vec3 axis_a, axis_b;    // unit, in their frames
   double breaking_impulse_ns = 0;
+  // Of glue; what is none has no strength in it and never tears.
+  bool is_glue = false;
+  Quat attitude = Quat::Identity();  // of b in a's frame
+  double strength_n = 0, strength_nm = 0, tears_m = 0, tears_rad = 0;
   Vec3 force_n = Vec3::Zero(), torque_nm = Vec3::Zero();  // of the last step, on b, world
 
   static void fields(auto& self, auto& stream) {
     stream(self.id, self.a, self.b, self.point_a, self.point_b, self.axis_a, self.axis_b,
-           self.breaking_impulse_ns, self.force_n, self.torque_nm);
+           self.breaking_impulse_ns, self.is_glue, self.attitude, self.strength_n, self.strength_nm,
+           self.tears_m, self.tears_rad, self.force_n, self.torque_nm);
   }
 };
 
@@ -36,7 +42,7 @@ struct EngineState {
   std::vector<Pair> pairs;      // by key; PairList makes them, NarrowPhase keeps them
   // By pairs; NarrowPhase finds them, StepSolver writes their forces.
   std::vector<Contact> contacts;
-  std::vector<Joint> joints;   // nails by id, then hinges; Engine
+  std::vector<Joint> joints;   // nails and glue by id, then hinges; Engine
   ConstraintId next_nail = 0;  // Engine
 
   static void fields(auto& self, auto& stream) {

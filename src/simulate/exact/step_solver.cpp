@@ -95,8 +95,8 @@ void StepSolver::solve(std::span<const uint32_t> touching, std::span<const doubl
   } else {
     many_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
   }
-  take_over_joints();
   take_over_bodies();
+  take_over_joints();
 }
 
 // Those that something may push come first: by the partner, any.
@@ -191,6 +191,20 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
   }
 }
 
+// Of glue: from b's attitude as it is meant to b's as it is.
+Quat StepSolver::bent(const Joint& joint) const {
+  return bodies_[joint.b].orientation * (bodies_[joint.a].orientation * joint.attitude).conjugate();
+}
+
+bool StepSolver::is_torn(const Joint& joint) const {
+  const Body &a = bodies_[joint.a], &b = bodies_[joint.b];
+  const Vec3 apart =
+      b.position + b.orientation * joint.point_b - (a.position + a.orientation * joint.point_a);
+  const Quat turn = bent(joint);
+  return apart.norm() > joint.tears_m ||
+         2 * std::atan2(turn.vec().norm(), std::abs(turn.w())) > joint.tears_rad;
+}
+
 void StepSolver::list_joints() {
   solver_joints_.clear();
   joint_at_.clear();
@@ -214,6 +228,12 @@ void StepSolver::list_joints() {
     made.axis_b = of_b ? Vec3(bodies_[joint.b].orientation * joint.axis_b) : joint.axis_b;
     made.apart = (of_b ? Vec3(bodies_[joint.b].position + made.arm_b) : joint.point_b) -
                  (a.position + made.arm_a);
+    if (joint.is_glue) {
+      made.is_glue = true;
+      made.bent = bent(joint);
+      made.strength_n = joint.strength_n;
+      made.strength_nm = joint.strength_nm;
+    }
     made.force_n = joint.force_n;
     made.torque_nm = joint.torque_nm;
     solver_joints_.push_back(made);
@@ -228,6 +248,7 @@ void StepSolver::take_over_joints() {
     joint.torque_nm = solver_joints_[i].torque_nm;
   }
   std::erase_if(state_.joints, [&](const Joint& joint) {
+    if (joint.is_glue) return is_torn(joint);
     return joint.force_n.norm() * settings_.step_s >= joint.breaking_impulse_ns;
   });
 }

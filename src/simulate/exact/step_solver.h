@@ -37,6 +37,8 @@ class StepSolver {
   void list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
                    bool has_partner);
   void list_contacts(std::span<const uint32_t> touching);
+  Quat bent(const Joint& joint) const;
+  bool is_torn(const Joint& joint) const;
   void list_joints();
   void take_over_joints();
   void take_over_bodies();

@@ -1,0 +1,245 @@
+#include "pile/guide/glue_director.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/clock.h"
+#include "pile/guide/guide_constants.h"
+
+namespace pilesim {
+
+using namespace guide_constants;
+
+GlueDirector::GlueDirector(const Scene& scene, const Model& model)
+    : scene_(scene),
+      model_(model),
+      guide_(*scene.guide),
+      gravity_(scene.gravity.norm()),
+      up_(-scene.gravity / std::max(gravity_, std::numeric_limits<double>::min())),
+      state_(model.bodies.size()),
+      parts_(model.bodies.size()),
+      local_(*scene.guide, scene.gravity),
+      graph_(model) {
+  if (!model.guide.triangles.empty()) shape_.emplace(model.guide);
+}
+
+void GlueDirector::direct(ImpulseControl& control) {
+  // The first contacts are known after a step; a pile that touches nothing yet falls on to it.
+  const auto period = static_cast<uint64_t>(guide_.period_steps);
+  const bool is_due = state_.step <= period || state_.step % period == 0;
+  if (state_.step > 0 && is_due && gravity_ > 0) {
+    const Stopwatch watch;
+    control_step(control);
+    state_.control_s += watch.seconds();
+  }
+  ++state_.step;
+}
+
+void GlueDirector::control_step(ImpulseControl& control) {
+  ++state_.control_steps;
+  drop_torn(control);
+  find_parts(control);
+  if (!is_analysis_due(control)) return;
+  control.read_contacts(contacts_);
+  judge_each(control);
+  analyse(control);
+}
+
+bool GlueDirector::is_slow(const ImpulseControl& control, uint32_t body) const {
+  const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+  const BodyMotion motion = control.motion(body);
+  return motion.linear_velocity.norm() + motion.angular_velocity.norm() * radius <=
+         guide_.most_speed * std::sqrt(gravity_ * radius);
+}
+
+void GlueDirector::find_parts(const ImpulseControl& control) {
+  state_.counts.in_guide = 0;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    const ModelBody& source = model_.bodies[body];
+    parts_[body] = Part::none;
+    if (source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
+        (source.role == Role::dynamic && source.held && !control.is_in_world(body))) {
+      parts_[body] = Part::anchor;
+    } else if (source.role == Role::dynamic && control.is_in_world(body) &&
+               (!shape_ || shape_->contains(control.motion(body).position))) {
+      parts_[body] = Part::pile;
+      ++state_.counts.in_guide;
+    }
+  }
+}
+
+// When bodies are there that no analysis has seen, and they are calm.
+bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
+  bool is_new = false;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] != Part::pile || state_.covered[body] != 0) continue;
+    is_new = true;
+    // What the run begins with is at rest, whatever overlaps push it already.
+    if (state_.step > 1 && !is_slow(control, body)) return false;
+  }
+  return is_new;
+}
+
+// By the local rule of chapter 6, for the colours of pictures and to compare with.
+void GlueDirector::judge_each(ImpulseControl& control) {
+  graph_.build(contacts_);
+  state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] != Part::pile) continue;
+    const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+    const Standing standing =
+        local_.standing(control.motion(body).position, radius, graph_.supports(body));
+    uint8_t flags = 0;
+    if (standing == Standing::passed || standing == Standing::filtered) flags |= kPassed;
+    if (standing == Standing::failed || standing == Standing::filtered) flags |= kFailed;
+    state_.counts.passed += standing == Standing::passed;
+    state_.counts.filtered += standing == Standing::filtered;
+    state_.counts.failed += standing == Standing::failed;
+    control.mark(body, kPassed | kFailed, flags);
+  }
+}
+
+void GlueDirector::analyse(ImpulseControl& control) {
+  std::vector<GlueBody> bodies;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+    const bool moves = parts_[body] == Part::pile;
+    bodies.push_back({moves ? control.motion(body).position : model_.bodies[body].pose.position,
+                      radius, moves ? model_.bodies[body].mass_kg : 0});
+  }
+  const auto friction = [&](uint32_t body) {
+    return model_.materials[model_.bodies[body].material].friction;
+  };
+  std::vector<GlueContact> contacts;
+  for (const BodyContact& contact : contacts_) {
+    if (parts_[contact.a] == Part::none || parts_[contact.b] == Part::none) continue;
+    double radius = std::numeric_limits<double>::infinity();
+    for (const uint32_t body : {contact.a, contact.b}) {
+      if (parts_[body] == Part::pile) radius = std::min(radius, bodies[body].radius_m);
+    }
+    if (!std::isfinite(radius) || contact.distance_m > kGlueGap * radius) continue;
+    contacts.push_back({contact.a, contact.b, contact.point, contact.normal,
+                        kGlueFriction * std::sqrt(friction(contact.a) * friction(contact.b))});
+  }
+  const GlueSolution solution = least_glue(bodies, contacts, up_);
+  GlueFigures figures;
+  figures.is_solved = solution.is_solved;
+  figures.contacts = static_cast<uint32_t>(contacts.size());
+  double mass_kg = 0;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] != Part::pile) continue;
+    mass_kg += bodies[body].mass_kg;
+    figures.hanging += solution.hangs[body];
+  }
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] == Part::pile && figures.hanging < state_.counts.in_guide) {
+      state_.covered[body] = 1;
+    }
+  }
+  if (solution.is_solved) {
+    const GlueCertificate proof = certify(bodies, contacts, up_, solution, GlueSettings().patch);
+    figures.unbalanced = proof.unbalanced;
+    figures.outside = proof.outside;
+    figures.weights = solution.total_kg / mass_kg;
+    for (const double glue : solution.glue_kg) figures.glued_contacts += glue > 0 ? 1 : 0;
+  }
+  state_.figures = figures;
+  if (solution.is_solved && guide_.control) put_on(control, contacts, solution);
+  state_.figures->pairs = state_.counts.glue;
+}
+
+// A spot for each pair that needs glue: as strong as the glue of its contacts and its patch. What
+// was there is taken off.
+void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
+                          const GlueSolution& solution) {
+  struct Need {
+    Vec3 middle = Vec3::Zero();                       // kg m
+    Vec3 pull = Vec3::Zero(), torque = Vec3::Zero();  // kg, kg m about the origin
+    double glue_kg = 0, patch_kgm = 0;
+    Vec3 place = Vec3::Zero();  // of one of its contacts
+  };
+  const auto pair_of = [](uint32_t a, uint32_t b) {
+    return std::pair<uint32_t, uint32_t>(std::minmax(a, b));
+  };
+  std::map<std::pair<uint32_t, uint32_t>, Need> needs;
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    const GlueContact& contact = contacts[c];
+    Need& need = needs[pair_of(contact.a, contact.b)];
+    need.place = contact.position;
+    const double glue = solution.glue_kg[c];
+    const Vec3 pull = (contact.a < contact.b ? -glue : glue) * contact.normal;
+    need.middle += glue * contact.position;
+    need.pull += pull;
+    need.torque += contact.position.cross(pull);
+    need.glue_kg += glue;
+  }
+  for (const GluePatch& patch : solution.patches) {
+    needs[pair_of(patch.a, patch.b)].patch_kgm += patch.torque.norm();
+  }
+  for (GlueState::Spot& spot : state_.spots) {
+    if (spot.holds) control.remove_constraint(spot.id);
+  }
+  std::erase_if(state_.spots, [](const GlueState::Spot& spot) { return spot.holds; });
+  double mean_kg = 0;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] == Part::pile) mean_kg += model_.bodies[body].mass_kg / state_.counts.in_guide;
+  }
+  for (const auto& [pair, need] : needs) {
+    if (need.glue_kg == 0 && need.patch_kgm == 0) continue;
+    const Vec3 point = need.glue_kg > 0 ? Vec3(need.middle / need.glue_kg) : need.place;
+    const double torque_kgm = (need.torque - point.cross(need.pull)).norm() + need.patch_kgm;
+    GlueSpot spot{.a = pair.first, .b = pair.second, .point = point};
+    if (parts_[spot.a] != Part::pile) std::swap(spot.a, spot.b);
+    double radius = model_.shapes[model_.bodies[spot.a].shape].bounding_radius;
+    if (parts_[spot.b] == Part::pile) {
+      radius = std::min(radius, model_.shapes[model_.bodies[spot.b].shape].bounding_radius);
+    }
+    spot.strength_n = kGlueStrength * gravity_ * (need.glue_kg + need.patch_kgm / radius);
+    spot.strength_nm = kGlueStrength * gravity_ * torque_kgm;
+    spot.tears_m = kTears * radius;
+    spot.tears_rad = kTears;
+    const BodyMotion motion = control.motion(spot.a);
+    state_.spots.push_back({control.add_glue(spot),
+                            {.a = spot.a,
+                             .b = spot.b,
+                             .b_stands = parts_[spot.b] != Part::pile,
+                             .arm = motion.orientation.conjugate() * (point - motion.position),
+                             .weights = spot.strength_n / (gravity_ * mean_kg),
+                             .from_s = control.time_s()}});
+  }
+  state_.counts.glue = static_cast<uint32_t>(state_.spots.size());
+}
+
+void GlueDirector::drop_torn(const ImpulseControl& control) {
+  state_.counts.glue = state_.counts.torn = 0;
+  state_.counts.glue_weights = 0;
+  for (GlueState::Spot& spot : state_.spots) {
+    if (spot.holds && !control.holds(spot.id)) {
+      spot.holds = false;
+      spot.line.until_s = control.time_s();
+    }
+    state_.counts.glue += spot.holds ? 1 : 0;
+    state_.counts.torn += spot.holds ? 0 : 1;
+    if (spot.holds) state_.counts.glue_weights += spot.line.weights;
+  }
+}
+
+std::vector<GlueLine> GlueDirector::glue() const {
+  std::vector<GlueLine> lines;
+  for (const GlueState::Spot& spot : state_.spots) lines.push_back(spot.line);
+  return lines;
+}
+
+void GlueDirector::load(StateReader& reader) {
+  reader(state_);
+  const size_t count = model_.bodies.size();
+  StateReader::require(state_.covered.size() == count, "an entry for each body");
+  for (const GlueState::Spot& spot : state_.spots) {
+    StateReader::require(spot.line.a < count && spot.line.b < count, "glue of bodies");
+  }
+}
+
+}  // namespace pilesim

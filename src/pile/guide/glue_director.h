@@ -1,0 +1,90 @@
+// Holds a pile by the least glue at its contacts with which the whole of it stands. Each pair of
+// bodies that needs glue gets a spot of it, just as strong; what asks more of it stretches and
+// tears it, and what then asks too much of the next tears that.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/inside_test.h"
+#include "model/model.h"
+#include "pile/glue/glue.h"
+#include "pile/guide/candidates.h"
+#include "pile/guide/pile_holder.h"
+#include "pile/guide/support_graph.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// What the director keeps from step to step. (B): by body of the model. Written by its control
+// steps, but for `step`.
+struct GlueState {
+  explicit GlueState(size_t bodies) : covered(bodies) {}
+
+  struct Spot {
+    ConstraintId id = 0;
+    GlueLine line;
+    bool holds = true;
+    static void fields(auto& self, auto& stream) { stream(self.id, self.line, self.holds); }
+  };
+
+  uint64_t step = 0;             // to come
+  std::vector<uint8_t> covered;  // (B) 1: an analysis has seen it
+  std::vector<Spot> spots;
+  GuideCounts counts;
+  std::optional<GlueFigures> figures;
+  uint64_t control_steps = 0;
+  double control_s = 0;  // wall time of all control steps
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.control_steps,
+           self.control_s);
+  }
+};
+
+class GlueDirector final : public PileHolder {
+ public:
+  // `scene` has a guide; both outlive the director.
+  GlueDirector(const Scene& scene, const Model& model);
+
+  void direct(ImpulseControl& control) override;
+  void save(StateWriter& writer) const override { writer(state_); }
+  void load(StateReader& reader) override;
+
+  const GuideCounts& counts() const override { return state_.counts; }
+  uint64_t control_steps() const override { return state_.control_steps; }
+  double control_s() const override { return state_.control_s; }
+  std::vector<GlueLine> glue() const override;
+  std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
+
+ private:
+  enum class Part : uint8_t { none, pile, anchor };
+  void control_step(ImpulseControl& control);
+  void find_parts(const ImpulseControl& control);
+  bool is_analysis_due(const ImpulseControl& control) const;
+  void judge_each(ImpulseControl& control);
+  void analyse(ImpulseControl& control);
+  void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
+              const GlueSolution& solution);
+  void drop_torn(const ImpulseControl& control);
+  bool is_slow(const ImpulseControl& control, uint32_t body) const;
+
+  const Scene& scene_;
+  const Model& model_;
+  const Guide& guide_;
+  double gravity_;  // m/s^2, magnitude
+  Vec3 up_;
+  std::optional<InsideTest> shape_;  // none: everywhere
+
+  GlueState state_;
+
+  // Made anew in each control step.
+  std::vector<Part> parts_;  // (B)
+  std::vector<BodyContact> contacts_;
+  CandidateAnalysis local_;
+  SupportGraph graph_;
+};
+
+}  // namespace pilesim

@@ -1,0 +1,238 @@
+#include "pile/guide/mould.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "core/philox.h"
+#include "geometry/inside_test.h"
+#include "geometry/mass_properties.h"
+#include "geometry/triangle_tree.h"
+#include "pile/guide/guide_constants.h"
+#include "pile/guide/room.h"
+#include "simulate/exact/engine.h"
+
+namespace pilesim {
+namespace {
+
+using namespace guide_constants;
+
+// A world of the mould and what is in it.
+class Mould {
+ public:
+  Mould(const Scene& scene, const Model& model);
+  MouldFilling run();
+
+ private:
+  bool insert();
+  void fall(double time);
+  void tap();
+  void settle();
+  void set_friction(double share);
+  double fastest() const;
+  double outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const;
+  double gap_below(const MouldFilling& filling, const Vec3& up) const;
+  MouldFilling read() const;
+
+  const Model& model_;
+  GuideFill fill_;
+  uint64_t seed_;
+  double radius_ = 0;  // largest of the bodies, m
+  double thickness_ = std::numeric_limits<double>::infinity();
+  double unit_s_ = 1, unit_speed_ = 1;  // sqrt(r / g), sqrt(g r)
+  Scene scene_;
+  Model world_;  // its bodies; then the mould
+  std::unique_ptr<ExactEngine> engine_;
+  std::unique_ptr<Room> room_;
+  std::vector<std::vector<Vec3>> points_;  // by shape
+  uint32_t next_ = 0;                      // body to be put in
+  uint32_t rounds_ = 0;
+  uint64_t steps_ = 0;
+  StageTimer timer_;
+};
+
+Mould::Mould(const Scene& scene, const Model& model)
+    : model_(model), fill_(*model.guide_fill), seed_(scene.seed), scene_(scene) {
+  const auto bodies = std::span(model.bodies).subspan(fill_.first, fill_.count);
+  points_.resize(model.shapes.size());
+  for (const ModelBody& body : bodies) {
+    radius_ = std::max(radius_, model.shapes[body.shape].bounding_radius);
+    thickness_ = std::min(thickness_, model.shapes[body.shape].smallest_extent);
+  }
+  const double gravity = scene.gravity.norm();
+  unit_s_ = std::sqrt(radius_ / gravity);
+  unit_speed_ = std::sqrt(radius_ * gravity);
+  scene_.guide.reset();
+  scene_.step_s = kStep * scene.step_s;
+  scene_.simulator.sleeping = false;
+  world_.materials = model.materials;
+  for (Material& material : world_.materials) material.restitution = 0;
+  world_.shapes = model.shapes;
+  ModelShape& walls = world_.shapes.emplace_back();
+  walls.name = "guide";
+  walls.mesh = model.guide;
+  // Closed surfaces are touched from outside: inside out, that is within the guide.
+  for (Triangle& triangle : walls.mesh.triangles) std::swap(triangle[1], triangle[2]);
+  walls.collides_as_mesh = true;
+  walls.smallest_extent = thickness_;
+  walls.bounding_radius = model.guide.bounds().sizes().norm();
+  world_.bodies.assign(bodies.begin(), bodies.end());
+  ModelBody mould{.name = "guide",
+                  .shape = static_cast<uint32_t>(model.shapes.size()),
+                  .material = bodies.front().material};
+  mould.role = Role::fixed;
+  mould.linear_velocity = mould.angular_velocity = Vec3::Zero();
+  world_.bodies.push_back(std::move(mould));
+  engine_ = make_exact_engine(scene_, world_);
+  engine_->add(fill_.count, {}, false, false);
+  room_ = std::make_unique<Room>(model.guide, kMouldCell * thickness_);
+  for (const ModelBody& body : bodies) {
+    if (points_[body.shape].empty()) {
+      points_[body.shape] = points_of(model.shapes[body.shape], room_->cell_m());
+    }
+  }
+}
+
+// Bodies wherever there is room; whether any was.
+bool Mould::insert() {
+  room_->clear();
+  for (uint32_t i = 0; i < next_; ++i) {
+    const BodyMotion motion = engine_->motion(i);
+    room_->cover({motion.position, motion.orientation}, points_[world_.bodies[i].shape]);
+  }
+  room_->list_free();
+  Philox draws(seed_, Stream::mould, fill_.emitter, rounds_++);
+  const uint32_t before = next_;
+  for (int failed = 0; failed < kMouldTries && next_ < fill_.count;) {
+    const std::vector<Vec3>& points = points_[world_.bodies[next_].shape];
+    Pose pose;
+    if (!room_->find(points, draws, pose)) {
+      ++failed;
+      continue;
+    }
+    failed = 0;
+    room_->cover(pose, points);
+    engine_->add(next_, {.position = pose.position, .orientation = pose.orientation}, false, false);
+    engine_->set_friction(next_,
+                          kSlippery * world_.materials[world_.bodies[next_].material].friction);
+    ++next_;
+  }
+  return next_ > before;
+}
+
+void Mould::fall(double time) {
+  const auto steps = static_cast<uint64_t>(std::ceil(time * unit_s_ / scene_.actual_step_s()));
+  for (uint64_t i = 0; i < steps; ++i) engine_->step(timer_, [] {});
+  steps_ += steps;
+}
+
+double Mould::fastest() const {
+  double most = 0;
+  for (uint32_t i = 0; i < next_; ++i) {
+    const BodyMotion motion = engine_->motion(i);
+    most = std::max(most, motion.linear_velocity.norm() + radius_ * motion.angular_velocity.norm());
+  }
+  return most;
+}
+
+void Mould::set_friction(double share) {
+  for (uint32_t i = 0; i < next_; ++i) {
+    engine_->set_friction(i, share * world_.materials[world_.bodies[i].material].friction);
+  }
+}
+
+// All bodies are thrown up a little, each a little otherwise.
+void Mould::tap() {
+  Philox draws(seed_, Stream::mould, fill_.emitter, rounds_++);
+  const Vec3 up = -scene_.gravity.normalized();
+  for (uint32_t i = 0; i < next_; ++i) {
+    const Vec3 aside = draws.direction();
+    engine_->set_velocity(i, kTap * unit_speed_ * (up + 0.5 * aside), Vec3::Zero());
+  }
+  fall(kTapTime);
+}
+
+void Mould::settle() {
+  for (int round = 0; round < kMouldSettle && fastest() > kSlow * unit_speed_; ++round) fall(1);
+}
+
+MouldFilling Mould::run() {
+  for (int taps = 0; next_ < fill_.count;) {
+    const bool found_room = insert();
+    fall(kMouldFall);
+    if (found_room) continue;
+    if (fastest() > kMouldCalm * unit_speed_ && rounds_ < kMouldRounds) continue;
+    if (++taps > kTaps || rounds_ >= kMouldRounds) break;
+    tap();
+  }
+  settle();
+  set_friction(1);
+  settle();
+  return read();
+}
+
+// How far it reaches out of the guide.
+double Mould::outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const {
+  const BodyMotion motion = engine_->motion(body);
+  double most = 0;
+  for (const Vec3& vertex : world_.shapes[world_.bodies[body].shape].mesh.vertices) {
+    const Vec3 point = motion.position + motion.orientation * vertex;
+    if (!inside.contains(point)) most = std::max(most, walls.distance(point));
+  }
+  return most;
+}
+
+// From the lowest point of the guide up to that of what is in it: a round bottom may be reached by
+// none, and what is to stand there must touch.
+double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
+  if (filling.kept.empty()) return 0;
+  double guide = std::numeric_limits<double>::infinity(), bodies = guide;
+  for (const Vec3& vertex : model_.guide.vertices) guide = std::min(guide, vertex.dot(up));
+  for (const auto& [body, pose] : filling.kept) {
+    const ModelShape& shape = world_.shapes[world_.bodies[body].shape];
+    if (shape.mesh.vertices.empty()) {
+      bodies = std::min(bodies, pose.position.dot(up) - shape.bounding_radius);
+    }
+    for (const Vec3& vertex : shape.mesh.vertices) {
+      bodies = std::min(bodies, pose.apply(vertex).dot(up));
+    }
+  }
+  return std::max(0.0, bodies - guide);
+}
+
+MouldFilling Mould::read() const {
+  MouldFilling filling;
+  filling.figures.is_mould = true;
+  filling.figures.dropped = next_;
+  filling.figures.simulated_s = static_cast<double>(steps_) * scene_.actual_step_s();
+  const InsideTest inside(model_.guide);
+  const TriangleTree walls(model_.guide);
+  double volume = 0;
+  for (uint32_t i = 0; i < next_; ++i) {
+    const BodyMotion motion = engine_->motion(i);
+    const double outside = outside_m(i, inside, walls);
+    if (!inside.contains(motion.position) || outside > kMostOutside * thickness_) continue;
+    filling.figures.outside_m = std::max(filling.figures.outside_m, outside);
+    volume += world_.shapes[world_.bodies[i].shape].mass.volume_m3;
+    filling.kept.emplace_back(i, Pose{motion.position, motion.orientation});
+  }
+  const Vec3 up = -scene_.gravity.normalized();
+  const double gap = gap_below(filling, up);
+  for (auto& [body, pose] : filling.kept) pose.position -= gap * up;
+  std::ranges::stable_sort(filling.kept, {},
+                           [&](const auto& one) { return one.second.position.dot(up); });
+  filling.figures.kept = static_cast<uint32_t>(filling.kept.size());
+  filling.figures.volume_share = volume / mass_properties(model_.guide).volume_m3;
+  return filling;
+}
+
+}  // namespace
+
+MouldFilling fill_mould(const Scene& scene, const Model& model) {
+  return Mould(scene, model).run();
+}
+
+}  // namespace pilesim

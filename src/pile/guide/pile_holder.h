@@ -1,0 +1,24 @@
+// What a director that holds a pile tells of it, whichever way it does.
+#pragma once
+
+#include <vector>
+
+#include "simulate/impulse_control.h"
+#include "trajectory/guide_file.h"
+
+namespace pilesim {
+
+class PileHolder : public ImpulseDirector {
+ public:
+  virtual const GuideCounts& counts() const = 0;
+  virtual uint64_t control_steps() const = 0;
+  virtual double control_s() const = 0;  // wall time of them all
+  // Where bodies are held, as of the last control step, m.
+  virtual std::vector<Vec3> constraint_points() const { return {}; }
+  // All glue that there ever was, what is torn with the time of that; by the time it was put on.
+  virtual std::vector<GlueLine> glue() const { return {}; }
+  // Of the last analysis of a glued pile; none: there was none.
+  virtual std::optional<GlueFigures> glue_figures() const { return std::nullopt; }
+};
+
+}  // namespace pilesim

@@ -1,0 +1,142 @@
+// Piles that are held by the least glue, simulated.
+#include <algorithm>
+#include <cmath>
+
+#include "pile/guide/guided_simulator.h"
+#include "simulate/modes/make_simulator.h"
+#include "support/small_model.h"
+
+#include <gtest/gtest.h>
+
+namespace pilesim {
+namespace {
+
+// A shelf: a fixed cube at a height, with cubes of 0.2 m in a row beside it, face to face.
+struct Shelf : SmallModel {
+  explicit Shelf(int count) {
+    scene.frame_rate = 60;
+    scene.step_s = 1.0 / 240;
+    scene.simulator.engine = EngineKind::exact;
+    scene.guide.emplace();
+    const uint32_t wood = material(0, 0.7), cube = box(Vec3::Constant(0.2));
+    body(plane(), wood, Vec3::Zero(), Role::fixed);
+    body(cube, wood, {0, 2, 0}, Role::fixed);
+    for (int i = 1; i <= count; ++i) body(cube, wood, {0.2 * i, 2, 0});
+  }
+};
+
+void run(GuidedSimulator& simulator, int frames) {
+  for (int frame = 0; frame < frames; ++frame) simulator.step_frame();
+}
+
+TEST(HeldByGlue, AShelfStays) {
+  Shelf shelf(3);
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 120);
+  const GuideFrame& last = simulator.frames().back();
+  EXPECT_EQ(last.counts.glue, 3);
+  EXPECT_EQ(last.counts.torn, 0);
+  EXPECT_LT(last.largest_drift_m, 0.01);
+  ASSERT_TRUE(simulator.glue_figures().has_value());
+  EXPECT_TRUE(simulator.glue_figures()->is_solved);
+  EXPECT_LT(simulator.glue_figures()->unbalanced, 1e-3);
+  // Joints carry 3, 2 and 1 weights by half of the friction, 0.7: of 3 weights. Their couples need
+  // less, 7 in all.
+  EXPECT_NEAR(simulator.glue_figures()->weights, 6 / 0.35 / 3, 0.01);
+}
+
+TEST(HeldByGlue, WithoutControlItFalls) {
+  Shelf shelf(3);
+  shelf.scene.guide->control = false;
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 120);
+  EXPECT_GT(simulator.frames().back().largest_drift_m, 1);
+  EXPECT_GT(simulator.glue_figures()->weights, 1) << "it is analysed all the same";
+}
+
+TEST(HeldByGlue, WhatStandsNeedsNone) {
+  Shelf column(0);
+  const uint32_t cube = column.model.bodies[1].shape;
+  for (int i = 0; i < 4; ++i) column.body(cube, 0, {2, 0.1 + 0.2 * i, 0});
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 10);
+  EXPECT_EQ(simulator.frames().back().counts.glue, 0);
+  EXPECT_EQ(simulator.glue_figures()->weights, 0);
+  EXPECT_EQ(simulator.frames().back().counts.passed, 4);
+}
+
+TEST(HeldByGlue, AHitTearsIt) {
+  Shelf shelf(3);
+  const double mass_kg = shelf.model.bodies[4].mass_kg;
+  shelf.model.events.push_back({0.5, ModelEvent::Kind::impulse, {4}, Vec3(0, -6 * mass_kg, 0), {}});
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 29);
+  EXPECT_EQ(simulator.frames().back().counts.torn, 0);
+  run(simulator, 90);
+  EXPECT_GE(simulator.frames().back().counts.torn, 1);
+  EXPECT_LT(simulator.states().position[4].y(), 0.5);
+  const std::vector<GlueLine> glue = simulator.glue();
+  EXPECT_TRUE(std::ranges::any_of(glue, [](const GlueLine& line) {
+    return line.until_s > 0.49 && std::isfinite(line.until_s);
+  }));
+}
+
+// A spot that holds a cube under another.
+class OneSpot final : public ImpulseDirector {
+ public:
+  OneSpot(double strength_n, double strength_nm) : n_(strength_n), nm_(strength_nm) {}
+  void direct(ImpulseControl& control) override {
+    if (step_++ == 0) {
+      id = control.add_glue({.a = 2,
+                             .b = 1,
+                             .point = Vec3(0.1, 2, 0),
+                             .strength_n = n_,
+                             .strength_nm = nm_,
+                             .tears_m = 0.02,
+                             .tears_rad = 0.1});
+    }
+    holds = control.holds(id);
+  }
+  ConstraintId id = 0;
+  bool holds = false;
+
+ private:
+  double n_, nm_;
+  int step_ = 0;
+};
+
+TEST(HeldByGlue, ASpotHoldsAsMuchAsItsStrength) {
+  Shelf shelf(1);
+  shelf.model.materials[0].friction = 0;
+  const double weight_n = 9.81 * shelf.model.bodies[2].mass_kg, couple_nm = 0.1 * weight_n;
+  const auto holds = [&](double force, double torque) {
+    OneSpot director(force * weight_n, torque * couple_nm);
+    const auto simulator =
+        make_directed_simulator(shelf.scene, shelf.model, static_cast<ImpulseDirector&>(director));
+    for (int frame = 0; frame < 90; ++frame) simulator->step_frame();
+    return director.holds && std::abs(simulator->states().position[2].y() - 2) < 0.005;
+  };
+  EXPECT_TRUE(holds(1.1, 1.1));
+  EXPECT_FALSE(holds(0.9, 1.1));
+  // The wall that it leans on takes part of the couple: with none of it, it turns.
+  EXPECT_FALSE(holds(1.1, 0));
+}
+
+TEST(HeldByGlue, GoesOnFromASavedState) {
+  const Shelf shelf(3);
+  GuidedSimulator first(shelf.scene, shelf.model), second(shelf.scene, shelf.model);
+  run(first, 20);
+  StateWriter writer;
+  first.save(writer);
+  StateReader reader(writer.bytes());
+  second.load(reader);
+  run(first, 20);
+  run(second, 20);
+  for (size_t i = 0; i < shelf.model.bodies.size(); ++i) {
+    EXPECT_EQ(first.states().position[i], second.states().position[i]);
+  }
+  EXPECT_EQ(first.glue().size(), second.glue().size());
+}
+
+}  // namespace
+}  // namespace pilesim

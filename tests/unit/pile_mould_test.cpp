@@ -1,0 +1,98 @@
+// Guides that are filled as moulds.
+#include <algorithm>
+
+#include "geometry/inside_test.h"
+#include "geometry/primitives.h"
+#include "pile/guide/upside_down.h"
+#include "support/small_model.h"
+
+#include <gtest/gtest.h>
+
+namespace pilesim {
+namespace {
+
+TriangleMesh moved(TriangleMesh mesh, const Vec3& way) {
+  for (Vec3& vertex : mesh.vertices) vertex += way;
+  return mesh;
+}
+
+TriangleMesh together(TriangleMesh mesh, const TriangleMesh& other) {
+  const auto first = static_cast<uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles) {
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  return mesh;
+}
+
+// Cubes of 0.1 m for the guide.
+struct Moulded : SmallModel {
+  Moulded(TriangleMesh guide, uint32_t count) {
+    scene.frame_rate = 60;
+    scene.step_s = 1.0 / 240;
+    scene.guide.emplace().file = "guide.obj";
+    const uint32_t wood = material(0.3, 0.5), cube = box(Vec3::Constant(0.1));
+    model.guide = std::move(guide);
+    for (uint32_t i = 0; i < count; ++i) body(cube, wood, Vec3::Zero());
+    model.guide_fill = {0, count, 0, true};
+    filling = fill_guide(scene, model);
+  }
+  // How far corners reach out of the box.
+  double outside(const Bounds& box) const {
+    double most = 0;
+    for (const ModelBody& body : model.bodies) {
+      for (const Vec3& corner : model.shapes[body.shape].mesh.vertices) {
+        const Vec3 point = body.pose.apply(corner);
+        most = std::max({most, (box.min() - point).maxCoeff(), (point - box.max()).maxCoeff()});
+      }
+    }
+    return most;
+  }
+  GuideFilling filling;
+};
+
+TEST(Mould, IsFilledToARandomPacking) {
+  const Moulded moulded(box_mesh({0.6, 0.6, 0.6}), 216);
+  EXPECT_GT(moulded.filling.volume_share, 0.36);  // six cubes wide
+  EXPECT_LT(moulded.filling.volume_share, 0.8);
+  EXPECT_EQ(moulded.filling.kept, moulded.filling.dropped);
+  EXPECT_EQ(moulded.filling.kept, moulded.model.bodies.size());
+  EXPECT_LT(moulded.outside(Bounds(Vec3::Constant(-0.3), Vec3::Constant(0.3))), 0.01);
+  EXPECT_LT(moulded.filling.outside_m, 0.01);
+}
+
+TEST(Mould, FillsEveryChamberOfAGuideWithoutALevelBase) {
+  const Quat tilted(Eigen::AngleAxisd(0.5, Vec3(1, 0, 1).normalized()));
+  TriangleMesh guide = together(moved(box_mesh({0.4, 0.5, 0.4}), {-1, 1, 0}),
+                                moved(box_mesh({0.4, 0.5, 0.4}), {1, 3, 0}));
+  for (Vec3& vertex : guide.vertices) vertex = tilted * vertex;
+  const InsideTest inside(guide);
+  const Moulded moulded(guide, 160);
+  const auto lower = std::ranges::count_if(moulded.model.bodies, [&](const ModelBody& body) {
+    return (tilted.conjugate() * body.pose.position).y() < 2;
+  });
+  const auto count = static_cast<ptrdiff_t>(moulded.model.bodies.size());
+  EXPECT_GT(lower, 25);
+  EXPECT_GT(count - lower, 25);
+  for (const ModelBody& body : moulded.model.bodies) {
+    EXPECT_TRUE(inside.contains(body.pose.position));
+  }
+}
+
+TEST(Mould, TakesNoMoreThanItIsGiven) {
+  const Moulded moulded(box_mesh({0.6, 0.6, 0.6}), 5);
+  EXPECT_EQ(moulded.filling.kept, 5);
+  // At rest on its floor.
+  for (const ModelBody& body : moulded.model.bodies) EXPECT_LT(body.pose.position.y(), -0.2);
+}
+
+TEST(Mould, TheSameSeedGivesTheSameFilling) {
+  const Moulded first(box_mesh({0.4, 0.4, 0.4}), 40), second(box_mesh({0.4, 0.4, 0.4}), 40);
+  ASSERT_EQ(first.model.bodies.size(), second.model.bodies.size());
+  for (size_t i = 0; i < first.model.bodies.size(); ++i) {
+    EXPECT_EQ(first.model.bodies[i].pose.position, second.model.bodies[i].pose.position);
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
