@@ -58,7 +58,8 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "\"include\", \"variables\", \"version\", \"name\", \"seed\", \"duration_s\", \"until\", "
           "\"frame_rate\", \"step_s\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
-          "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\". Did you mean "
+          "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\", \"cameras\". "
+          "Did you mean "
           "\"duration_s\"?"));
 }
 
