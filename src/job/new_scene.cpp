@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which the hull will do
 constexpr double kInTheAir = 0.2;      // share of an emitter that bounding balls fill
-constexpr double kInABin = 0.35;       // of a bin, when all has come to lie: loose
+constexpr double kInABin = 0.5;        // of a bin, when all has come to lie
 constexpr double kGravity = 9.81;
 
 // What the sizes of a scene follow from.
@@ -198,13 +198,14 @@ void size_pile(const Measured& body, int count, Values& values) {
   values["radius"] = number(radius);
   values["height"] = number(height);
   values["centre"] = number(height / 2 + 1.5 * r);
-  const double away = 2.1 * (height + 3 * r);
-  values["camera"] = camera(away, 0.45 * away, 0.35 * height);
+  const double away = 1.8 * (height + 3 * r);
+  values["camera"] = camera(away, 0.45 * away, 0.4 * height);
 }
 
 void size_bin(const Measured& body, int count, Values& values) {
   const double r = body.radius_m;
-  const double room_m3 = count * 4 / 3.0 * kPi * r * r * r * 0.6 / kInABin;
+  // Between what long and hollow bodies need, their balls, and what compact ones do.
+  const double room_m3 = count * std::sqrt(4 / 3.0 * kPi * r * r * r * body.volume_m3) / kInABin;
   const double side = std::max(std::cbrt(room_m3 / 0.7), 4 * r), depth = 0.7 * side;
   const double radius = 0.5 * side - 1.2 * r, height = 2 * r;
   values["bin"] = number(side);
@@ -220,7 +221,7 @@ void size_bin(const Measured& body, int count, Values& values) {
   values["away"] = number(0.8 * away);
   values["above"] = number(0.9 * away);
   values["target"] = number(0.5 * depth);
-  values["camera"] = camera(away, 0.75 * away, 0.6 * depth);
+  values["camera"] = camera(0.8 * away, away, 0.6 * depth);
 }
 
 TriangleMesh size_guide(const Measured& body, int count, Values& values) {

@@ -48,7 +48,7 @@ class Usage(CommandTest):
             ["simulate", scene, "-o", "out", "--seed", "x"],
             ["render", "out", "--size", "64"],
             ["render", "out", "--frames", "5-1"],
-            ["render", "out", "--frames", "-3"],
+            ["render", "out", "--frames", "-0"],
             ["render", "out", "--set", "/duration_s=99"],
             ["render", "out", "--set", "/rendering=1"],
             ["simulate", scene, "-o", "out", "--set", "seed=3"],
