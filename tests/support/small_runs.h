@@ -76,11 +76,6 @@ inline std::vector<SmallRun> small_runs() {
        "guide",
        {R"(/guide={"hold":"freeze"})", "/emitters=[]"},
        Directed::guide},
-      {"guide_glue",
-       "guide",
-       {"/guide/hold=glue",
-        R"(/emitters=[{"type":"mould","shape":"stick","material":"wood","count":24}])"},
-       Directed::guide},
   };
 }
 

@@ -78,7 +78,8 @@ bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
     if (parts_[body] != Part::pile || state_.covered[body] != 0) continue;
     is_new = true;
     // What the run begins with is at rest, whatever overlaps push it already.
-    if (state_.step > 1 && !is_slow(control, body)) return false;
+    const bool is_start = state_.step <= static_cast<uint64_t>(guide_.period_steps);
+    if (!is_start && !is_slow(control, body)) return false;
   }
   return is_new;
 }
