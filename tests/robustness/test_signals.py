@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
 from bench import adopt_orphans, heed_signals, reap_orphans  # noqa: E402
 from invariants import Trajectory, check_png, check_video, temporaries  # noqa: E402
-from support import PILESIM, CommandTest, tree_bytes  # noqa: E402
+from support import PILESIM, CommandTest, stop, tree_bytes  # noqa: E402
 
 
 def long_scene(scene):
