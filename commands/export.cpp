@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/counted.h"
+#include "core/text.h"
 #include "frame_range.h"
 #include "numbers.h"
 #include "options.h"
@@ -25,18 +26,6 @@ struct ExportArguments {
   std::optional<ExportForm> form;
   bool no_camera = false, force = false, quiet = false;
 };
-
-// "1.4 GB", "312 kB".
-std::string size_text(uint64_t bytes) {
-  const std::array units = {"bytes", "kB", "MB", "GB"};
-  auto size = static_cast<double>(bytes);
-  size_t unit = 0;
-  for (; size >= 1000 && unit + 1 < units.size(); ++unit) size /= 1000;
-  char text[32];
-  std::snprintf(text, sizeof text, unit == 0 || size >= 100 ? "%.0f %s" : "%.1f %s", size,
-                units[unit]);
-  return text;
-}
 
 std::vector<uint64_t> chosen_frames(const ExportArguments& options,
                                     const TrajectoryReader& trajectory) {

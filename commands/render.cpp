@@ -16,6 +16,7 @@
 #include "render/dataset/dataset_job.h"
 #include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
+#include "report/html.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
 #include "scene/scene_loader.h"
@@ -143,6 +144,9 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
 void draw(TrajectoryReader& trajectory, const RenderArguments& options, const CameraWork& work) {
   const ProgressMode mode = options.run.quiet ? ProgressMode::none : options.run.progress;
   const RenderSummary summary = run_render(trajectory, work.pictures, mode);
+  if (!summary.last_picture.empty()) {
+    put_picture(work.pictures.output / "report.html", "end", summary.last_picture);
+  }
   if (options.dataset.any()) run_dataset(trajectory, work.dataset, mode);
   if (options.run.quiet) return;
   const std::string kept =

@@ -314,6 +314,7 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const Comparison comparison = evaluate(job, plan);
   const std::string missing = write_comparison(comparison, job.output);
   ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
+  for (size_t i = 0; i < summary.lines.size(); ++i) summary.lines[i].run = plan.runs[i].directory;
   if (!missing.empty()) summary.warnings.push_back(missing);
   return summary;
 }

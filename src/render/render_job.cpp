@@ -354,6 +354,7 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
                                  " of " + std::to_string(job.frames.size()) + " frames",
                         .remedy = "Go on with the same command and --resume"});
   }
+  summary.last_picture = frame_file(job.output, job.frames.back());
   return summary;
 }
 

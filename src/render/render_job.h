@@ -53,6 +53,7 @@ std::filesystem::path frame_file(const std::filesystem::path& output, uint64_t f
 
 struct RenderSummary {
   std::string result;  // what to look at: the video, the frames or the sheet
+  std::filesystem::path last_picture;  // of the frames; empty: a sheet
   size_t frames = 0;
   size_t kept = 0;  // of them, drawn before the work was resumed
   double wall_s = 0;

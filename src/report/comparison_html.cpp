@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
+#include "report/figure_text.h"
 #include "report/html.h"
 
 namespace pilesim {
@@ -37,7 +38,7 @@ using Cell = std::function<std::string(const Json& mode)>;
 class ModeTable {
  public:
   ModeTable(const std::string& title, const Json& modes) : modes_(modes) {
-    html_ = "<h2>" + title + "</h2>\n<table><tr><th></th>";
+    html_ = "<h2>" + title + "</h2>\n<div class=\"wide modes\"><table><tr><th></th>";
     for (const Json& mode : modes) html_ += "<th class=\"n\">" + text_of(mode["name"]) + "</th>";
     html_ += "</tr>\n";
   }
@@ -46,7 +47,7 @@ class ModeTable {
     for (const Json& mode : modes_) html_ += "<td class=\"n\">" + cell(mode) + "</td>";
     html_ += "</tr>\n";
   }
-  std::string end() { return html_ + "</table>\n"; }
+  std::string end() { return html_ + "</table></div>\n"; }
 
  private:
   const Json& modes_;
@@ -120,7 +121,7 @@ std::string stages(const Json& modes) {
 }
 
 std::string definitions(const Json& modes) {
-  std::string html = "<h2>The modes</h2>\n<table>\n";
+  std::string html = "<h2>The modes</h2>\n<div class=\"wide\"><table>\n";
   for (const Json& mode : modes) {
     html += "<tr><td>" + text_of(mode["name"]) + "</td><td>";
     for (const Json& line : mode["overrides"])
@@ -128,7 +129,42 @@ std::string definitions(const Json& modes) {
     for (const Json& line : mode["collision_shapes"]) html += text_of(line) + "<br>";
     html += "</td></tr>\n";
   }
-  return html + "</table>\n";
+  return html + "</table></div>\n";
+}
+
+std::string picture_places(const Json& modes) {
+  std::string html = "<div class=\"pictures\">\n";
+  for (const Json& mode : modes)
+    html += picture_place(text_of(mode["name"]), text_of(mode["name"]));
+  return html + "</div>\n";
+}
+
+// "statistical is 35 times as fast ..."
+std::string verdicts(const Json& figures) {
+  const Json& modes = figures["modes"];
+  std::string html = "<div class=\"verdict\"><b class=\"head\">Against " +
+                     text_of(figures["reference"]) + "</b>\n";
+  for (size_t i = 1; i < modes.size(); ++i) {
+    const Json &mode = modes[i], &speed = mode["speed_up"]["value"], &worst = mode["worst_error"];
+    html += "<p><b>" + text_of(mode["name"]) + "</b> ";
+    if (speed.is_number()) {
+      const double times = speed;
+      html += times >= 1 ? "is " + with_digits(times, 3) + " times as fast"
+                         : "takes " + with_digits(1 / times, 3) + " times as long";
+    }
+    if (worst.is_object() && worst["value"].is_number()) {
+      const double error = worst["value"];
+      html += "; its largest error, of " + spaced(worst["quantity"]) + ", is " +
+              with_digits(error, 3) + " times as far from the reference as another seed is" +
+              (error <= 1.5 ? ": no farther than chance" : "");
+    }
+    const Json& overlap = mode["quality_at_end"]["deepest_penetration_diameters"]["value"];
+    if (overlap.is_number()) {
+      html += ". Deepest overlap at the end: " + share_text(overlap) + " of a body";
+    }
+    html += ".</p>\n";
+  }
+  return html + "</div>\n";
 }
 
 }  // namespace
@@ -145,15 +181,16 @@ std::string comparison_html(const Json& figures, const std::vector<Chart>& chart
                      ". D = " + with_digits(figures["units"]["D_m"], 4) +
                      " m, T = " + with_digits(figures["units"]["T_s"], 4) +
                      " s. In brackets: 95 % intervals, bootstrapped over seeds.</p>\n";
+  html += picture_places(modes) + verdicts(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   html += summary(modes);
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
   html += errors(modes) + motion(modes) + quality(figures) + stages(modes) + definitions(modes);
-  html += "<h2>Machine</h2>\n<table>\n";
+  std::string rows;
   for (const auto& [key, value] : figures["machine"].items()) {
-    html += "<tr><td>" + escaped(key) + "</td><td>" + text_of(value) + "</td></tr>\n";
+    rows += "<tr><td>" + escaped(key) + "</td><td>" + text_of(value) + "</td></tr>\n";
   }
-  return html_page(name, html + "</table>\n");
+  return html_page(name + ", compared", html + "<h2>Machine</h2>\n" + html_table(rows));
 }
 
 }  // namespace pilesim

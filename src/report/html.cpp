@@ -1,21 +1,56 @@
 #include "report/html.h"
 
+#include <cstdint>
+
+#include "core/atomic_file.h"
+
 namespace pilesim {
 namespace {
 
 constexpr char kStyle[] = R"(
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 800px; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.5em; margin-bottom: 0; } h2 { font-size: 1.1em; margin: 2em 0 .4em; }
-.sub { opacity: .7; margin-top: .2em; }
-.keys { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr)); gap: 10px; margin: 1.4em 0; }
-.key { border: 1px solid #8884; border-radius: 8px; padding: 8px 12px; }
-.key b { display: block; font-size: 1.3em; font-weight: 600; } .key span { opacity: .7; font-size: .85em; }
-table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; }
-td, th { border-bottom: 1px solid #8883; padding: 4px 8px 4px 0; } td.n, th.n { text-align: right; }
-svg { width: 100%; height: auto; border-radius: 8px; background: #fff; }
+:root { color-scheme: light dark; --edge: #8884; --good: #2e8b57; --bad: #c4552d; }
+* { box-sizing: border-box; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 860px; margin: 2em auto; padding: 0 16px; overflow-wrap: anywhere; }
+h1 { font-size: 1.6em; line-height: 1.2; margin: 0; } h2 { font-size: 1.15em; margin: 2em 0 .3em; }
+.sub { opacity: .72; margin: .2em 0 .8em; }
+figure { margin: 1em 0; } figure img { display: block; width: 100%; border-radius: 10px; }
+figure figcaption { opacity: .72; font-size: .88em; margin-top: .3em; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 260px), 1fr)); gap: 12px; }
+.pictures figure { margin: 0; }
+.verdict { border: 1px solid var(--edge); border-left: 6px solid var(--good); border-radius: 10px; padding: 12px 16px; margin: 1em 0; }
+.verdict.bad { border-left-color: var(--bad); }
+.verdict b.head { font-size: 1.25em; } .verdict p { margin: .35em 0 0; }
+.keys { display: grid; grid-template-columns: repeat(auto-fit, minmax(140px, 1fr)); gap: 10px; margin: 1.2em 0; }
+.key { border: 1px solid var(--edge); border-radius: 10px; padding: 8px 12px; }
+.key b { display: block; font-size: 1.3em; font-weight: 600; } .key span { opacity: .72; font-size: .85em; }
+.wide { overflow-x: auto; overflow-wrap: normal; }
+table { border-collapse: collapse; width: 100%; } th { text-align: left; font-weight: 600; vertical-align: bottom; }
+td, th { border-bottom: 1px solid #8883; padding: 5px 14px 5px 0; vertical-align: top; }
+td:last-child, th:last-child { padding-right: 2px; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+.modes td:first-child { min-width: 9em; } .modes td.n { min-width: 7em; }
+small { opacity: .72; }
+svg { width: 100%; height: auto; border-radius: 10px; background: #fff; }
 code { font-size: .9em; }
 )";
+
+std::string picture_mark(const std::string& name) { return "<!--picture " + name + "-->"; }
+constexpr char kPictureEnd[] = "<!--end of picture-->";
+
+std::string base64(const std::string& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    uint32_t word = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      word = word << 8 | (i + k < bytes.size() ? static_cast<uint8_t>(bytes[i + k]) : 0u);
+    }
+    for (size_t k = 0; k < 4; ++k) {
+      text += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -43,8 +78,36 @@ std::string escaped(const std::string& text) {
 }
 
 std::string html_page(const std::string& title, const std::string& body) {
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + title +
-         "</title><style>" + kStyle + "</style></head><body>\n" + body + "</body></html>\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+         "content=\"width=device-width, initial-scale=1\"><title>" +
+         title + "</title><style>" + kStyle + "</style></head><body>\n" + body + "</body></html>\n";
+}
+
+std::string html_table(const std::string& rows) {
+  return "<div class=\"wide\"><table>\n" + rows + "</table></div>\n";
+}
+
+std::string picture_place(const std::string& name, const std::string& label) {
+  return picture_mark(name) + "<figure><figcaption>" + label + "</figcaption></figure>" +
+         kPictureEnd + "\n";
+}
+
+void put_picture(const std::filesystem::path& page, const std::string& name,
+                 const std::filesystem::path& png) {
+  if (!std::filesystem::exists(page)) return;
+  std::string html = read_file(page);
+  const size_t place = html.find(picture_mark(name));
+  const size_t end = html.find(kPictureEnd, place);
+  if (place == std::string::npos || end == std::string::npos) return;
+  const size_t first = place + picture_mark(name).size();
+  const size_t caption = html.find("<figcaption>", first);
+  std::string label = caption < end ? html.substr(caption, end - caption) : "</figure>";
+  const size_t none_yet = label.find("<small>"), behind = label.find("</small>");
+  if (behind != std::string::npos) label.erase(none_yet, behind - none_yet + 8);
+  html.replace(first, end - first,
+               "<figure><img alt=\"The pile\" src=\"data:image/png;base64," +
+                   base64(read_file(png)) + "\">" + label);
+  write_file_atomically(page, html);
 }
 
 }  // namespace pilesim

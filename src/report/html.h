@@ -1,6 +1,7 @@
 // What the pages of reports share.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace pilesim {
@@ -8,7 +9,18 @@ namespace pilesim {
 // Plain text as it stands in HTML.
 std::string escaped(const std::string& text);
 
-// A page that needs no other file; `title` and `body` are HTML.
+// A page that needs no other file; `title` and `body` are HTML. It fits a phone: what is wider
+// scrolls by itself.
 std::string html_page(const std::string& title, const std::string& body);
+
+// A table in a frame of its own, of rows in HTML.
+std::string html_table(const std::string& rows);
+
+// Where a picture goes that is drawn later; `label` is HTML, whose <small> stands until then only.
+std::string picture_place(const std::string& name, const std::string& label);
+// Puts a PNG file there, as part of the page. `page` is one that pilesim wrote; one that is missing
+// or has no such place stays as it is. Throws Error(io).
+void put_picture(const std::filesystem::path& page, const std::string& name,
+                 const std::filesystem::path& png);
 
 }  // namespace pilesim

@@ -3,14 +3,14 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
+#include "report/figure_text.h"
 #include "report/html.h"
+#include "report/verdict.h"
 
 namespace pilesim {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string number(double value) { return with_digits(value, 3); }
 
 std::string text_of(const Json& value) {
   return escaped(value.is_string() ? value.get<std::string>() : value.dump());
@@ -20,60 +20,83 @@ std::string key_figure(const std::string& value, const std::string& label) {
   return "<div class=\"key\"><b>" + value + "</b><span>" + label + "</span></div>\n";
 }
 
+std::string verdict_panel(const Json& figures) {
+  const Verdict result = verdict(figures);
+  std::string html = "<div class=\"verdict" + std::string(result.good ? "" : " bad") +
+                     "\"><b class=\"head\">" + result.headline + "</b>\n";
+  for (const std::string& sentence : result.sentences) html += "<p>" + sentence + "</p>\n";
+  return html + "</div>\n";
+}
+
 std::string key_figures(const Json& figures) {
-  const Json& counts = figures["counts"];
-  return "<div class=\"keys\">\n" + key_figure(counts["dynamic_bodies"].dump(), "dynamic bodies") +
-         key_figure(counts["frames"].dump(), "frames") +
-         key_figure(number(figures["time"]["total_s"]) + " s", "wall time, all of it") +
-         key_figure(number(figures["time"]["wall_per_simulated_second"]) + " s",
-                    "for a simulated second") +
-         key_figure(number(100 * figures["penetration"]["deepest_diameters"].get<double>()) + " %",
-                    "deepest penetration, of a body's diameter") +
-         key_figure(figures["settled"].get<bool>() ? "yes" : "no",
-                    "settled (" + counts["awake_at_end"].dump() + " awake at the end)") +
-         key_figure(figures["quality_at_end"]["escaped"].dump(), "escaped") +
-         key_figure(figures["quality_at_end"]["floating"].dump(), "floating") +
-         key_figure(number(figures["peak_memory_bytes"].get<double>() / 1048576) + " MiB",
-                    "peak memory") +
-         "</div>\n";
+  const Json &counts = figures["counts"], &end = figures["quality_at_end"];
+  const Json& time = figures["time"];
+  const double steps = counts["steps"], bodies = counts["dynamic_bodies"];
+  const double frames_s = time["stages"]["all"].value("total_s", 0.0);
+  std::string html = "<div class=\"keys\">\n";
+  html += key_figure(grouped(counts["dynamic_bodies"]), "bodies that move by forces");
+  html += key_figure(grouped(counts["steps"]), "steps of " + duration_text(counts["step_s"]) +
+                                                   " in " + grouped(counts["frames"]) + " frames");
+  html += key_figure(duration_text(time["total_s"]), "all told");
+  if (steps * bodies > 0) {
+    html += key_figure(duration_text(frames_s / (steps * bodies)), "a body and step");
+  }
+  html += key_figure(share_text(end["deepest_penetration_diameters"]),
+                     "of a body&rsquo;s size: deepest overlap at the end");
+  html += key_figure(grouped(counts["contacts_at_end"]), "contacts at the end");
+  html += key_figure(size_text(figures["peak_memory_bytes"]), "memory at most");
+  return html + "</div>\n";
 }
 
 std::string stage_table(const Json& stages) {
   const double total_s = stages["all"].value("total_s", 0.0);
-  std::string html =
-      "<h2>Time by stage</h2>\n<table><tr><th>stage</th><th class=\"n\">share</th>"
-      "<th class=\"n\">total</th><th class=\"n\">median a frame</th>"
-      "<th class=\"n\">95 % below</th></tr>\n";
+  std::string rows =
+      "<tr><th>stage</th><th class=\"n\">share</th><th class=\"n\">total</th>"
+      "<th class=\"n\">median a frame</th><th class=\"n\">95 % below</th></tr>\n";
   for (const auto& [name, stage] : stages.items()) {
     if (stage.empty()) continue;
     const double share = total_s > 0 ? stage["total_s"].get<double>() / total_s : 0;
-    html += "<tr><td>" + escaped(name) + "</td><td class=\"n\">" + number(100 * share) +
-            " %</td><td class=\"n\">" + number(stage["total_s"]) + " s</td><td class=\"n\">" +
-            number(stage["median_ms_per_frame"]) + " ms</td><td class=\"n\">" +
-            number(stage["p95_ms_per_frame"]) + " ms</td></tr>\n";
+    rows += "<tr><td>" + figure_name(name) + "</td><td class=\"n\">" + share_text(share) +
+            "</td><td class=\"n\">" + duration_text(stage["total_s"]) + "</td><td class=\"n\">" +
+            duration_text(1e-3 * stage["median_ms_per_frame"].get<double>()) +
+            "</td><td class=\"n\">" +
+            duration_text(1e-3 * stage["p95_ms_per_frame"].get<double>()) + "</td></tr>\n";
   }
-  return html + "</table>\n";
+  return "<h2>Time by stage</h2>\n" + html_table(rows);
 }
 
-std::string value_table(const std::string& title, const Json& values) {
+// `meaning`: HTML that explains; may be empty.
+std::string value_table(const std::string& title, const Json& values,
+                        const std::string& meaning = {}) {
   if (values.empty()) return {};
-  std::string html = "<h2>" + title + "</h2>\n<table>\n";
+  std::string rows;
   for (const auto& [name, value] : values.items()) {
-    html += "<tr><td>" + escaped(name) + "</td><td>" + text_of(value) + "</td></tr>\n";
+    rows += "<tr><td>" + figure_name(name) + "</td><td class=\"n\">" + figure_text(name, value) +
+            "</td></tr>\n";
   }
-  return html + "</table>\n";
+  return "<h2>" + title + "</h2>\n" +
+         (meaning.empty() ? "" : "<p class=\"sub\">" + meaning + "</p>\n") + html_table(rows);
+}
+
+// Keys are pointers into the scene, and stay as they are.
+std::string option_table(const Json& options) {
+  if (options.empty()) return {};
+  std::string rows;
+  for (const auto& [name, value] : options.items()) {
+    rows += "<tr><td><code>" + escaped(name) + "</code></td><td>" + text_of(value) + "</td></tr>\n";
+  }
+  return "<h2>Options that differ from their defaults</h2>\n" + html_table(rows);
 }
 
 std::string gate_table(const Json& gates) {
   if (gates.empty()) return {};
-  std::string html =
-      "<h2>Quality gates</h2>\n<table><tr><th>fails if</th><th>is</th><th></th></tr>\n";
+  std::string rows = "<tr><th>fails if</th><th>is</th><th></th></tr>\n";
   for (const Json& gate : gates) {
-    html += "<tr><td>" + text_of(gate["fails_if"]) + "</td><td>" + number(gate["value"]) + " " +
-            text_of(gate["unit"]) + "</td><td>" +
+    rows += "<tr><td>" + text_of(gate["fails_if"]) + "</td><td>" + with_digits(gate["value"], 3) +
+            " " + text_of(gate["unit"]) + "</td><td>" +
             (gate["passed"].get<bool>() ? "passed" : "<b>failed</b>") + "</td></tr>\n";
   }
-  return html + "</table>\n";
+  return "<h2>Quality gates</h2>\n" + html_table(rows);
 }
 
 std::string line_list(const std::string& title, const Json& lines) {
@@ -88,18 +111,20 @@ std::string line_list(const std::string& title, const Json& lines) {
 std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                         const std::string& missing) {
   const std::string name = text_of(figures["scene"]["name"]);
-  std::string html = "<h1>" + name + "</h1>\n<p class=\"sub\">pilesim " +
-                     text_of(figures["command"]) + ", " + text_of(figures["mode"]) +
-                     " mode, seed " + text_of(figures["seed"]) + ", <code>" +
+  std::string html = "<h1>" + name + "</h1>\n<p class=\"sub\">" + text_of(figures["mode"]) +
+                     " mode, seed " + text_of(figures["seed"]) + "; pilesim " +
+                     text_of(figures["command"]) + " of <code>" +
                      text_of(figures["scene"]["file"]) + "</code></p>\n";
-  if (figures["interrupted"].get<bool>()) {
-    html += "<p><b>Interrupted:</b> shorter than the scene asks for.</p>\n";
-  }
-  html += key_figures(figures);
+  html += picture_place("end",
+                        "The pile at its end<small>: none yet, <code>pilesim render</code> puts a "
+                        "picture here</small>");
+  html += verdict_panel(figures) + key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
   html += gate_table(figures["gates"]);
-  html += value_table("The pile at the end, by its collision shapes", figures["quality_at_end"]);
+  html += value_table("The pile at the end", figures["quality_at_end"],
+                      "By exact distances of its collision shapes, not by what the solver thinks. "
+                      "Shares are of the mean body&rsquo;s diameter.");
   if (figures.contains("finish")) html += value_table("Finishing", figures["finish"]);
   if (figures.contains("until")) html += value_table("Until all is settled", figures["until"]);
   if (figures.contains("piles")) {
@@ -111,11 +136,13 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   html += line_list("Starts of bodies", figures["notes"]);
   html += line_list("Signatures", figures["signatures"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
-  html += value_table("Penetration", figures["penetration"]);
+  html += value_table("Overlaps that the solver saw", figures["penetration"],
+                      "Of its own contacts; the deepest is that of the worst moment, often the "
+                      "hardest blow.");
   html += value_table("Energy", figures["energy"]);
-  html += value_table("Options that differ from their defaults", figures["changed_options"]);
+  html += option_table(figures["changed_options"]);
   html += value_table("Machine", figures["machine"]);
-  return html_page(name, html);
+  return html_page(name + ", " + text_of(figures["mode"]) + " mode", html);
 }
 
 }  // namespace pilesim

@@ -1,0 +1,21 @@
+// What a run came to, in words.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace pilesim {
+
+struct Verdict {
+  bool good = true;
+  std::string headline;                // "At rest and sound"
+  std::vector<std::string> sentences;  // settled? sound? how fast?
+};
+
+// Deepest overlap of a sound pile, in diameters of the mean body: what docs/compare.md proposes as
+// a gate. Plain HTML; `figures` is what report_json() gave.
+inline constexpr double kSoundOverlap = 0.02;
+Verdict verdict(const nlohmann::ordered_json& figures);
+
+}  // namespace pilesim
