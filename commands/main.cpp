@@ -54,7 +54,8 @@ void require_printed() {
 
 int run(int argc, char** argv) {
   CLI::App app("Simulates and draws large piles of rigid objects.", "pilesim");
-  app.set_version_flag("--version", "pilesim " PILESIM_VERSION);
+  app.set_version_flag("--version", "pilesim " PILESIM_VERSION "\nbuilt with GCC " __VERSION__
+                                    " for x86-64-v3 (AVX2)" PILESIM_COMMIT);
   app.require_subcommand(1);
   app.footer(kExamples);
   pilesim::add_validate_command(app);
@@ -64,12 +65,15 @@ int run(int argc, char** argv) {
   pilesim::add_new_command(app);
   pilesim::add_render_command(app);
   pilesim::add_export_command(app);
+  pilesim::add_view_command(app);
   pilesim::add_sample_signature_command(app);
   pilesim::add_fit_bspline_command(app);
   pilesim::add_inspect_command(app);
   pilesim::add_compare_command(app);
   pilesim::add_batch_command(app);
   pilesim::add_schema_command(app);
+  pilesim::add_presets_command(app);
+  pilesim::add_reference_command(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

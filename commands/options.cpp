@@ -104,8 +104,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   add_whole_number(
       command, "--threads", {1, 1024},
       [](uint64_t threads) { set_thread_count(static_cast<int>(threads)); },
-      "Threads to use; the results do not depend on it; default: all " +
-          std::to_string(available_threads()));
+      "Threads to use; the results do not depend on it; default: as many as "
+      "the machine runs at once");
 }
 
 std::vector<QualityGate> JudgingOptions::gates() const {

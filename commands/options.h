@@ -85,6 +85,10 @@ void add_simulate_command(CLI::App& app);
 void add_direct_pile_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_export_command(CLI::App& app);
+void add_view_command(CLI::App& app);
+void add_presets_command(CLI::App& app);
+// Not for users: what the options of `app` say of themselves, for man, shells and the docs.
+void add_reference_command(CLI::App& app);
 void add_sample_signature_command(CLI::App& app);
 void add_fit_bspline_command(CLI::App& app);
 void add_inspect_command(CLI::App& app);

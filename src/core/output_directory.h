@@ -12,6 +12,7 @@ namespace pilesim {
 // Paths below an output directory; in the last part a '*' stands for digits.
 inline constexpr std::string_view kSheetFile = "sheet.png";
 inline constexpr std::string_view kVideoFile = "video.mp4";
+inline constexpr std::string_view kViewFile = "view.html";
 inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
 inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
 inline constexpr std::string_view kCamerasFile = "cameras.json";
@@ -30,6 +31,7 @@ inline constexpr std::string_view kSimulationEntries[] = {"trajectory.zarr",
                                                           kVideoFile,
                                                           kSheetFile,
                                                           kRenderCheckpointFile,
+                                                          kViewFile,
                                                           kCamerasFile,
                                                           kCocoFile,
                                                           "passes",

@@ -97,7 +97,6 @@ void draw_line(Image& image, const Point& from, const Point& to, const Eigen::Ve
 
 PileOverlay::PileOverlay(const std::filesystem::path& file) : changes_(read_pile_layers(file)) {}
 
-// The core grown by the radius, cut by the walls.
 std::vector<Eigen::Vector2f> PileOverlay::outline(const LayeredPile& pile, float radius_m) {
   const std::vector<Point> core = drawn(pile.core), walls = drawn(pile.walls);
   std::vector<Point> points;

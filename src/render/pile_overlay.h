@@ -17,9 +17,10 @@ class PileOverlay final : public Overlay {
   void draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
             Image& image) const override;
 
- private:
+  // The rim of a layer, x and z, m: the core grown by the radius, cut by the walls.
   static std::vector<Eigen::Vector2f> outline(const LayeredPile& pile, float radius_m);
 
+ private:
   std::vector<PileLayersChange> changes_;  // ascending
 };
 

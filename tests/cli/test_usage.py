@@ -33,7 +33,7 @@ class Usage(CommandTest):
             self.assertTrue((root / name).exists(), name)
 
     def test_version(self):
-        self.assertRegex(self.succeed("--version").stdout, r"^pilesim \d+\.\d+\.\d+\n$")
+        self.assertRegex(self.succeed("--version").stdout, r"^pilesim \d+\.\d+\.\d+\nbuilt with GCC \S+ for x86-64-v3 \(AVX2\)(, of [0-9a-f]+(-dirty)?)?\n$")
 
     def test_misuse_exits_with_2_and_prints_nothing_to_stdout(self):
         scene = self.write_scene()

@@ -53,6 +53,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"render/rays", {"core", "scene", "trajectory", "render"}},
     {"export", {"core", "scene", "trajectory", "render"}},
     {"batch", {"core", "json", "scene"}},
+    {"view", {"core", "scene", "trajectory", "render", "export"}},
     {"job",
      {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
       "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report"}},

@@ -1,0 +1,163 @@
+// Scenes to start from, wherever pilesim is installed.
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/output_directory.h"
+#include "json/json_text.h"
+#include "options.h"
+#include "print.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct PresetArguments {
+  std::string name, directory = ".";
+  bool force = false;
+};
+
+// Beside the program: as it is installed, or in the tree that it was built in.
+fs::path presets_directory() {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const char* way : {"../share/pilesim/presets", "../../../presets"}) {
+    const fs::path directory = (program / way).lexically_normal();
+    if (fs::is_directory(directory)) return directory;
+  }
+  throw Error(ErrorKind::io,
+              Problem{.file = (program / "../share/pilesim/presets").lexically_normal().string(),
+                      .found = "is not there",
+                      .expected = "the presets, beside the program",
+                      .remedy = "Install pilesim as a whole"});
+}
+
+// Name, "impulse/rabbits_in_a_crate", and file.
+std::map<std::string, fs::path> find_presets(const fs::path& root) {
+  std::map<std::string, fs::path> presets;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root)) {
+    if (entry.path().extension() != ".json") continue;
+    presets.emplace(fs::relative(entry.path(), root).replace_extension().string(), entry.path());
+  }
+  return presets;
+}
+
+// Its mode, length and title.
+std::string about(const fs::path& file) {
+  const Json scene = read_json_file(file);
+  std::string mode = "impulse";
+  if (const auto simulator = scene.find("simulator"); simulator != scene.end()) {
+    mode = simulator->value("mode", mode);
+  }
+  return mode + ", " + scene.value("duration_s", Json()).dump() +
+         " s: " + scene.value("name", std::string());
+}
+
+void list_presets() {
+  const auto presets = find_presets(presets_directory());
+  size_t width = 0;
+  for (const auto& [name, file] : presets) width = std::max(width, name.size());
+  for (const auto& [name, file] : presets) {
+    print("%-*s  %s\n", static_cast<int>(width), name.c_str(), about(file).c_str());
+  }
+}
+
+// A preset by its whole name, or by its last part where only one has that.
+const std::pair<const std::string, fs::path>& chosen(const std::map<std::string, fs::path>& presets,
+                                                     const std::string& name) {
+  const std::pair<const std::string, fs::path>* found = nullptr;
+  std::string others;
+  for (const auto& preset : presets) {
+    if (preset.first == name) return preset;
+    if (fs::path(preset.first).filename() != name) continue;
+    found = &preset;
+    others += (others.empty() ? "" : " or ") + preset.first;
+  }
+  if (found != nullptr && others == found->first) return *found;
+  throw Error(ErrorKind::usage,
+              Problem{.file = "preset \"" + name + '"',
+                      .found = found == nullptr ? "is not there" : "is the name of several",
+                      .expected = found == nullptr ? "a name that pilesim presets lists" : others});
+}
+
+// Calls use(text) for every string in `json`.
+void for_each_string(const Json& json, const std::function<void(const std::string&)>& use) {
+  if (json.is_string()) use(json.get<std::string>());
+  if (!json.is_structured()) return;
+  for (const Json& part : json) for_each_string(part, use);
+}
+
+// Files that a scene names by a path beside it: as it names them, and where they are.
+std::map<std::string, fs::path> files_of(const fs::path& preset) {
+  std::map<std::string, fs::path> files;
+  for_each_string(read_json_file(preset), [&](const std::string& text) {
+    const fs::path named = text;
+    if (!named.has_extension() || named.is_absolute()) return;
+    const fs::path file = (preset.parent_path() / named).lexically_normal();
+    if (fs::is_regular_file(file)) files.emplace(text, file);
+    if (named.extension() == ".sig" && !fs::exists(file)) {
+      throw Error(ErrorKind::io,
+                  Problem{.file = file.string(),
+                          .found = "is not there: signatures are measured",
+                          .expected = "a file of pilesim sample-signature",
+                          .remedy = "Build the target signatures, or copy another preset"});
+    }
+  });
+  return files;
+}
+
+void copy_preset(const PresetArguments& options) {
+  const auto presets = find_presets(presets_directory());
+  const auto& [name, file] = chosen(presets, options.name);
+  const fs::path directory = options.directory;
+  std::string scene = read_file(file);
+  const auto files = files_of(file);
+  const fs::path copy = directory / file.filename();
+  if (fs::exists(directory)) {
+    claim_output_file(copy, options.force);
+    for (const auto& [text, source] : files) {
+      claim_output_file(directory / source.filename(), options.force);
+    }
+  }
+  make_output_directory(directory);
+  for (const auto& [text, source] : files) {
+    write_file_atomically(directory / source.filename(), read_file(source));
+    const std::string before = Json(text).dump(), after = Json(source.filename().string()).dump();
+    for (size_t at = scene.find(before); at != std::string::npos;
+         at = scene.find(before, at + after.size())) {
+      scene.replace(at, before.size(), after);
+    }
+    print("%s\n", (directory / source.filename()).c_str());
+  }
+  write_file_atomically(copy, scene);
+  print("%s\n", copy.c_str());
+}
+
+}  // namespace
+
+void add_presets_command(CLI::App& app) {
+  auto options = std::make_shared<PresetArguments>();
+  CLI::App* command = app.add_subcommand(
+      "presets", "List the scenes that come with pilesim, or copy one to start from");
+  CLI::App* copy = command->add_subcommand(
+      "copy", "Copy a preset and the files that it names, so that it runs where it then is");
+  copy->add_option("name", options->name, "What the list says: impulse/rabbits_in_a_crate")
+      ->required();
+  copy->add_option("directory", options->directory, "Where to (default: here)")->check(named(), "");
+  copy->add_flag("--force", options->force, "Replace files that are there already");
+  copy->callback([options] { copy_preset(*options); });
+  command->footer(R"(
+Examples:
+  pilesim presets
+  pilesim presets copy tower_of_boxes my_pile)");
+  command->callback([command] {
+    if (command->get_subcommands().empty()) list_presets();
+  });
+}
+
+}  // namespace pilesim

@@ -1,0 +1,58 @@
+// What the colours of bodies tell. Each: {name, legend(), of(body, state, frame) -> [r, g, b]}.
+
+const RAMP = [[68, 40, 120], [59, 82, 139], [33, 145, 140], [94, 201, 98], [240, 215, 50]];
+function ramp(share) {
+  const at = Math.max(0, Math.min(0.9999, share)) * (RAMP.length - 1);
+  const i = Math.floor(at), part = at - i;
+  return RAMP[i].map((low, c) => low + part * (RAMP[i + 1][c] - low));
+}
+const css = (c) => `rgb(${c.map(Math.round).join(",")})`;
+
+// `classes`: [text, colour, test(state)], the first that fits.
+function byState(name, classes) {
+  const find = (state) => classes.findIndex(([, , fits]) => fits(state));
+  return {
+    name, classes, find,
+    of: (body, state) => classes[find(state)][1],
+    legend: (counts) => classes.map(([text, colour], i) =>
+      counts[i] ? `<div class="chip"><i style="background:${css(colour)}"></i>${text}<span class="n">${counts[i].toLocaleString("en")}</span></div>` : "").join(""),
+  };
+}
+
+const FIXED = [150, 154, 160];
+
+function colourings(trajectory, about) {
+  const { colour } = trajectory;
+  const has = (flag) => (about.states & flag) !== 0;
+  const list = [{ key: "body", name: "Colours: scene", legend: () => "",
+    of: (body) => [colour[4 * body], colour[4 * body + 1], colour[4 * body + 2]] }];
+  list.push({ key: "state", ...byState("Colours: state", [
+    ["held by the guide", [60, 160, 150], (s) => s & STATE.frozen],
+    ["waiting", [150, 110, 190], (s) => s & STATE.held],
+    ["asleep", [88, 122, 160], (s) => s & STATE.asleep],
+    ["awake", [226, 122, 52], () => true]]) });
+  const fastest = about.fast_m_s;
+  list.push({ key: "speed", name: "Colours: speed",
+    of: (body, state, frame) => ramp(Math.sqrt(trajectory.speed(body, frame) * about.frame_rate / fastest)),
+    legend: () => `<div class="ramp" style="background:linear-gradient(90deg,${[0, 0.25, 0.5, 0.75, 1].map((s) => css(ramp(s))).join(",")})"></div>` +
+      `<div class="ends"><span>0</span><span>${rounded(fastest / 4)}</span><span>${rounded(fastest)} m/s</span></div>` });
+  if (has(STATE.impulse) && about.mode === "mixed") {
+    list.push({ key: "level", ...byState("Colours: level", [
+      ["sphere", [90, 150, 205], (s) => !(s & STATE.impulse)],
+      ["near exact ones", [235, 190, 70], (s) => s & STATE.statistical],
+      ["exact", [205, 75, 50], () => true]]) });
+  }
+  if (has(STATE.passed) || has(STATE.failed)) {
+    list.push({ key: "analysis", ...byState("Colours: analysis", [
+      ["filtered out", [225, 170, 60], (s) => (s & STATE.passed) && (s & STATE.failed)],
+      ["may be held", [70, 150, 95], (s) => s & STATE.passed],
+      ["cannot stand", [200, 70, 55], (s) => s & STATE.failed],
+      ["not looked at", FIXED, () => true]]) });
+  }
+  return list;
+}
+
+// Three digits, without zeros at the end.
+function rounded(value) {
+  return value === 0 ? "0" : Math.abs(value) >= 1000 ? Math.round(value).toLocaleString("en") : String(+value.toPrecision(3));
+}

@@ -1,0 +1,131 @@
+#include "view/view_job.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/atomic_file.h"
+#include "core/clock.h"
+#include "core/counted.h"
+#include "core/output_directory.h"
+#include "core/text.h"
+#include "view/view_data.h"
+#include "view/view_page.h"
+#include "view/view_signs.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json camera_json(const ExportSource& source, const ViewData& data) {
+  Json keys = Json::array();
+  for (size_t k = 0; k < (source.camera_moves() ? data.frames : 1); ++k) {
+    const CameraKey key = source.camera(k * data.every);
+    Json numbers = Json::array();
+    for (const double value : key.position) numbers.push_back(value);
+    for (const double value : key.target) numbers.push_back(value);
+    numbers.push_back(key.field_of_view);
+    keys.push_back(std::move(numbers));
+  }
+  return keys;
+}
+
+Json meshes_json(const ViewData& data) {
+  Json meshes = Json::array();
+  for (const ViewMesh& mesh : data.meshes) {
+    meshes.push_back({{"name", mesh.name},
+                      {"is_plane", mesh.is_plane},
+                      {"radius_m", mesh.radius_m},
+                      {"vertices", mesh.vertices.size()},
+                      {"levels", {mesh.levels[0].size(), mesh.levels[1].size()}}});
+  }
+  return meshes;
+}
+
+std::string number(size_t count, const std::string& one, const std::string& many) {
+  return grouped(count) + ' ' + (count == 1 ? one : many);
+}
+
+// What is not all that there is.
+std::string thinned_text(const ExportSource& source, const ViewData& data) {
+  std::string text;
+  if (data.moving_bodies < data.all_moving_bodies) {
+    text += "Shows " + grouped(data.moving_bodies) + " of " + grouped(data.all_moving_bodies) +
+            " bodies, spread evenly over all of them. ";
+  }
+  if (data.every > 1) {
+    text += "Has " + grouped(data.frames) + " of " + grouped(source.frame_count()) +
+            " frames; in between bodies move straight. ";
+  }
+  return text;
+}
+
+Json lines_json(const ViewData& data) {
+  Json lines = Json::array();
+  for (const ViewMesh& mesh : data.meshes) {
+    const size_t triangles = mesh.levels[0].size() / 3;
+    if (triangles == 0 || triangles >= mesh.full_triangles) continue;
+    lines.push_back(mesh.name + ": drawn with " + grouped(triangles) + " of its " +
+                    grouped(mesh.full_triangles) + " triangles");
+  }
+  float step_m = 0;
+  for (const ViewTrack& track : data.tracks) step_m = std::max(step_m, track.step_m);
+  lines.push_back("Places are true to " + with_digits(1e3 * 0.5 * step_m, 2) +
+                  " mm, turns to 0.02 degrees");
+  lines.push_back(
+      "Drag to turn, with Shift or two fingers to move, wheel or pinch for near and far");
+  lines.push_back("Click a body for its data");
+  lines.push_back("Space plays, arrows step, Home and End, R for the first view");
+  return lines;
+}
+
+Json about_json(const ExportSource& source, const ViewData& data, const ViewJob& job) {
+  const double last_s = source.time_s(data.every * (data.frames - 1)), first_s = source.time_s(0);
+  const double apart = data.frames > 1 ? (last_s - first_s) / static_cast<double>(data.frames - 1)
+                                       : 1 / source.header().frame_rate;
+  const double every = std::round(apart * source.header().frame_rate);
+  const Vec3f& c = data.centre;
+  return {{"title", job.title},
+          {"summary", number(data.all_moving_bodies, "body", "bodies") + ", " +
+                          with_digits(last_s - first_s, 3) + " s, " + job.mode + " mode"},
+          {"thinned", thinned_text(source, data)},
+          {"lines", lines_json(data)},
+          {"mode", job.mode},
+          {"frames", data.frames},
+          {"frame_rate", 1 / apart},
+          {"first_s", first_s},
+          {"first_frame", source.frame(0)},
+          {"every", every},
+          {"bodies", data.shown.size()},
+          {"states", data.states},
+          {"fast_m_s", data.fast_m_s},
+          {"moving", data.moving},
+          {"camera", camera_json(source, data)},
+          {"scene",
+           {{"centre", {c.x(), c.y(), c.z()}},
+            {"ground", {c.x(), c.y(), c.z()}},
+            {"radius", data.radius_m},
+            {"reach", kGroundReach * data.radius_m}}},
+          {"meshes", meshes_json(data)}};
+}
+
+}  // namespace
+
+ViewSummary run_view(TrajectoryReader& trajectory, const ViewJob& job) {
+  const Stopwatch watch;
+  claim_output_file(job.output, job.force);
+  ExportSource source(trajectory, job.choice);
+  const ViewData data = make_view_data(source, job.most_bodies);
+  const std::string page =
+      view_page(about_json(source, data, job),
+                view_bytes(source, data, view_signs(job.beside, source, data)));
+  write_file_atomically(job.output, page);
+  return {.bytes = page.size(),
+          .bodies = data.moving_bodies,
+          .all_bodies = data.all_moving_bodies,
+          .frames = data.frames,
+          .all_frames = source.frame_count(),
+          .wall_s = watch.seconds()};
+}
+
+}  // namespace pilesim

@@ -1,0 +1,17 @@
+// The page itself, of what it is to say and to hold.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace pilesim {
+
+// HTML. `about` is what page_main.js reads; `bytes` what page_data.js does, before compression.
+std::string view_page(const nlohmann::ordered_json& about, const std::string& bytes);
+
+// zlib's format (RFC 1950), which browsers call deflate.
+std::string deflated(const std::string& bytes);
+// RFC 4648.
+std::string base64(const std::string& bytes);
+
+}  // namespace pilesim

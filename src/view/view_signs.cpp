@@ -1,0 +1,77 @@
+#include "view/view_signs.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "render/pile_overlay.h"
+#include "trajectory/guide_file.h"
+
+namespace pilesim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr size_t kOfRim = 2;  // every second point of a layer's outline
+
+double rounded(double value_m) { return std::round(value_m * 1e4) / 1e4; }
+
+void append(Json& list, const Vec3& point) {
+  for (const double value : point) list.push_back(rounded(value));
+}
+
+// A frame of the trajectory as one of the page; before its first one it is that.
+double frame_of_page(uint64_t frame, const ExportSource& source, const ViewData& data) {
+  const auto first = static_cast<double>(source.frame(0));
+  const double apart =
+      data.frames > 1 ? (static_cast<double>(source.frame(data.every)) - first) : 1;
+  return std::max(0.0, rounded((static_cast<double>(frame) - first) / apart));
+}
+
+Json layers_of(const PileLayersChange& change) {
+  Json layers = Json::array();
+  for (const LayeredPile& pile : change.piles) {
+    for (const PileLayer& layer : pile.layers) {
+      Json ring = {rounded(layer.bottom_m), rounded(layer.top_m)};
+      const std::vector<Eigen::Vector2f> rim =
+          PileOverlay::outline(pile, static_cast<float>(layer.radius_m));
+      for (size_t i = 0; i < rim.size(); i += kOfRim) {
+        ring.push_back(rounded(rim[i].x()));
+        ring.push_back(rounded(rim[i].y()));
+      }
+      layers.push_back(std::move(ring));
+    }
+  }
+  return layers;
+}
+
+}  // namespace
+
+std::string view_signs(const std::filesystem::path& directory, const ExportSource& source,
+                       const ViewData& data) {
+  Json signs = Json::object();
+  if (std::filesystem::exists(directory / "guide.json")) {
+    const GuideFile guide = read_guide_file(directory / "guide.json");
+    Json triangles = Json::array();
+    for (const auto& triangle : guide.triangles) {
+      for (const uint32_t corner : triangle) append(triangles, guide.vertices[corner]);
+    }
+    if (!triangles.empty()) signs["guide"] = std::move(triangles);
+    Json constraints = Json::array();
+    for (const GuideConstraints& change : guide.constraints) {
+      Json points = Json::array();
+      for (const Vec3& point : change.points) append(points, point);
+      constraints.push_back({frame_of_page(change.frame, source, data), std::move(points)});
+    }
+    if (!constraints.empty()) signs["constraints"] = std::move(constraints);
+  }
+  if (std::filesystem::exists(directory / "piles.json")) {
+    Json layers = Json::array();
+    for (const PileLayersChange& change : read_pile_layers(directory / "piles.json")) {
+      layers.push_back({frame_of_page(change.frame, source, data), layers_of(change)});
+    }
+    if (!layers.empty()) signs["layers"] = std::move(layers);
+  }
+  return signs.dump();
+}
+
+}  // namespace pilesim

@@ -1,0 +1,87 @@
+"""Presets from anywhere, the reference made of the options, what the program is linked with."""
+
+import os
+import re
+import shutil
+import subprocess
+import unittest
+from pathlib import Path
+
+from support import PILESIM, SOURCE, CommandTest
+
+
+class Presets(CommandTest):
+    def test_lists_them_with_a_line_each(self):
+        lines = self.succeed("presets").stdout.splitlines()
+        files = [p for p in (SOURCE / "presets").rglob("*.json")]
+        self.assertEqual(len(lines), len(files))
+        line = next(line for line in lines if line.startswith("impulse/rabbits_in_a_crate "))
+        self.assertRegex(line, r"  impulse, [\d.]+ s: Rabbits in a crate$")
+
+    def test_a_copy_runs_where_it_is(self):
+        printed = self.succeed("presets", "copy", "impulse/rabbits_in_a_crate", "mine").stdout.split()
+        self.assertEqual(sorted(printed), ["mine/crate.obj", "mine/rabbit.obj", "mine/rabbits_in_a_crate.json"])
+        self.assertNotIn("../", (self.dir / "mine/rabbits_in_a_crate.json").read_text())
+        self.succeed("validate", "mine/rabbits_in_a_crate.json")
+
+    def test_refuses(self):
+        for name, found in (("rabbits_in_a_crate", "is the name of several"), ("nothing", "is not there")):
+            result = self.run_pilesim("presets", "copy", name)
+            self.assertEqual(result.returncode, 2)
+            self.assertIn(found, result.stderr)
+        self.succeed("presets", "copy", "tower_of_boxes")
+        result = self.run_pilesim("presets", "copy", "tower_of_boxes")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--force", result.stderr)
+
+    def test_are_found_beside_an_installed_program(self):
+        program = self.dir / "usr/bin/pilesim"
+        program.parent.mkdir(parents=True)
+        shutil.copy(PILESIM, program)
+        result = subprocess.run([program, "presets"], capture_output=True, text=True)
+        self.assertEqual(result.returncode, 4)
+        self.assertIn("usr/share/pilesim/presets", result.stderr)
+        share = self.dir / "usr/share/pilesim/presets/a"
+        share.mkdir(parents=True)
+        shutil.copy(SOURCE / "presets/impulse/tower_of_boxes.json", share / "tower.json")
+        listed = subprocess.run([program, "presets"], capture_output=True, text=True).stdout
+        self.assertTrue(listed.startswith("a/tower  "), listed)
+
+
+class Reference(CommandTest):
+    def test_the_page_of_commands_is_what_the_options_say(self):
+        page = SOURCE / "docs/reference/commands.md"
+        self.assertEqual(
+            page.read_text(),
+            self.succeed("reference", "markdown").stdout,
+            "make it anew: pilesim reference markdown -o docs/reference/commands.md",
+        )
+
+    def test_the_shells_take_what_is_made_for_them(self):
+        words = self.succeed("reference", "bash").stdout
+        (self.dir / "completion").write_text(words)
+        asked = (
+            "source ./completion; COMP_WORDS=(pilesim export --ev); COMP_CWORD=2; _pilesim; "
+            'echo "${COMPREPLY[@]}"; COMP_WORDS=(pilesim val); COMP_CWORD=1; _pilesim; echo "${COMPREPLY[@]}"'
+        )
+        result = subprocess.run(["bash", "-c", asked], cwd=self.dir, capture_output=True, text=True)
+        self.assertEqual(result.stdout.split(), ["--every", "validate"], result.stderr)
+
+    @unittest.skipUnless(shutil.which("man"), "man is not installed")
+    def test_man_takes_the_page(self):
+        self.succeed("reference", "man", "-o", "pilesim.1")
+        result = subprocess.run(
+            ["man", "--warnings", "-l", "pilesim.1"],
+            cwd=self.dir, capture_output=True, text=True, env={**os.environ, "MANPAGER": "cat"},
+        )  # fmt: skip
+        self.assertIn("pilesim export", result.stdout)
+
+
+class Linked(CommandTest):
+    def test_nothing_of_cgal_is_in_the_program(self):
+        libraries = subprocess.run(["ldd", PILESIM], capture_output=True, text=True).stdout
+        self.assertNotRegex(libraries, r"(?i)cgal|libgmp|libmpfr")
+        self.assertNotIn(b"CGAL", Path(PILESIM).read_bytes())
+        for folder in ("src", "commands"):
+            for file in (SOURCE / folder).rglob("*.[hc]*"):
+                self.assertIsNone(re.search(r"#include.*CGAL", file.read_text()), file)

@@ -1,0 +1,152 @@
+"""The page of pilesim view: what it holds, and what a browser makes of it where there is one."""
+
+import base64
+import json
+import re
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+import numpy
+import zarr
+
+from support import HANGING, CommandTest
+
+CHROMIUM = shutil.which("chromium")
+
+
+class Page:
+    """Reads what page_data.js reads, from the description of the format."""
+
+    def __init__(self, html):
+        self.about = json.loads(re.search(r'id="about-json">(.*?)</script>', html, re.S)[1])
+        data = re.search(r'id="data">(.*?)</script>', html, re.S)[1]
+        self.bytes = zlib.decompress(base64.b64decode(data, validate=True))
+        self.at = 0
+        self.names = self.json()
+        self.signs = self.json()
+        for mesh in self.about["meshes"]:
+            self.take("f4", 3 * mesh["vertices"])
+            self.take("i1", 4 * mesh["vertices"])
+            for count in mesh["levels"]:
+                self.take("u4", count)
+        n = self.about["bodies"]
+        self.id, self.shape = self.take("u4", n), self.take("u4", n)
+        self.colour = self.take("u1", 4 * n).reshape(n, 4)
+        self.low, self.step = self.take("f4", 3 * n).reshape(n, 3), self.take("f4", n)
+        keys, changes = self.take("u4", n), self.take("u4", n)
+        self.first = numpy.concatenate([[0], numpy.cumsum(keys)]).astype(int)
+        self.first_change = numpy.concatenate([[0], numpy.cumsum(changes)]).astype(int)
+        self.frame = self.take("u4", keys.sum())
+        channels = [self.channel(keys) for _ in range(7)]
+        self.place = numpy.stack(channels[:3], 1).astype(float)
+        self.turn = numpy.stack(channels[3:], 1).astype("u2").view("i2") / 8191
+        self.change_frame, self.change_state = self.take("u4", changes.sum()), self.take("u1", changes.sum())
+        assert self.at == len(self.bytes)
+
+    def take(self, kind, count):
+        values = numpy.frombuffer(self.bytes, "<" + kind, int(count), self.at)
+        self.at += values.nbytes
+        return values
+
+    def json(self):
+        (length,) = struct.unpack_from("<I", self.bytes, self.at)
+        self.at += 4 + length
+        return json.loads(self.bytes[self.at - length : self.at])
+
+    def channel(self, keys):
+        total = keys.sum()
+        low, high = self.take("u1", total), self.take("u1", total)
+        change = low.astype("u2") + 256 * high.astype("u2")
+        parts = numpy.split(change, numpy.cumsum(keys)[:-1])
+        return numpy.concatenate([p.cumsum(dtype="u2").cumsum(dtype="u2") for p in parts])
+
+    def pose(self, body, frame):
+        part = slice(self.first[body], self.first[body + 1])
+        place = [numpy.interp(frame, self.frame[part], self.place[part, i]) for i in range(3)]
+        turn = [numpy.interp(frame, self.frame[part], self.turn[part, i]) for i in range(4)]
+        return self.low[body] + self.step[body] * numpy.array(place), turn / numpy.linalg.norm(turn)
+
+    def state(self, body, frame):
+        part = slice(self.first_change[body], self.first_change[body + 1])
+        return self.change_state[part][self.change_frame[part] <= frame][-1]
+
+
+class View(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.succeed("simulate", self.write_scene(lambda scene: None), "-o", "out/a")
+        self.store = zarr.open(str(self.dir / "out/a/trajectory.zarr"), mode="r")
+
+    def page(self, *options):
+        self.succeed("view", "out/a", "-o", "page.html", "--force", *options)
+        return Page((self.dir / "page.html").read_text())
+
+    def test_has_the_poses_of_the_trajectory(self):
+        page = self.page()
+        self.assertEqual(page.about["frames"], self.store["position"].shape[0])
+        self.assertEqual(sorted(page.id), list(range(9)))
+        for body, number in enumerate(page.id):
+            self.assertEqual(page.names[body], self.store.attrs["body_name"][number])
+            for frame in range(page.about["frames"]):
+                place, turn = page.pose(body, frame)
+                self.assertLess(abs(place - self.store["position"][frame, number]).max(), 1e-4)
+                w, *xyz = self.store["orientation"][frame, number]
+                self.assertGreater(abs(turn @ [*xyz, w]), 1 - 1e-6)
+                self.assertEqual(page.state(body, frame), self.store["state"][frame, number])
+
+    def test_needs_nothing_else(self):
+        self.page()
+        html = (self.dir / "page.html").read_text()
+        for outside in ("http://", "https://", "<link", "src=", "import(", "fetch("):
+            self.assertNotIn(outside, html)
+
+    def test_of_many_bodies_shows_some_and_says_so(self):
+        page = self.page("--bodies", "3")
+        self.assertEqual(sum(page.colour[:, 3]), 3)
+        self.assertIn("Shows 3 of 8 bodies", page.about["thinned"])
+        self.assertEqual(self.page().about["thinned"], "")
+
+    def test_frames_keep_their_times(self):
+        page = self.page("--frames", "4-12x2")
+        self.assertEqual((page.about["frames"], page.about["first_frame"], page.about["every"]), (5, 4, 2))
+        self.assertAlmostEqual(page.about["first_s"], 4 / 30)
+        self.assertAlmostEqual(page.about["frame_rate"], 15)
+
+    def test_names_that_are_markup_stay_text(self):
+        def named(scene):
+            scene["name"] = "</script><b>&"
+
+        self.succeed("simulate", self.write_scene(named), "-o", "out/b")
+        self.succeed("view", "out/b")
+        html = (self.dir / "out/b/view.html").read_text()
+        self.assertNotIn("</script><b>", html)
+        self.assertEqual(Page(html).about["title"], "</script><b>&")
+
+    def test_refuses_a_page_that_is_there(self):
+        self.succeed("view", "out/a")
+        result = self.run_pilesim("view", "out/a")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--force", result.stderr)
+        self.succeed("simulate", self.dir / "scene.json", "-o", "out/a", "--force")
+        self.assertFalse((self.dir / "out/a/view.html").exists())
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed")
+    def test_plays_in_a_browser(self):
+        self.page()
+        with tempfile.TemporaryDirectory() as profile:
+            shown = subprocess.run(
+                [CHROMIUM, "--headless", "--no-sandbox", "--no-zygote", "--in-process-gpu", "--use-gl=angle",
+                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-dev-shm-usage",
+                 f"--user-data-dir={profile}", "--window-size=390,844", "--virtual-time-budget=1000", "--dump-dom",
+                 f"file://{self.dir}/page.html#frame=7&body=3"],
+                capture_output=True, text=True, timeout=HANGING,
+            ).stdout  # fmt: skip
+        self.assertIn('data-drawn="7"', shown)
+        self.assertNotIn("data-fault", shown)
+        self.assertIn(f"<h2>{self.store.attrs['body_name'][3]}</h2>", shown)
+        for axis, value in zip("xyz", self.store["position"][7, 3]):
+            self.assertIn(f"<dt>{axis}</dt><dd>{value:.3f} m</dd>", shown)
