@@ -19,7 +19,7 @@ double HullVolume::compute(std::span<const Vec3> points, double coarseness) {
   }
   // Faces made on the way are appended, so this visits them all.
   for (uint32_t f = 0; f < faces_.size(); ++f) {
-    if (!faces_[f].removed && faces_[f].first_outside != kNone) add_point(f);
+    while (!faces_[f].removed && faces_[f].first_outside != kNone) add_point(f);
   }
   double six_volumes = 0;
   const Vec3& origin = points[faces_.front().corner[0]];
@@ -123,8 +123,10 @@ void HullVolume::give_point(uint32_t point, uint32_t first_face, uint32_t end_fa
   }
 }
 
-// Faces that `eye` sees, into visible_, and the edges around them, into horizon_.
-void HullVolume::collect_horizon(uint32_t start_face, const Vec3& eye) {
+// Faces that `eye` lies above by more than `above`, m, into visible_, and the edges around them,
+// into horizon_.
+void HullVolume::collect_horizon(uint32_t start_face, const Vec3& eye, double above) {
+  for (const uint32_t f : visible_) faces_[f].visited = false;
   visible_.clear();
   horizon_.clear();
   stack_.assign(1, start_face);
@@ -137,7 +139,7 @@ void HullVolume::collect_horizon(uint32_t start_face, const Vec3& eye) {
       const uint32_t n = faces_[f].neighbour[k];
       Face& neighbour = faces_[n];
       if (neighbour.visited) continue;
-      if (neighbour.normal.dot(eye) - neighbour.offset > tolerance_) {
+      if (neighbour.normal.dot(eye) - neighbour.offset > above) {
         neighbour.visited = true;
         stack_.push_back(n);
       }
@@ -153,9 +155,45 @@ void HullVolume::collect_horizon(uint32_t start_face, const Vec3& eye) {
   }
 }
 
+// Each vertex of the horizon has one edge that comes and one that goes. Among faces that are all
+// but in one plane rounding decides which of them are seen, and what is seen may have holes.
+bool HullVolume::is_one_ring() {
+  for (const HorizonEdge& edge : horizon_) face_from_[edge.from] = kNone;
+  bool is_ring = true;
+  for (const HorizonEdge& edge : horizon_) {
+    is_ring = is_ring && face_from_[edge.from] == kNone;
+    face_from_[edge.from] = edge.to;
+  }
+  if (!is_ring || horizon_.empty()) return false;
+  size_t length = 0;
+  uint32_t at = horizon_.front().from;
+  do {
+    at = face_from_[at];
+    ++length;
+  } while (at != horizon_.front().from && length <= horizon_.size());
+  return length == horizon_.size();
+}
+
+// Takes `point` off the list of the face.
+void HullVolume::leave_out(uint32_t face, uint32_t point) {
+  uint32_t next = faces_[face].first_outside;
+  faces_[face].first_outside = faces_[face].farthest = kNone;
+  faces_[face].farthest_distance = 0;
+  for (uint32_t p = next; p != kNone; p = next) {
+    next = next_outside_[p];
+    if (p != point) give_point(p, face, face + 1);
+  }
+}
+
 void HullVolume::add_point(uint32_t start_face) {
   const uint32_t eye = faces_[start_face].farthest;
-  collect_horizon(start_face, points_[eye]);
+  visible_.clear();
+  collect_horizon(start_face, points_[eye], tolerance_);
+  if (!is_one_ring()) collect_horizon(start_face, points_[eye], -tolerance_);
+  if (!is_one_ring()) {  // it would stand out by no more than rounding does
+    for (const uint32_t f : visible_) faces_[f].visited = false;
+    return leave_out(start_face, eye);
+  }
   const auto first_new = static_cast<uint32_t>(faces_.size());
   for (const HorizonEdge& edge : horizon_) {
     const uint32_t f = add_face(edge.from, edge.to, eye);

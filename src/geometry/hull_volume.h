@@ -41,7 +41,9 @@ class HullVolume {
   bool start_with_tetrahedron(double coarseness);
   uint32_t add_face(uint32_t a, uint32_t b, uint32_t c);
   void give_point(uint32_t point, uint32_t first_face, uint32_t end_face);
-  void collect_horizon(uint32_t start_face, const Vec3& eye);
+  void collect_horizon(uint32_t start_face, const Vec3& eye, double above);
+  bool is_one_ring();
+  void leave_out(uint32_t face, uint32_t point);
   void add_point(uint32_t face);
 
   std::span<const Vec3> points_;

@@ -9,6 +9,8 @@
 #include "../geometry_shapes.h"
 #include "geometry/convex_hull.h"
 #include "geometry/coordinate_rounding.h"
+#include "geometry/hull_volume.h"
+#include "geometry/mass_properties.h"
 #include "geometry/primitives.h"
 
 namespace pilesim {
@@ -66,6 +68,31 @@ TEST(CoordinateRounding, IsHalfAUnitInTheLastOfFiveToSevenDigits) {
   EXPECT_NEAR(bound({0.12346F, -0.000123F, 0}), 1e-5, 1e-12);
   EXPECT_NEAR(bound({1234.56F, 0.125F}), 1e-2, 1e-9);
   EXPECT_NEAR(bound({0.1234567F, 0.76543F}), 1e-7, 1e-12);
+}
+
+// Rings of points that lie in one plane but for rounding.
+TEST(HullVolume, OfSymmetricTori) {
+  for (const auto& [around, across] : {std::pair(16u, 8u), {24u, 8u}, {12u, 6u}, {32u, 12u}}) {
+    TriangleMesh torus = test::torus_mesh(1, 0.2, around, across);
+    for (const double scale : {1.0, 0.2 / 1.2, 1e-3 / 3, 77.7}) {
+      std::vector<Vec3> points = torus.vertices;
+      for (Vec3& point : points) point *= scale;
+      HullVolume hull;
+      EXPECT_NEAR(hull.compute(points) / mass_properties(convex_hull(points)).volume_m3, 1, 1e-9)
+          << around << " x " << across << ", times " << scale;
+      // And of what is left on one side of planes through it, as a decomposition cuts it.
+      for (int k = 0; k < 40; ++k) {
+        Philox random(3, Stream::test, static_cast<uint64_t>(k));
+        const Vec3 normal = k % 2 == 0 ? Vec3(Vec3::Unit(k / 2 % 3)) : random.direction();
+        std::vector<Vec3> side;
+        for (const Vec3& point : points) {
+          if (normal.dot(point) >= 0) side.push_back(point);
+        }
+        EXPECT_NEAR(hull.compute(side), mass_properties(convex_hull(side)).volume_m3,
+                    1e-9 * scale * scale * scale);
+      }
+    }
+  }
 }
 
 }  // namespace
