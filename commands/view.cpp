@@ -49,7 +49,8 @@ void run_view_command(const ViewArguments& options) {
   const fs::path directory = run_directory(options.input);
   ViewJob job{.output = options.output ? fs::path(*options.output) : directory / kViewFile,
               .beside = directory,
-              .choice = {.frames = selected_frames(options.frames, trajectory.frame_count()),
+              .choice = {.frames = selected_frames(options.frames, trajectory.frame_count(),
+                                                    trajectory.header().frame_rate),
                          .only = options.only,
                          .camera = scene.camera},
               .title = scene.name,
