@@ -209,8 +209,8 @@ void add_batch_command(CLI::App& app) {
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
   command->footer(R"(
 Examples:
-  pilesim batch presets/batch/bins.json -o out/bins --dry-run
-  pilesim batch presets/batch/bins.json -o out/bins
+  pilesim batch presets/batch/bins.plan.json -o out/bins --dry-run
+  pilesim batch presets/batch/bins.plan.json -o out/bins
   pilesim batch plan.json -o /shared/bins --slurm --slurm-option=--partition=long
   pilesim batch plan.json -o /shared/bins --shard 3/40
 

@@ -35,7 +35,7 @@ std::string metres(double length) {
 
 std::string percent(double share) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.2g %%", 100 * share);
+  std::snprintf(text, sizeof text, share < 0.0995 ? "%.2g %%" : "%.0f %%", 100 * share);
   return text;
 }
 
@@ -97,13 +97,22 @@ Solid hull_of(const TriangleMesh& mesh, int most_vertices) {
   return solid;
 }
 
-Solid wrap_of(const Repair& repair, const std::vector<MeshDefect>& defects,
-              const SolidOptions& options) {
+[[noreturn]] void refuse_sheets(const std::vector<MeshDefect>& defects, double lost_share) {
+  refuse(defects, percent(lost_share) +
+                      " of its surface encloses nothing: it is made of sheets. Give them a "
+                      "thickness (\"thickness_m\"), or \"solid\": \"hull\" takes its convex hull");
+}
+
+Solid wrap_of(const TriangleMesh& mesh, const Repair& repair,
+              const std::vector<MeshDefect>& defects, const SolidOptions& options) {
   TriangleMesh enclosing = repair.mesh, sheets;
+  const bool is_flat = enclosing.triangles.empty();  // all of it was there twice
   if (options.thickness_m > 0) {
-    Parts parts = parts_of(repair.mesh);
+    Parts parts = is_flat ? Parts{.open = mesh} : parts_of(repair.mesh);
     enclosing = std::move(parts.closed);
     sheets = std::move(parts.open);
+  } else if (is_flat) {
+    refuse_sheets(defects, 1);
   }
   WrapOptions grid{.cells = options.cells, .thickness_m = options.thickness_m};
   if (!sheets.triangles.empty()) {
@@ -127,10 +136,7 @@ Solid wrap_of(const Repair& repair, const std::vector<MeshDefect>& defects,
     wrap = wrap_mesh(enclosing, sheets, grid);
   }
   if (wrap.mesh.triangles.empty() || (!may_guess && wrap.lost_share > kMostLost)) {
-    refuse(defects,
-           percent(wrap.lost_share) +
-               " of its surface encloses nothing: it is made of sheets. Give them a "
-               "thickness (\"thickness_m\"), or \"solid\": \"hull\" takes its convex hull");
+    refuse_sheets(defects, wrap.lost_share);
   }
   if (!may_guess && wrap.closing_share > kMostClosing) {
     refuse(defects,
@@ -169,7 +175,7 @@ Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options) {
     return solid;
   }
   const std::vector<MeshDefect> closed = {{MeshDefectKind::empty, 0, "as asked"}};
-  return wrap_of(repair, defects.empty() ? closed : defects, options);
+  return wrap_of(mesh, repair, defects.empty() ? closed : defects, options);
 }
 
 }  // namespace pilesim

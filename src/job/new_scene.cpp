@@ -9,9 +9,9 @@
 #include "core/text.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
-#include "geometry/mesh_check.h"
 #include "geometry/mesh_import.h"
 #include "geometry/obj_writer.h"
+#include "geometry/solid.h"
 #include "json/json_text.h"
 
 namespace pilesim {
@@ -27,8 +27,8 @@ constexpr double kGravity = 9.81;
 // What the sizes of a scene follow from.
 struct Measured {
   double radius_m = 0;   // about the middle of the bounds
-  double volume_m3 = 0;  // of the mesh, or of its hull
-  bool is_solid = false, is_convex = false;
+  double volume_m3 = 0;  // of its solid
+  bool has_inside = false, is_convex = false;
 };
 
 Measured measure(const TriangleMesh& mesh) {
@@ -38,8 +38,13 @@ Measured measure(const TriangleMesh& mesh) {
     measured.radius_m = std::max(measured.radius_m, (vertex - middle).norm());
   }
   const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
-  measured.is_solid = find_mesh_defects(mesh).empty();
-  measured.volume_m3 = measured.is_solid ? mass_properties(mesh).volume_m3 : hull_m3;
+  measured.volume_m3 = hull_m3;
+  try {
+    measured.volume_m3 = mass_properties(make_solid(mesh, {}).mesh).volume_m3;
+    measured.has_inside = true;
+  } catch (const Error&) {
+    // Its hull, then, and the scene says so.
+  }
   measured.is_convex = measured.volume_m3 > kNearlyConvex * hull_m3;
   return measured;
 }
@@ -73,7 +78,7 @@ $until  "frame_rate": 30,
 
 constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,
              // "hull" is fastest, "decomposition" follows hollows and legs
-             "collision": "$collision"$notsolid})";
+             "collision": "$collision"$solid})";
 
 constexpr const char* kPile = R"(  "materials": {
     "ground": {"friction": 0.7},
@@ -263,10 +268,11 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
       {"name", quoted(job.mesh.stem().string())},
       {"file", quoted(relative.generic_string())},
       {"scale", with_digits(job.scale, 15)},
-      {"collision", body.is_solid && !body.is_convex ? "decomposition" : "hull"},
-      {"notsolid", body.is_solid ? ""
-                                 : ",\n             // the mesh is no closed solid\n"
-                                   "             \"use_hull_if_not_solid\": true"},
+      {"collision", !body.is_convex ? "decomposition" : "hull"},
+      {"solid", body.has_inside ? ""
+                                : ",\n             // the mesh is open: or give its sheets a "
+                                  "\"thickness_m\"\n"
+                                  "             \"solid\": \"hull\""},
       {"count", std::to_string(job.count)},
       {"fewest", std::to_string(std::max(1, job.count / 3))},
       {"until",

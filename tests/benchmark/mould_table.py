@@ -109,7 +109,7 @@ def main():
                 left = min(frame["height_m"] for frame in hit[len(hit) // 2:]) / hit[0]["height_m"]
                 kept = last["in_guide"] / filling["kept"]
                 drift, most = last["mean_drift_m"] / height, last["largest_drift_m"] / height
-                overlap = report["quality"]["deepest_penetration_d"]
+                overlap = report["quality_at_end"]["deepest_penetration_diameters"]
                 judged = last["passed"] + last["filtered"] + last["failed"]
                 row(shape, name, str(seed), str(filling["kept"]),
                     "%.0f %%" % (100 * filling["volume_share"]),

@@ -61,6 +61,9 @@ class Documents(CommandTest):
                     scene = {**BASE, **json.loads("{" + text + "}")}
                 else:
                     scene = json.loads(text)
+                    if "steps" in scene:
+                        self.check_plan(text, f"{document.name}:{line}")
+                        continue
                     if "version" not in scene:
                         self.fail(f"{document.name}:{line}: neither a scene nor keys of one")
                 (self.dir / "scene.json").write_text(json.dumps(scene))
@@ -68,6 +71,11 @@ class Documents(CommandTest):
                 self.assertEqual(result.returncode, 0, f"{document.name}:{line}: {result.stderr}")
                 count += 1
         self.assertGreater(count, 3)
+
+    def check_plan(self, text, where):
+        (self.dir / "example.plan.json").write_text(text.replace('"bin.json"', f'"{SOURCE}/presets/batch/bin.json"'))
+        result = self.run_pilesim("batch", "example.plan.json", "-o", "none", "--collect")
+        self.assertEqual(result.returncode, 0, f"{where}: {result.stderr}")
 
     def test_an_example_that_fills_its_guide_fills_it(self):
         for document in DOCUMENTS:

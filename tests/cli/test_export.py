@@ -124,7 +124,8 @@ def add_life(scene):
     scene["materials"]["stone"] = {"density_kg_m3": 2500}
     scene["emitters"].append(
         {"name": "late, \"odd\" names", "type": "stream", "shape": "wedge", "material": "stone",
-         "position": [0, 3, 2], "count": 3, "rate_hz": 8, "start_s": 0.1, "angular_velocity": [1, 9, 2]})
+         "position": [0, 3, 2], "count": 3, "rate_hz": 8, "start_s": 0.1, "linear_velocity": [0, -3, 0],
+         "angular_velocity": [1, 9, 2]})
     scene["events"] = [{"type": "remove", "time_s": 0.3, "bodies": ["boxes/2"]}]
     scene["bodies"].append(
         {"name": "asleep", "shape": "box", "material": "wood", "position": [9, 0.1, 0], "asleep": True})

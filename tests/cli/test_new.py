@@ -41,10 +41,10 @@ class New(CommandTest):
             radius[scale] = json.loads(printed)["emitters"][0]["radius"]
         self.assertAlmostEqual(radius["1"] / radius["0.001"], 1000, delta=5)
 
-    def test_a_mesh_that_is_no_solid_runs_as_its_hull(self):
+    def test_a_mesh_that_is_open_wide_runs_as_its_hull(self):
         (self.dir / "open.obj").write_text(BOX_OBJ.replace("f 4 8 5 1\n", ""))
         self.succeed("new", "pile", "open.obj", "--count", "3")
-        self.assertIn("use_hull_if_not_solid", (self.dir / "scene.json").read_text())
+        self.assertIn('"solid": "hull"', (self.dir / "scene.json").read_text())
         self.succeed("validate", "scene.json")
 
     def test_what_is_there_is_kept(self):

@@ -24,10 +24,10 @@ class Usage(CommandTest):
     def test_examples_name_files_that_are_there(self):
         root = pathlib.Path(__file__).parents[2]
         commands = ["simulate", "direct-pile", "sample-signature", "fit-bspline", "render"]
-        commands += ["export", "inspect", "compare", "validate", "schema"]
+        commands += ["export", "inspect", "compare", "validate", "schema", "batch", "new"]
         texts = [self.succeed(command, "--help").stdout for command in commands]
         texts += [file.read_text() for file in [root / "README.md", *root.glob("docs/*.md")]]
-        named = re.findall(r"(?:presets|assets)/[a-z0-9_/]+\.(?!sig)\w+", "\n".join(texts))
+        named = re.findall(r"(?:presets|assets)/[a-z0-9_/]+(?:\.plan)?\.(?!sig)\w+", "\n".join(texts))
         self.assertGreater(len(named), 20)
         for name in sorted(set(named)):
             self.assertTrue((root / name).exists(), name)
