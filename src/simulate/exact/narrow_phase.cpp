@@ -160,8 +160,9 @@ void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> fo
   }
 }
 
-// Contacts are solved with the inertia and the levers of the moment at which bodies touch: what
-// turns until then is moved there. Whether there is any.
+// Contacts are solved with the inertia and the levers of the moment at which bodies touch, and
+// among what is there then: what turns until then, or leaves its place, is moved there. Whether
+// there is any.
 bool NarrowPhase::advance(std::span<const Part> parts) {
   ahead_s_.assign(bodies_.size(), 0);
   bool any = false;
@@ -174,7 +175,10 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
         if (contact.time_s <= 0) continue;
         for (const uint32_t i : {pair.a, pair.b}) {
           const double time_s = contact.time_s;
-          if (!bodies_[i].is_awake() || bodies_[i].spin.norm() * time_s < kTurnAhead) continue;
+          const Body& body = bodies_[i];
+          const double way = body.velocity.norm() * time_s;
+          const bool stays = way <= shapes_[body.shape].own_extent();
+          if (!body.is_awake() || (stays && body.spin.norm() * time_s < kTurnAhead)) continue;
           ahead_s_[i] = ahead_s_[i] > 0 ? std::min(ahead_s_[i], time_s) : time_s;
           any = true;
         }
