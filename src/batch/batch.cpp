@@ -234,14 +234,17 @@ BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step) {
 BatchSummary collect_batch(const BatchRequest& request) {
   const auto start = std::chrono::steady_clock::now();
   const BatchPlan plan = load_batch_plan(request.plan_file);
+  const JobKeys keys(plan);
   std::map<uint64_t, JobRecord> of_shards = shard_records(request.output);
   std::vector<JobRecord> records;
   BatchSummary summary{.jobs = plan.jobs(), .cores = available_threads()};
   for (uint64_t index = 0; index < summary.jobs; ++index) {
+    const BatchJob job = batch_job(plan, index);
     const auto found = of_shards.find(index);
-    if (found != of_shards.end()) {
+    // What failed in a shard may have been done since, in one of another number.
+    if (found != of_shards.end() && found->second.is_done() && found->second.key == keys.key(job)) {
       records.push_back(std::move(found->second));
-    } else if (auto record = find_job(request.output, batch_job(plan, index))) {
+    } else if (auto record = find_job(request.output, job)) {
       records.push_back(std::move(*record));
     }
   }

@@ -184,6 +184,23 @@ TEST_F(BatchRunTest, EndsWithTheSameBytesHoweverOftenItIsKilled) {
   EXPECT_EQ(index("killed"), index("whole"));
 }
 
+TEST_F(BatchRunTest, WhatDiedInAShardAndWasDoneInAnotherIsDone) {
+  run("whole");
+  const auto run_shard = [&](uint64_t i, uint64_t count, int exit_status) {
+    BatchRequest shard = request("shards");
+    shard.shard = Shard{.index = i, .count = count};
+    run_batch(shard,
+              [&](const StepCommand& command) { return leave_a_file(command, exit_status); });
+  };
+  run_shard(0, 3, 0);
+  run_shard(1, 3, 128 + 9);
+  run_shard(2, 3, 0);
+  EXPECT_GT(collect_batch(request("shards")).died, 0u);
+  run_shard(0, 1, 0);
+  EXPECT_EQ(collect_batch(request("shards")).done, 20u);
+  EXPECT_EQ(index("shards"), index("whole"));
+}
+
 TEST_F(BatchRunTest, ShardsAreTheSameJobs) {
   run("whole");
   for (uint64_t i = 0; i < 3; ++i) {
