@@ -7,10 +7,12 @@ Files that are there already are replaced; others, such as what libFuzzer found,
 """
 
 import pathlib
+import re
 import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
@@ -235,9 +237,11 @@ def others():
         head + '"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[],"glue":[]}')
     put("guide", "nested", '{"guide":' + "[" * 5000)
     magic = b"pilesim checkpoint\n"
-    put("checkpoint", "no_state", magic + struct.pack("<I", 1))
+    source = (ROOT / "src" / "core" / "checkpoint_file.cpp").read_text()
+    version = int(re.search(r"kVersion = (\d+)", source)[1])
+    put("checkpoint", "no_state", magic + struct.pack("<I", version))
     put("checkpoint", "version", magic + struct.pack("<I", 9999))
-    put("checkpoint", "length", magic + struct.pack("<IQ", 1, 1 << 60))
+    put("checkpoint", "length", magic + struct.pack("<IQ", version, 1 << 60))
     # A byte in the middle of each run's state; all that follows cut off; the sign of each 50th.
     for run in range(7):
         put("checkpoint", f"changed_{run}", struct.pack("<BHB", run, 40000, 0x80))
@@ -256,9 +260,49 @@ def others():
     put("decomposition", "nested", b"\x81" * 5000)
 
 
+def png(width, height, depth, colour, rows, claimed=None):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    head = struct.pack(">IIBBBBB", *(claimed or (width, height)), depth, colour, 0, 0, 0)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 9))
+            + chunk(b"IEND", b""))
+
+
+def height_fields():
+    rows = b"".join(b"\x00" + struct.pack(">4H", *[j * 9000 + i * 3000 for i in range(4)]) for j in range(3))
+    put("height_field", "grey_16", png(4, 3, 16, 0, rows))
+    put("height_field", "rgb_8", png(2, 2, 8, 2, b"\x00" + bytes(range(6)) + b"\x01" + bytes(range(6))))
+    put("height_field", "too_few_rows", png(4, 3, 16, 0, rows[:9]))
+    put("height_field", "large", png(4, 3, 16, 0, rows, (60000, 60000)))
+    put("height_field", "long_row", png(4, 3, 16, 0, rows, (0x7FFFFFFF, 2)))
+    put("height_field", "inflates", png(2, 2, 8, 0, bytes(1 << 22)))
+    put("height_field", "cut_off", png(4, 3, 16, 0, rows)[:50])
+    put("height_field", "no_palette", png(4, 3, 8, 3, rows))
+
+
+def batches():
+    plan = ('{"version": 1, "scene": "scene.json", "count": %s, "vary": [%s], '
+            '"steps": [["simulate"], ["render", "--no-video"]], "tries": 2}')
+    draw = '{"set": "/gravity/1", "uniform": [-9, -8]}, {"set": "/seed", "values": [1, 2]}'
+    put("batch_plan", "whole", plan % (5, draw))
+    put("batch_plan", "many", plan % (10**18, draw + ', {"set": "/a", "range": [0, 1e300, 1e-300]}'))
+    put("batch_plan", "product", plan % (10**12, ", ".join(
+        '{"set": "/a%d", "range": [0, 1000000, 1]}' % i for i in range(9))))
+    put("batch_plan", "wrong", plan % (-1, '{"set": 3}, 4'))
+    put("batch_plan", "nested", '{"version": 1, "vary": ' + "[" * 5000)
+    record = ('{"version": 1, "index": %s, "key": "0", "values": {"/gravity": 3}, "attempts": [{"seed": 1, '
+              '"end": "done", "what": "", "wall_s": 1.5, "processor_s": 1, "peak_memory_bytes": 9}], '
+              '"steps_done": 0, "hash": "00", "files": 3, "bytes": 900}')
+    put("job_record", "whole", record % 3)
+    put("job_record", "index", record % -1e300)
+    put("job_record", "nested", "[" * 5000)
+
+
 if len(sys.argv) != 2:
     sys.exit(__doc__)
 scenes()
 meshes()
 others()
+height_fields()
+batches()
 signatures(sys.argv[1])

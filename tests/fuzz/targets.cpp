@@ -11,10 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "batch/plan.h"
+#include "batch/record.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
 #include "geometry/decomposition_cache.h"
+#include "geometry/height_field.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "job/simulation_checkpoint.h"
@@ -216,6 +219,30 @@ void decomposition(std::string_view bytes) {
   cache.load();
 }
 
+void height_field(std::string_view bytes) {
+  accept_errors([&] {
+    const TriangleMesh read = height_field_mesh(file_of("field.png", bytes), 1, 1, 0, 1);
+    for (const Vec3& vertex : read.vertices) {
+      if (!(vertex.cwiseAbs().maxCoeff() <= 1)) std::abort();
+    }
+  });
+}
+
+// A plan beside a scene, and its first and last job.
+void batch_plan(std::string_view bytes) {
+  static const fs::path scene = file_of("scene.json", R"({"version": 1})");
+  accept_errors([&] {
+    const BatchPlan plan = load_batch_plan(file_of("a.plan.json", bytes));
+    for (const uint64_t index : {uint64_t{0}, plan.jobs() - 1}) batch_job(plan, index);
+  });
+}
+
+// As a file, and as a line of a shard.
+void job_record(std::string_view bytes) {
+  accept_errors([&] { read_job_record(file_of("job.json", bytes)); });
+  accept_errors([&] { record_line(parse_record(std::string(bytes), "shard.jsonl")); });
+}
+
 // A scene of a few bodies that needs no other file, and its checkpoint after some frames.
 class SmallRun {
  public:
@@ -314,16 +341,26 @@ void checkpoint(std::string_view bytes) {
 }  // namespace
 
 std::span<const Target> targets() {
-  static constexpr std::array kTargets = {
-      Target{"scene", scene},           Target{"json", json},
-      Target{"mesh_obj", mesh<0>},      Target{"mesh_ply", mesh<1>},
-      Target{"mesh_stl", mesh<2>},      Target{"mesh_gltf", mesh<3>},
-      Target{"mesh_glb", mesh<4>},      Target{"mesh_fbx", mesh<5>},
-      Target{"mesh_dae", mesh<6>},      Target{"mesh_off", mesh<7>},
-      Target{"signature", signature},   Target{"partial_signature", partial_signature},
-      Target{"trajectory", trajectory}, Target{"piles", piles},
-      Target{"guide", guide},           Target{"decomposition", decomposition},
-      Target{"checkpoint", checkpoint}};
+  static constexpr std::array kTargets = {Target{"scene", scene},
+                                          Target{"json", json},
+                                          Target{"mesh_obj", mesh<0>},
+                                          Target{"mesh_ply", mesh<1>},
+                                          Target{"mesh_stl", mesh<2>},
+                                          Target{"mesh_gltf", mesh<3>},
+                                          Target{"mesh_glb", mesh<4>},
+                                          Target{"mesh_fbx", mesh<5>},
+                                          Target{"mesh_dae", mesh<6>},
+                                          Target{"mesh_off", mesh<7>},
+                                          Target{"signature", signature},
+                                          Target{"partial_signature", partial_signature},
+                                          Target{"trajectory", trajectory},
+                                          Target{"piles", piles},
+                                          Target{"guide", guide},
+                                          Target{"decomposition", decomposition},
+                                          Target{"height_field", height_field},
+                                          Target{"batch_plan", batch_plan},
+                                          Target{"job_record", job_record},
+                                          Target{"checkpoint", checkpoint}};
   return kTargets;
 }
 
