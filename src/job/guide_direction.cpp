@@ -34,14 +34,12 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
     if (filling.is_mould) figures["filling"]["outside_m"] = filling.outside_m;
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
-    figures["glue_needed"] = {{"solved", glue->is_solved},
-                              {"weights", glue->weights},
-                              {"pairs", glue->pairs},
-                              {"contacts", glue->contacts},
-                              {"glued_contacts", glue->glued_contacts},
-                              {"hanging", glue->hanging},
-                              {"unbalanced", glue->unbalanced},
-                              {"outside", glue->outside}};
+    figures["glue_needed"] = {
+        {"solved", glue->is_solved},  {"weights", glue->weights},
+        {"given", glue->given},       {"pairs", glue->pairs},
+        {"contacts", glue->contacts}, {"glued_contacts", glue->glued_contacts},
+        {"hanging", glue->hanging},   {"unbalanced", glue->unbalanced},
+        {"outside", glue->outside}};
   }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
   return Json{{"guide", figures}}.dump();
@@ -62,6 +60,10 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
                               " of the pile's weight, at " + std::to_string(glue->glued_contacts) +
                               " of " + std::to_string(glue->contacts) + " contacts"
                         : "guide: no glue was found that holds it; it is left to itself");
+    if (glue->is_solved && glue->given < 1) {
+      lines.push_back("guide: it may have " + percent(glue->given) +
+                      " of that glue (/guide/max_glue): what does not stand with it slumps");
+    }
     if (glue->hanging > 0) {
       lines.push_back("guide: " + std::to_string(glue->hanging) +
                       " bodies have no way through others to anything that stands, and fall");

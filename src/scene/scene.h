@@ -293,6 +293,8 @@ struct Guide {
   Pose pose;                                  // of the mesh file's frame in the world
   bool control = true;                        // false: bodies are analysed and not held
   HoldKind hold = HoldKind::glue;
+  // Of the glue that the analysis asks for, in the pile's weight, >= 0; none: all of it.
+  std::optional<double> max_glue;
   int period_steps = 20;           // of the control, >= 1
   double least_normal_up = -0.5;   // contacts with less of their normal upwards do not support
   double kinetic_share = 6.0 / 7;  // of the friction, at which a body must stand to be held, 0 .. 1

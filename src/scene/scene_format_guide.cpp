@@ -29,6 +29,10 @@ Fields<Guide> control_fields() {
           "stands; freeze: clusters that rest on the ground stop moving; nail: each body is nailed "
           "to "
           "its neighbours at a contact."),
+      optional_field<G>(
+          "max_glue", &G::max_glue, number(at_least(0)),
+          "At most so much glue, in the pile's weight: 0 is none. What needs more slumps until "
+          "it stands with that."),
       field<G>("period_steps", &G::period_steps, integer(1, 100000),
                "Steps from one control step to the next."),
       field<G>("least_normal_up", &G::least_normal_up, number(between(-1, 1)),

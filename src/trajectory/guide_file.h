@@ -76,13 +76,14 @@ struct GlueFigures {
   uint32_t pairs = 0;    // of bodies that are glued
   uint32_t hanging = 0;  // bodies with no way to anything that stands
   double weights = 0;    // of glue, in the pile's weight
+  double given = 1;      // share of it that the pile has, 0 .. 1: Guide::max_glue
   // Of its certificate, in long double: the most of any body's force and torque, in its m g and
   // m g r, that does not balance; the most by which a force leaves its cone, in mean weights.
   double unbalanced = 0, outside = 0;
 
   static void fields(auto& self, auto& stream) {
     stream(self.is_solved, self.contacts, self.glued_contacts, self.pairs, self.hanging,
-           self.weights, self.unbalanced, self.outside);
+           self.weights, self.given, self.unbalanced, self.outside);
   }
 };
 

@@ -54,6 +54,34 @@ TEST(HeldByGlue, WithoutControlItFalls) {
   EXPECT_GT(simulator.glue_figures()->weights, 1) << "it is analysed all the same";
 }
 
+TEST(HeldByGlue, WithLessItSlumpsUntilItStands) {
+  const double needed = 6 / 0.35 / 3;
+  for (const double most : {0.5, 0.05}) {
+    SCOPED_TRACE(most);
+    Shelf shelf(3);
+    shelf.scene.guide->max_glue = most;
+    GuidedSimulator simulator(shelf.scene, shelf.model);
+    run(simulator, 2);
+    EXPECT_NEAR(simulator.glue_figures()->weights, needed, 0.01);
+    EXPECT_NEAR(simulator.glue_figures()->given, most / needed, 1e-3);
+    run(simulator, 298);
+    const auto& place = simulator.states().position;
+    for (const size_t cube : {2, 3, 4}) EXPECT_LT(place[cube].y(), 0.5);
+    // Analysed once more where they lie, on the ground and against each other.
+    EXPECT_LT(simulator.glue_figures()->weights, 1);
+    EXPECT_GT(simulator.glue_figures()->given, most / needed);
+  }
+}
+
+TEST(HeldByGlue, OfNoneAllowedNoneIsPutOn) {
+  Shelf shelf(3);
+  shelf.scene.guide->max_glue = 0;
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 60);
+  EXPECT_TRUE(simulator.glue().empty());
+  EXPECT_GT(simulator.frames().back().largest_drift_m, 1);
+}
+
 TEST(HeldByGlue, WhatStandsNeedsNone) {
   Shelf column(0);
   const uint32_t cube = column.model.bodies[1].shape;

@@ -48,11 +48,12 @@ void GlueDirector::control_step(ImpulseControl& control) {
   analyse(control);
 }
 
-bool GlueDirector::is_slow(const ImpulseControl& control, uint32_t body) const {
+// `most_speed` in sqrt(g r).
+bool GlueDirector::is_slow(const ImpulseControl& control, uint32_t body, double most_speed) const {
   const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
   const BodyMotion motion = control.motion(body);
   return motion.linear_velocity.norm() + motion.angular_velocity.norm() * radius <=
-         guide_.most_speed * std::sqrt(gravity_ * radius);
+         most_speed * std::sqrt(gravity_ * radius);
 }
 
 void GlueDirector::find_parts(const ImpulseControl& control) {
@@ -71,15 +72,31 @@ void GlueDirector::find_parts(const ImpulseControl& control) {
   }
 }
 
-// When bodies are there that no analysis has seen, and they are calm.
+// With less glue than it needed.
+bool GlueDirector::has_slumped(const ImpulseControl& control) const {
+  if (!state_.figures || state_.figures->given == 1) return false;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
+    if (parts_[body] == Part::pile &&
+        (control.motion(body).position - state_.place[body]).norm() > kSlumps * radius) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// When bodies are there that no analysis has seen, or lie otherwise than it saw them, and they are
+// calm.
 bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
+  const bool all = has_slumped(control);
   bool is_new = false;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] != Part::pile || state_.covered[body] != 0) continue;
+    if (parts_[body] != Part::pile || (!all && state_.covered[body] != 0)) continue;
     is_new = true;
     // What the run begins with is at rest, whatever overlaps push it already.
     const bool is_start = state_.step <= static_cast<uint64_t>(guide_.period_steps);
-    if (!is_start && !is_slow(control, body)) return false;
+    const double most_speed = all ? kSlumped : guide_.most_speed;
+    if (!is_start && !is_slow(control, body, most_speed)) return false;
   }
   return is_new;
 }
@@ -145,41 +162,104 @@ void GlueDirector::analyse(ImpulseControl& control) {
     figures.unbalanced = proof.unbalanced;
     figures.outside = proof.outside;
     figures.weights = solution.total_kg / mass_kg;
+    if (guide_.max_glue && *guide_.max_glue < figures.weights) {
+      figures.given = *guide_.max_glue / figures.weights;
+    }
     for (const double glue : solution.glue_kg) figures.glued_contacts += glue > 0 ? 1 : 0;
   }
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] == Part::pile) state_.place[body] = bodies[body].centre;
+  }
   state_.figures = figures;
-  if (solution.is_solved && guide_.control) put_on(control, contacts, solution);
+  if (solution.is_solved && guide_.control) {
+    // What stands with gravity turned to three sides stands with all that is between them: forces
+    // and the strength that they need can be averaged.
+    std::vector<GlueSolution> cases = {solution};
+    const Vec3 side = up_.unitOrthogonal();
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 aside = Eigen::AngleAxisd(2 * kPi * i / 3, up_) * side;
+      GlueSolution turned = least_glue(bodies, contacts, (up_ + kGlueTilt * aside).normalized());
+      if (turned.is_solved) cases.push_back(std::move(turned));
+    }
+    put_on(control, contacts, cases);
+  }
   state_.figures->pairs = state_.counts.glue;
 }
 
-// A spot for each pair that needs glue: as strong as the glue of its contacts and its patch. What
-// was there is taken off.
-void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
-                          const GlueSolution& solution) {
-  struct Need {
-    Vec3 middle = Vec3::Zero();                       // kg m
-    Vec3 pull = Vec3::Zero(), torque = Vec3::Zero();  // kg, kg m about the origin
-    double glue_kg = 0, patch_kgm = 0;
-    Vec3 place = Vec3::Zero();  // of one of its contacts
-  };
-  const auto pair_of = [](uint32_t a, uint32_t b) {
+namespace {
+
+// What a pair of bodies asks of its glue.
+struct Need {
+  Vec3 middle = Vec3::Zero();                       // kg m
+  Vec3 pull = Vec3::Zero(), torque = Vec3::Zero();  // kg, kg m about the origin
+  double glue_kg = 0, patch_kgm = 0;
+
+  double torque_kgm(const Vec3& about) const {
+    return (torque - about.cross(pull)).norm() + patch_kgm;
+  }
+};
+
+struct Pair {
+  Vec3 place = Vec3::Zero();  // of one of its contacts
+  std::vector<Need> needs;    // (cases)
+};
+
+std::map<std::pair<uint32_t, uint32_t>, Pair> pairs_of(std::span<const GlueContact> contacts,
+                                                       std::span<const GlueSolution> cases) {
+  const auto key = [](uint32_t a, uint32_t b) {
     return std::pair<uint32_t, uint32_t>(std::minmax(a, b));
   };
-  std::map<std::pair<uint32_t, uint32_t>, Need> needs;
+  std::map<std::pair<uint32_t, uint32_t>, Pair> pairs;
   for (size_t c = 0; c < contacts.size(); ++c) {
     const GlueContact& contact = contacts[c];
-    Need& need = needs[pair_of(contact.a, contact.b)];
-    need.place = contact.position;
-    const double glue = solution.glue_kg[c];
-    const Vec3 pull = (contact.a < contact.b ? -glue : glue) * contact.normal;
-    need.middle += glue * contact.position;
-    need.pull += pull;
-    need.torque += contact.position.cross(pull);
-    need.glue_kg += glue;
+    Pair& pair = pairs[key(contact.a, contact.b)];
+    pair.place = contact.position;
+    pair.needs.resize(cases.size());
+    for (size_t i = 0; i < cases.size(); ++i) {
+      const double glue = cases[i].glue_kg[c];
+      const Vec3 pull = (contact.a < contact.b ? -glue : glue) * contact.normal;
+      Need& need = pair.needs[i];
+      need.middle += glue * contact.position;
+      need.pull += pull;
+      need.torque += contact.position.cross(pull);
+      need.glue_kg += glue;
+    }
   }
-  for (const GluePatch& patch : solution.patches) {
-    needs[pair_of(patch.a, patch.b)].patch_kgm += patch.torque.norm();
+  for (size_t i = 0; i < cases.size(); ++i) {
+    for (const GluePatch& patch : cases[i].patches) {
+      pairs[key(patch.a, patch.b)].needs[i].patch_kgm += patch.torque.norm();
+    }
   }
+  return pairs;
+}
+
+}  // namespace
+
+// Of the smaller body of the pile.
+double GlueDirector::radius_of(const GlueSpot& spot) const {
+  const double radius = model_.shapes[model_.bodies[spot.a].shape].bounding_radius;
+  if (parts_[spot.b] != Part::pile) return radius;
+  return std::min(radius, model_.shapes[model_.bodies[spot.b].shape].bounding_radius);
+}
+
+// Where there is to be less glue than the pile needs it is put on from below: what is lower stands
+// without what is above it, and not the other way round.
+void GlueDirector::leave_out_highest(std::vector<GlueSpot>& spots) const {
+  if (state_.figures->given == 1) return;
+  std::ranges::stable_sort(spots, {}, [&](const GlueSpot& spot) { return spot.point.dot(up_); });
+  double left = 0;
+  for (const GlueSpot& spot : spots) left += state_.figures->given * spot.strength_n;
+  const auto out = std::ranges::find_if(spots, [&](const GlueSpot& spot) {
+    left -= spot.strength_n;
+    return left < 0;
+  });
+  spots.erase(out, spots.end());
+}
+
+// A spot for each pair that needs glue in any case: as strong as the glue of its contacts and its
+// patch. What was there is taken off.
+void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
+                          std::span<const GlueSolution> cases) {
   for (GlueState::Spot& spot : state_.spots) {
     if (spot.holds) control.remove_constraint(spot.id);
   }
@@ -188,18 +268,24 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] == Part::pile) mean_kg += model_.bodies[body].mass_kg / state_.counts.in_guide;
   }
-  for (const auto& [pair, need] : needs) {
-    if (need.glue_kg == 0 && need.patch_kgm == 0) continue;
-    const Vec3 point = need.glue_kg > 0 ? Vec3(need.middle / need.glue_kg) : need.place;
-    const double torque_kgm = (need.torque - point.cross(need.pull)).norm() + need.patch_kgm;
-    GlueSpot spot{.a = pair.first, .b = pair.second, .point = point};
+  const double strength = kGlueStrength * gravity_;
+  std::vector<GlueSpot> spots;
+  for (const auto& [bodies, pair] : pairs_of(contacts, cases)) {
+    GlueSpot spot{.a = bodies.first, .b = bodies.second};
     if (parts_[spot.a] != Part::pile) std::swap(spot.a, spot.b);
-    double radius = model_.shapes[model_.bodies[spot.a].shape].bounding_radius;
-    if (parts_[spot.b] == Part::pile) {
-      radius = std::min(radius, model_.shapes[model_.bodies[spot.b].shape].bounding_radius);
+    const double radius = radius_of(spot);
+    const Need& most = *std::ranges::max_element(pair.needs, {}, &Need::glue_kg);
+    spot.point = most.glue_kg > 0 ? Vec3(most.middle / most.glue_kg) : pair.place;
+    for (const Need& need : pair.needs) {
+      spot.strength_n =
+          std::max(spot.strength_n, strength * (need.glue_kg + need.patch_kgm / radius));
+      spot.strength_nm = std::max(spot.strength_nm, strength * need.torque_kgm(spot.point));
     }
-    spot.strength_n = kGlueStrength * gravity_ * (need.glue_kg + need.patch_kgm / radius);
-    spot.strength_nm = kGlueStrength * gravity_ * torque_kgm;
+    if (spot.strength_n > 0) spots.push_back(spot);
+  }
+  leave_out_highest(spots);
+  for (GlueSpot& spot : spots) {
+    const double radius = radius_of(spot);
     spot.tears_m = kTears * radius;
     spot.tears_rad = kTears;
     const BodyMotion motion = control.motion(spot.a);
@@ -207,11 +293,12 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
                             {.a = spot.a,
                              .b = spot.b,
                              .b_stands = parts_[spot.b] != Part::pile,
-                             .arm = motion.orientation.conjugate() * (point - motion.position),
+                             .arm = motion.orientation.conjugate() * (spot.point - motion.position),
                              .weights = spot.strength_n / (gravity_ * mean_kg),
                              .from_s = control.time_s()}});
   }
-  state_.counts.glue = static_cast<uint32_t>(state_.spots.size());
+  state_.counts.glue =
+      static_cast<uint32_t>(std::ranges::count(state_.spots, true, &GlueState::Spot::holds));
 }
 
 void GlueDirector::drop_torn(const ImpulseControl& control) {
@@ -237,7 +324,8 @@ std::vector<GlueLine> GlueDirector::glue() const {
 void GlueDirector::load(StateReader& reader) {
   reader(state_);
   const size_t count = model_.bodies.size();
-  StateReader::require(state_.covered.size() == count, "an entry for each body");
+  StateReader::require(state_.covered.size() == count && state_.place.size() == count,
+                       "an entry for each body");
   for (const GlueState::Spot& spot : state_.spots) {
     StateReader::require(spot.line.a < count && spot.line.b < count, "glue of bodies");
   }

@@ -21,7 +21,7 @@ namespace pilesim {
 // What the director keeps from step to step. (B): by body of the model. Written by its control
 // steps, but for `step`.
 struct GlueState {
-  explicit GlueState(size_t bodies) : covered(bodies) {}
+  explicit GlueState(size_t bodies) : covered(bodies), place(bodies, Vec3::Zero()) {}
 
   struct Spot {
     ConstraintId id = 0;
@@ -35,12 +35,13 @@ struct GlueState {
   std::vector<Spot> spots;
   GuideCounts counts;
   std::optional<GlueFigures> figures;
+  std::vector<Vec3> place;  // (B) m, when it was last analysed
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.control_steps,
-           self.control_s);
+    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.place,
+           self.control_steps, self.control_s);
   }
 };
 
@@ -64,12 +65,15 @@ class GlueDirector final : public PileHolder {
   void control_step(ImpulseControl& control);
   void find_parts(const ImpulseControl& control);
   bool is_analysis_due(const ImpulseControl& control) const;
+  bool has_slumped(const ImpulseControl& control) const;
   void judge_each(ImpulseControl& control);
   void analyse(ImpulseControl& control);
   void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
-              const GlueSolution& solution);
+              std::span<const GlueSolution> cases);
+  double radius_of(const GlueSpot& spot) const;
+  void leave_out_highest(std::vector<GlueSpot>& spots) const;
   void drop_torn(const ImpulseControl& control);
-  bool is_slow(const ImpulseControl& control, uint32_t body) const;
+  bool is_slow(const ImpulseControl& control, uint32_t body, double most_speed) const;
 
   const Scene& scene_;
   const Model& model_;
