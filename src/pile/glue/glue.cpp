@@ -303,14 +303,26 @@ bool Program::factor() {
 
 // The step whose scaled parts add up to `wanted`, and that leaves no residual.
 void Program::find_way(const std::function<Vec4(const Variable&)>& wanted) {
-  way_y_ = left_ - sum([&](const Variable& v) -> Vec4 {
-             return v.scaling.w * wanted(v) - v.scaling.square * v.dual_left;
-           });
+  const VectorX total = left_ - sum([&](const Variable& v) -> Vec4 {
+                          return v.scaling.w * wanted(v) - v.scaling.square * v.dual_left;
+                        });
+  const auto follow = [&] {
+    for_each([&](Variable& v, const Pair& pair) {
+      v.way_s = v.dual_left - pull(v, pair, way_y_);
+      v.way_x = v.scaling.w * wanted(v) - v.scaling.square * v.way_s;
+    });
+  };
+  way_y_ = total;
   matrix_->solve(way_y_);
-  for_each([&](Variable& v, const Pair& pair) {
-    v.way_s = v.dual_left - pull(v, pair, way_y_);
-    v.way_x = v.scaling.w * wanted(v) - v.scaling.square * v.way_s;
-  });
+  follow();
+  // Near the end scalings differ by many powers of ten: what rounding and the shift of the diagonal
+  // have left is solved for once more.
+  VectorX rest = total - sum([](const Variable& v) -> Vec4 {
+                   return v.scaling.square * (v.dual_left - v.way_s);
+                 });
+  matrix_->solve(rest);
+  way_y_ += rest;
+  follow();
 }
 
 std::pair<double, double> Program::most_steps() const {
@@ -340,6 +352,7 @@ GlueSolution Program::run() {
     is_solved = is_done();
     if (is_solved || !factor()) break;
     const double mean = gap() / degree;
+    if (!std::isfinite(mean)) break;
     // Mehrotra (1992): straight to the end, then with what that shows of the curve.
     find_way([](const Variable& v) -> Vec4 { return -v.scaling.scaled; });
     const auto [primal, dual] = most_steps();
