@@ -41,9 +41,9 @@ inline constexpr double kNailStrength = 10;
 // Of the friction: at the whole of it, what is found stands on the edge of all its cones, and falls
 // when it is simulated.
 inline constexpr double kGlueFriction = 0.5;
-// Of the strength that was computed: forces of a simulated pile are others than those that need the
-// least glue.
-inline constexpr double kGlueStrength = 1.5;
+// Of the strength that was computed: what is let go at once loads its glue twice as much as when it
+// rests, and forces of a simulated pile are others than those that need the least glue.
+inline constexpr double kGlueStrength = 3;
 // Glue holds with gravity turned by so much to any side, tan: what stands on a small foot, and moves
 // by a little when the mould goes, asks more of it than where it was.
 inline constexpr double kGlueTilt = 0.05;
