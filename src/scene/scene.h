@@ -267,9 +267,13 @@ struct LevelOfDetail {
 // second opinion.
 enum class EngineKind { exact, bullet };
 
+// Of the statistical mode: the project's own, or chapter 3 of the dissertation as it is written.
+enum class Method { own, dissertation };
+
 struct SimulatorSettings {
   SimulatorMode mode = SimulatorMode::impulse;
   EngineKind engine = EngineKind::exact;
+  Method method = Method::own;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps in a step: of Bullet, of the mixed mode

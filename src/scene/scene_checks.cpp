@@ -79,6 +79,7 @@ class Checker {
     }
     const Path events = root_ / "events";
     for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
+    check_method();
     check_spheres_of_materials();
     check_counts();
     check_camera(scene_.camera, root_ / "camera");
@@ -340,6 +341,16 @@ class Checker {
                       counted(static_cast<uint64_t>(count), "body", "bodies"),
                   "an index below " + number_text(count) + " (they count from 0)");
     }
+  }
+
+  void check_method() {
+    const SimulatorSettings& simulator = scene_.simulator;
+    if (simulator.method == Method::own || simulator.mode == SimulatorMode::statistical) return;
+    const Path place = root_ / "simulator";
+    log_.report(place / "method",
+                R"(is "dissertation" in the )" + mode_name(simulator.mode) + " mode",
+                R"("own": chapter 3 is the statistical mode's)",
+                R"(Set /simulator/mode to "statistical", or take the key away)");
   }
 
   // Spheres that stand for bodies have the rolling resistance of their mode.

@@ -119,7 +119,8 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
           "--set /name/x=1: /name: is an object; expected a string",
           "--set /seed=-1: is -1; expected an integer from 0 to 18446744073709551615",
           "--set /simulator/solver_iteratons=5: is no key of the simulator; expected one of "
-          "\"mode\", \"engine\", \"sleeping\", \"rest_control\", \"solver_iterations\", "
+          "\"mode\", \"engine\", \"method\", \"sleeping\", \"rest_control\", "
+          "\"solver_iterations\", "
           "\"level_of_detail\", "
           "\"budget_ms_per_frame\", \"max_error\". Did you mean "
           "\"solver_iterations\"?"));

@@ -1,6 +1,7 @@
 #include "simulate/modes/make_simulator.h"
 
 #include "simulate/bullet/bullet.h"
+#include "simulate/dissertation/dissertation_simulator.h"
 #include "simulate/exact/engine.h"
 #include "simulate/impulse_simulator.h"
 #include "simulate/mixed/mixed_simulator.h"
@@ -26,6 +27,10 @@ std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model
     case SimulatorMode::impulse:
       return make_impulse_simulator(scene, model, make_engine(scene, model));
     case SimulatorMode::statistical:
+      if (scene.simulator.method == Method::dissertation) {
+        return make_dissertation_simulator(scene, model);
+      }
+      return make_statistical_simulator(scene, model);
     case SimulatorMode::particle:
       return make_statistical_simulator(scene, model);
     case SimulatorMode::mixed:
