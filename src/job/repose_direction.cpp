@@ -121,7 +121,9 @@ DirectedRun ReposeDirection::finish(const Simulator& /*simulator*/,
         {"spread_deg", has_slope ? Json(rounded(degrees(pile.slope.spread), 0.01)) : Json()},
         {"azimuths_fitted", pile.slope.azimuths},
         {"tau", pile.settings.tau},
-        {"radius_m", pile.ideal.reach_m()}};
+        {"radius_m", pile.settings.method == Method::own ? pile.ideal.reach_m()
+                     : pile.structure                    ? pile.structure->reach()
+                                                         : 0.0}};
   }
   const PlausibilityCounts& counts = state_->director.plausibility();
   figures["all"] = {{"asleep", counts.asleep},

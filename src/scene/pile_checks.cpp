@@ -87,6 +87,10 @@ void check_piles(const Scene& scene, ProblemLog& log) {
     const Path place = piles / i;
     if (!log.is_sound(place)) continue;
     const Pile& pile = scene.piles[i];
+    if (pile.method != scene.piles.front().method) {
+      log.report(place / "method", "is another one than that of /piles/0",
+                 "one method for all piles of a scene");
+    }
     if (ground && pile.base_m < *ground) {
       log.report(place / "base_m", "is " + number_text(pile.base_m) + ", under the ground",
                  "at least " + number_text(*ground) + ", the height of the highest plane");

@@ -267,7 +267,8 @@ struct LevelOfDetail {
 // second opinion.
 enum class EngineKind { exact, bullet };
 
-// Of the statistical mode: the project's own, or chapter 3 of the dissertation as it is written.
+// The project's own, or the dissertation's as it is written: of the statistical mode (chapter 3),
+// of piles (5.2).
 enum class Method { own, dissertation };
 
 struct SimulatorSettings {
@@ -322,6 +323,7 @@ struct PileBoundary {
 struct Pile {
   double angle = radians(30);         // of repose, (0, 80 degrees]
   double tau = 0.5;                   // of the sleep score, (0, 1)
+  Method method = Method::own;        // the same for all piles of a scene
   double base_m = 0;                  // y of what it stands on
   std::optional<GroundPoint> centre;  // none (and no footprint): where the first bodies land
   // Instead of a centre: 2 points of a line or a convex polygon, from which slopes fall on all

@@ -23,6 +23,7 @@ Codec<NamedCamera> named_camera_codec();
 void apply_focal_lengths(Scene& scene);
 Codec<Guide> guide_codec();
 Codec<Pile> pile_codec();
+Codec<Method> method_codec();
 Codec<SimulatorSettings> simulator_codec();
 Codec<Preference> preference_codec();
 inline constexpr const char* kPreferenceText =

@@ -78,6 +78,10 @@ Codec<Preference> preference_codec() {
                                   {"prefer_statistical", Preference::prefer_statistical}});
 }
 
+Codec<Method> method_codec() {
+  return enumeration<Method>({{"own", Method::own}, {"dissertation", Method::dissertation}});
+}
+
 Codec<SimulatorSettings> simulator_codec() {
   using S = SimulatorSettings;
   return object<S>(
@@ -96,11 +100,9 @@ Codec<SimulatorSettings> simulator_codec() {
                         {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
                     "Who solves contacts, in the impulse and the mixed mode: exact, pilesim's own "
                     "engine, or bullet, as a second opinion."),
-           field<S>(
-               "method", &S::method,
-               enumeration<Method>({{"own", Method::own}, {"dissertation", Method::dissertation}}),
-               "Statistical mode: pilesim's own method, or dissertation, chapter 3 as it is "
-               "written, to compare with."),
+           field<S>("method", &S::method, method_codec(),
+                    "Statistical mode: pilesim's own method, or dissertation, chapter 3 as it is "
+                    "written, to compare with."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
            field<S>("rest_control", &S::rest_control, boolean(),

@@ -64,6 +64,9 @@ Codec<Pile> pile_codec() {
                             .excludes_minimum = true,
                             .excludes_maximum = true}),
                     "Sleep score above which bodies in the pile sleep; lower: earlier."),
+           field<P>("method", &P::method, method_codec(),
+                    "pilesim's own method, or dissertation, section 5.2 as it is written, to "
+                    "compare with."),
            field<P>("base_m", &P::base_m, number(), "Height y of what the pile stands on, m."),
            in_group("place", optional_field<P>("centre", &P::centre, ground_point(),
                                                "Middle [x, z] of the pile, m. Without centre and "

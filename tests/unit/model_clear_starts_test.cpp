@@ -67,7 +67,7 @@ TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {
   const std::string far = R"("emitters": [)" + disk("a") + R"(, {"name": "b", "type": "disk",
     "shape": "ball", "material": "m", "centre": [9, 1, 0], "radius": 0.6, "height": 1, "count": 40}])";
   const Model there = build(far);
-  const Emitter& source = parse(R"({"version": 1, "materials": {"m": {}}, "shapes": {
+  const Emitter source = parse(R"({"version": 1, "materials": {"m": {}}, "shapes": {
     "ball": {"type": "sphere", "radius": 0.1}}, )" +
                                 far + "}")
                               .scene.emitters[1];

@@ -38,6 +38,11 @@ TEST(ScenePiles, AnglesAndTauHaveOpenRanges) {
   EXPECT_THAT(problems(""), ElementsAre(HasSubstr("/piles/0: has no \"angle_deg\"")));
 }
 
+TEST(ScenePiles, AllHaveOneMethod) {
+  EXPECT_THAT(problems(R"("angle_deg": 30, "method": "dissertation"}, {"angle_deg": 40)"),
+              ElementsAre(HasSubstr("/piles/1/method: is another one than that of /piles/0")));
+}
+
 TEST(ScenePiles, PlacesAreAboveTheGroundAndInsideTheirWalls) {
   EXPECT_THAT(problems(R"("angle_deg": 30, "base_m": -0.1)"),
               ElementsAre(HasSubstr("/piles/0/base_m: is -0.1, under the ground")));

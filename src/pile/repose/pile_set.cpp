@@ -331,7 +331,6 @@ void PileSet::drift(PileState& pile, const PileMotion& motion) const {
   pile.shape->move_to(middle + kDrift * (sum / count - middle));
 }
 
-// Piles of one kind whose middles are near are one.
 void PileSet::merge() {
   for (size_t i = 0; i < piles_.size(); ++i) {
     for (size_t j = piles_.size(); j-- > i + 1;) {

@@ -56,6 +56,8 @@ class PileSet {
   void measure_slopes(const PileMotion& motion);
   // Counts what is in the layers; structures grow, centres drift.
   void count(const PileMotion& motion);
+  // Piles of one kind whose middles are near are one.
+  void merge();
 
   PilePlace place_of(const Vec3& position) const;
 
@@ -77,7 +79,6 @@ class PileSet {
   std::optional<PileShape> row_of(const std::vector<size_t>& cones) const;
 
   void drift(PileState& pile, const PileMotion& motion) const;
-  void merge();
 
   const Scene& scene_;
   const Model& model_;

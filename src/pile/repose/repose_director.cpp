@@ -27,6 +27,7 @@ ReposeState::ReposeState(size_t bodies)
 
 ReposeDirector::ReposeDirector(const Scene& scene, const Model& model)
     : model_(model),
+      is_as_written_(!scene.piles.empty() && scene.piles[0].method == Method::dissertation),
       bodies_(model),
       speed_unit_(std::sqrt(scene.gravity.norm() * bodies_.size_m)),
       time_unit_s_(std::sqrt(bodies_.size_m / scene.gravity.norm())),
@@ -37,6 +38,7 @@ ReposeDirector::ReposeDirector(const Scene& scene, const Model& model)
       support_(model, bodies_) {}
 
 void ReposeDirector::direct(BodyControl& control) {
+  if (is_as_written_) return decide_as_written(control);
   const auto period = static_cast<uint64_t>(
       std::max(1.0, std::round(kDecisionPeriod * time_unit_s_ / control.step_s())));
   if (state_.steps++ % period == 0) decide(control);

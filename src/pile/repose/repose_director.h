@@ -34,12 +34,13 @@ struct ReposeState {
   std::vector<SteeredBody> steered;     // until the next decision
   PlausibilityCounts plausibility;      // as of the last measurement
   uint32_t wakes_by_momentum = 0, woken_by_avalanches = 0;
+  std::vector<std::vector<uint8_t>> dense;  // as written: by pile and layer, denser than may be
 
   static void fields(auto& self, auto& stream) {
     stream(self.steps, self.decisions, self.now_s, self.motion, self.calm, self.slept,
            self.excess_asleep_m, self.grace_until_s, self.touched_s, self.shaken_until_s,
            self.velocity_before, self.steered, self.plausibility, self.wakes_by_momentum,
-           self.woken_by_avalanches);
+           self.woken_by_avalanches, self.dense);
   }
 };
 
@@ -63,6 +64,11 @@ class ReposeDirector final : public StepDirector {
 
  private:
   void decide(BodyControl& control);
+  void decide_as_written(BodyControl& control);
+  bool is_avalanche();
+  bool is_hit_hard() const;
+  uint32_t wake_all(BodyControl& control);
+  bool scores(uint32_t body) const;
   void read_bodies(BodyControl& control);
   void note_blows(double since_s);
   void wake_by_momentum(BodyControl& control);
@@ -84,6 +90,7 @@ class ReposeDirector final : public StepDirector {
   void put_to_sleep(BodyControl& control, uint32_t body);
 
   const Model& model_;
+  bool is_as_written_;
   PileBodies bodies_;
   double speed_unit_;   // m/s, sqrt(g L)
   double time_unit_s_;  // sqrt(L / g)
