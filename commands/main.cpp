@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/printable.h"
+#include "misuse.h"
 #include "options.h"
 
 namespace {
@@ -83,7 +84,7 @@ int run(int argc, char** argv) {
     } else {
       // The arguments that are wrong are in what it says.
       std::fprintf(stderr, "%s\nRun with --help for more information.\n",
-                   pilesim::printable(error.what()).c_str());
+                   pilesim::printable(pilesim::misuse_text(app, error, argc, argv)).c_str());
       return static_cast<int>(pilesim::ErrorKind::usage);
     }
   }

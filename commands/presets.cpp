@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/output_directory.h"
 #include "json/json_text.h"
+#include "json/problem_log.h"
 #include "options.h"
 #include "print.h"
 
@@ -79,10 +80,18 @@ const std::pair<const std::string, fs::path>& chosen(const std::map<std::string,
     others += (others.empty() ? "" : " or ") + preset.first;
   }
   if (found != nullptr && others == found->first) return *found;
-  throw Error(ErrorKind::usage,
-              Problem{.file = "preset \"" + name + '"',
-                      .found = found == nullptr ? "is not there" : "is the name of several",
-                      .expected = found == nullptr ? "a name that pilesim presets lists" : others});
+  const Problem several{
+      .file = "preset \"" + name + '"', .found = "is the name of several", .expected = others};
+  if (found != nullptr) throw Error(ErrorKind::usage, several);
+  std::vector<std::string> names;
+  for (const auto& preset : presets) {
+    names.push_back(preset.first);
+    names.push_back(fs::path(preset.first).filename());
+  }
+  throw Error(ErrorKind::usage, Problem{.file = several.file,
+                                        .found = "is not there",
+                                        .expected = "a name that pilesim presets lists",
+                                        .remedy = did_you_mean(name, names)});
 }
 
 // Calls use(text) for every string in `json`.

@@ -328,6 +328,8 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   WrittenPlan written;
   object(plan_description()).read(document, Path(), written, context);
 
+  // What follows needs the scene's name, at least.
+  throw_findings(context.log, text, file.string());
   BatchPlan plan{.name = written.name,
                  .file = std::filesystem::absolute(file).lexically_normal(),
                  .scene = std::filesystem::absolute(written.scene).lexically_normal(),
@@ -338,15 +340,13 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
                  .longest_s = written.longest_s,
                  .drop = written.drop,
                  .document = document};
-  if (context.log.findings().empty()) {
-    const Path root, vary = root / "vary";
-    for (size_t i = 0; i < written.vary.size(); ++i) {
-      plan.vary.push_back(to_variation(written.vary[i], vary / i, plan, context.log));
-    }
-    check_steps(plan.steps, context.log);
-    check_grid(plan, context.log);
-    check_drop(plan.drop, context.log);
+  const Path root, vary = root / "vary";
+  for (size_t i = 0; i < written.vary.size(); ++i) {
+    plan.vary.push_back(to_variation(written.vary[i], vary / i, plan, context.log));
   }
+  check_steps(plan.steps, context.log);
+  check_grid(plan, context.log);
+  check_drop(plan.drop, context.log);
   throw_findings(context.log, text, file.string());
   return plan;
 }

@@ -11,7 +11,8 @@ namespace {
 
 [[noreturn]] void refuse(size_t offset, const std::string& found, const std::string& expected) {
   throw Error(ErrorKind::input,
-              {.found = "no complete CBOR: byte " + std::to_string(offset) + ' ' + found,
+              {.found = "is cut short or of another kind (no complete CBOR): byte " +
+                        std::to_string(offset) + ' ' + found,
                .expected = expected});
 }
 
@@ -96,8 +97,9 @@ nlohmann::json parse_cbor(std::string_view bytes) {
   try {
     return nlohmann::json::from_cbor(bytes, true, true, nlohmann::json::cbor_tag_handler_t::store);
   } catch (const nlohmann::json::exception& error) {
-    throw Error(ErrorKind::input, {.found = std::string("no complete CBOR (") + error.what() + ')',
-                                   .expected = "what pilesim writes"});
+    throw Error(ErrorKind::input,
+                {.found = std::string("is of another kind (no complete CBOR): ") + error.what(),
+                 .expected = "what pilesim writes"});
   }
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <string>
 
 #include "core/counted.h"
+#include "core/error.h"
 #include "render/guide_overlay.h"
 #include "render/label.h"
 #include "render/pile_overlay.h"
@@ -56,9 +58,21 @@ void SolverOverlay::draw(uint64_t, const TrajectoryFrame& frame, const CameraKey
   }
 }
 
+// That the run has the file which such an overlay shows.
+void require_directed(const std::filesystem::path& directory, const char* file, const char* word) {
+  if (std::filesystem::exists(directory / file)) return;
+  throw Error(ErrorKind::usage,
+              Problem{.file = std::string("--overlay ") + word,
+                      .found = "wants " + (directory / file).string() + ", which is not there",
+                      .expected = std::string("a run of pilesim direct-pile whose scene has \"") +
+                                  word + '"'});
+}
+
 }  // namespace
 
 std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::path& directory) {
+  if (kind == OverlayKind::piles) require_directed(directory, "piles.json", "piles");
+  if (kind == OverlayKind::guide) require_directed(directory, "guide.json", "guide");
   switch (kind) {
     case OverlayKind::piles:
       return std::make_unique<PileOverlay>(directory / "piles.json");

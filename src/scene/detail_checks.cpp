@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/counted.h"
 #include "json/codec.h"
 
 namespace pilesim {
@@ -42,7 +43,7 @@ class DetailChecker {
     if (limits.empty() || !log_.is_sound(place)) return;
     const size_t wanted = scene_.simulator.detail.levels.size() - 1;
     if (limits.size() != wanted) {
-      log_.report(place, "has " + std::to_string(limits.size()) + " limits",
+      log_.report(place, "has " + counted(limits.size(), "limit"),
                   std::to_string(wanted) + ", one less than there are levels");
       return;
     }

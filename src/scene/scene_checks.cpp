@@ -267,7 +267,7 @@ class Checker {
     const auto check_size = [&](const char* key, size_t size) {
       if (size == 0 || size == shapes || !log_.is_sound(path / key)) return;
       log_.report(path / key, "has " + counted(size, "entry", "entries"),
-                  "one for each of the " + counted(shapes, "shape"));
+                  std::to_string(shapes) + ", as many as there are shapes");
     };
     check_size("weights", emitter.weights.size());
     check_size("materials", emitter.materials.size());
@@ -291,6 +291,8 @@ class Checker {
   }
 
   void check_event(const Event& event, const Path& path) {
+    // An event of no known type is not judged as if it were another.
+    if (!log_.is_sound(path / "type")) return;
     const Path names = path / "bodies";
     std::visit(
         [&](const auto& action) {

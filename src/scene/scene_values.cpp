@@ -67,7 +67,13 @@ class Resolver {
     are_known_ = true;
     // Other draws depend on it.
     if (const auto seed = document_.find("seed"); seed != document_.end()) {
-      resolve(*seed, root / "seed");
+      const Path place = root / "seed";
+      if (seed->is_object() && seed->contains("random")) {
+        log_.report(place, "is to be drawn", "a number: the seed is what all draws come from",
+                    "Give another with --seed");
+        *seed = 1;
+      }
+      resolve(*seed, place);
       seed_ = seed_of(document_);
     }
     for (auto& [key, value] : document_.items()) {

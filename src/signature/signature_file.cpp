@@ -71,7 +71,7 @@ Error damaged_file(const std::filesystem::path& file, const std::string& found,
           {.file = file.string(),
            .found = found,
            .expected = expected,
-           .remedy = "Measure it again with pilesim sample-signature."}};
+           .remedy = "Measure it again with pilesim sample-signature"}};
 }
 
 // Checks that `file` is a whole `format` and gives its document to `parse`; what is wrong becomes

@@ -87,7 +87,7 @@ void take_up(const SignatureOptions& options, const std::string& print, TableSam
                 {.file = file.string(),
                  .found = "an interrupted run with other settings or another mesh",
                  .expected = "one to go on with",
-                 .remedy = "Repeat its settings, remove the file, or start anew with --force."});
+                 .remedy = "Repeat its settings, remove the file, or start anew with --force"});
   }
   sampler.restore(std::move(partial.state));
 }
@@ -114,7 +114,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
   if (!complete) {
     throw Error(ErrorKind::interrupted, {.file = options.partial_file.string(),
                                          .found = "interrupted; what was measured is kept there",
-                                         .remedy = "The same command goes on from it."});
+                                         .remedy = "The same command goes on from it"});
   }
   return sampler.table();
 }

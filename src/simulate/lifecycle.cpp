@@ -140,7 +140,7 @@ void Lifecycle::check_finite(uint32_t body) const {
                                std::to_string(state_.frames),
                       .expected = "a state that stays finite",
                       .remedy = "Make step_s shorter, or look for bodies that start inside one "
-                                "another or with extreme velocities."});
+                                "another or with extreme velocities"});
 }
 
 void Lifecycle::load(StateReader& reader) {

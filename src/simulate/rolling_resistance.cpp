@@ -49,7 +49,7 @@ void refuse_rolling_friction(const Model& model,
                  .expected = "spheres of materials without, which have the rolling resistance of "
                              "their mode",
                  .remedy = "Take the key away, or let contacts be solved: /simulator/mode impulse, "
-                           "in the mixed mode \"preference\": \"must_impulse\"."});
+                           "in the mixed mode \"preference\": \"must_impulse\""});
   }
 }
 

@@ -202,7 +202,7 @@ class Refusals(CommandTest):
 
     def test_layers_of_a_run_without_piles(self):
         self.succeed("simulate", self.write_scene(), "-o", "out")
-        result = self.expect_exit(4, "render", "out", "--overlay", "piles", "--no-video")
+        result = self.expect_exit(2, "render", "out", "--overlay", "piles", "--no-video")
         self.assertIn("piles.json", result.stderr)
 
 

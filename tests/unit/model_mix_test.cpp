@@ -122,7 +122,7 @@ TEST(Mix, WhatDoesNotFitIsRefused) {
   };
   EXPECT_EQ(fault(R"("shape": "a", "material": "m")"), "");
   EXPECT_THAT(fault(R"("shapes": ["a", "a"], "weights": [1], "material": "m")"),
-              HasSubstr("one for each of the 2 shapes"));
+              HasSubstr("expected 2, as many as there are shapes"));
   EXPECT_THAT(fault(R"("shapes": ["a", "a"], "weights": [0, 0], "material": "m")"),
               HasSubstr("all 0"));
   EXPECT_THAT(fault(R"("shapes": ["a"], "materials": ["oak"])"), HasSubstr("no material"));

@@ -45,7 +45,7 @@ TEST(SceneDetail, LevelsThatDoNotExist) {
 
 TEST(SceneDetail, LimitsAreOneLessThanLevelsAndInOrder) {
   EXPECT_THAT(detail_problems(R"("distances_m": [5])"),
-              ElementsAre(HasSubstr("/distances_m: has 1 limits; expected 2")));
+              ElementsAre(HasSubstr("/distances_m: has 1 limit; expected 2")));
   EXPECT_THAT(detail_problems(R"("distances_m": [5, 4])"),
               ElementsAre(HasSubstr("/distances_m/1: is 4 after 5; expected ascending")));
   EXPECT_THAT(detail_problems(R"("screen_sizes": [0.1, 0.2])"),

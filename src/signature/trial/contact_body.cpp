@@ -168,7 +168,7 @@ ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_
     problems.push_back({.file = mesh_name,
                         .found = defect.text,
                         .expected = "a closed surface with outward triangles",
-                        .remedy = "Close and re-orient the mesh in a modelling tool."});
+                        .remedy = "Close and re-orient the mesh in a modelling tool"});
   }
   if (!problems.empty()) throw Error(ErrorKind::input, problems);
 
@@ -185,7 +185,7 @@ ContactBody make_contact_body(const TriangleMesh& mesh, const std::string& mesh_
                                    .found = "the convex hull has " +
                                             std::to_string(hull.vertices.size()) + " vertices",
                                    .expected = "at most " + std::to_string(kMaxHullVertices),
-                                   .remedy = "Simplify the mesh: contacts need no finer one."});
+                                   .remedy = "Simplify the mesh: contacts need no finer one"});
   }
   const MassProperties mass = mass_properties(mesh);
   ContactBody body;

@@ -51,7 +51,7 @@ std::vector<BodySignature> make_objects(const Model& model, const DispatchTable&
     throw Error(ErrorKind::input,
                 {.found = "'" + body.name + "' has a hinge and is prefer_statistical",
                  .expected = "hinges of must_impulse bodies only in the mixed mode",
-                 .remedy = R"(Give the body "preference": "must_impulse".)"});
+                 .remedy = R"(Give the body "preference": "must_impulse")"});
   }
   refuse_rolling_friction(model, prefers_spheres);
   return dispatch.uses(PairMethod::statistical) ? load_signatures(model, prefers_spheres)

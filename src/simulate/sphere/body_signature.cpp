@@ -29,7 +29,7 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
                  .found = found,
                  .expected = expected,
                  .remedy = "Measure one with pilesim sample-signature, with the shape's scale and "
-                           "the material's restitution and friction."});
+                           "the material's restitution and friction"});
   };
   if (signature.body.mesh_hash != shape.mesh_hash) {
     refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
@@ -108,7 +108,7 @@ std::vector<BodySignature> load_signatures(const Model& model,
                    .found = "the shape of '" + body.name + "' has no signature",
                    .expected = "one, since it collides by it in this /simulator/mode",
                    .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
-                             "\"signature\": \"FILE.sig\" (shapes of type mesh have it)."});
+                             "\"signature\": \"FILE.sig\" (shapes of type mesh have it)"});
     }
     if (!std::filesystem::exists(shape.signature_file)) {
       throw Error(ErrorKind::input,
@@ -117,7 +117,7 @@ std::vector<BodySignature> load_signatures(const Model& model,
                    .found = "no such file",
                    .expected = "a signature of the shape's mesh",
                    .remedy = "Measure it with pilesim sample-signature (those of the presets: "
-                             "ninja -C build/release signatures)."});
+                             "ninja -C build/release signatures)"});
     }
     std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
     if (!signature) {

@@ -18,7 +18,7 @@ void refuse_hinges(const Model& model) {
     throw Error(ErrorKind::input,
                 {.found = "'" + body.name + "' has a hinge",
                  .expected = "free bodies in the modes statistical and particle",
-                 .remedy = "Take the hinge away, or set /simulator/mode to impulse or mixed."});
+                 .remedy = "Take the hinge away, or set /simulator/mode to impulse or mixed"});
   }
 }
 
