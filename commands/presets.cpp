@@ -48,9 +48,10 @@ std::map<std::string, fs::path> find_presets(const fs::path& root) {
   return presets;
 }
 
-// Its mode, length and title.
+// Of a scene its mode, length and title; of a plan for `pilesim batch` its title.
 std::string about(const fs::path& file) {
   const Json scene = read_json_file(file);
+  if (scene.contains("steps")) return "a plan: " + scene.value("name", std::string());
   std::string mode = "impulse";
   if (const auto simulator = scene.find("simulator"); simulator != scene.end()) {
     mode = simulator->value("mode", mode);
