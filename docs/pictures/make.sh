@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Makes the pictures of the documentation again, from presets: docs/pictures/make.sh [PILESIM [WORK]].
+# PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/pictures); what is there already is kept.
+# Needs ffmpeg. About a minute on two cores.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+pilesim=${1:-build/release/commands/pilesim}
+work=${2:-out/pictures}
+mkdir -p "$work"
+
+# run COMMAND PRESET: simulates it into WORK.
+run() {
+  local out
+  out=$work/$(basename "$2")
+  [ -s "$out/report.json" ] || "$pilesim" "$1" "presets/$2.json" -o "$out" --force
+}
+
+# still PRESET TIME NAME CAMERA: the frame at that time, by rays, as WORK/NAME.png.
+still() {
+  local out=$work/still_$3
+  if [ ! -s "$work/$3.png" ]; then
+    "$pilesim" render "$work/$1" -o "$out" --frames "$2" --renderer rays --size 640x360 --no-video --force \
+      --set "/camera=$4"
+    cp "$out"/frames/*.png "$work/$3.png"
+  fi
+}
+
+run direct-pile guides/letters
+run direct-pile equilibrium/chair_pile
+run simulate impulse/rabbits_in_a_crate
+letters='{"position": [1.2, 2.6, 8], "target": [0, 0.75, 0], "field_of_view_deg": 25}'
+still letters 2.4s letters "$letters"
+still letters 3.2s letters_hit "$letters"
+still chair_pile last chairs '{"position": [4.2, 3, 8], "target": [0, 1.35, 0], "field_of_view_deg": 28}'
+still rabbits_in_a_crate last rabbits '{"position": [1.9, 1.9, 3.4], "target": [0.1, 0.38, 0.1], "field_of_view_deg": 25}'
+ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
+  -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
