@@ -10,6 +10,8 @@ import unittest
 from support import SOURCE, CommandTest
 
 DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
+# test_pages.py does all that these say, in their order: their blocks belong together.
+WALKED = ("tutorial_dataset.md", "tutorial_researcher.md")
 # What a fragment of a scene is put into to become one.
 BASE = {
     "version": 1,
@@ -55,6 +57,8 @@ class Documents(CommandTest):
     def test_every_block_of_json_is_a_scene_or_a_part_of_one(self):
         count = 0
         for document in DOCUMENTS:
+            if document.name in WALKED:
+                continue
             for line, text in blocks(document, "json"):
                 text = text.replace('"../assets/', f'"{SOURCE}/assets/')
                 if text.lstrip().startswith('"'):

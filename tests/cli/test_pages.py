@@ -1,7 +1,7 @@
 """Pages that take their reader by the hand: every command on them runs, one after the other, in one directory.
 
 A block of ```sh is run line by line, as a shell does. A block of ```json or ```python is written to the file that the
-line above it names first, in backquotes: "`bins.json`:". A python block without one is run. What a page takes minutes for
+paragraph above it names first, in backquotes, if it ends with a colon. A python block without one is run. What a page takes minutes for
 is done at a smaller size: SMALLER has what is replaced in its blocks, each of which must be there.
 """
 
@@ -15,13 +15,12 @@ from pathlib import Path
 
 from support import HANGING, PILESIM, SOURCE, CommandTest
 
-PYTHON = "/usr/bin/python3"
-BLOCK = re.compile(r"([^\n]*)\n+^```(\w+)\n(.*?)^```$", re.M | re.S)
-NAMED = re.compile(r"`([\w.-]+\.(?:json|py))`[^`]*:$")
+BLOCK = re.compile(r"((?:^[^\n]+\n)*)\n*^```(\w+)\n(.*?)^```$", re.M | re.S)
+NAMED = re.compile(r"`([\w.-]+\.(?:json|py))`.*:$", re.S)
 
 
 def blocks(page):
-    """(line above, language, text) of a page's fenced blocks."""
+    """(paragraph above, language, text) of a page's fenced blocks."""
     return [match.groups() for match in BLOCK.finditer((SOURCE / "docs" / page).read_text())]
 
 
@@ -31,6 +30,7 @@ class Pages(CommandTest):
         # The program by its name, as it is installed.
         (self.dir / "bin").mkdir()
         (self.dir / "bin/pilesim").symlink_to(PILESIM)
+        (self.dir / "bin/python3").symlink_to("/usr/bin/python3")
         (self.dir / "work").mkdir()
         self.environment = {**os.environ, "PATH": f"{self.dir}/bin:{os.environ['PATH']}"}
 
@@ -56,18 +56,39 @@ class Pages(CommandTest):
                 if old in text:
                     left.discard(old)
                     text = text.replace(old, new)
-            name = NAMED.search(above)
+            name = NAMED.search(above.strip())
             if language in ("json", "python") and name:
                 (self.dir / "work" / name[1]).write_text(text)
             elif language == "python":
                 (self.dir / "work/block.py").write_text(text)
-                printed += self.shell(f"{PYTHON} block.py", page)
+                printed += self.shell("python3 block.py", page)
             elif language == "sh":
                 for command in text.replace("\\\n", " ").splitlines():
                     if command.strip() and not command.startswith("#"):
                         printed += self.shell(command, page)
         self.assertEqual(left, set(), f"{page} has none of these")
         return printed
+
+    def test_a_dataset(self):
+        printed = self.walk("tutorial_dataset.md", [
+            ('"count": 50', '"count": 2'),
+            ('"count": 4', '"count": 2'),
+            ("--count 30", "--count 6"),
+            ("[640, 480]", "[160, 120]"),
+            ("-o part.json", "-o part.json -q && sed -i 's/640, 480/160, 120/' part.json"),
+        ])
+        self.assertIn("4 pictures, ", printed)
+        self.assertRegex(printed, r"masks cover \d{3,} pixels")
+
+    def test_a_table(self):
+        printed = self.walk("tutorial_researcher.md", [
+            ("--rest-drops 600", "--rest-drops 2 --trials 2 --no-accuracy"),
+            ('"duration_s": 7', '"duration_s": 0.4'),
+            ("[0, 1.4, 0]", "[0, 0.4, 0]"),
+            ("[5, 4, 5]", "[2, 1, 2]"),
+        ])
+        for name in ("| speed-up |", "| tilt |", "| deepest overlap, D |"):
+            self.assertIn(name, printed)
 
     def test_troubleshooting(self):
         work = self.dir / "work"
