@@ -77,7 +77,8 @@ void add_export_command(CLI::App& app) {
   command
       ->add_option("-o,--output", options->output,
                    "The file; its ending says which format: .usda, .glb, .gltf (and .bin beside "
-                   "it), .py (a script for Blender, and .npz beside it), .npz or .csv")
+                   "it), .vat.glb (a vertex animation for game engines, with two .exr and .json), "
+                   ".py (a script for Blender, and .npz beside it), .npz or .csv")
       ->required()
       ->type_name("FILE");
   CLI::Option* frames =
@@ -120,6 +121,7 @@ Examples:
   pilesim export out/crate -o crate.usda
   pilesim export out/crate -o crate.glb --every 2
   pilesim export out/crate -o last.glb --frame last
+  pilesim export out/crate -o crate.vat.glb
   pilesim export out/crate -o crate.py && blender --python crate.py
   pilesim export out/crate -o rabbits.csv --only 'rabbits/*' --frames 30-90)");
   command->callback([options] { run_export_command(*options); });

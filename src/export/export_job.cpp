@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/output_directory.h"
 #include "export/formats.h"
+#include "export/vat.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -17,6 +18,8 @@ namespace {
 
 // Above it programs that people work with become slow where each body is an object.
 constexpr size_t kMostObjects = 1000;
+
+constexpr char kVatEnding[] = ".vat.glb";
 
 ExportForm suitable_form(ExportFormat format, const ExportSource& source) {
   if (format == ExportFormat::gltf || format == ExportFormat::glb) {
@@ -39,16 +42,19 @@ void check_form(ExportFormat format, const ExportSource& source, const ExportJob
 }  // namespace
 
 ExportFormat format_of(const fs::path& output) {
+  if (output.string().ends_with(kVatEnding)) return ExportFormat::vat;
   static const std::map<std::string, ExportFormat> kFormats = {
       {".usda", ExportFormat::usda},  {".gltf", ExportFormat::gltf}, {".glb", ExportFormat::glb},
       {".py", ExportFormat::blender}, {".csv", ExportFormat::csv},   {".npz", ExportFormat::npz}};
   const auto found = kFormats.find(output.extension().string());
   if (found != kFormats.end()) return found->second;
-  throw Error(ErrorKind::usage,
-              Problem{.file = output.string(),
-                      .found = output.has_extension() ? "ends in " + output.extension().string()
-                                                      : "has no ending that names a format",
-                      .expected = ".usda, .gltf, .glb, .py (Blender), .csv or .npz"});
+  throw Error(
+      ErrorKind::usage,
+      Problem{
+          .file = output.string(),
+          .found = output.has_extension() ? "ends in " + output.extension().string()
+                                          : "has no ending that names a format",
+          .expected = ".usda, .gltf, .glb, .vat.glb (game engines), .py (Blender), .csv or .npz"});
 }
 
 std::vector<fs::path> claim_export(const fs::path& output, bool force) {
@@ -56,6 +62,13 @@ std::vector<fs::path> claim_export(const fs::path& output, bool force) {
   std::vector<fs::path> files = {output};
   if (format == ExportFormat::gltf) files.push_back(fs::path(output).replace_extension(".bin"));
   if (format == ExportFormat::blender) files.push_back(fs::path(output).replace_extension(".npz"));
+  if (format == ExportFormat::vat) {
+    std::string stem = output.string();
+    stem.resize(stem.size() - std::string(kVatEnding).size());
+    for (const char* more : {".vat.position.exr", ".vat.rotation.exr", ".vat.json"}) {
+      files.emplace_back(stem + more);
+    }
+  }
   for (const fs::path& file : files) claim_output_file(file, force);
   return files;
 }
@@ -90,6 +103,12 @@ ExportSummary run_export(TrajectoryReader& trajectory, const ExportJob& job) {
     case ExportFormat::npz:
       write_npz(source, job, *files[0]);
       break;
+    case ExportFormat::vat: {
+      std::vector<std::string> beside;
+      for (const fs::path& name : names) beside.push_back(name.filename().string());
+      write_vat(source, job, {*files[0], *files[1], *files[2], *files[3], beside});
+      break;
+    }
   }
   ExportSummary summary;
   // What lies beside the file that people open is there before it.

@@ -16,7 +16,7 @@ namespace pilesim {
 enum class ExportForm { objects, instances };
 
 // What is exported, by the ending of its name.
-enum class ExportFormat { usda, gltf, glb, blender, csv, npz };
+enum class ExportFormat { usda, gltf, glb, blender, csv, npz, vat };
 
 struct ExportJob {
   std::filesystem::path output;

@@ -52,7 +52,7 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"render", {"core", "json", "geometry", "scene", "trajectory"}},
     {"render/dataset", {"core", "json", "scene", "trajectory", "render"}},
     {"render/rays", {"core", "scene", "trajectory", "render"}},
-    {"export", {"core", "scene", "trajectory", "render"}},
+    {"export", {"core", "scene", "trajectory", "render", "render/dataset"}},
     {"batch", {"core", "json", "scene"}},
     {"view", {"core", "scene", "trajectory", "render", "export"}},
     {"job",

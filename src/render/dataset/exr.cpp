@@ -10,6 +10,7 @@
 #pragma GCC diagnostic pop
 
 #include <string>
+#include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -31,7 +32,7 @@ class TextStream final : public Imf::OStream {
     at_ = place;
     if (at_ > text_.size()) text_.resize(at_);
   }
-  const std::string& text() const { return text_; }
+  std::string text() && { return std::move(text_); }
 
  private:
   std::string text_;
@@ -48,8 +49,8 @@ Imf::Slice slice(Imf::PixelType type, const T* values, size_t stride, int width)
 
 }  // namespace
 
-void write_exr(const std::filesystem::path& file, int width, int height,
-               const std::vector<ExrChannel>& channels) {
+std::string exr_bytes(const std::filesystem::path& file, int width, int height,
+                      const std::vector<ExrChannel>& channels) {
   Imf::Header header(width, height);
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::FrameBuffer buffer;
@@ -72,7 +73,12 @@ void write_exr(const std::filesystem::path& file, int width, int height,
   } catch (const std::exception& fault) {
     throw Error(ErrorKind::internal, Problem{.file = file.string(), .found = fault.what()});
   }
-  write_file_atomically(file, stream.text());
+  return std::move(stream).text();
+}
+
+void write_exr(const std::filesystem::path& file, int width, int height,
+               const std::vector<ExrChannel>& channels) {
+  write_file_atomically(file, exr_bytes(file, width, height, channels));
 }
 
 }  // namespace pilesim

@@ -18,6 +18,10 @@ struct ExrChannel {
   size_t stride = 1;  // values from one pixel to the next
 };
 
+// The bytes of such a file, compressed without loss (ZIP). `file` is named in faults.
+std::string exr_bytes(const std::filesystem::path& file, int width, int height,
+                      const std::vector<ExrChannel>& channels);
+
 // Compressed without loss (ZIP). Written beside its place and renamed. Throws Error(io).
 void write_exr(const std::filesystem::path& file, int width, int height,
                const std::vector<ExrChannel>& channels);
