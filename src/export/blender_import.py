@@ -254,16 +254,25 @@ def set_points(pile, mesh, bodies, frame):
     mesh.update()
 
 
+def open_pile(path):
+    return Pile(path)
+
+
+def is_mine(path):
+    """Whether a scene with this data follows its frames by this script."""
+    return path.endswith(".npz")
+
+
 @persistent
 def follow(scene, _=None):
     """Moves the points of scenes that this script has built to the frame of the scene."""
     path = scene.get("pilesim_data")
-    if path is None:
+    if path is None or not is_mine(path):
         return
-    if not os.path.isfile(path):  # moved together with the .blend
-        path = bpy.path.abspath("//" + DATA)
+    if not os.path.exists(path):  # moved together with the .blend
+        path = bpy.path.abspath("//" + os.path.basename(path))
     if getattr(follow, "pile", None) is None or follow.pile.path != path:
-        follow.pile = Pile(path)
+        follow.pile = open_pile(path)
     bodies = numpy.flatnonzero(follow.pile.array("moves") == 1)
     for thing in scene.objects:
         if thing.type == "MESH" and thing.data.get("pilesim_bodies") == "moving":
@@ -299,6 +308,31 @@ def add_light(scene, collection):
     collection.objects.link(sun)
 
 
+def build_scene(pile, name, form):
+    """A scene with the pile. `form`: "objects" or "instances"."""
+    scene = bpy.data.scenes.new(name)
+    if bpy.context.window:
+        bpy.context.window.scene = scene
+    rate = pile.about["frame_rate"]
+    scene.render.fps = max(1, round(rate))
+    scene.render.fps_base = scene.render.fps / rate
+    scene.frame_start, scene.frame_end = int(pile.frame[0]), int(pile.frame[-1])
+    scene.render.resolution_y = round(scene.render.resolution_x / pile.about["aspect"])
+    collection = bpy.data.collections.new("pile")
+    scene.collection.children.link(collection)
+    if form == "objects":
+        build_objects(pile, collection)
+    else:
+        prototypes = build_instances(pile, collection)
+        layers = scene.view_layers[0].layer_collection.children[collection.name]
+        layers.children[prototypes.name].exclude = True
+        scene["pilesim_data"] = pile.path
+    add_camera(pile, scene, collection)
+    add_light(scene, collection)
+    scene.frame_set(scene.frame_start)
+    return scene
+
+
 def keep_script():
     """Saves the script with the .blend: it follows the frames when that is opened."""
     name = os.path.splitext(DATA)[0] + ".py"
@@ -320,28 +354,9 @@ def folder_of_data():
 
 def build():
     path = os.path.join(folder_of_data(), DATA)
-    pile = Pile(path)
-    scene = bpy.data.scenes.new(os.path.splitext(DATA)[0])
-    if bpy.context.window:
-        bpy.context.window.scene = scene
-    rate = pile.about["frame_rate"]
-    scene.render.fps = max(1, round(rate))
-    scene.render.fps_base = scene.render.fps / rate
-    scene.frame_start, scene.frame_end = int(pile.frame[0]), int(pile.frame[-1])
-    scene.render.resolution_y = round(scene.render.resolution_x / pile.about["aspect"])
-    collection = bpy.data.collections.new("pile")
-    scene.collection.children.link(collection)
-    if FORM == "objects":
-        build_objects(pile, collection)
-    else:
-        prototypes = build_instances(pile, collection)
-        layers = scene.view_layers[0].layer_collection.children[collection.name]
-        layers.children[prototypes.name].exclude = True
-        scene["pilesim_data"] = path
+    build_scene(Pile(path), os.path.splitext(DATA)[0], FORM)
+    if FORM == "instances":
         keep_script()
-    add_camera(pile, scene, collection)
-    add_light(scene, collection)
-    scene.frame_set(scene.frame_start)
 
 
 def register():

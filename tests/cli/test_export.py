@@ -461,7 +461,7 @@ class Exported(CommandTest):
 
     def test_errors(self):
         for arguments, text in (
-            (["-o", "a.fbx"], "a.fbx: ends in .fbx; expected .usda, .gltf, .glb, .py (Blender), .csv or .npz"),
+            (["-o", "a.fbx"], "a.fbx: ends in .fbx; expected .usda, .gltf, .glb, .vat.glb (game engines), .py (Blender), .csv or .npz"),
             (["-o", "pile"], "pile: has no ending that names a format"),
             (["-o", "a.csv", "--only", "rabbit*"], "--only rabbit*: fits the name of no body"),
             (["-o", "a.glb", "--as", "instances"], "--as instances: glTF cannot move instances"),

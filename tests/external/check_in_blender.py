@@ -1,8 +1,9 @@
 """What an export has become in Blender, against the trajectory; by hand, no part of the test suite.
 
-    blender -b --factory-startup --python tests/external/check_in_blender.py -- FILE OUT
+    blender -b --factory-startup --python tests/external/check_in_blender.py -- FILE OUT [FORM]
 
-FILE: a .glb, .gltf or .py of pilesim export of all frames and bodies of OUT. Prints the largest
+FILE: a .glb, .gltf or .py of pilesim export of all frames and bodies of OUT, or the add-on import_pilesim.py, which
+reads OUT itself (FORM: objects or instances). Prints the largest
 differences of places (m) and of quaternions' components, and how often a body is shown or hidden wrongly.
 Wants python3-zarr in Blender's Python, as Debian's has it.
 """
@@ -22,8 +23,12 @@ if not hasattr(numpy, "bool"):
 Z_UP = Quaternion((0.5**0.5, 0.5**0.5, 0, 0))
 
 
-def open_file(file, rate):
+def open_file(file, rate, out, form):
     """Whether mesh coordinates were turned to z up, too."""
+    if file.endswith("import_pilesim.py"):
+        runpy.run_path(file, run_name="__main__")
+        bpy.ops.import_scene.pilesim(directory=out, form=form)
+        return False
     if file.endswith(".py"):
         runpy.run_path(file, run_name="__main__")
         return False
@@ -54,9 +59,9 @@ def shown_instances(places):
 
 
 def main():
-    file, out = sys.argv[sys.argv.index("--") + 1 :]
+    file, out, *more = sys.argv[sys.argv.index("--") + 1 :]
     store = zarr.open(out + "/trajectory.zarr", "r")
-    turned = open_file(file, store.attrs["frame_rate"])
+    turned = open_file(file, store.attrs["frame_rate"], out, *(more or ["auto"]))
     names = {name: i for i, name in enumerate(store.attrs["body_name"])}
     instances = any(thing.modifiers for thing in bpy.context.scene.objects)
     worst_place = worst_turn = wrong = poses = 0

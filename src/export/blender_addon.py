@@ -1,0 +1,260 @@
+"""An add-on for Blender that imports what pilesim simulate has written: File > Import > pilesim.
+
+Edit > Preferences > Add-ons > Install takes this file. Where bodies become instances, Blender reads their places
+from the run's directory in every frame: it stays there, and the add-on stays enabled.
+"""
+
+# What follows makes an add-on of the functions of blender_import.py, which CMake puts before it: a
+# pile that is read from the Zarr store itself, and needs no export.
+
+bl_info = {
+    "name": "pilesim",
+    "description": "Imports piles that pilesim has simulated",
+    "location": "File > Import > pilesim",
+    "blender": (3, 0, 0),
+    "version": (0, 1, 0),
+    "category": "Import-Export",
+}
+
+MOST_OBJECTS = 1000  # above it bodies become instances, as pilesim export has it
+MOST_HELD = 64  # chunks of frames that are kept in memory
+
+
+class NoPile(Exception):
+    """What is wrong with a directory, in words."""
+
+
+def decompressor():
+    """A function that unpacks zstd: by Python's package, which Blender brings, or by the system's library."""
+    try:
+        import zstandard
+
+        return lambda data, size: zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+    except ImportError:
+        pass
+    import ctypes
+    import ctypes.util
+
+    name = ctypes.util.find_library("zstd")
+    try:
+        library = ctypes.CDLL(name or "libzstd.so.1")
+    except OSError as fault:
+        raise NoPile("there is neither Python's package zstandard nor the library libzstd: install one of them") from fault
+    library.ZSTD_decompress.restype = ctypes.c_size_t
+    library.ZSTD_decompress.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t]
+
+    def unpack(data, size):
+        place = ctypes.create_string_buffer(size)
+        if library.ZSTD_decompress(place, size, data, len(data)) != size:
+            raise NoPile("a chunk of the trajectory is damaged")
+        return place.raw
+
+    return unpack
+
+
+class Array:
+    """One array of the store: frames (or rows) are read when they are asked for."""
+
+    def __init__(self, folder, unpack):
+        self.folder, self.unpack, self.held = folder, unpack, {}
+        with open(os.path.join(folder, ".zarray"), encoding="utf-8") as file:
+            about = json.load(file)
+        if about["zarr_format"] != 2 or about["order"] != "C" or about["filters"]:
+            raise NoPile(f"{folder} is none of pilesim's arrays")
+        self.shape, self.chunks = tuple(about["shape"]), tuple(about["chunks"])
+        self.kind, self.fill = numpy.dtype(about["dtype"]), about["fill_value"]
+        self.compressed = about["compressor"] is not None
+
+    def __len__(self):
+        return self.shape[0]
+
+    def chunk(self, number):
+        """Rows of one chunk after another of the first axis; along the others a chunk holds all."""
+        if number not in self.held:
+            while len(self.held) >= MOST_HELD:
+                self.held.pop(next(iter(self.held)))
+            name = ".".join([str(number)] + ["0"] * (len(self.shape) - 1))
+            path = os.path.join(self.folder, name)
+            if os.path.isfile(path):
+                with open(path, "rb") as file:
+                    data = file.read()
+                if self.compressed:
+                    data = self.unpack(data, self.kind.itemsize * int(numpy.prod(self.chunks)))
+                self.held[number] = numpy.frombuffer(data, self.kind).reshape(self.chunks)
+            else:
+                self.held[number] = numpy.full(self.chunks, self.fill, self.kind)
+        return self.held[number]
+
+    def whole(self):
+        if 0 in self.shape:
+            return numpy.zeros(self.shape, self.kind)
+        count = -(-self.shape[0] // self.chunks[0])
+        return numpy.concatenate([self.chunk(i) for i in range(count)])[: self.shape[0]]
+
+    def __getitem__(self, frame):
+        return self.chunk(frame // self.chunks[0])[frame % self.chunks[0]]
+
+
+class Store:
+    """A trajectory as Pile has it, read from the Zarr store."""
+
+    def __init__(self, path):
+        self.path = path
+        try:
+            with open(os.path.join(path, ".zattrs"), encoding="utf-8") as file:
+                self.attributes = json.load(file)
+        except OSError as fault:
+            raise NoPile(f"{path} is no trajectory: choose the output directory of pilesim simulate") from fault
+        found = self.attributes.get("format"), self.attributes.get("format_version")
+        if found != ("pilesim-trajectory", 2):
+            raise NoPile(f"{path} is {found[0]} of version {found[1]}; this add-on reads pilesim-trajectory of version 2")
+        self.unpack = decompressor()
+        self.position, self.orientation, self.state = (self.stored(n) for n in ("position", "orientation", "state"))
+        self.frame = numpy.arange(len(self.position))
+        if not len(self.frame):
+            raise NoPile(f"{path} holds no frames")
+        self.shape = self.stored("body_shape").whole()
+        material, colour = self.stored("body_material").whole(), self.stored("body_colour").whole()
+        looks = sorted(set(zip(material.tolist(), map(tuple, colour.tolist()))))
+        number = {look: i for i, look in enumerate(looks)}
+        self.look = numpy.array([number[key] for key in zip(material.tolist(), map(tuple, colour.tolist()))], int)
+        scene = self.attributes["scene"]
+        size = scene["render"]["size"]
+        self.about = {
+            "body_name": self.attributes["body_name"],
+            "shape_name": [shape["name"] for shape in self.attributes["shapes"]],
+            "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c in looks],
+            "look_colour": [c for _, c in looks],
+            "frame_rate": self.attributes["frame_rate"],
+            "aspect": size[0] / size[1],
+        }
+        self.made = {"id": numpy.arange(len(self.shape)), "moves": self.stored("body_moves").whole()}
+        if "camera" in scene:
+            self.made["camera"] = camera_rows(scene["camera"], self.frame / self.attributes["frame_rate"])
+
+    def stored(self, name):
+        return Array(os.path.join(self.path, *name.split("/")), self.unpack)
+
+    def has(self, name):
+        return name in self.made
+
+    def array(self, name):
+        if name in self.made:
+            return self.made[name]
+        _, shape, what = name.split("_")
+        if f"shape_{shape}_vertices" not in self.made:
+            self.made[f"shape_{shape}_vertices"], self.made[f"shape_{shape}_triangles"] = self.mesh(int(shape))
+        return self.made[name]
+
+    def mesh(self, shape):
+        """Vertices, no two at one place, and triangles; a plane is a square twice as wide as where bodies are at the ends."""
+        if self.attributes["shapes"][shape]["plane"]:
+            ends = numpy.concatenate([self.position[0], self.position[len(self.frame) - 1]])
+            r = 2 * float(abs(ends).max()) + 1
+            return numpy.array([[-r, 0, -r], [-r, 0, r], [r, 0, r], [r, 0, -r]], "f4"), numpy.array([[0, 1, 2], [0, 2, 3]])
+        vertices, triangles = (self.stored(f"shapes/{shape}/{part}").whole() for part in ("vertices", "triangles"))
+        points, place = numpy.unique(vertices, axis=0, return_inverse=True)
+        return points, place.reshape(-1)[triangles]
+
+
+def camera_rows(camera, times):
+    """Position, orientation w x y z and vertical field of view at these times, as docs/scene.md has paths of cameras."""
+    keys = camera["keys"] if "keys" in camera else [{"time_s": 0, **camera}]
+    at = numpy.array([key["time_s"] for key in keys])
+    values = numpy.array([[*key["position"], *key["target"], key["field_of_view_deg"], key.get("roll_deg", 0)] for key in keys], float)
+    slopes = numpy.zeros_like(values)
+    if len(keys) > 2:
+        slopes[1:-1] = (values[2:] - values[:-2]) / (at[2:] - at[:-2])[:, None]
+    rows = []
+    for time in times if len(keys) > 1 else times[:1]:
+        i = int(numpy.clip(numpy.searchsorted(at, time, "right") - 1, 0, max(0, len(keys) - 2)))
+        j = min(i + 1, len(keys) - 1)
+        span = max(at[j] - at[i], 1e-9)
+        u = numpy.clip((time - at[i]) / span, 0, 1)
+        value = ((2 * u**3 - 3 * u**2 + 1) * values[i] + (u**3 - 2 * u**2 + u) * span * slopes[i]
+                 + (3 * u**2 - 2 * u**3) * values[j] + (u**3 - u**2) * span * slopes[j])
+        rows.append([*value[:3], *towards(value[3:6] - value[:3], numpy.radians(value[7])), numpy.radians(value[6])])
+    return numpy.array(rows)
+
+
+def towards(way, roll):
+    """w, x, y, z of a camera that looks along `way` with y up, rolled clockwise as seen from behind."""
+    from mathutils import Matrix, Quaternion
+
+    back = -way / numpy.linalg.norm(way)
+    right = numpy.cross([0, 1, 0] if abs(back[1]) < 0.9999 else [0, 0, -1], back)
+    right /= numpy.linalg.norm(right)
+    axes = Matrix(numpy.stack([right, numpy.cross(back, right), back], axis=-1).tolist())
+    return axes.to_quaternion() @ Quaternion((0, 0, 1), -roll)
+
+
+def store_in(folder):
+    folder = os.path.abspath(bpy.path.abspath(folder)).rstrip(os.sep)
+    inner = os.path.join(folder, "trajectory.zarr")
+    return inner if os.path.isdir(inner) else folder
+
+
+def open_pile(path):
+    return Store(path)
+
+
+def is_mine(path):
+    return path.endswith(".zarr")
+
+
+class ImportPilesim(bpy.types.Operator):
+    """Import a pile: choose the output directory of pilesim simulate"""
+
+    bl_idname = "import_scene.pilesim"
+    bl_label = "Import pilesim"
+    bl_options = {"UNDO"}
+
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", description="What pilesim simulate wrote")
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    form: bpy.props.EnumProperty(
+        name="Bodies as",
+        items=[
+            ("auto", "What suits their number", "Objects up to 1,000 bodies, instances of more"),
+            ("objects", "Objects", "Each body an object with keys where it moves"),
+            ("instances", "Instances", "Points of a mesh, with geometry nodes"),
+        ],
+        default="auto",
+    )
+
+    def invoke(self, context, _):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, _):
+        try:
+            pile = Store(store_in(self.directory))
+        except NoPile as fault:
+            self.report({"ERROR"}, str(fault))
+            return {"CANCELLED"}
+        form = self.form
+        if form == "auto":
+            form = "objects" if len(pile.shape) <= MOST_OBJECTS else "instances"
+        if form == "objects":
+            pile.position, pile.orientation, pile.state = (a.whole() for a in (pile.position, pile.orientation, pile.state))
+        build_scene(pile, os.path.basename(os.path.dirname(pile.path)) or "pile", form)
+        return {"FINISHED"}
+
+
+def menu(self, _):
+    self.layout.operator(ImportPilesim.bl_idname, text="pilesim (directory of a run)")
+
+
+def register():
+    bpy.utils.register_class(ImportPilesim)
+    bpy.types.TOPBAR_MT_file_import.append(menu)
+    bpy.app.handlers.frame_change_pre.append(follow)
+
+
+def unregister():
+    bpy.app.handlers.frame_change_pre.remove(follow)
+    bpy.types.TOPBAR_MT_file_import.remove(menu)
+    bpy.utils.unregister_class(ImportPilesim)
+
+
+if __name__ == "__main__":
+    register()
