@@ -16,6 +16,26 @@ std::string text_of(const Json& value) {
   return escaped(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
+// A mode's name, which may be broken where its parts meet.
+std::string name_of(const std::string& name) {
+  std::string text;
+  for (const char c : name) {
+    if (c == '@' || c == '+') text += "<wbr>";
+    text += escaped(std::string(1, c));
+    if (c == ':') text += "<wbr>";
+  }
+  return text;
+}
+
+std::string name_of(const Json& mode) { return name_of(mode["name"].get<std::string>()); }
+
+// "(D/T)^2" with a raised 2.
+std::string unit_text(const Json& unit) {
+  std::string text = text_of(unit);
+  if (text.ends_with("^2")) text.replace(text.size() - 2, 2, "&sup2;");
+  return text;
+}
+
 std::string spaced(std::string name) {
   for (char& c : name) c = c == '_' ? ' ' : c;
   return escaped(name);
@@ -39,7 +59,7 @@ class ModeTable {
  public:
   ModeTable(const std::string& title, const Json& modes) : modes_(modes) {
     html_ = "<h2>" + title + "</h2>\n<div class=\"wide modes\"><table><tr><th></th>";
-    for (const Json& mode : modes) html_ += "<th class=\"n\">" + text_of(mode["name"]) + "</th>";
+    for (const Json& mode : modes) html_ += "<th class=\"n\">" + name_of(mode) + "</th>";
     html_ += "</tr>\n";
   }
   void row(const std::string& name, const Cell& cell) {
@@ -70,7 +90,8 @@ std::string summary(const Json& modes) {
             [](const Json& mode) { return shown(mode["peak_memory_bytes"], 1.0 / 1048576); });
   table.row("largest error", [](const Json& mode) {
     const Json& worst = mode["worst_error"];
-    return worst.is_null() ? "not defined" : shown(worst) + "<br>" + spaced(worst["quantity"]);
+    return worst.is_null() ? "not defined"
+                           : shown(worst) + "<div>" + spaced(worst["quantity"]) + "</div>";
   });
   return table.end();
 }
@@ -82,7 +103,7 @@ std::string errors(const Json& modes) {
     const std::string key = name;
     relative.row(spaced(name),
                  [&](const Json& mode) { return shown(mode["errors"][key]["normalised"]); });
-    absolute.row(spaced(name) + ", " + text_of(first["unit"]),
+    absolute.row(spaced(name) + ", " + unit_text(first["unit"]),
                  [&](const Json& mode) { return shown(mode["errors"][key]["distance"]); });
   }
   return relative.end() + absolute.end();
@@ -123,7 +144,7 @@ std::string stages(const Json& modes) {
 std::string definitions(const Json& modes) {
   std::string html = "<h2>The modes</h2>\n<div class=\"wide\"><table>\n";
   for (const Json& mode : modes) {
-    html += "<tr><td>" + text_of(mode["name"]) + "</td><td>";
+    html += "<tr><td>" + name_of(mode) + "</td><td>";
     for (const Json& line : mode["overrides"])
       html += "<code>--set " + text_of(line) + "</code><br>";
     for (const Json& line : mode["collision_shapes"]) html += text_of(line) + "<br>";
@@ -134,8 +155,7 @@ std::string definitions(const Json& modes) {
 
 std::string picture_places(const Json& modes) {
   std::string html = "<div class=\"pictures\">\n";
-  for (const Json& mode : modes)
-    html += picture_place(text_of(mode["name"]), text_of(mode["name"]));
+  for (const Json& mode : modes) html += picture_place(text_of(mode["name"]), name_of(mode));
   return html + "</div>\n";
 }
 
@@ -143,10 +163,10 @@ std::string picture_places(const Json& modes) {
 std::string verdicts(const Json& figures) {
   const Json& modes = figures["modes"];
   std::string html = "<div class=\"verdict\"><b class=\"head\">Against " +
-                     text_of(figures["reference"]) + "</b>\n";
+                     name_of(figures["reference"].get<std::string>()) + "</b>\n";
   for (size_t i = 1; i < modes.size(); ++i) {
     const Json &mode = modes[i], &speed = mode["speed_up"]["value"], &worst = mode["worst_error"];
-    html += "<p><b>" + text_of(mode["name"]) + "</b> ";
+    html += "<p><b>" + name_of(mode) + "</b> ";
     if (speed.is_number()) {
       const double times = speed;
       html += times >= 1 ? "is " + with_digits(times, 3) + " times as fast"
@@ -184,7 +204,7 @@ std::string comparison_html(const Json& figures, const std::vector<Chart>& chart
   html += picture_places(modes) + verdicts(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   html += summary(modes);
-  for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
+  for (const Chart& chart : charts) html += html_chart(chart.title, chart.svg);
   html += errors(modes) + motion(modes) + quality(figures) + stages(modes) + definitions(modes);
   std::string rows;
   for (const auto& [key, value] : figures["machine"].items()) {

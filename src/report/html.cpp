@@ -15,7 +15,7 @@ h1 { font-size: 1.6em; line-height: 1.2; margin: 0; } h2 { font-size: 1.15em; ma
 .sub { opacity: .72; margin: .2em 0 .8em; }
 figure { margin: 1em 0; } figure img { display: block; width: 100%; border-radius: 10px; }
 figure figcaption { opacity: .72; font-size: .88em; margin-top: .3em; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 260px), 1fr)); gap: 12px; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 150px), 1fr)); gap: 12px; }
 .pictures figure { margin: 0; }
 .verdict { border: 1px solid var(--edge); border-left: 6px solid var(--good); border-radius: 10px; padding: 12px 16px; margin: 1em 0; }
 .verdict.bad { border-left-color: var(--bad); }
@@ -28,9 +28,14 @@ table { border-collapse: collapse; width: 100%; } th { text-align: left; font-we
 td, th { border-bottom: 1px solid #8883; padding: 5px 14px 5px 0; vertical-align: top; }
 td:last-child, th:last-child { padding-right: 2px; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
-.modes td:first-child { min-width: 9em; } .modes td.n { min-width: 7em; }
+td.n + td.n, td.n:has(+ td.n) { white-space: nowrap; }
+.modes td, .modes th { padding-right: 10px; } .modes th.n { font-size: .85em; }
+.modes td:first-child, .modes th:first-child { position: sticky; left: 0; background: Canvas; min-width: 7em; max-width: 11em; }
+.modes small { display: block; }
 small { opacity: .72; }
 svg { width: 100%; height: auto; border-radius: 10px; background: #fff; }
+.chart svg { min-width: 500px; display: block; }
+@media (max-width: 480px) { table { font-size: .9em; } td, th { padding-right: 8px; } }
 code { font-size: .9em; }
 )";
 
@@ -85,6 +90,10 @@ std::string html_page(const std::string& title, const std::string& body) {
 
 std::string html_table(const std::string& rows) {
   return "<div class=\"wide\"><table>\n" + rows + "</table></div>\n";
+}
+
+std::string html_chart(const std::string& title, const std::string& svg) {
+  return "<h2>" + title + "</h2>\n<div class=\"wide chart\">" + svg + "</div>\n";
 }
 
 std::string picture_place(const std::string& name, const std::string& label) {

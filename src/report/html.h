@@ -15,6 +15,8 @@ std::string html_page(const std::string& title, const std::string& body);
 
 // A table in a frame of its own, of rows in HTML.
 std::string html_table(const std::string& rows);
+// A chart under its title; where the page is too narrow to read it, it scrolls by itself.
+std::string html_chart(const std::string& title, const std::string& svg);
 
 // Where a picture goes that is drawn later; `label` is HTML, whose <small> stands until then only.
 std::string picture_place(const std::string& name, const std::string& label);

@@ -120,7 +120,7 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                         "picture here</small>");
   html += verdict_panel(figures) + key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
-  for (const Chart& chart : charts) html += "<h2>" + chart.title + "</h2>\n" + chart.svg + "\n";
+  for (const Chart& chart : charts) html += html_chart(chart.title, chart.svg);
   html += gate_table(figures["gates"]);
   html += value_table("The pile at the end", figures["quality_at_end"],
                       "By exact distances of its collision shapes, not by what the solver thinks. "

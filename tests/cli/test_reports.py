@@ -34,6 +34,17 @@ class Report(CommandTest):
         self.assertIn('name="viewport"', page)
         self.assertEqual(page.count("<table"), page.count('<div class="wide"><table'))
 
+    def test_of_a_comparison_figures_are_rounded_and_tables_and_charts_scroll_by_themselves(self):
+        modes = "impulse@1/120,particle@1/60"
+        self.succeed("compare", self.write_scene(), "-o", "cmp", "--modes", modes, "--runs", "3")
+        page = (self.dir / "cmp/compare.html").read_text()
+        self.assertIn("particle<wbr>@1/60</th>", page)
+        self.assertIn("(D/T)&sup2;", page)
+        self.assertEqual(page.count("<svg"), page.count('<div class="wide chart"><'))
+        self.assertEqual(page.count("<table"), page.count('class="wide"><table') + page.count('class="wide modes"><table'))
+        text = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<code>.*?</code>", "", page, flags=re.S)
+        self.assertIsNone(re.search(r"\d\.\d{7,}", text))
+
     def test_render_puts_its_last_picture_there(self):
         self.succeed("simulate", self.write_scene(), "-o", "out")
         self.assertIn("none yet", self.page())
