@@ -241,11 +241,15 @@ void add_render_command(CLI::App& app) {
       *command, "--overlay",
       {{"piles", OverlayKind::piles},
        {"guide", OverlayKind::guide},
-       {"solver", OverlayKind::solver}},
+       {"solver", OverlayKind::solver},
+       {"forces", OverlayKind::forces}},
       options->overlay,
       "piles: the layers of directed piles as translucent cylinders, and what sleeps darker; "
       "guide: the guide, dots where bodies are held, and bodies in the colours of the analysis; "
-      "solver: bodies in the colour of who steps them, with a legend, and what sleeps darker");
+      "solver: bodies in the colour of who steps them, with a legend, and what sleeps darker; "
+      "forces: force chains of a pile that glue holds, as its analysis found it to stand: lines "
+      "from "
+      "body to body as thick as the force, blue where they push, red where glue pulls");
   command
       ->add_option("--compare-with", options->compare_with,
                    "Another directory that simulate wrote: drawn on the right of each picture with "

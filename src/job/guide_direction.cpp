@@ -110,7 +110,8 @@ DirectedRun GuideDirection::finish(const Simulator& simulator,
                                               .vertices = model_.guide.vertices,
                                               .triangles = model_.guide.triangles,
                                               .constraints = simulator_->constraints(),
-                                              .glue = simulator_->glue()});
+                                              .glue = simulator_->glue(),
+                                              .forces = simulator_->forces()});
   const GuideFit fit = measure_guide_fit(model_, simulator.states());
   return {figures_of(*simulator_, fit, filling_), lines_of(*simulator_, fit, filling_)};
 }

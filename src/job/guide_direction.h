@@ -22,8 +22,8 @@ class GuideDirection final : public Direction {
 
   // Throws Error(input), naming the scene file, for a scene in another mode than impulse.
   std::unique_ptr<Simulator> make_simulator() override;
-  // Writes guide.json: counts, height and drift of each frame; the guide, and where bodies are
-  // held, for `pilesim render --overlay guide`.
+  // Writes guide.json: counts, height and drift of each frame; the guide, where bodies are held,
+  // glue and forces, for `pilesim render --overlay guide` and `forces`.
   DirectedRun finish(const Simulator& simulator,
                      const std::filesystem::path& directory) const override;
 

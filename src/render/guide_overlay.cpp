@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "render/pair_lines.h"
 #include "render/view.h"
 
 namespace pilesim {
@@ -14,10 +15,7 @@ constexpr float kNear = 0.01f, kFar = 1000;
 constexpr float kFacing = 0.16f, kGrazing = 0.55f;  // opacity of the guide by its slope to the view
 constexpr int kSubpixels = 2;                       // along an edge of a pixel
 constexpr float kDot = 0.0045f;                     // radius, of the picture's height
-const Eigen::Vector3f kGuideColour(244, 248, 255), kBlack(16, 16, 18), kGlueColour(214, 40, 24);
-// Of a line of glue, half its width for the root of its strength in weights, of the picture's
-// height: its section is as large as it is strong.
-constexpr float kGlueRadius = 0.0008f, kGlueOpacity = 0.75f;
+const Eigen::Vector3f kGuideColour(244, 248, 255), kBlack(16, 16, 18);
 
 // The nearest surface at each point of a grid finer than the picture.
 struct Surface {
@@ -70,23 +68,6 @@ void draw_dot(Image& image, const Eigen::Vector2f& at, float radius) {
   }
 }
 
-void draw_line(Image& image, const Eigen::Vector2f& from, const Eigen::Vector2f& to, float radius) {
-  const Eigen::Vector2f along = to - from;
-  const float length2 = std::max(along.squaredNorm(), 1e-6f);
-  const Eigen::AlignedBox2f box(from.cwiseMin(to), from.cwiseMax(to));
-  const int last_x = std::min(image.width - 1, static_cast<int>(box.max().x() + radius + 1));
-  const int last_y = std::min(image.height - 1, static_cast<int>(box.max().y() + radius + 1));
-  for (int y = std::max(0, static_cast<int>(box.min().y() - radius - 1)); y <= last_y; ++y) {
-    for (int x = std::max(0, static_cast<int>(box.min().x() - radius - 1)); x <= last_x; ++x) {
-      const Eigen::Vector2f middle(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const float share = std::clamp((middle - from).dot(along) / length2, 0.0f, 1.0f);
-      const float distance = (middle - from - share * along).norm();
-      const float cover = std::clamp(radius + 0.5f - distance, 0.0f, 1.0f);
-      if (cover > 0) blend(image, x, y, kGlueColour, kGlueOpacity * cover);
-    }
-  }
-}
-
 }  // namespace
 
 GuideOverlay::GuideOverlay(const std::filesystem::path& file) : guide_(read_guide_file(file)) {}
@@ -126,33 +107,10 @@ void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
   }
 }
 
-// Between the centres of what it holds, by the place of the glue.
-void GuideOverlay::draw_glue(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
-                             Image& image) const {
-  if (index == 0 || index > guide_.frames.size()) return;
-  const double time_s = guide_.frames[index - 1].time_s;
-  const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
-  const View view = make_view(camera, width / height, kNear, kFar);
-  for (const GlueLine& line : guide_.glue) {
-    if (time_s < line.from_s || time_s >= line.until_s) continue;
-    if (line.a >= frame.position.size() || line.b >= frame.position.size()) continue;
-    const float radius =
-        std::max(0.5f, kGlueRadius * height * static_cast<float>(std::sqrt(line.weights)));
-    const Vec3f place = frame.position[line.a] + frame.orientation[line.a] * line.arm.cast<float>();
-    for (const uint32_t body : {line.a, line.b}) {
-      if (body == line.b && line.b_stands) continue;
-      const Vec3f& centre = frame.position[body];
-      if (view.depth_of(centre) <= kNear || view.depth_of(place) <= kNear) continue;
-      draw_line(image, view.project(centre, width, height), view.project(place, width, height),
-                radius);
-    }
-  }
-}
-
 void GuideOverlay::draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
                         Image& image) const {
   draw_guide(camera, image);
-  draw_glue(index, frame, camera, image);
+  draw_pair_lines(guide_, guide_.glue, false, index, frame, camera, image);
   const auto after =
       std::ranges::upper_bound(guide_.constraints, index, {}, &GuideConstraints::frame);
   if (after == guide_.constraints.begin()) return;

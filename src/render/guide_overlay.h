@@ -19,8 +19,6 @@ class GuideOverlay final : public Overlay {
 
  private:
   void draw_guide(const CameraKey& camera, Image& image) const;
-  void draw_glue(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
-                 Image& image) const;
 
   GuideFile guide_;
 };

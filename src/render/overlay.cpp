@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/counted.h"
+#include "render/forces_overlay.h"
 #include "core/error.h"
 #include "render/guide_overlay.h"
 #include "render/label.h"
@@ -78,6 +79,8 @@ std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::p
       return std::make_unique<PileOverlay>(directory / "piles.json");
     case OverlayKind::guide:
       return std::make_unique<GuideOverlay>(directory / "guide.json");
+    case OverlayKind::forces:
+      return std::make_unique<ForcesOverlay>(directory / "guide.json");
     case OverlayKind::solver:
       break;
   }
@@ -90,6 +93,8 @@ BodyColours colours_of(OverlayKind kind) {
       return BodyColours::sleepers;
     case OverlayKind::guide:
       return BodyColours::analysis;
+    case OverlayKind::forces:
+      return BodyColours::own;
     case OverlayKind::solver:
       break;
   }

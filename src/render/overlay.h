@@ -24,6 +24,7 @@ enum class OverlayKind {
   piles,   // layers of stacking structures; what sleeps is darker
   guide,   // the guide and what holds bodies, which have the colours of the analysis
   solver,  // how many bodies are stepped by whom, in the colours that tell it
+  forces,  // force chains of a pile that is held by glue
 };
 
 BodyColours colours_of(OverlayKind kind);

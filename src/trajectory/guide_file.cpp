@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-constexpr SideFile kFormat{.format = "pilesim guide", .version = 2};
+constexpr SideFile kFormat{.format = "pilesim guide", .version = 3};
 
 // Calls use(name, member) for each member of a frame.
 void for_each_member(auto& frame, const auto& use) {
@@ -50,7 +50,7 @@ std::vector<Vec3> points_of(const Json& json) {
   return points;
 }
 
-Json glue_json(const GlueLine& line) {
+Json line_json(const PairLine& line) {
   Json json = {{"a", line.a},
                {"b", line.b},
                {"b_stands", line.b_stands},
@@ -61,8 +61,14 @@ Json glue_json(const GlueLine& line) {
   return json;
 }
 
-GlueLine glue_of(const Json& json) {
-  GlueLine line{.a = json.at("a"), .b = json.at("b")};
+Json lines_json(const std::vector<PairLine>& lines) {
+  Json json = Json::array();
+  for (const PairLine& line : lines) json.push_back(line_json(line));
+  return json;
+}
+
+PairLine line_of(const Json& json) {
+  PairLine line{.a = json.at("a"), .b = json.at("b")};
   json.at("b_stands").get_to(line.b_stands);
   for (size_t k = 0; k < 3; ++k) line.arm[k] = json.at("arm").at(k).get<double>();
   json.at("weights").get_to(line.weights);
@@ -104,9 +110,8 @@ void write_guide_file(const std::filesystem::path& file, const GuideFile& guide)
   json["frames"] = std::move(frames);
   json["guide"] = {{"vertices", rounded(guide.vertices)}, {"triangles", std::move(triangles)}};
   json["constraints"] = std::move(constraints);
-  Json glue = Json::array();
-  for (const GlueLine& line : guide.glue) glue.push_back(glue_json(line));
-  json["glue"] = std::move(glue);
+  json["glue"] = lines_json(guide.glue);
+  json["forces"] = lines_json(guide.forces);
   write_file_atomically(file, json.dump() + "\n");
 }
 
@@ -122,7 +127,8 @@ GuideFile read_guide_file(const std::filesystem::path& file) {
     for (const Json& change : json.at("constraints")) {
       guide.constraints.push_back({change.at("frame"), points_of(change.at("points"))});
     }
-    for (const Json& line : json.at("glue")) guide.glue.push_back(glue_of(line));
+    for (const Json& line : json.at("glue")) guide.glue.push_back(line_of(line));
+    for (const Json& line : json.at("forces")) guide.forces.push_back(line_of(line));
     return guide;
   });
 }

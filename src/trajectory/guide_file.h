@@ -1,6 +1,6 @@
 // guide.json, beside a trajectory of a pile that was held in a guide: counts of each frame, the
-// guide, where bodies are held, and what is glued. The whole format: these structs, and the names
-// of their members.
+// guide, where bodies are held, what is glued, and the forces of the analysis. The whole format:
+// these structs, and the names of their members.
 #pragma once
 
 #include <array>
@@ -54,15 +54,14 @@ struct GuideConstraints {
   static void fields(auto& self, auto& stream) { stream(self.frame, self.points); }
 };
 
-// Glue between two bodies, while it held.
-struct GlueLine {
+// What is between two bodies, while it lasts.
+struct PairLine {
   uint32_t a = 0, b = 0;    // bodies; a is dynamic
   bool b_stands = false;    // b is not: fixed, or held
   Vec3 arm = Vec3::Zero();  // m, from a's centre to the place of it, a's frame
   double weights = 0;       // its strength, in weights of a mean body
   double from_s = 0;        // of simulated time
-  double until_s =
-      std::numeric_limits<double>::infinity();  // when it tore; not in the file: it holds
+  double until_s = std::numeric_limits<double>::infinity();  // not in the file: to the end
 
   static void fields(auto& self, auto& stream) {
     stream(self.a, self.b, self.b_stands, self.arm, self.weights, self.from_s, self.until_s);
@@ -92,7 +91,11 @@ struct GuideFile {
   std::vector<Vec3> vertices;  // m, world, of the guide; written as points are; empty: no mesh
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<GuideConstraints> constraints;  // in the order of frames
-  std::vector<GlueLine> glue;
+  std::vector<PairLine> glue;                 // until it tore
+  // With which the analysis found the pile to stand: > 0 where two push each other apart in all,
+  // < 0 where glue draws them together. Until the two have parted, or many
+  // others have.
+  std::vector<PairLine> forces;
 };
 
 // An object with a member for each number, as in the file.

@@ -86,12 +86,40 @@ class Guides(CommandTest):
         self.succeed("direct-pile", self.filled(), "-o", "out")
         file = self.dir / "out/guide.json"
         written = json.loads(file.read_text())
-        for damage in ({"constraints": 3}, {"guide": {"vertices": [], "triangles": [[0, 1, 2]]}}):
+        for damage in (
+            {"constraints": 3},
+            {"guide": {"vertices": [], "triangles": [[0, 1, 2]]}},
+            {"forces": [{}]},
+        ):
             file.write_text(json.dumps({**written, **damage}))
             result = self.expect_exit(
                 3, "render", "out", "--overlay", "guide", "--no-video", "-o", "over"
             )
             self.assertIn("guide.json", result.stderr)
+
+    def test_overlay_draws_the_forces_of_a_pile_that_glue_holds(self):
+        def change(scene):
+            scene.update(duration_s=0.2, guide={"file": "guide.obj"})
+            scene["emitters"] = [
+                {"name": "boxes", "type": "mould", "shape": "box", "material": "wood"}
+            ]
+
+        self.succeed("direct-pile", self.write_scene(change), "-o", "out")
+        common = ("render", "out", "--frames", "6", "--no-video", "--size", "96x64")
+        self.succeed(*common, "-o", "plain")
+        self.succeed(*common, "-o", "over", "--overlay", "forces")
+        pictures = [
+            (self.dir / name / "frames/frame.0006.png").read_bytes() for name in ("plain", "over")
+        ]
+        self.assertNotEqual(pictures[0], pictures[1])
+
+    def test_there_are_no_forces_where_no_pile_was_analysed_as_a_whole(self):
+        self.succeed("direct-pile", self.filled(), "-o", "out")
+        result = self.expect_exit(3, "render", "out", "--overlay", "forces", "-o", "over")
+        self.assertIn("guide.json", result.stderr)
+        self.assertIn("/forces", result.stderr)
+        self.assertIn('"hold": "glue"', result.stderr)
+        self.assertFalse((self.dir / "over").exists())
 
     def test_a_guide_that_cannot_be_filled(self):
         (self.dir / "guide.obj").write_text(BOX_OBJ.replace("v -0.4 0 -0.4", "v -0.4 -0.2 -0.4"))

@@ -176,7 +176,7 @@ class Usage(CommandTest):
         """Every option that takes one of some words, of every command."""
         for command, inputs, option, words in (
             ("simulate", ["scene.json", "-o", "out"], "--progress", "auto, bar, json, none"),
-            ("render", ["out"], "--overlay", "piles, guide, solver"),
+            ("render", ["out"], "--overlay", "piles, guide, solver, forces"),
             ("render", ["out"], "--renderer", "raster, rays"),
             ("render", ["out"], "--quality", "preview, good, final"),
             ("export", ["out", "-o", "a.csv"], "--as", "objects, instances"),

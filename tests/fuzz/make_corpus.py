@@ -229,12 +229,14 @@ def others():
         head + '"changes":[{"frame":0,"piles":[{"core":[],"walls":[],"layers":[]}]}]}')
     put("piles", "version", '{"format":"pilesim piles","version":1,"changes":[]}')
     put("piles", "nested", "[" * 5000)
-    head = '{"format":"pilesim guide","version":2,"frames":[],'
+    head = '{"format":"pilesim guide","version":3,"frames":[],'
     put("guide", "whole", head + '"guide":{"vertices":[[0,0,0],[1,0,0],[0,1,0]],'
         '"triangles":[[0,1,2]]},"constraints":[{"frame":0,"points":[[0,0,0]]}],'
-        '"glue":[{"a":1,"b":0,"b_stands":true,"arm":[0,0,0],"weights":1,"from_s":0}]}')
+        '"glue":[{"a":1,"b":0,"b_stands":true,"arm":[0,0,0],"weights":1,"from_s":0}],'
+        '"forces":[{"a":1,"b":2,"b_stands":false,"arm":[0,0,0],"weights":-1,"from_s":0,'
+        '"until_s":1}]}')
     put("guide", "index",
-        head + '"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[],"glue":[]}')
+        head + '"guide":{"vertices":[],"triangles":[[0,1,2]]},"constraints":[],"glue":[],"forces":[]}')
     put("guide", "nested", '{"guide":' + "[" * 5000)
     magic = b"pilesim checkpoint\n"
     source = (ROOT / "src" / "core" / "checkpoint_file.cpp").read_text()

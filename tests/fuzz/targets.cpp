@@ -25,6 +25,7 @@
 #include "json/json_text.h"
 #include "pile/guide/guided_simulator.h"
 #include "pile/repose/repose_director.h"
+#include "render/forces_overlay.h"
 #include "render/guide_overlay.h"
 #include "render/pile_overlay.h"
 #include "scene/scene_loader.h"
@@ -207,6 +208,7 @@ void piles(std::string_view bytes) {
 
 void guide(std::string_view bytes) {
   accept_errors([&] { GuideOverlay overlay(file_of("guide.json", bytes)); });
+  accept_errors([&] { ForcesOverlay overlay(file_of("guide.json", bytes)); });
 }
 
 // With the digest that belongs to it, which everything else fails by.

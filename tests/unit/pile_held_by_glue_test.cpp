@@ -1,6 +1,7 @@
 // Piles that are held by the least glue, simulated.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pile/guide/guided_simulator.h"
 #include "simulate/modes/make_simulator.h"
@@ -103,10 +104,58 @@ TEST(HeldByGlue, AHitTearsIt) {
   run(simulator, 90);
   EXPECT_GE(simulator.frames().back().counts.torn, 1);
   EXPECT_LT(simulator.states().position[4].y(), 0.5);
-  const std::vector<GlueLine> glue = simulator.glue();
-  EXPECT_TRUE(std::ranges::any_of(glue, [](const GlueLine& line) {
+  const std::vector<PairLine> glue = simulator.glue();
+  EXPECT_TRUE(std::ranges::any_of(glue, [](const PairLine& line) {
     return line.until_s > 0.49 && std::isfinite(line.until_s);
   }));
+}
+
+TEST(HeldByGlue, TellsTheForcesItStandsBy) {
+  // Three cubes beside a fixed one, one below it, and two on each other.
+  Shelf shelf(3);
+  const uint32_t cube = shelf.model.bodies[1].shape;
+  shelf.body(cube, 0, {0, 1.8, 0});
+  shelf.body(cube, 0, {2, 0.1, 0});
+  shelf.body(cube, 0, {2, 0.3, 0});
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 2);
+  std::map<std::pair<uint32_t, uint32_t>, double> weights;
+  for (const PairLine& line : simulator.forces()) {
+    weights[std::pair(line.a, line.b)] = line.weights;
+    EXPECT_EQ(line.b_stands, line.b < 2);
+    EXPECT_LE(line.arm.cwiseAbs().maxCoeff(), 0.105) << "on the cube";
+  }
+  const std::map<std::pair<uint32_t, uint32_t>, double> wanted = {
+      {{2, 1}, 3}, {{2, 3}, 2}, {{3, 4}, 1}, {{5, 1}, -1}, {{6, 0}, 2}, {{6, 7}, 1}};
+  ASSERT_EQ(weights.size(), wanted.size());
+  for (const auto& [pair, force] : wanted) {
+    ASSERT_TRUE(weights.contains(pair)) << pair.first << " " << pair.second;
+    EXPECT_NEAR(weights[pair], force, 1e-3) << pair.first << " " << pair.second;
+  }
+}
+
+TEST(HeldByGlue, ForcesEndWithThePlacesOfTheirBodies) {
+  Shelf row(0);
+  const uint32_t cube = row.model.bodies[1].shape;
+  for (int i = 0; i < 12; ++i) row.body(cube, 0, {1 + 0.5 * i, 0.1, 0});
+  const double mass_kg = row.model.bodies[2].mass_kg;
+  const auto jump = [&](double time_s, uint32_t body) {
+    row.model.events.push_back(
+        {time_s, ModelEvent::Kind::impulse, {body}, Vec3(0, 3 * mass_kg, 0), {}});
+  };
+  jump(0.5, 4);
+  jump(0.7, 9);
+  GuidedSimulator simulator(row.scene, row.model);
+  const auto lasting = [&] {
+    return std::ranges::count_if(simulator.forces(),
+                                 [](const PairLine& line) { return !std::isfinite(line.until_s); });
+  };
+  run(simulator, 29);
+  EXPECT_EQ(lasting(), 12);
+  run(simulator, 12);
+  EXPECT_EQ(lasting(), 11) << "that of the cube that jumped";
+  run(simulator, 12);
+  EXPECT_EQ(lasting(), 0) << "more than a tenth are gone";
 }
 
 // A spot that holds a cube under another.
@@ -164,6 +213,9 @@ TEST(HeldByGlue, GoesOnFromASavedState) {
     EXPECT_EQ(first.states().position[i], second.states().position[i]);
   }
   EXPECT_EQ(first.glue().size(), second.glue().size());
+  const std::vector<PairLine> forces = first.forces(), others = second.forces();
+  ASSERT_EQ(forces.size(), others.size());
+  for (size_t i = 0; i < forces.size(); ++i) EXPECT_EQ(forces[i].weights, others[i].weights);
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ void GlueDirector::control_step(ImpulseControl& control) {
   ++state_.control_steps;
   drop_torn(control);
   find_parts(control);
+  end_forces(control);
   if (!is_analysis_due(control)) return;
   control.read_contacts(contacts_);
   judge_each(control);
@@ -166,6 +167,7 @@ void GlueDirector::analyse(ImpulseControl& control) {
       figures.given = *guide_.max_glue / figures.weights;
     }
     for (const double glue : solution.glue_kg) figures.glued_contacts += glue > 0 ? 1 : 0;
+    note_forces(control, contacts, solution);
   }
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] == Part::pile) state_.place[body] = bodies[body].centre;
@@ -235,11 +237,20 @@ std::map<std::pair<uint32_t, uint32_t>, Pair> pairs_of(std::span<const GlueConta
 
 }  // namespace
 
-// Of the smaller body of the pile.
-double GlueDirector::radius_of(const GlueSpot& spot) const {
-  const double radius = model_.shapes[model_.bodies[spot.a].shape].bounding_radius;
-  if (parts_[spot.b] != Part::pile) return radius;
-  return std::min(radius, model_.shapes[model_.bodies[spot.b].shape].bounding_radius);
+// Of the pile; 0: there is none.
+double GlueDirector::mean_kg() const {
+  double mean_kg = 0;
+  for (uint32_t body = 0; body < parts_.size(); ++body) {
+    if (parts_[body] == Part::pile) mean_kg += model_.bodies[body].mass_kg / state_.counts.in_guide;
+  }
+  return mean_kg;
+}
+
+// Of the smaller body of the pile; `a` is one.
+double GlueDirector::radius_of(uint32_t a, uint32_t b) const {
+  const double radius = model_.shapes[model_.bodies[a].shape].bounding_radius;
+  if (parts_[b] != Part::pile) return radius;
+  return std::min(radius, model_.shapes[model_.bodies[b].shape].bounding_radius);
 }
 
 // Where there is to be less glue than the pile needs it is put on from below: what is lower stands
@@ -264,16 +275,12 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
     if (spot.holds) control.remove_constraint(spot.id);
   }
   std::erase_if(state_.spots, [](const GlueState::Spot& spot) { return spot.holds; });
-  double mean_kg = 0;
-  for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] == Part::pile) mean_kg += model_.bodies[body].mass_kg / state_.counts.in_guide;
-  }
   const double strength = kGlueStrength * gravity_;
   std::vector<GlueSpot> spots;
   for (const auto& [bodies, pair] : pairs_of(contacts, cases)) {
     GlueSpot spot{.a = bodies.first, .b = bodies.second};
     if (parts_[spot.a] != Part::pile) std::swap(spot.a, spot.b);
-    const double radius = radius_of(spot);
+    const double radius = radius_of(spot.a, spot.b);
     const Need& most = *std::ranges::max_element(pair.needs, {}, &Need::glue_kg);
     spot.point = most.glue_kg > 0 ? Vec3(most.middle / most.glue_kg) : pair.place;
     for (const Need& need : pair.needs) {
@@ -284,8 +291,9 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
     if (spot.strength_n > 0) spots.push_back(spot);
   }
   leave_out_highest(spots);
+  const double weight_n = gravity_ * mean_kg();
   for (GlueSpot& spot : spots) {
-    const double radius = radius_of(spot);
+    const double radius = radius_of(spot.a, spot.b);
     spot.tears_m = kTears * radius;
     spot.tears_rad = kTears;
     const BodyMotion motion = control.motion(spot.a);
@@ -294,11 +302,70 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
                              .b = spot.b,
                              .b_stands = parts_[spot.b] != Part::pile,
                              .arm = motion.orientation.conjugate() * (spot.point - motion.position),
-                             .weights = spot.strength_n / (gravity_ * mean_kg),
+                             .weights = spot.strength_n / weight_n,
                              .from_s = control.time_s()}});
   }
   state_.counts.glue =
       static_cast<uint32_t>(std::ranges::count(state_.spots, true, &GlueState::Spot::holds));
+}
+
+// Between each two bodies one, the sum of those at their contacts.
+void GlueDirector::note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
+                               const GlueSolution& solution) {
+  struct Sum {
+    Vec3 force = Vec3::Zero(), middle = Vec3::Zero();  // kg, onto the first; kg m
+    double push_kg = 0, kg = 0;
+  };
+  std::map<std::pair<uint32_t, uint32_t>, Sum> sums;
+  for (size_t c = 0; c < contacts.size(); ++c) {
+    const GlueContact& contact = contacts[c];
+    const Vec3& force = solution.force[c];
+    Sum& sum = sums[std::minmax(contact.a, contact.b)];
+    sum.force += contact.a < contact.b ? force : Vec3(-force);
+    sum.push_kg += force.dot(contact.normal);
+    sum.middle += force.norm() * contact.position;
+    sum.kg += force.norm();
+  }
+  const double unit_kg = mean_kg();
+  for (PairLine& line : state_.forces) line.until_s = std::min(line.until_s, control.time_s());
+  for (const auto& [bodies, sum] : sums) {
+    const double weights = sum.force.norm() / unit_kg;
+    if (weights < kLeastShown) continue;
+    auto [a, b] = bodies;
+    if (parts_[a] != Part::pile) std::swap(a, b);
+    const BodyMotion motion = control.motion(a);
+    state_.forces.push_back(
+        {.a = a,
+         .b = b,
+         .b_stands = parts_[b] != Part::pile,
+         .arm = motion.orientation.conjugate() * (sum.middle / sum.kg - motion.position),
+         .weights = sum.push_kg < -kLeastShown * unit_kg ? -weights : weights,
+         .from_s = control.time_s()});
+  }
+}
+
+// Of bodies that do not lie to each other any more as the analysis had them; and all, once so many
+// have ended that what is left carries another load.
+void GlueDirector::end_forces(const ImpulseControl& control) {
+  const auto has_gone = [&](const PairLine& line) {
+    if (parts_[line.a] != Part::pile) return true;
+    Vec3 way = control.motion(line.a).position - state_.place[line.a];
+    if (!line.b_stands) {
+      if (parts_[line.b] != Part::pile) return true;
+      way -= control.motion(line.b).position - state_.place[line.b];
+    }
+    return way.norm() > kParted * radius_of(line.a, line.b);
+  };
+  double of_last = 0, gone = 0;
+  for (PairLine& line : state_.forces) {
+    if (line.from_s < state_.forces.back().from_s) continue;
+    if (has_gone(line)) line.until_s = std::min(line.until_s, control.time_s());
+    of_last += 1;
+    gone += std::isfinite(line.until_s) ? 1 : 0;
+  }
+  if (gone > kMostGone * of_last) {
+    for (PairLine& line : state_.forces) line.until_s = std::min(line.until_s, control.time_s());
+  }
 }
 
 void GlueDirector::drop_torn(const ImpulseControl& control) {
@@ -315,8 +382,8 @@ void GlueDirector::drop_torn(const ImpulseControl& control) {
   }
 }
 
-std::vector<GlueLine> GlueDirector::glue() const {
-  std::vector<GlueLine> lines;
+std::vector<PairLine> GlueDirector::glue() const {
+  std::vector<PairLine> lines;
   for (const GlueState::Spot& spot : state_.spots) lines.push_back(spot.line);
   return lines;
 }
@@ -328,6 +395,9 @@ void GlueDirector::load(StateReader& reader) {
                        "an entry for each body");
   for (const GlueState::Spot& spot : state_.spots) {
     StateReader::require(spot.line.a < count && spot.line.b < count, "glue of bodies");
+  }
+  for (const PairLine& line : state_.forces) {
+    StateReader::require(line.a < count && line.b < count, "forces of bodies");
   }
 }
 

@@ -25,7 +25,7 @@ struct GlueState {
 
   struct Spot {
     ConstraintId id = 0;
-    GlueLine line;
+    PairLine line;
     bool holds = true;
     static void fields(auto& self, auto& stream) { stream(self.id, self.line, self.holds); }
   };
@@ -35,12 +35,13 @@ struct GlueState {
   std::vector<Spot> spots;
   GuideCounts counts;
   std::optional<GlueFigures> figures;
-  std::vector<Vec3> place;  // (B) m, when it was last analysed
+  std::vector<Vec3> place;       // (B) m, when it was last analysed
+  std::vector<PairLine> forces;  // GuideFile::forces
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.place,
+    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.place, self.forces,
            self.control_steps, self.control_s);
   }
 };
@@ -57,7 +58,8 @@ class GlueDirector final : public PileHolder {
   const GuideCounts& counts() const override { return state_.counts; }
   uint64_t control_steps() const override { return state_.control_steps; }
   double control_s() const override { return state_.control_s; }
-  std::vector<GlueLine> glue() const override;
+  std::vector<PairLine> glue() const override;
+  std::vector<PairLine> forces() const override { return state_.forces; }
   std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
 
  private:
@@ -68,9 +70,13 @@ class GlueDirector final : public PileHolder {
   bool has_slumped(const ImpulseControl& control) const;
   void judge_each(ImpulseControl& control);
   void analyse(ImpulseControl& control);
+  void note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
+                   const GlueSolution& solution);
+  void end_forces(const ImpulseControl& control);
   void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
               std::span<const GlueSolution> cases);
-  double radius_of(const GlueSpot& spot) const;
+  double mean_kg() const;
+  double radius_of(uint32_t a, uint32_t b) const;
   void leave_out_highest(std::vector<GlueSpot>& spots) const;
   void drop_torn(const ImpulseControl& control);
   bool is_slow(const ImpulseControl& control, uint32_t body, double most_speed) const;

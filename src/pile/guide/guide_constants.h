@@ -44,13 +44,19 @@ inline constexpr double kGlueFriction = 0.5;
 // Of the strength that was computed: what is let go at once loads its glue twice as much as when it
 // rests, and forces of a simulated pile are others than those that need the least glue.
 inline constexpr double kGlueStrength = 3;
-// Glue holds with gravity turned by so much to any side, tan: what stands on a small foot, and moves
-// by a little when the mould goes, asks more of it than where it was.
+// Glue holds with gravity turned by so much to any side, tan: what stands on a small foot, and
+// moves by a little when the mould goes, asks more of it than where it was.
 inline constexpr double kGlueTilt = 0.05;
 // What has less glue than it needs is analysed anew where a body of it has moved by so much, in r.
 inline constexpr double kSlumps = 0.2;
 // ... and is as slow as this, in sqrt(g r).
 inline constexpr double kSlumped = 0.05;
+// Forces between two bodies that are less, in weights of a mean body, are not told.
+inline constexpr double kLeastShown = 0.01;
+// The force between two bodies ends when they have moved so far against each other, in r, and those
+// of the whole pile when such a share of them has ended.
+inline constexpr double kParted = 0.2;
+inline constexpr double kMostGone = 0.1;
 // Contacts that are farther apart than this, in r, are none.
 inline constexpr double kGlueGap = 0.03;
 // Glue that is stretched so far, in r, or turned by so much, in radians, tears: till then it holds

@@ -39,7 +39,8 @@ class GuidedSimulator final : public Simulator {
   const std::vector<GuideFrame>& frames() const { return record_.frames; }  // without frame 0
   // An entry for each frame in which they are others.
   const std::vector<GuideConstraints>& constraints() const { return record_.constraints; }
-  std::vector<GlueLine> glue() const { return holder_->glue(); }
+  std::vector<PairLine> glue() const { return holder_->glue(); }
+  std::vector<PairLine> forces() const { return holder_->forces(); }
   std::optional<GlueFigures> glue_figures() const { return holder_->glue_figures(); }
   uint64_t control_steps() const { return holder_->control_steps(); }
   double control_share() const;      // of the wall time of all frames

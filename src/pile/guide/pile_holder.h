@@ -16,7 +16,9 @@ class PileHolder : public ImpulseDirector {
   // Where bodies are held, as of the last control step, m.
   virtual std::vector<Vec3> constraint_points() const { return {}; }
   // All glue that there ever was, what is torn with the time of that; by the time it was put on.
-  virtual std::vector<GlueLine> glue() const { return {}; }
+  virtual std::vector<PairLine> glue() const { return {}; }
+  // GuideFile::forces, of all analyses of a glued pile.
+  virtual std::vector<PairLine> forces() const { return {}; }
   // Of the last analysis of a glued pile; none: there was none.
   virtual std::optional<GlueFigures> glue_figures() const { return std::nullopt; }
 };
