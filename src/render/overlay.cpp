@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/counted.h"
-#include "render/forces_overlay.h"
 #include "core/error.h"
+#include "render/forces_overlay.h"
 #include "render/guide_overlay.h"
 #include "render/label.h"
 #include "render/pile_overlay.h"
