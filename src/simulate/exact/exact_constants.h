@@ -105,6 +105,10 @@ inline constexpr int kRelaxationsOfFew = 4;
 inline constexpr int kSunkRoundsOfFew = 8;
 // ... and of more; the others are 1.
 inline constexpr int kSubstepsOfMany = 4;
+// ... but of what is glued at least so many: a pile of hundreds that hangs together, with forces of
+// ten weights and more in it, is as soft as a substep is long. Of 4, 8, 16 and 32, tried on
+// letters, a torus and a figure (docs/lab/glue.md).
+inline constexpr int kSubstepsOfGlue = 16;
 // Relaxations of the first substep, at least: what has just met finds its forces from nothing.
 inline constexpr int kFirstRelaxations = 4;
 // What comes nearer by more in a step, in extents, hits hard: its points are solved so often.

@@ -19,7 +19,6 @@ SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) 
   SolverSettings settings{.step_s = scene.actual_step_s(),
                           .push_time_s = kUsualPushTime,
                           .push_speed = kUsualPushSpeed,
-                          .substeps = is_few ? kSubstepsOfFew : kSubstepsOfMany,
                           .gravity = scene.gravity,
                           .shared_sweeps = scene.simulator.solver_iterations};
   if (is_few) {
@@ -90,6 +89,10 @@ void StepSolver::solve(std::span<const uint32_t> touching, std::span<const doubl
   list_contacts(touching);
   list_joints();
   settings_.partner = partner;
+  settings_.substeps = is_few_ ? kSubstepsOfFew : kSubstepsOfMany;
+  if (std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
+    settings_.substeps = std::max(settings_.substeps, kSubstepsOfGlue);
+  }
   if (is_few_) {
     few_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
   } else {
