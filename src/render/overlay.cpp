@@ -60,20 +60,22 @@ void SolverOverlay::draw(uint64_t, const TrajectoryFrame& frame, const CameraKey
 }
 
 // That the run has the file which such an overlay shows.
-void require_directed(const std::filesystem::path& directory, const char* file, const char* word) {
+void require_directed(const std::filesystem::path& directory, const char* file,
+                      const std::string& overlay, const char* key) {
   if (std::filesystem::exists(directory / file)) return;
   throw Error(ErrorKind::usage,
-              Problem{.file = std::string("--overlay ") + word,
+              Problem{.file = "--overlay " + overlay,
                       .found = "wants " + (directory / file).string() + ", which is not there",
                       .expected = std::string("a run of pilesim direct-pile whose scene has \"") +
-                                  word + '"'});
+                                  key + '"'});
 }
 
 }  // namespace
 
 std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::path& directory) {
-  if (kind == OverlayKind::piles) require_directed(directory, "piles.json", "piles");
-  if (kind == OverlayKind::guide) require_directed(directory, "guide.json", "guide");
+  if (kind == OverlayKind::piles) require_directed(directory, "piles.json", "piles", "piles");
+  if (kind == OverlayKind::guide) require_directed(directory, "guide.json", "guide", "guide");
+  if (kind == OverlayKind::forces) require_directed(directory, "guide.json", "forces", "guide");
   switch (kind) {
     case OverlayKind::piles:
       return std::make_unique<PileOverlay>(directory / "piles.json");
