@@ -120,9 +120,10 @@ class MergedMesh {
     of_each([](size_t, const ExportMesh& mesh) { return mesh.split_points; });
     of_each([](size_t, const ExportMesh& mesh) { return mesh.split_normals; });
     of_each([&](size_t b, const ExportMesh& mesh) {
+      const size_t column = b % layout_.columns, row = b / layout_.columns;
       const std::array<float, 2> texel = {
-          (static_cast<float>(b % layout_.columns) + 0.5f) / static_cast<float>(layout_.columns),
-          (static_cast<float>(b / layout_.columns) + 0.5f) / static_cast<float>(layout_.height)};
+          (static_cast<float>(column) + 0.5f) / static_cast<float>(layout_.columns),
+          (static_cast<float>(row) + 0.5f) / static_cast<float>(layout_.height)};
       return std::vector(mesh.split_points.size(), texel);
     });
     of_each([](size_t b, const ExportMesh& mesh) {
