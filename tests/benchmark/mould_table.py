@@ -17,7 +17,10 @@ import tempfile
 from pathlib import Path
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
-SHAPES = ["column", "cut_sphere", "l", "t", "arch", "torus", "heart", "spiral_tower", "letters"]
+SHAPES = ["column", "cut_sphere", "l", "t", "arch", "torus", "heart", "spiral_tower", "letters",
+          "figure"]
+# File and scale of those that are not in assets/guides.
+OTHERS = {"figure": (ASSETS / "biped.obj", 8)}
 BODIES = {
     "box": {"type": "box", "size": [0.13, 0.13, 0.13]},
     "stick": {"type": "box", "size": [0.3, 0.075, 0.075]},
@@ -32,7 +35,7 @@ f 1 2 3\nf 1 3 4\nf 5 7 6\nf 5 8 7\nf 1 6 2\nf 1 5 6
 f 2 7 3\nf 2 6 7\nf 3 8 4\nf 3 7 8\nf 4 5 1\nf 4 8 5\n"""
 
 
-def scene(guide, body, is_hit):
+def scene(guide, scale, body, is_hit):
     made = {
         "version": 1, "name": "mould", "duration_s": 5 if is_hit else 10, "frame_rate": 30,
         "materials": {"ground": {"friction": 0.7},
@@ -42,7 +45,7 @@ def scene(guide, body, is_hit):
                    "ball": {"type": "sphere", "radius": 0.2}},
         "bodies": [{"shape": "ground", "material": "ground", "role": "static"}],
         "emitters": [{"name": "pile", "type": "mould", "shape": "body", "material": "wood"}],
-        "guide": {"file": str(guide)},
+        "guide": {"file": str(guide), "scale": scale},
     }
     if is_hit:
         made["emitters"].append(
@@ -57,10 +60,10 @@ def cpu_s():
     return usage.ru_utime + usage.ru_stime
 
 
-def run(options, guide, body, is_hit, seed):
+def run(options, guide, scale, body, is_hit, seed):
     with tempfile.TemporaryDirectory() as directory:
         file = Path(directory, "scene.json")
-        file.write_text(json.dumps(scene(guide, body, is_hit)))
+        file.write_text(json.dumps(scene(guide, scale, body, is_hit)))
         start = cpu_s()
         sets = [part for override in options.set for part in ("--set", override)]
         subprocess.run([options.pilesim, "direct-pile", file, "-o", directory + "/out", "--quiet",
@@ -95,16 +98,16 @@ def main():
         with tempfile.TemporaryDirectory() as directory:
             box = Path(directory, "box.obj")
             box.write_text(BOX)
-            figures = run(options, box, body, False, 1)[1]
+            figures = run(options, box, 1, body, False, 1)[1]
             row("a box", name, "1", str(figures["filling"]["kept"]),
                 "%.0f %%" % (100 * figures["filling"]["volume_share"]), *[""] * 8)
         for shape in options.shapes:
-            guide = ASSETS / "guides" / (shape + ".obj")
+            guide = OTHERS.get(shape, (ASSETS / "guides" / (shape + ".obj"), 1))
             for seed in range(1, options.seeds + 1):
-                frames, figures, report, spent = run(options, guide, body, False, seed)
+                frames, figures, report, spent = run(options, *guide, body, False, seed)
                 filling, glue, last = figures["filling"], figures["glue_needed"], frames[-1]
                 height = frames[0]["height_m"]
-                hit = run(options, guide, body, True, seed)[0]
+                hit = run(options, *guide, body, True, seed)[0]
                 # The ball is part of no pile, but counts until it has rolled away: its height is no more.
                 left = min(frame["height_m"] for frame in hit[len(hit) // 2:]) / hit[0]["height_m"]
                 kept = last["in_guide"] / filling["kept"]
