@@ -138,6 +138,7 @@ class MeshShapeBuilder {
 
   void add_pieces() {
     switch (source_.collision) {
+      case CollisionKind::automatic:
       case CollisionKind::hull:
         return add_hull();
       case CollisionKind::decomposition:

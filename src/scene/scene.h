@@ -30,8 +30,9 @@ struct Material {
   double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
 };
 
-// How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only.
-enum class CollisionKind { hull, decomposition, spheres, sphere, mesh };
+// How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only. `automatic`: a
+// scene that was read has none; in one that was not it is the hull.
+enum class CollisionKind { automatic, hull, decomposition, spheres, sphere, mesh };
 
 // What of a mesh has mass and collides: geometry/solid.h.
 enum class SolidKind { automatic, exact, wrap, hull };
@@ -40,7 +41,7 @@ struct MeshShape {
   std::filesystem::path file;    // absolute
   double scale = 1;              // metres per unit of the file, > 0
   std::optional<double> size_m;  // > 0: the longest side, in place of the scale
-  CollisionKind collision = CollisionKind::hull;
+  CollisionKind collision = CollisionKind::automatic;
   int hull_max_vertices = 64;                      // 4 .. 255: of the hull, or of each piece
   int decomposition_max_pieces = 32;               // 1 .. 256
   double decomposition_max_volume_error = 0.05;    // > 0

@@ -261,6 +261,7 @@ const Codec<Scene>& scene_codec() {
                          if (name.empty()) name = "emitter/" + std::to_string(i);
                        }
                        apply_focal_lengths(scene);
+                       choose_collisions(scene);
                      }});
   return codec;
 }

@@ -1,3 +1,5 @@
+#include <set>
+
 #include "json/object_codec.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
@@ -22,7 +24,8 @@ Alternative<Shape> alternative(std::string name, std::string description, Fields
 }
 
 Codec<CollisionKind> collision_codec() {
-  return enumeration<CollisionKind>({{"hull", CollisionKind::hull},
+  return enumeration<CollisionKind>({{"auto", CollisionKind::automatic},
+                                     {"hull", CollisionKind::hull},
                                      {"decomposition", CollisionKind::decomposition},
                                      {"spheres", CollisionKind::spheres},
                                      {"sphere", CollisionKind::sphere},
@@ -56,7 +59,9 @@ Fields<Shape> mesh_fields() {
                                              "How long its longest side is to be, in place of a "
                                              "scale.")),
       field<Shape>("collision", of(&M::collision), collision_codec(),
-                   "How it collides: as its convex hull, as a decomposition into convex pieces, as "
+                   "How it collides: auto, as the mesh itself where only static and kinematic "
+                   "bodies have it, else as its convex hull; as that hull, as a decomposition into "
+                   "convex pieces, as "
                    "fitted spheres, as one sphere of equal volume, or as the mesh itself (static "
                    "and kinematic bodies only)."),
       field<Shape>("hull_max_vertices", of(&M::hull_max_vertices), integer(4, 255),
@@ -179,6 +184,29 @@ Codec<Shape> shape_codec() {
   for (Alternative<Shape>& each : furniture()) alternatives.push_back(std::move(each));
   return object<Shape>(
       {.noun = "a shape", .choice_key = "type", .alternatives = std::move(alternatives)});
+}
+
+void choose_collisions(Scene& scene) {
+  std::set<std::string> moves, stands;
+  for (const Body& body : scene.bodies) {
+    (body.role == Role::dynamic ? moves : stands).insert(body.shape);
+  }
+  for (const Emitter& emitter : scene.emitters) {
+    moves.insert(emitter.shapes.begin(), emitter.shapes.end());
+  }
+  for (const auto& [name, shape] : scene.shapes) {
+    const auto* compound = std::get_if<CompoundShape>(&shape);
+    if (compound == nullptr) continue;
+    for (const CompoundPart& part : compound->parts) moves.insert(part.shape);
+  }
+  for (auto& [name, shape] : scene.shapes) {
+    auto* mesh = std::get_if<MeshShape>(&shape);
+    if (mesh == nullptr || mesh->collision != CollisionKind::automatic) continue;
+    // Who says what its solid is to be wants that to collide.
+    const bool asks_for_solid = mesh->solid != SolidKind::automatic || mesh->thickness_m > 0;
+    const bool only_stands = stands.contains(name) && !moves.contains(name);
+    mesh->collision = only_stands && !asks_for_solid ? CollisionKind::mesh : CollisionKind::hull;
+  }
 }
 
 }  // namespace pilesim

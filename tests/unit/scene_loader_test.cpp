@@ -238,5 +238,34 @@ TEST(SceneFrames, StepsDivideAFrameEvenly) {
   EXPECT_EQ(scene.steps_per_frame(), 1);
 }
 
+// Who models a room wants things in it, and not on the roof of its hull.
+TEST(SceneLoader, AMeshThatOnlyStandsCollidesAsItIs) {
+  const auto chosen = [](const std::string& keys, const std::string& others) {
+    const Scene read =
+        parse(scene(R"("materials": {"m": {}}, "shapes": {
+      "room": {"type": "mesh", "file": "room.obj")" +
+                    keys + R"(}, "box": {"type": "box", "size": [1, 1, 1]})" + others))
+            .scene;
+    return std::get<MeshShape>(read.shapes.at("room")).collision;
+  };
+  const std::string stands = R"({"shape": "room", "material": "m", "role": "static"})";
+  const std::string swings = R"({"shape": "room", "material": "m", "role": "kinematic"})";
+  const std::string moves = R"({"shape": "room", "material": "m"})";
+  const auto with = [](const std::string& bodies) { return R"(}, "bodies": [)" + bodies + "]"; };
+  EXPECT_EQ(chosen("", with(stands + ", " + swings)), CollisionKind::mesh);
+  EXPECT_EQ(chosen("", with(moves)), CollisionKind::hull);
+  EXPECT_EQ(chosen("", with(stands + ", " + moves)), CollisionKind::hull);
+  EXPECT_EQ(chosen("", with("")), CollisionKind::hull);
+  EXPECT_EQ(
+      chosen("", R"(, "two": {"type": "compound", "parts": [{"shape": "room"}]})" + with(stands)),
+      CollisionKind::hull);
+  EXPECT_EQ(chosen("", with(stands) + R"(, "emitters": [{"type": "stream", "shape": "room",
+    "material": "m", "count": 1, "rate_hz": 1, "position": [0, 1, 0]}])"),
+            CollisionKind::hull);
+  EXPECT_EQ(chosen(R"(, "solid": "hull")", with(stands)), CollisionKind::hull);
+  EXPECT_EQ(chosen(R"(, "thickness_m": 0.1)", with(stands)), CollisionKind::hull);
+  EXPECT_EQ(chosen(R"(, "collision": "sphere")", with(stands)), CollisionKind::sphere);
+}
+
 }  // namespace
 }  // namespace pilesim
