@@ -92,7 +92,8 @@ class Wrapper {
   static constexpr int kPoints = kBlock + 1;
 
   struct Block {
-    std::array<float, kPoints * kPoints * kPoints> value;  // below 0 inside; |value| in cells
+    std::array<float, size_t{kPoints} * kPoints * kPoints>
+        value;  // below 0 inside; |value| in cells
   };
 
   Vec3 point(int x, int y, int z) const { return origin_ + cell_ * Vec3(x, y, z); }
@@ -202,12 +203,13 @@ class Wrapper {
   }
 
   static size_t place(int x, int y, int z) {
-    return static_cast<size_t>((z * kPoints + y) * kPoints + x);
+    const int place = (z * kPoints + y) * kPoints + x;
+    return static_cast<size_t>(place);
   }
 
   uint64_t grid_id(int x, int y, int z) const {
-    const auto nx = static_cast<uint64_t>(blocks_[0] * kBlock + 2);
-    const auto ny = static_cast<uint64_t>(blocks_[1] * kBlock + 2);
+    const uint64_t nx = uint64_t{kBlock} * static_cast<uint64_t>(blocks_[0]) + 2;
+    const uint64_t ny = uint64_t{kBlock} * static_cast<uint64_t>(blocks_[1]) + 2;
     return (static_cast<uint64_t>(z) * ny + static_cast<uint64_t>(y)) * nx +
            static_cast<uint64_t>(x);
   }

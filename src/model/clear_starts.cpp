@@ -180,8 +180,7 @@ void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model
     }
   }
   std::ranges::sort(in_the_way);
-  const auto same = std::ranges::unique(in_the_way);
-  in_the_way.erase(same.begin(), same.end());
+  in_the_way.erase(std::unique(in_the_way.begin(), in_the_way.end()), in_the_way.end());
   std::vector<uint8_t> moved(model.bodies.size());
   for (const uint32_t body : in_the_way) {
     const EmittedRow& row = *row_of(body);

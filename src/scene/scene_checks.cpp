@@ -376,7 +376,8 @@ class Checker {
         note(material, emitter.preference, emitter.name);
       }
     }
-    for (const auto& [material, name] : first) {
+    for (const auto& sphere : first) {
+      const std::string &material = sphere.first, &name = sphere.second;
       const auto found = scene_.materials.find(material);
       if (found == scene_.materials.end()) continue;
       const auto check = [&](const char* key, double value) {

@@ -204,7 +204,7 @@ Codec<NamedCamera> named_camera_codec() {
 }
 
 void apply_focal_lengths(Scene& scene) {
-  const auto [width, height] = scene.render.size;
+  const int width = scene.render.size[0], height = scene.render.size[1];
   const auto apply = [&](Camera& camera) {
     for (CameraKey& key : camera.keys) {
       if (!key.focal_length_mm) continue;

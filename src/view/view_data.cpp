@@ -108,7 +108,7 @@ ViewKey key_of(const ViewTrack& track, uint32_t frame, const Vec3f& place, const
     const float steps = (place[axis] - track.low[axis]) / track.step_m;
     key.value[axis] = static_cast<uint16_t>(std::clamp(std::lround(steps), 0L, 65535L));
   }
-  const Eigen::Vector4f q = turn.coeffs();
+  const Eigen::Vector4f& q = turn.coeffs();
   for (int c = 0; c < 4; ++c) {
     key.value[3 + c] = static_cast<uint16_t>(static_cast<int16_t>(std::lround(q[c] * kTurnUnits)));
   }

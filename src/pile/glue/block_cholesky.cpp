@@ -14,7 +14,7 @@ constexpr size_t kLeaf = 12;  // nodes that are not cut any further
 
 void copy_block(Eigen::MatrixXd& to, uint32_t row, uint32_t column,
                 const BlockCholesky::Block& block) {
-  constexpr int kSize = BlockCholesky::kBlock;
+  constexpr Eigen::Index kSize = BlockCholesky::kBlock;
   to.block<kSize, kSize>(kSize * row, kSize * column) += block;
 }
 
@@ -133,7 +133,7 @@ bool BlockCholesky::eliminate(Front& front, std::span<const Block> diagonal,
     for (size_t i = child.pivots; i < child.rows.size(); ++i) at.push_back(place_of(child.rows[i]));
     for (size_t j = 0; j < at.size(); ++j) {
       for (size_t i = j; i < at.size(); ++i) {
-        all.block<kBlock, kBlock>(kBlock * at[i], kBlock * at[j]) +=
+        all.block<kBlock, kBlock>(Eigen::Index{kBlock} * at[i], Eigen::Index{kBlock} * at[j]) +=
             child.rest.block<kBlock, kBlock>(kBlock * i, kBlock * j);
       }
     }
@@ -173,10 +173,10 @@ bool BlockCholesky::factor(std::span<const Block> diagonal, std::span<const Bloc
 void BlockCholesky::solve(Eigen::VectorXd& x) const {
   Eigen::VectorXd own, other;
   const auto gather = [&](const Front& front) {
-    own.resize(kBlock * front.pivots);
+    own.resize(Eigen::Index{kBlock} * front.pivots);
     other.resize(static_cast<Eigen::Index>(kBlock * (front.rows.size() - front.pivots)));
     for (size_t i = 0; i < front.rows.size(); ++i) {
-      const auto from = x.segment<kBlock>(kBlock * front.rows[i]);
+      const auto from = x.segment<kBlock>(Eigen::Index{kBlock} * front.rows[i]);
       if (i < front.pivots) {
         own.segment<kBlock>(kBlock * i) = from;
       } else {
@@ -187,7 +187,8 @@ void BlockCholesky::solve(Eigen::VectorXd& x) const {
   const auto put_back = [&](const Front& front, size_t first, size_t last,
                             const Eigen::VectorXd& values) {
     for (size_t i = first; i < last; ++i) {
-      x.segment<kBlock>(kBlock * front.rows[i]) = values.segment<kBlock>(kBlock * (i - first));
+      x.segment<kBlock>(Eigen::Index{kBlock} * front.rows[i]) =
+          values.segment<kBlock>(kBlock * (i - first));
     }
   };
   for (const Front& front : fronts_) {

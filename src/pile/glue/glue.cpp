@@ -110,7 +110,8 @@ Program::Program(std::span<const GlueBody> bodies, std::span<const GlueContact> 
   if (!places.empty()) unit_kg_ = mass_kg / static_cast<double>(places.size());
   wanted_ = VectorX::Zero(static_cast<Eigen::Index>(6 * places.size()));
   for (uint32_t i = 0; i < bodies.size(); ++i) {
-    if (row_[i] != kFixed) wanted_.segment<3>(6 * row_[i]) = bodies[i].mass_kg / unit_kg_ * up;
+    if (row_[i] != kFixed)
+      wanted_.segment<3>(Eigen::Index{6} * row_[i]) = bodies[i].mass_kg / unit_kg_ * up;
   }
   variable_.assign(contacts.size(), 0);
   const auto pair_of = [&](uint32_t c) {
@@ -229,16 +230,18 @@ VectorX Program::sum(const std::function<Vec4(const Variable&)>& values) const {
       a += variables_[v].on_a * value;
       b += variables_[v].on_b * value;
     }
-    if (pair.a != kFixed) total.segment<6>(6 * pair.a) += a;
-    if (pair.b != kFixed) total.segment<6>(6 * pair.b) += b;
+    if (pair.a != kFixed) total.segment<6>(Eigen::Index{6} * pair.a) += a;
+    if (pair.b != kFixed) total.segment<6>(Eigen::Index{6} * pair.b) += b;
   }
   return total;
 }
 
 Vec4 Program::pull(const Variable& variable, const Pair& pair, const VectorX& on_rows) const {
   Vec4 value = Vec4::Zero();
-  if (pair.a != kFixed) value += variable.on_a.transpose() * on_rows.segment<6>(6 * pair.a);
-  if (pair.b != kFixed) value += variable.on_b.transpose() * on_rows.segment<6>(6 * pair.b);
+  if (pair.a != kFixed)
+    value += variable.on_a.transpose() * on_rows.segment<6>(Eigen::Index{6} * pair.a);
+  if (pair.b != kFixed)
+    value += variable.on_b.transpose() * on_rows.segment<6>(Eigen::Index{6} * pair.b);
   return value;
 }
 

@@ -68,10 +68,7 @@ Room::Room(const TriangleMesh& guide, double cell_m) {
   const TriangleTree surface(guide);
   parallel_for(cells_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const Vec3 middle =
-          low_ + cell_m_ * Vec3(0.5 + static_cast<double>(i % count_[0]),
-                                0.5 + static_cast<double>(i / count_[0] % count_[1]),
-                                0.5 + static_cast<double>(i / (count_[0] * count_[1])));
+      const Vec3 middle = low_ + cell_m_ * (Vec3::Constant(0.5) + corner_of(i));
       const bool is_in = inside.contains(middle) && surface.distance(middle) >= kFromWall * cell_m_;
       if (!is_in) cells_[i] = kOutside;
     }
@@ -80,6 +77,12 @@ Room::Room(const TriangleMesh& guide, double cell_m) {
 
 void Room::clear() {
   for (uint8_t& cell : cells_) cell &= kOutside;
+}
+
+Vec3 Room::corner_of(size_t cell) const {
+  const size_t layer = cell / (count_[0] * count_[1]);
+  return Vec3(static_cast<double>(cell % count_[0]),
+              static_cast<double>(cell / count_[0] % count_[1]), static_cast<double>(layer));
 }
 
 size_t Room::cell_of(const Vec3& point) const {
@@ -111,9 +114,7 @@ bool Room::find(std::span<const Vec3> points, Philox& draws, Pose& pose) const {
   if (free_.empty()) return false;
   const uint32_t cell = free_[draws.index(static_cast<uint32_t>(free_.size()))];
   const double x = draws.uniform(), y = draws.uniform(), z = draws.uniform();
-  pose.position = low_ + cell_m_ * Vec3(x + static_cast<double>(cell % count_[0]),
-                                        y + static_cast<double>(cell / count_[0] % count_[1]),
-                                        z + static_cast<double>(cell / (count_[0] * count_[1])));
+  pose.position = low_ + cell_m_ * (Vec3(x, y, z) + corner_of(cell));
   pose.orientation = draws.rotation();
   const Mat3 turn = pose.orientation.toRotationMatrix();
   return std::ranges::all_of(points, [&](const Vec3& point) {

@@ -32,6 +32,7 @@ class Room {
  private:
   static constexpr uint8_t kOutside = 1, kCovered = 2;
   size_t cell_of(const Vec3& point) const;  // cells_.size(): out of the box
+  Vec3 corner_of(size_t cell) const;        // in cells from the lowest corner
 
   Vec3 low_;
   double cell_m_;

@@ -98,7 +98,7 @@ class Tile {
     const size_t part = ray.time < 0.5f ? 0 : 1;
     const float share = 2 * ray.time - static_cast<float>(part);
     const auto between = [&](const auto& of_view) {
-      const auto first = of_view(part);
+      auto first = of_view(part);
       if (!moves_) return first;
       return decltype(first)(first + share * (of_view(part + 1) - first));
     };

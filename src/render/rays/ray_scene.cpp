@@ -249,7 +249,7 @@ void RayScene::place(const TrajectoryFrame& frame, const Shutter& shutter) {
   State& s = *state_;
   s.planes.clear();
   const auto neighbour = [&](const TrajectoryFrame* other, uint32_t body) {
-    const Placement here = placement(frame, body);
+    Placement here = placement(frame, body);
     if (!shutter.moves() || other == nullptr || (other->state[body] & kPresent) == 0) return here;
     const Placement there = placement(*other, body);
     return there == here ? here : between(here, there, 0.5f * shutter.share);
@@ -326,7 +326,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   const TracedMesh& mesh = s.meshes[shape];
   std::array<Vec3f, 3> corner, normal;
   for (size_t k = 0; k < 3; ++k) {
-    const RenderVertex& vertex = mesh.vertices[mesh.indices[3 * hit.triangle + k]];
+    const RenderVertex& vertex = mesh.vertices[mesh.indices[size_t{3} * hit.triangle + k]];
     corner[k] = at(vertex.position);
     normal[k] = at(vertex.normal);
   }
