@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/rotation.h"
 #include "render/image_output.h"
 
 namespace pilesim {
@@ -49,7 +50,7 @@ Image draw_pose_sheet(const TriangleMesh& mesh, const Vec3& centre_of_mass,
   for (const LabelledPose& pose : poses) {
     const Vec3 centre(0, pose.height_m, 0);
     frame.position[0] = centre.cast<float>();
-    frame.orientation[0] = Quat::FromTwoVectors(pose.up, Vec3::UnitY()).cast<float>();
+    frame.orientation[0] = rotation_between(pose.up, Vec3::UnitY()).cast<float>();
     pictures.push_back(renderer.draw(frame, {.position = centre + distance * kViewDirection,
                                              .target = centre,
                                              .field_of_view = kFieldOfView}));

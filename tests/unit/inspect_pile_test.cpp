@@ -1,4 +1,5 @@
 // Piles whose faults are known.
+#include "core/rotation.h"
 #include "inspect/pile_inspection.h"
 
 #include <gtest/gtest.h>
@@ -95,7 +96,7 @@ TEST_F(PileInspection, ANeedleThatTurnsAboutItsAxisRests) {
   model.shapes[1].mass = box_mass_properties(size);
   model.shapes[1].bounding_radius = size.norm() / 2;
   model.shapes[1].pieces[0].size = size;
-  const Quat upright = Quat::FromTwoVectors(Vec3::UnitX(), Vec3::UnitY());
+  const Quat upright = rotation_between(Vec3::UnitX(), Vec3::UnitY());
   for (const double x : {0.0, 3.0}) {
     add_box(Vec3(x, 0.5, 0), 0);
     states.orientation.back() = upright;

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "core/philox.h"
+#include "core/rotation.h"
 #include "report/ensemble_error.h"
 #include "support/random_vectors.h"
 #include "support/trajectory_fixture.h"
@@ -103,7 +104,7 @@ TEST_F(RunMeasuresTest, SpeedSpinAndEnergyOfAFlight) {
 
 // Brick, lying on its side and turning about the upright: about its own long axis.
 TEST_F(RunMeasuresTest, EnergyOfASpinIsOfTheBodysAxes) {
-  const Quat lying = Quat::FromTwoVectors(Vec3::UnitX(), Vec3::UnitY());
+  const Quat lying = rotation_between(Vec3::UnitX(), Vec3::UnitY());
   const auto path = write(
       "run", 1, 11,
       [&](size_t, double t) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/rotation.h"
 #include "geometry/mass_properties.h"
 #include "support/signature_bodies.h"
 
@@ -25,7 +26,7 @@ ContactBody ball(double radius) {
 // The vertex of `ball` that touches is turned to lie exactly under the centre.
 Flight on_a_vertex(const ContactBody& body, uint32_t vertex, const Vec3& velocity,
                    const Vec3& spin) {
-  const Quat turn = Quat::FromTwoVectors(body.vertices[vertex], -Vec3::UnitY());
+  const Quat turn = rotation_between(body.vertices[vertex], -Vec3::UnitY());
   return standing_on(body, turn, velocity, spin);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/philox.h"
+#include "core/rotation.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
 #include "support/small_model.h"
@@ -423,7 +424,7 @@ TEST(Impulse, AThinRodThatTurnsAboutItsAxisSleeps) {
     const uint32_t material = m.material(0, 0);
     m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
     ModelBody& rod = m.body(m.cylinder(0.005, 1), material, {0, 0.005, 0});
-    rod.pose.orientation = Quat::FromTwoVectors(Vec3::UnitY(), Vec3::UnitX());
+    rod.pose.orientation = rotation_between(Vec3::UnitY(), Vec3::UnitX());
     rod.angular_velocity = about_its_axis ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
     const auto simulator = make_simulator(m.scene, m.model);
     EXPECT_EQ(run(*simulator, 240).bodies_awake, about_its_axis ? 0 : 1);

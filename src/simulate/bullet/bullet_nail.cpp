@@ -1,5 +1,6 @@
 #include "simulate/bullet/bullet_nail.h"
 
+#include "core/rotation.h"
 #include "simulate/bullet/bullet_constants.h"
 
 namespace pilesim {
@@ -12,7 +13,7 @@ constexpr int kRows[] = {0, 1, 4};
 
 // In the body, with the x axis, along which sliders slide, on the nail.
 btTransform frame_in(const btRigidBody& body, const Nail& nail) {
-  const Quat turn = Quat::FromTwoVectors(Vec3::UnitX(), nail.axis);
+  const Quat turn = rotation_between(Vec3::UnitX(), nail.axis);
   return body.getWorldTransform().inverse() * to_bullet(Pose{nail.point, turn});
 }
 

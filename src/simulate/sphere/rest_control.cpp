@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/rotation.h"
 #include "signature/rest/rest_poses.h"
 #include "simulate/sphere/sphere_constants.h"
 
@@ -97,7 +98,7 @@ bool turn_up(const Vec3f& up, float most, Quatf& orientation) {
   const Vec3f now = orientation * up;
   const Vec3f axis = now.cross(Vec3f::UnitY());
   if (std::atan2(axis.norm(), now.y()) <= most) {
-    orientation = (Quatf::FromTwoVectors(now, Vec3f::UnitY()) * orientation).normalized();
+    orientation = (float_rotation_between(now, Vec3f::UnitY()) * orientation).normalized();
     return true;
   }
   orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();

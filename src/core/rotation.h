@@ -1,0 +1,15 @@
+// Rotations from what they do.
+#pragma once
+
+#include "core/types.h"
+
+namespace pilesim {
+
+// The least rotation that turns `from` to the direction of `to`, neither of them 0; of opposite
+// directions one of many. Out of line: Eigen's own instantiates a singular value decomposition,
+// five seconds of compiling in each file that calls it.
+Quat rotation_between(const Vec3& from, const Vec3& to);
+// In floats, by another name: expressions such as Vec3::UnitX() would fit both.
+Quatf float_rotation_between(const Vec3f& from, const Vec3f& to);
+
+}  // namespace pilesim
