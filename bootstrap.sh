@@ -3,11 +3,12 @@
 #   ./bootstrap.sh demo   install what is needed, build, simulate and render the default preset
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
-#   ./bootstrap.sh check  install what is needed, clang-tidy, tests under sanitizers, short fuzzing
+#   ./bootstrap.sh check [--short]  install what is needed, clang-tidy, tests under sanitizers, fuzzing;
+#                                  a selection of each, some four minutes
 #   ./bootstrap.sh sanitize [--thread] [PROGRAM...]  these test programs under AddressSanitizer and
 #                                  UndefinedBehaviorSanitizer, or under ThreadSanitizer
-#   ./bootstrap.sh fuzz [SECONDS]  install what is needed and clang, feed every reader broken files for
-#                                  so long each (20)
+#   ./bootstrap.sh fuzz [SECONDS [READER...]]  install what is needed and clang, feed every reader, or
+#                                  these, broken files for so long each (20)
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -21,8 +22,8 @@ packages=(
   libgtest-dev libgmock-dev python3 python3-zarr
 )
 
-# Of `check` alone.
-check_packages=(clang clang-tidy)
+# Of `check` and `fuzz`.
+clang_packages=(clang libclang-rt-14-dev)
 
 # install_packages [PACKAGE...]: those of every stage, and these.
 install_packages() {
@@ -69,17 +70,18 @@ demo() {
 
 # What crashes, hangs or takes too much memory is kept in build/fuzz/found/ and named.
 fuzz() {
-  local seconds=$1
-  install_packages clang libclang-rt-14-dev
-  cmake --preset fuzz && cmake --build --preset fuzz || return
+  local seconds=$1 names name
+  shift
+  names=("$@")
+  [ $# -gt 0 ] || for folder in tests/fuzz/corpus/*/; do names+=("$(basename "$folder")"); done
+  install_packages "${clang_packages[@]}"
+  cmake --preset fuzz && cmake --build build/fuzz --target "${names[@]/#/fuzz_}" || return
   local found=build/fuzz/found failed=0
   mkdir -p $found
-  for folder in tests/fuzz/corpus/*/; do
-    local name grown
-    name=$(basename "$folder")
-    grown=build/fuzz/corpus/$name
+  for name in "${names[@]}"; do
+    local grown=build/fuzz/corpus/$name
     mkdir -p "$grown"
-    build/fuzz/tests/fuzz/fuzz_"$name" "$grown" "$folder" -artifact_prefix=$found/"$name"- -seed=1 \
+    build/fuzz/tests/fuzz/fuzz_"$name" "$grown" tests/fuzz/corpus/"$name" -artifact_prefix=$found/"$name"- -seed=1 \
       -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=300 -print_final_stats=1 \
       >$found/"$name".log 2>&1 || failed=1
     local executions kept
@@ -110,28 +112,37 @@ sanitized=(unit_core unit_json unit_trajectory property_trajectory unit_scene pr
 # Those that run on several threads.
 threaded=(unit_core determinism_geometry determinism_simulate determinism_pile property_simulate)
 
-# sanitize [--thread] PROGRAM...
+# sanitize [--thread | --clang] PROGRAM...: --clang with what the fuzzers are built of.
 sanitize() {
   local preset=asan-ubsan
-  if [ "$1" = --thread ]; then
-    preset=tsan
-    shift
-  fi
+  case "$1" in
+    --thread) preset=tsan && shift ;;
+    --clang) preset=fuzz && shift ;;
+  esac
   install_packages
-  cmake --preset $preset && cmake --build --preset $preset -- "$@" || return
+  cmake --preset $preset && cmake --build build/$preset --target "$@" || return
   local program
   for program in "$@"; do
     UBSAN_OPTIONS=print_stacktrace=1 build/$preset/tests/"$program" --gtest_brief=1 || return
   done
 }
 
+# check [--short]
 check() {
-  install_packages "${check_packages[@]}"
+  install_packages "${clang_packages[@]}" clang-tidy
   local failed=0
   stage configure cmake --preset release
-  stage clang-tidy tests/lint/lint.py build/release
-  stage sanitizers sanitize "${sanitized[@]}"
-  stage fuzzers fuzz 5
+  if [ "${1:-}" = --short ]; then
+    stage "clang-tidy of what is new" tests/lint/lint.py build/release --recent 90
+    stage "fuzzers of formats" fuzz 10 json trajectory
+    stage "sanitizers, of clang" sanitize --clang unit_core unit_json unit_trajectory
+    GTEST_FILTER='Team*:ParallelFor*' stage threads sanitize --thread unit_core
+  else
+    stage clang-tidy tests/lint/lint.py build/release
+    stage sanitizers sanitize "${sanitized[@]}"
+    stage threads sanitize --thread "${threaded[@]}"
+    stage fuzzers fuzz 5
+  fi
   return $failed
 }
 
@@ -142,7 +153,7 @@ case "${1:-}" in
     build
     ctest --preset release -j "$(nproc)"
     ;;
-  check) check ;;
+  check) check "${2:-}" ;;
   sanitize)
     shift
     case $# in
@@ -151,9 +162,12 @@ case "${1:-}" in
     esac
     sanitize "$@"
     ;;
-  fuzz) fuzz "${2:-20}" ;;
+  fuzz)
+    shift
+    fuzz "${1:-20}" "${@:2}"
+    ;;
   *)
-    sed -n '3,10s/^#   //p' "$0" >&2
+    sed -n '3,12s/^#   //p' "$0" >&2
     exit 2
     ;;
 esac

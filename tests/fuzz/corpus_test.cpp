@@ -39,9 +39,16 @@ TEST_P(Corpus, EveryFileGivesAResultOrAnError) {
   EXPECT_LT(of_children.ru_maxrss, kMostKilobytes);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Corpus,
-                         testing::ValuesIn(fuzz::targets().begin(), fuzz::targets().end()),
-                         [](const auto& one) { return std::string(one.param.name); });
+std::string name_of(const testing::TestParamInfo<fuzz::Target>& one) { return one.param.name; }
+
+INSTANTIATE_TEST_SUITE_P(OfFormats, Corpus,
+                         testing::ValuesIn(fuzz::format_targets().begin(),
+                                           fuzz::format_targets().end()),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(OfTheProgram, Corpus,
+                         testing::ValuesIn(fuzz::program_targets().begin(),
+                                           fuzz::program_targets().end()),
+                         name_of);
 
 }  // namespace
 }  // namespace pilesim

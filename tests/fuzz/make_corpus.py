@@ -130,6 +130,8 @@ def scenes():
     put("json", "nested_closed", "[" * 3000 + "]" * 3000)
     put("json", "number", "1e999")
     put("json", "bytes", b'"\xff\xfe\x80"')
+    for name, value in ("number", "1e999"), ("vector", "[0, -9.81, 0]"), ("word", "down"), ("nested", "[" * 3000):
+        put("override_value", name, value)
 
 
 def meshes():

@@ -13,6 +13,8 @@ struct Target {
   void (*run)(std::string_view bytes);
 };
 
-std::span<const Target> targets();
+// Those that need no more of the program than the formats themselves: built in a minute.
+std::span<const Target> format_targets();
+std::span<const Target> program_targets();
 
 }  // namespace pilesim::fuzz

@@ -4,6 +4,8 @@
     tests/lint/lint.py build/release              src/ and commands/
     tests/lint/lint.py build/release --tests      tests/, too
     tests/lint/lint.py build/release FILE...      these .cpp files
+    tests/lint/lint.py build/release --recent 90  of src/ and commands/, what the last commits changed, the newest
+                                                  first, as far as one comes in 90 s
 
 Most of clang-tidy's time on one of our files goes into the packages' headers, which every check
 walks through. So files are checked together, many in one translation unit. Two of them share one
@@ -27,6 +29,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST_LINES = 6500  # of a unit: clang's memory grows with them
+MOST_LINES_OF_RECENT = 1200  # some half a minute
+RECENT_COMMITS = 40
 # What names something at the start of a line (the tree is formatted): an alias, a type, a function, a
 # constant.
 NAMED = re.compile(
@@ -122,18 +126,30 @@ def meet(a, b):
     return twice or clash(a.names, b.names) or clash(a.names, b.known) or clash(a.known, b.names)
 
 
-def together(sources):
-    """Units of sources without common names, the fewest by first fit."""
+def together(sources, most_lines=MOST_LINES):
+    """Units of sources without common names, in their order, the fewest by first fit."""
     units = []
-    for source in sorted(sources, key=lambda s: (-len(s.names), s.path)):
+    for source in sources:
         for unit in units:
-            fits = sum(s.lines for s in unit) + source.lines <= MOST_LINES
+            fits = sum(s.lines for s in unit) + source.lines <= most_lines
             if fits and not any(meet(s, source) for s in unit):
                 unit.append(source)
                 break
         else:
             units.append([source])
     return units
+
+
+def most_names_first(sources):
+    return sorted(sources, key=lambda s: (-len(s.names), s.path))
+
+
+def recent(sources):
+    """Those that the last commits changed, the newest first."""
+    log = subprocess.run(["git", "log", f"-{RECENT_COMMITS}", "--name-only", "--format="], cwd=ROOT,
+                         check=True, capture_output=True, text=True).stdout
+    paths = dict.fromkeys(ROOT / line for line in log.split("\n"))
+    return [sources[path] for path in paths if path in sources]
 
 
 def headers_digest():
@@ -193,6 +209,7 @@ def main():
     parser.add_argument("build", type=Path)
     parser.add_argument("files", type=Path, nargs="*")
     parser.add_argument("--tests", action="store_true")
+    parser.add_argument("--recent", type=float, metavar="SECONDS")
     options = parser.parse_args()
     folders = ["src/", "commands/"] + (["tests/"] if options.tests else [])
     wanted = {f.resolve() for f in options.files}
@@ -209,16 +226,28 @@ def main():
             sources.setdefault(path, Source(entry))
     if wanted:
         sources = {path: s for path, s in sources.items() if path in wanted}
-    units = together(sources.values())
     start = time.monotonic()
+    if options.recent is None:
+        chosen, units = sources, together(most_names_first(sources.values()))
+    else:
+        chosen = recent(sources)
+        units = together(chosen, MOST_LINES_OF_RECENT)
     lint = Lint(options.build)
+    left = []
+
+    def run(unit):
+        if options.recent is not None and time.monotonic() - start > options.recent:
+            left.extend(unit)
+            return ""
+        return lint.run(unit)
+
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        findings = "".join(pool.map(lint.run, units))
+        findings = "".join(pool.map(run, units))
     # A header's findings come with every unit that includes it.
     shown = list(dict.fromkeys(re.split(r"\n(?=/)", findings.strip()))) if findings else []
     print("\n".join(shown), end="\n" if shown else "")
     count = sum(bool(re.match(r"\S+: (error|warning):", entry)) for entry in shown)
-    print(f"lint: {len(sources)} files in {len(units)} units, {count} findings, "
+    print(f"lint: {len(chosen) - len(left)} of {len(chosen)} files in {len(units)} units, {count} findings, "
           f"{time.monotonic() - start:.0f} s")
     return 1 if shown else 0
 

@@ -1,7 +1,3 @@
-#include "targets.h"
-
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -13,8 +9,6 @@
 
 #include "batch/plan.h"
 #include "batch/record.h"
-#include "core/atomic_file.h"
-#include "core/error.h"
 #include "core/hash.h"
 #include "geometry/decomposition_cache.h"
 #include "geometry/height_field.h"
@@ -22,7 +16,6 @@
 #include "geometry/primitives.h"
 #include "job/simulation_checkpoint.h"
 #include "json/cbor.h"
-#include "json/json_text.h"
 #include "pile/guide/guided_simulator.h"
 #include "pile/repose/repose_director.h"
 #include "render/forces_overlay.h"
@@ -34,55 +27,11 @@
 #include "signature/signature_file.h"
 #include "signature/signature_summary.h"
 #include "simulate/modes/make_simulator.h"
-#include "trajectory/trajectory.h"
+#include "target_support.h"
+#include "targets.h"
 
 namespace pilesim::fuzz {
 namespace {
-
-namespace fs = std::filesystem;
-
-// A directory of this process, in memory where the system has such a place; removed at the end.
-class Scratch {
- public:
-  Scratch() {
-    const fs::path parent = fs::is_directory("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
-    std::string pattern = (parent / "pilesim_fuzz.XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) std::abort();
-    directory_ = pattern;
-  }
-  ~Scratch() {
-    std::error_code fault;
-    fs::remove_all(directory_, fault);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-
-  fs::path operator/(const std::string& name) const { return directory_ / name; }
-
- private:
-  fs::path directory_;
-};
-
-const Scratch& scratch() {
-  static const Scratch directory;
-  return directory;
-}
-
-fs::path file_of(const std::string& name, std::string_view bytes) {
-  const fs::path file = scratch() / name;
-  write_file_atomically(file, bytes);
-  return file;
-}
-
-// What the program may throw at bad input: the kinds of exit codes 3 and 4.
-template <typename Action>
-void accept_errors(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::input && error.kind() != ErrorKind::io) throw;
-  }
-}
 
 void scene(std::string_view bytes) {
   accept_errors([&] {
@@ -95,15 +44,8 @@ void scene(std::string_view bytes) {
   });
 }
 
-// Any JSON, with the places of its values, and as a value of --set.
-void json(std::string_view bytes) {
-  accept_errors([&] {
-    const std::string text(bytes);
-    const Json value = parse_json(text, "a.json");
-    size_t values = 0;
-    walk_json(text, [&](const JsonPlace& place) { values += place.value_offset <= text.size(); });
-    if (values == 0) std::abort();
-  });
+// As a value of --set.
+void override_value(std::string_view bytes) {
   accept_errors([&] {
     const std::vector<std::string> overrides = {"/gravity=" + std::string(bytes)};
     parse_scene("{\"version\": 1}", "scene.json", overrides);
@@ -151,55 +93,6 @@ void signature(std::string_view bytes) {
 
 void partial_signature(std::string_view bytes) {
   accept_errors([&] { read_partial_sampling(file_of("any.sig.partial", bytes)); });
-}
-
-fs::path make_store() {
-  const fs::path store = scratch() / "trajectory.zarr";
-  TrajectoryHeader header{.resolved_scene = R"({"version": 1})",
-                          .body_name = {"a", "b"},
-                          .materials = {"wood"},
-                          .body_shape = {0, 1},
-                          .body_material = {0, 0},
-                          .body_colour = {{1, 2, 3}, {4, 5, 6}},
-                          .body_moves = {1, 0}};
-  header.shapes = {{.name = "tetrahedron",
-                    .vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                    .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}},
-                   {.name = "ground", .is_plane = true}};
-  TrajectoryWriter writer(store, header);
-  const TrajectoryFrame frame{.position = {Vec3f::Zero(), Vec3f::Ones()},
-                              .orientation = {Quatf::Identity(), Quatf::Identity()},
-                              .state = {1, 1}};
-  for (int i = 0; i < 3; ++i) writer.append(frame);
-  writer.close();
-  return store;
-}
-
-// The first byte says which file of a whole store the others stand for.
-void trajectory(std::string_view bytes) {
-  static const fs::path store = make_store();
-  constexpr std::array kFiles = {".zattrs",
-                                 "position/.zarray",
-                                 "position/0.0.0",
-                                 "state/.zarray",
-                                 "state/0.0",
-                                 "body_shape/.zarray",
-                                 "body_shape/0",
-                                 "shapes/0/vertices/.zarray",
-                                 "shapes/0/vertices/0.0",
-                                 "shapes/0/triangles/0.0"};
-  if (bytes.empty()) return;
-  const fs::path file = store / kFiles[static_cast<uint8_t>(bytes[0]) % kFiles.size()];
-  const std::string whole = read_file(file);
-  write_file_atomically(file, bytes.substr(1));
-  accept_errors([&] {
-    TrajectoryReader reader(store);
-    TrajectoryFrame frame;
-    for (uint64_t i = 0; i < std::min<uint64_t>(reader.frame_count(), 4); ++i) {
-      reader.read(i, frame);
-    }
-  });
-  write_file_atomically(file, whole);
 }
 
 void piles(std::string_view bytes) {
@@ -342,9 +235,9 @@ void checkpoint(std::string_view bytes) {
 
 }  // namespace
 
-std::span<const Target> targets() {
+std::span<const Target> program_targets() {
   static constexpr std::array kTargets = {Target{"scene", scene},
-                                          Target{"json", json},
+                                          Target{"override_value", override_value},
                                           Target{"mesh_obj", mesh<0>},
                                           Target{"mesh_ply", mesh<1>},
                                           Target{"mesh_stl", mesh<2>},
@@ -355,7 +248,6 @@ std::span<const Target> targets() {
                                           Target{"mesh_off", mesh<7>},
                                           Target{"signature", signature},
                                           Target{"partial_signature", partial_signature},
-                                          Target{"trajectory", trajectory},
                                           Target{"piles", piles},
                                           Target{"guide", guide},
                                           Target{"decomposition", decomposition},
