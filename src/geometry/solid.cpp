@@ -10,6 +10,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_repair.h"
+#include "geometry/solid_cache.h"
 #include "geometry/surface_distance.h"
 #include "geometry/wrap.h"
 
@@ -156,9 +157,7 @@ Solid wrap_of(const TriangleMesh& mesh, const Repair& repair,
   return solid;
 }
 
-}  // namespace
-
-Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options) {
+Solid make_anew(const TriangleMesh& mesh, const SolidOptions& options) {
   const std::vector<MeshDefect> defects = find_mesh_defects(mesh);
   const bool is_empty = !defects.empty() && defects.front().kind == MeshDefectKind::empty;
   if (is_empty) refuse(defects, "");
@@ -171,11 +170,22 @@ Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options) {
   const Repair repair = repair_mesh(mesh);
   if (options.rule == SolidRule::automatic && !repair.done.empty() &&
       !repair.mesh.triangles.empty() && find_mesh_defects(repair.mesh).empty()) {
-    Solid solid{.mesh = repair.mesh, .way = SolidWay::repaired, .note = joined(repair.done)};
-    return solid;
+    return {.mesh = repair.mesh, .way = SolidWay::repaired, .note = joined(repair.done)};
   }
   const std::vector<MeshDefect> closed = {{MeshDefectKind::empty, 0, "as asked"}};
   return wrap_of(mesh, repair, defects.empty() ? closed : defects, options);
+}
+
+}  // namespace
+
+Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options,
+                 const std::optional<std::filesystem::path>& cache_directory) {
+  if (!cache_directory) return make_anew(mesh, options);
+  const SolidCache cache(*cache_directory, mesh, options);
+  if (std::optional<Solid> stored = cache.load()) return std::move(*stored);
+  Solid solid = make_anew(mesh, options);
+  if (solid.way == SolidWay::repaired || solid.way == SolidWay::wrapped) cache.store(solid);
+  return solid;
 }
 
 }  // namespace pilesim

@@ -1,6 +1,8 @@
 // A solid of any mesh: what has mass, collides and is sampled. What is drawn stays the mesh.
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,7 @@ struct Solid {
   // What was done and how far it is from the mesh, for reports: "wrap at 0.8 mm, ..."; empty
   // where it is as it is.
   std::string note;
+  bool from_cache = false;
 };
 
 struct SolidOptions {
@@ -35,7 +38,11 @@ struct SolidOptions {
 
 // Throws Error(input) with the defects and how to go on where the rule gives no solid: `exact` of a
 // mesh that is none; `automatic` of one that is open so wide, or so thin, that its inside would be
-// a guess; `wrap` where nothing is enclosed.
-Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options);
+// a guess; `wrap` where nothing is enclosed. A solid that was mended or wrapped is kept in a file
+// under `cache_directory`, named by a hash of the mesh and the options, and read from there the
+// next time; a damaged file is made anew. No value: no cache. Throws Error(io) if it cannot be
+// written.
+Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options,
+                 const std::optional<std::filesystem::path>& cache_directory = std::nullopt);
 
 }  // namespace pilesim

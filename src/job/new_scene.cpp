@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/cache_file.h"
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
@@ -40,7 +41,7 @@ Measured measure(const TriangleMesh& mesh) {
   const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
   measured.volume_m3 = hull_m3;
   try {
-    measured.volume_m3 = mass_properties(make_solid(mesh, {}).mesh).volume_m3;
+    measured.volume_m3 = mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
     measured.has_inside = true;
   } catch (const Error&) {
     // Its hull, then, and the scene says so.

@@ -104,7 +104,7 @@ struct Model {
   uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
 };
 
-// Loads meshes and builds collision shapes (decompositions are cached under the user's cache
+// Loads meshes and builds collision shapes (solids and decompositions are cached under the user's cache
 // directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the shape's
 // JSON pointer.
 Model build_model(const Scene& scene);

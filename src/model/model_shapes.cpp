@@ -1,15 +1,12 @@
 #include "model/model_shapes.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <system_error>
 
 #include "core/counted.h"
 #include "core/text.h"
+#include "geometry/cache_file.h"
 #include "geometry/convex_decomposition.h"
 #include "geometry/convex_hull.h"
 #include "geometry/height_field.h"
@@ -116,9 +113,11 @@ class MeshShapeBuilder {
   void prepare_solid() {
     static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
                                            SolidRule::hull};
-    Solid solid = make_solid(shape_.mesh, {.rule = kRules[static_cast<size_t>(source_.solid)],
-                                           .thickness_m = source_.thickness_m,
-                                           .hull_max_vertices = source_.hull_max_vertices});
+    Solid solid = make_solid(shape_.mesh,
+                             {.rule = kRules[static_cast<size_t>(source_.solid)],
+                              .thickness_m = source_.thickness_m,
+                              .hull_max_vertices = source_.hull_max_vertices},
+                             user_cache_directory());
     if (!solid.note.empty()) note_ = "; solid: " + solid.note;
     solid_ = std::move(solid.mesh);
     if (solid.way == SolidWay::as_it_is) note_overlap_of_groups();
@@ -164,7 +163,7 @@ class MeshShapeBuilder {
         .max_pieces = source_.decomposition_max_pieces,
         .max_volume_error = source_.decomposition_max_volume_error,
         .max_piece_vertices = std::max(kFewestPieceVertices, source_.hull_max_vertices)};
-    Decomposition decomposition = decompose(solid_, options, cache_directory());
+    Decomposition decomposition = decompose(solid_, options, user_cache_directory());
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
                               errors(decomposition.volume_error(), decomposition.surface_error_m,
@@ -330,25 +329,8 @@ const TriangleMesh& MeshLibrary::load_solid(const std::filesystem::path& file, d
            defect.kind == MeshDefectKind::non_manifold ||
            defect.kind == MeshDefectKind::self_touching;
   });
-  return solids_.emplace(key, has_inside ? mesh : make_solid(mesh, {}).mesh).first->second;
-}
-
-std::optional<std::filesystem::path> cache_directory() {
-  const char* const cache_home = std::getenv("XDG_CACHE_HOME");
-  const char* const home = std::getenv("HOME");
-  std::filesystem::path directory;
-  if (cache_home != nullptr && *cache_home != '\0') {
-    directory = cache_home;
-  } else if (home != nullptr && *home != '\0') {
-    directory = std::filesystem::path(home) / ".cache";
-  } else {
-    return std::nullopt;
-  }
-  directory /= "pilesim";
-  std::error_code failure;
-  std::filesystem::create_directories(directory, failure);
-  if (failure || access(directory.c_str(), W_OK) != 0) return std::nullopt;
-  return directory;
+  return solids_.emplace(key, has_inside ? mesh : make_solid(mesh, {}, user_cache_directory()).mesh)
+      .first->second;
 }
 
 ModelShape resized(const ModelShape& shape, double size) {

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,10 +27,6 @@ class MeshLibrary {
  private:
   std::map<std::pair<std::filesystem::path, double>, TriangleMesh> meshes_, solids_;
 };
-
-// Where decompositions are kept: $XDG_CACHE_HOME/pilesim, else ~/.cache/pilesim; none if neither is
-// known or writable.
-std::optional<std::filesystem::path> cache_directory();
 
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);

@@ -1,6 +1,7 @@
 #include "signature/sampled_mesh.h"
 
 #include "core/error.h"
+#include "geometry/cache_file.h"
 #include "geometry/mesh_import.h"
 #include "geometry/solid.h"
 #include "signature/trial/contact_body.h"
@@ -9,7 +10,7 @@ namespace pilesim {
 
 TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note) {
   if (has_mass_and_hull(mesh)) return mesh;
-  Solid solid = make_solid(mesh, {});
+  Solid solid = make_solid(mesh, {}, user_cache_directory());
   if (note != nullptr) *note = solid.note;
   return std::move(solid.mesh);
 }

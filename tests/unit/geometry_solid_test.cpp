@@ -3,7 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/hash.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
@@ -214,6 +220,99 @@ TEST(Solid, IsTheSameEachTime) {
       joined(sphere_mesh(1, 3), moved(sphere_mesh(0.7, 3), {.position = {0.8, 0.1, 0.2}}));
   EXPECT_EQ(mesh_hash(make_solid(crossing, {.cells = 48}).mesh),
             mesh_hash(make_solid(crossing, {.cells = 48}).mesh));
+}
+
+class SolidCacheTest : public testing::Test {
+ protected:
+  Solid run() const { return make_solid(mesh_, options_, scratch_ / "deep"); }
+  std::vector<std::filesystem::path> files() const {
+    std::vector<std::filesystem::path> result;
+    for (const auto& entry : std::filesystem::directory_iterator(scratch_ / "deep")) {
+      result.push_back(entry.path());
+    }
+    return result;
+  }
+
+  test::ScratchDirectory scratch_;
+  TriangleMesh mesh_ =
+      joined(box_mesh({1, 1, 1}), moved(box_mesh({1, 1, 1}), {.position = {0.5, 0.25, 0.125}}));
+  SolidOptions options_{.cells = 16};
+};
+
+void expect_same(const Solid& a, const Solid& b) {
+  EXPECT_EQ(a.mesh.vertices, b.mesh.vertices);
+  EXPECT_EQ(a.mesh.triangles, b.mesh.triangles);
+  EXPECT_EQ(a.way, b.way);
+  EXPECT_EQ(a.note, b.note);
+}
+
+TEST_F(SolidCacheTest, GivesBackWhatWasWrappedOrMended) {
+  const Solid wrap = run();
+  EXPECT_EQ(wrap.way, SolidWay::wrapped);
+  EXPECT_FALSE(wrap.from_cache);
+  EXPECT_TRUE(run().from_cache);
+  expect_same(wrap, run());
+  mesh_ = box_mesh({1, 1, 1});
+  mesh_.triangles.push_back(mesh_.triangles.front());
+  const Solid mended = run();
+  EXPECT_EQ(mended.way, SolidWay::repaired);
+  EXPECT_TRUE(run().from_cache);
+  expect_same(mended, run());
+}
+
+TEST_F(SolidCacheTest, OtherMeshesAndOptionsAreOtherEntries) {
+  run();
+  for (const auto& change : std::vector<std::function<void()>>{
+           [this] { options_.cells = 17; }, [this] { options_.rule = SolidRule::wrap; },
+           [this] { options_.thickness_m = 0.2; }, [this] { mesh_.vertices[0].x() -= 0.1; },
+           [this] { mesh_.rounding_m = 1e-9; },
+           [this] {
+             mesh_.groups = {{"all", 0, 24}};
+           }}) {
+    const size_t before = files().size();
+    change();
+    EXPECT_FALSE(run().from_cache);
+    EXPECT_EQ(files().size(), before + 1);
+  }
+}
+
+TEST_F(SolidCacheTest, WhatNeedsNoMendingIsNotKept) {
+  mesh_ = box_mesh({1, 1, 1});
+  EXPECT_EQ(run().way, SolidWay::as_it_is);
+  options_.rule = SolidRule::hull;
+  EXPECT_EQ(run().way, SolidWay::hull);
+  EXPECT_FALSE(std::filesystem::exists(scratch_ / "deep"));
+}
+
+TEST_F(SolidCacheTest, DamagedFilesAreMadeAnew) {
+  const Solid made = run();
+  const std::filesystem::path file = files().front();
+  const std::string whole = read_file(file);
+  std::string flipped = whole;
+  flipped[whole.size() / 2] ^= 0x10;
+  // With a right digest, but another program's.
+  const std::string other = "\xa1\x61x\x01";
+  for (const std::string& damaged :
+       {flipped, whole.substr(0, whole.size() / 2), std::string(), whole.substr(0, 32),
+        std::string("no cache at all"), content_hash(other) + other}) {
+    write_file_atomically(file, damaged);
+    const Solid again = run();
+    EXPECT_FALSE(again.from_cache);
+    expect_same(made, again);
+    EXPECT_EQ(read_file(file), whole);
+  }
+}
+
+TEST_F(SolidCacheTest, SeveralMakersAtOnceLeaveOneWholeFile) {
+  std::vector<Solid> solids(4);
+  {
+    std::vector<std::jthread> makers;
+    for (Solid& solid : solids) makers.emplace_back([&] { solid = run(); });
+  }
+  for (const Solid& solid : solids) expect_same(solids.front(), solid);
+  EXPECT_EQ(files().size(), 1u);
+  EXPECT_TRUE(run().from_cache);
+  expect_same(solids.front(), run());
 }
 
 }  // namespace

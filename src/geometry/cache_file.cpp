@@ -1,0 +1,113 @@
+#include "geometry/cache_file.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "json/cbor.h"
+
+namespace pilesim {
+namespace {
+
+using nlohmann::json;
+
+constexpr size_t kDigestLength = 32;
+
+template <typename T>
+json to_binary(const std::vector<T>& values) {
+  std::vector<uint8_t> bytes(values.size() * sizeof(T));
+  if (!bytes.empty()) {
+    std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
+  }
+  return json::binary(std::move(bytes));
+}
+
+template <typename T>
+std::vector<T> from_binary(const json& value) {
+  const std::vector<uint8_t>& bytes = value.get_binary();
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty())
+    std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> user_cache_directory() {
+  const char* const cache_home = std::getenv("XDG_CACHE_HOME");
+  const char* const home = std::getenv("HOME");
+  std::filesystem::path directory;
+  if (cache_home != nullptr && *cache_home != '\0') {
+    directory = cache_home;
+  } else if (home != nullptr && *home != '\0') {
+    directory = std::filesystem::path(home) / ".cache";
+  } else {
+    return std::nullopt;
+  }
+  directory /= "pilesim";
+  std::error_code failure;
+  std::filesystem::create_directories(directory, failure);
+  if (failure || access(directory.c_str(), W_OK) != 0) return std::nullopt;
+  return directory;
+}
+
+CacheFile::CacheFile(const std::filesystem::path& directory, const std::string& kind,
+                     const std::string& key)
+    : file_(directory / (kind + '-' + key + ".cbor")) {}
+
+// The digest of the rest, then CBOR.
+bool CacheFile::load(const std::function<void(const json&)>& take) const {
+  if (!std::filesystem::exists(file_)) return false;
+  const std::string text = read_file(file_);
+  if (text.size() <= kDigestLength) return false;
+  const std::string content = text.substr(kDigestLength);
+  if (content_hash(content) != text.substr(0, kDigestLength)) return false;
+  try {
+    take(parse_cbor(content));
+    return true;
+  } catch (const json::exception&) {
+    return false;  // another program's, with a right digest
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+void CacheFile::store(const json& content) const {
+  std::error_code fault;
+  std::filesystem::create_directories(file_.parent_path(), fault);
+  if (fault) throw io_error(file_.parent_path().string(), "cannot be created", fault.value());
+  const std::vector<uint8_t> cbor = json::to_cbor(content);
+  const std::string bytes(cbor.begin(), cbor.end());
+  try {
+    write_file_atomically(file_, content_hash(bytes) + bytes);
+  } catch (const Error& error) {
+    Problem problem = error.problems().front();
+    problem.remedy = "Make room there, or name another place for the cache in XDG_CACHE_HOME";
+    throw Error(error.kind(), std::move(problem));
+  }
+}
+
+json to_cached(const TriangleMesh& mesh) {
+  return {{"vertices", to_binary(mesh.vertices)}, {"triangles", to_binary(mesh.triangles)}};
+}
+
+TriangleMesh mesh_from_cached(const json& value) {
+  TriangleMesh mesh;
+  mesh.vertices = from_binary<Vec3>(value.at("vertices"));
+  mesh.triangles = from_binary<Triangle>(value.at("triangles"));
+  for (const Triangle& triangle : mesh.triangles) {
+    if (std::ranges::max(triangle) >= mesh.vertices.size()) {
+      throw Error(ErrorKind::input, {.found = "a triangle without its corners"});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace pilesim
