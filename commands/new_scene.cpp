@@ -43,12 +43,14 @@ void add_new_command(CLI::App& app) {
       *command, "--scale", {.least = 0, .excludes_least = true},
       [options](double scale) { options->job.scale = scale; },
       "Metres per unit of the mesh: 0.01 for centimetres (default: 1)");
+  add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, options->job.is_z_up,
+                   "Which axis of the mesh points up: y (default), or z, as in most STL files");
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
   command->add_flag("--force", options->job.force, "Replace a scene that is there already");
   command->footer(R"(
 Examples:
   pilesim new pile mug.obj && pilesim simulate scene.json -o out
-  pilesim new bin bolt.stl --scale 0.001 --count 300 -o bolts.json
+  pilesim new bin bolt.stl --scale 0.001 --up z --count 300 -o bolts.json
   pilesim new guide stick.obj -o tower.json && pilesim direct-pile tower.json -o out
   pilesim new dataset part.glb -o part.json && pilesim simulate part.json -o out/7 --seed 7)");
   command->callback([options] {

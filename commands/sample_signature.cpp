@@ -124,6 +124,8 @@ void add_sample_signature_command(CLI::App& app) {
   add_real_number(
       *command, "--scale", {.excludes_least = true}, [&s](double scale) { s.scale = scale; },
       "Metres per unit of the mesh file; default 1");
+  add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, s.is_z_up,
+                   "Which axis of the mesh points up: y (default), or z, as in most STL files");
   add_whole_number(
       *command, "--trials", {2, 1'000'000},
       [options](uint64_t trials) { options->trials = static_cast<int>(trials); },

@@ -10,6 +10,11 @@ Bounds TriangleMesh::bounds() const {
   return bounds;
 }
 
+void turn_z_up_to_y_up(TriangleMesh& mesh) {
+  // 0 - y and not -y: zeros have one sign.
+  for (Vec3& v : mesh.vertices) v = Vec3(v.x(), v.z(), 0 - v.y());
+}
+
 std::string mesh_hash(const TriangleMesh& mesh) {
   Hasher hasher;
   hasher.add_values(std::span(mesh.vertices));

@@ -30,6 +30,9 @@ struct TriangleMesh {
   Bounds bounds() const;
 };
 
+// Takes a mesh whose z is up to one whose y is: (x, y, z) becomes (x, z, -y), exactly.
+void turn_z_up_to_y_up(TriangleMesh& mesh);
+
 // XXH3 of vertices and triangles (not of group names): names the decomposition cache.
 std::string mesh_hash(const TriangleMesh& mesh);
 

@@ -77,7 +77,7 @@ constexpr const char* kHead = R"({
 $until  "frame_rate": 30,
 )";
 
-constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,
+constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,$up
              // "hull" is fastest, "decomposition" follows hollows and legs
              "collision": "$collision"$solid})";
 
@@ -260,7 +260,8 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     summary.guide = fs::path(job.output).replace_extension(".guide.obj");
     refuse_what_is_there(summary.guide, job.force);
   }
-  const TriangleMesh mesh = import_mesh(job.mesh, job.scale);
+  TriangleMesh mesh = import_mesh(job.mesh, job.scale);
+  if (job.is_z_up) turn_z_up_to_y_up(mesh);
   const Measured body = measure(mesh);
   summary.diameter_m = 2 * body.radius_m;
   const fs::path directory = fs::absolute(job.output).parent_path();
@@ -269,6 +270,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
       {"name", quoted(job.mesh.stem().string())},
       {"file", quoted(relative.generic_string())},
       {"scale", with_digits(job.scale, 15)},
+      {"up", job.is_z_up ? " \"up\": \"z\"," : ""},
       {"collision", !body.is_convex ? "decomposition" : "hull"},
       {"solid", body.has_inside ? ""
                                 : ",\n             // the mesh is open: or give its sheets a "

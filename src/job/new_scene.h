@@ -16,6 +16,7 @@ struct NewSceneJob {
   NewSceneKind kind = NewSceneKind::pile;
   std::filesystem::path mesh;
   double scale = 1;              // metres per unit of the file, > 0
+  bool is_z_up = false;          // the file
   int count = 60;                // bodies, >= 1
   std::filesystem::path output;  // the scene file; a guide's mesh is written beside it
   bool force = false;            // replace what is there

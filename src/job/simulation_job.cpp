@@ -51,6 +51,7 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     stored.type = source.at("type");
     stored.file = source.value("file", "");
     stored.scale = shape.file_scale * shape.size;
+    stored.is_z_up = shape.file_up == UpAxis::z;
     stored.centre_of_mass = shape.origin_offset;
     stored.principal_axes = principal_inertia(shape.mass.inertia_m5).axes;
   }

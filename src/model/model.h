@@ -25,7 +25,7 @@ struct CollisionPiece {
 };
 
 // A shape ready for use. Everything is in the body frame: origin at the centre of mass, axes of the
-// mesh file. A plane has no pieces, no mass and no mesh.
+// mesh file, turned where its z is up. A plane has no pieces, no mass and no mesh.
 struct ModelShape {
   std::string name;
   std::string source;  // of the scene's shapes; `name` is another where an emitter has sizes
@@ -35,12 +35,13 @@ struct ModelShape {
   std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
   bool collides_as_mesh = false;         // concave, static or kinematic only
   MassProperties mass;                   // of unit density; centre_of_mass is zero here
-  Vec3 origin_offset = Vec3::Zero();     // the centre of mass in the mesh file's frame, m
+  Vec3 origin_offset = Vec3::Zero();     // the centre of mass in the shape's own frame, m
   double bounding_radius = 0;            // about the centre of mass, m
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
   std::filesystem::path signature_file;  // empty: none
   double file_scale = 1;                 // metres per unit of the mesh file
+  UpAxis file_up = UpAxis::y;            // of the mesh file
   std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 

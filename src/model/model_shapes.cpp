@@ -297,8 +297,11 @@ ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
   try {
     const double scale =
         source.size_m ? scale_to(*source.size_m, source.file, meshes) : source.scale;
-    ModelShape shape = MeshShapeBuilder(source, meshes.load(source.file, scale), pointer).build();
+    const UpAxis up = source.up.value_or(UpAxis::y);
+    ModelShape shape =
+        MeshShapeBuilder(source, meshes.load(source.file, scale, up), pointer).build();
     shape.file_scale = scale;
+    shape.file_up = up;
     return shape;
   } catch (const Error& error) {
     std::vector<Problem> problems = error.problems();
@@ -312,11 +315,12 @@ ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
 
 }  // namespace
 
-const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double scale) {
-  const auto key = std::pair(file, scale);
-  const auto found = meshes_.find(key);
-  return found != meshes_.end() ? found->second
-                                : meshes_.emplace(key, import_mesh(file, scale)).first->second;
+const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double scale, UpAxis up) {
+  const auto key = std::tuple(file, scale, up);
+  if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
+  TriangleMesh mesh = import_mesh(file, scale);
+  if (up == UpAxis::z) turn_z_up_to_y_up(mesh);
+  return meshes_.emplace(key, std::move(mesh)).first->second;
 }
 
 const TriangleMesh& MeshLibrary::load_solid(const std::filesystem::path& file, double scale) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -15,17 +16,18 @@
 
 namespace pilesim {
 
-// Each mesh file at one scale, loaded once.
+// Each mesh file at one scale and one way up, loaded once.
 class MeshLibrary {
  public:
   // Throws as import_mesh() does.
-  const TriangleMesh& load(const std::filesystem::path& file, double scale);
+  const TriangleMesh& load(const std::filesystem::path& file, double scale, UpAxis up = UpAxis::y);
   // What it encloses: the mesh itself where that is clear, though it may touch itself and have
   // slivers, else as make_solid() makes it. Throws as that does, too.
   const TriangleMesh& load_solid(const std::filesystem::path& file, double scale);
 
  private:
-  std::map<std::pair<std::filesystem::path, double>, TriangleMesh> meshes_, solids_;
+  std::map<std::tuple<std::filesystem::path, double, UpAxis>, TriangleMesh> meshes_;
+  std::map<std::pair<std::filesystem::path, double>, TriangleMesh> solids_;
 };
 
 // The JSON pointer of the shape called `name`.

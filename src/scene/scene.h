@@ -37,10 +37,14 @@ enum class CollisionKind { automatic, hull, decomposition, spheres, sphere, mesh
 // What of a mesh has mass and collides: geometry/solid.h.
 enum class SolidKind { automatic, exact, wrap, hull };
 
+// Which axis of a mesh file points up.
+enum class UpAxis : uint8_t { y, z };
+
 struct MeshShape {
   std::filesystem::path file;    // absolute
   double scale = 1;              // metres per unit of the file, > 0
   std::optional<double> size_m;  // > 0: the longest side, in place of the scale
+  std::optional<UpAxis> up;      // of the file; none: y
   CollisionKind collision = CollisionKind::automatic;
   int hull_max_vertices = 64;                      // 4 .. 255: of the hull, or of each piece
   int decomposition_max_pieces = 32;               // 1 .. 256

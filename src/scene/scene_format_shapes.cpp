@@ -39,6 +39,8 @@ Codec<SolidKind> solid_codec() {
                                  {"hull", SolidKind::hull}});
 }
 
+Codec<UpAxis> up_codec() { return enumeration<UpAxis>({{"y", UpAxis::y}, {"z", UpAxis::z}}); }
+
 // Left out where the size says it.
 Field<Shape> scale_field() {
   Field<Shape> field = pilesim::field<Shape>("scale", of(&MeshShape::scale), number(above(0)),
@@ -58,6 +60,9 @@ Fields<Shape> mesh_fields() {
       in_group("size", optional_field<Shape>("size_m", of(&M::size_m), number(above(0)),
                                              "How long its longest side is to be, in place of a "
                                              "scale.")),
+      optional_field<Shape>("up", of(&M::up), up_codec(),
+                            "Which axis of the file points up: y (default), or z, as in most STL "
+                            "and PLY files; then its x, z and -y are the shape's x, y and z."),
       field<Shape>("collision", of(&M::collision), collision_codec(),
                    "How it collides: auto, as the mesh itself where only static and kinematic "
                    "bodies have it, else as its convex hull; as that hull, as a decomposition into "

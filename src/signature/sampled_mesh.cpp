@@ -19,6 +19,8 @@ TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const Signat
   TriangleMesh mesh = import_mesh(file, body.scale);
   const std::string hash = mesh_hash(mesh);
   if (hash == body.mesh_hash) return solid_to_sample(mesh);
+  turn_z_up_to_y_up(mesh);
+  if (mesh_hash(mesh) == body.mesh_hash) return solid_to_sample(mesh);
   throw Error(ErrorKind::input, {.file = file.string(),
                                  .found = "mesh " + hash,
                                  .expected = "the mesh that was sampled, " + body.mesh +

@@ -12,7 +12,7 @@ namespace pilesim {
 // `note` says how. Throws as that does.
 TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note = nullptr);
 
-// The solid of the mesh in `file`. Throws what import_mesh() throws, and Error(input) where the
+// The solid of the mesh in `file`, y or z up as it was sampled. Throws what import_mesh() throws, and Error(input) where the
 // file holds another mesh.
 TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const SignatureBody& body);
 

@@ -145,7 +145,8 @@ TableSampling default_sampling(TableLayout layout) {
 SignatureRun sample_signature(const SignatureOptions& options) {
   check_options(options);
   const std::string name = options.mesh.string();
-  const TriangleMesh given = import_mesh(options.mesh, options.scale);
+  TriangleMesh given = import_mesh(options.mesh, options.scale);
+  if (options.is_z_up) turn_z_up_to_y_up(given);
   SignatureRun run;
   const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &run.solid); });
   ContactBody body = make_contact_body(mesh, name);

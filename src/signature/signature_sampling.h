@@ -14,7 +14,8 @@ namespace pilesim {
 
 struct SignatureOptions {
   std::filesystem::path mesh;
-  double scale = 1;  // metres per unit of the mesh file
+  double scale = 1;      // metres per unit of the mesh file
+  bool is_z_up = false;  // the mesh file
   ContactMaterial material;
   TableLayout layout = TableLayout::scale_free;
   TrialKind kind = TrialKind::macro;  // or micro

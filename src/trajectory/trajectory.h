@@ -36,10 +36,12 @@ struct TrajectoryShape {
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
   // How the body frame lies in the shape's own frame, that of its mesh file or of its primitive: a
-  // point f of the file is at scale f - centre_of_mass in the body frame.
+  // point f of the file is at scale f - centre_of_mass in the body frame; of a file whose z is up
+  // (x, z, -y) of it is f.
   std::string type;                       // "mesh", "box", ... as in the scene
   std::string file;                       // as the scene names it; empty: not of a mesh file
   double scale = 1;                       // m per unit of the file
+  bool is_z_up = false;                   // the file
   Vec3 centre_of_mass = Vec3::Zero();     // m, the shape's own frame
   Quat principal_axes{Quat::Identity()};  // takes the principal axes of inertia to the body's axes
 };

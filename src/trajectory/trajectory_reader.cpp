@@ -121,6 +121,8 @@ TrajectoryHeader read_header(const fs::path& store) {
     shape.type = attribute<std::string>(file, shapes[i], "type", "a type of shapes");
     shape.file = attribute<std::string>(file, shapes[i], "file", "the name of a file, or none");
     shape.scale = attribute<double>(file, shapes[i], "scale", "metres per unit of the file");
+    shape.is_z_up = shapes[i].contains("up") &&  // older ones have none
+                    attribute<std::string>(file, shapes[i], "up", "y or z") == "z";
     const auto c = attribute<std::array<double, 3>>(file, shapes[i], "centre_of_mass", "x, y, z");
     shape.centre_of_mass = {c[0], c[1], c[2]};
     const auto q = attribute<std::array<double, 4>>(file, shapes[i], "principal_axes",

@@ -36,6 +36,7 @@ ordered_json attributes(const TrajectoryHeader& header) {
                               {"type", shape.type},
                               {"file", shape.file},
                               {"scale", shape.scale},
+                              {"up", shape.is_z_up ? "z" : "y"},
                               {"centre_of_mass", {c.x(), c.y(), c.z()}},
                               {"principal_axes", {q.w(), q.x(), q.y(), q.z()}}});
   }

@@ -107,6 +107,35 @@ class Store(CommandTest):
         expected = 0.1 * file @ matrix([0.5, 0.5, -0.5, 0.5]).T + [-3, 1, 0.5]
         self.assertLess(abs(world - expected).max(), 1e-6)
 
+    def test_a_file_whose_z_is_up_is_turned_for_all(self):
+        def turn(scene):
+            add_wedges(scene)
+            scene["shapes"]["wedge"]["up"] = "z"
+
+        self.succeed("simulate", self.write_scene(turn), "-o", "out/z")
+        store = zarr.open(str(self.dir / "out/z/trajectory.zarr"), mode="r")
+        (shape,) = [s for s in store.attrs["shapes"] if s["name"] == "wedge"]
+        self.assertEqual(shape["up"], "z")
+        (before,) = [s for s in self.store.attrs["shapes"] if s["name"] == "wedge"]
+        self.assertEqual(before["up"], "y")
+        x, y, z = before["centre_of_mass"]
+        for turned, expected in zip(shape["centre_of_mass"], (x, z, -y)):
+            self.assertAlmostEqual(turned, expected, places=9)
+        here = os.getcwd()
+        text = (SOURCE / "docs/files.md").read_text()
+        (example,) = [b for b in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if "scale" in b]
+        os.chdir(self.dir)
+        try:
+            place = {}
+            exec(example.replace("rabbits/3", "leaning wedge").replace("out/a", "out/z"), place)
+        finally:
+            os.chdir(here)
+        # The static one stands where the scene has its file's origin.
+        file = numpy.array([line.split()[1:] for line in WEDGE_OBJ.splitlines() if line[0] == "v"], float)
+        turned = file[:, [0, 2, 1]] * [1, 1, -1]
+        expected = 0.1 * turned @ matrix([0.5, 0.5, -0.5, 0.5]).T + [-3, 1, 0.5]
+        self.assertLess(abs(place["world"] - expected).max(), 1e-6)
+
     def test_principal_axes_are_those_of_the_inertia(self):
         for index, shape in enumerate(self.store.attrs["shapes"]):
             if shape["plane"]:

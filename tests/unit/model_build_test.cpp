@@ -169,6 +169,32 @@ TEST_F(SceneModel, AMeshMayBeSizedByItsLongestSide) {
               HasSubstr("stands beside"));
 }
 
+TEST_F(SceneModel, AMeshWhoseZIsUpIsTurned) {
+  // Its centre is at (10, 0, 0); so that the sign of z is seen it is moved.
+  TriangleMesh box = box_mesh({1, 2, 3});
+  for (Vec3& vertex : box.vertices) vertex += Vec3(10, 20, 30);
+  write_obj(box, directory_ / "z_up.obj");
+  const std::string shape = R"("type": "mesh", "file": "z_up.obj", "scale": 0.5)";
+  for (const char* const collision : {"hull", "decomposition", "spheres", "mesh"}) {
+    const Model model =
+        build("\"o\": {" + shape + R"(, "up": "z", "collision": ")" + collision + "\"}");
+    const ModelShape& turned = model.shapes[0];
+    EXPECT_LT((turned.mesh.bounds().sizes() - Vec3(0.5, 1.5, 1)).norm(), kRounding) << collision;
+    EXPECT_LT((turned.origin_offset - Vec3(5, 15, -10)).norm(), kRounding) << collision;
+    EXPECT_EQ(turned.file_up, UpAxis::z);
+    if (turned.collides_as_mesh) continue;
+    EXPECT_NEAR(turned.mass.volume_m3, 6 * 0.125, kRounding) << collision;
+    if (turned.pieces[0].kind != CollisionPiece::Kind::hull) continue;
+    EXPECT_LT((turned.pieces[0].hull.bounds().sizes() - Vec3(0.5, 1.5, 1)).norm(), kRounding);
+  }
+  // Turned, not mirrored: its triangles still face outward.
+  EXPECT_EQ(failure("\"o\": {" + shape + R"(, "up": "z", "solid": "exact"})"), "");
+  EXPECT_LT(
+      (build("\"o\": {" + shape + R"(, "up": "y"})").shapes[0].origin_offset - Vec3(5, 10, 15))
+          .norm(),
+      kRounding);
+}
+
 TEST_F(SceneModel, AnOpenMeshMayBeAStaticMesh) {
   EXPECT_EQ(failure(R"("o": {"type": "mesh", "file": "open.obj", "collision": "mesh"})"), "");
 }
