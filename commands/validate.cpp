@@ -7,6 +7,7 @@
 #include "core/naming.h"
 #include "core/text.h"
 #include "model/clear_starts.h"
+#include "model/mesh_hints.h"
 #include "model/model.h"
 #include "options.h"
 #include "print.h"
@@ -39,20 +40,6 @@ std::string measures(const Model& model, size_t index) {
             with_digits(most_kg, 3) + " kg";
   }
   return text + "; ";
-}
-
-// Centimetres and millimetres that are taken for metres.
-void warn_of_units(const Scene& scene, const ModelShape& shape) {
-  constexpr double kLongest = 20, kShortest = 2e-3;  // m
-  const Shape& source = scene.shapes.at(shape.name);
-  const auto* mesh = std::get_if<MeshShape>(&source);
-  if (mesh == nullptr || mesh->size_m || mesh->scale != 1) return;
-  const double longest = shape.mesh.bounds().sizes().maxCoeff();
-  if (longest <= kLongest && longest >= kShortest) return;
-  warn(shape.name + " is " + with_digits(longest, 3) +
-       " m long: if its file is not in metres, give "
-       "its \"size_m\", or \"scale\": " +
-       (longest > kLongest ? "0.01 or 0.001" : "100 or 1000"));
 }
 
 }  // namespace
@@ -92,10 +79,10 @@ Examples:
       const ModelShape& shape = model.shapes[i];
       if (shape.collision_report.empty()) continue;
       print_line("  " + shape.name + ": " + measures(model, i) + shape.collision_report);
-      warn_of_units(loaded.scene, shape);
     }
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
     for (const std::string& line : describe_moved_starts(model)) print_line("  " + line);
+    for (const std::string& line : describe_unlikely_meshes(loaded.scene, model)) warn(line);
     for (const std::string& line : describe_start_overlaps(model)) warn(line);
   };
   command->callback(

@@ -13,6 +13,7 @@
 #include "core/parallel_for.h"
 #include "core/state_stream.h"
 #include "job/direction.h"
+#include "model/mesh_hints.h"
 #include "scene/scene_loader.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
@@ -82,6 +83,21 @@ class PresetResume : public testing::TestWithParam<std::string> {
   static void TearDownTestSuite() { scratch_.reset(); }
   ~PresetResume() override { set_thread_count(available_threads()); }
 
+  fs::path file() const { return kPresets / (GetParam() + ".json"); }
+
+  // With signatures of its own.
+  test::SmallPreset small() const {
+    const auto size = kSizes.find(GetParam());
+    test::SmallPreset preset =
+        test::PresetShrinker(file(), size == kSizes.end() ? test::PresetSize{} : size->second)
+            .result();
+    for (const auto& [shape, wanted] : preset.signatures) {
+      preset.overrides.push_back("/shapes/" + shape +
+                                 "/signature=" + scratch_->signature_file(wanted));
+    }
+    return preset;
+  }
+
   static std::unique_ptr<Scratch> scratch_;
 };
 std::unique_ptr<Scratch> PresetResume::scratch_;
@@ -110,16 +126,8 @@ bool anything_pushed(const std::vector<Vec3>& before, const std::vector<Vec3>& a
 }
 
 TEST_P(PresetResume, EndsWithTheSameBytes) {
-  const std::string& name = GetParam();
-  const auto size = kSizes.find(name);
-  const fs::path file = kPresets / (name + ".json");
-  test::SmallPreset preset =
-      test::PresetShrinker(file, size == kSizes.end() ? test::PresetSize{} : size->second).result();
-  for (const auto& [shape, wanted] : preset.signatures) {
-    preset.overrides.push_back("/shapes/" + shape +
-                               "/signature=" + scratch_->signature_file(wanted));
-  }
-  const Scene scene = load_scene(file, preset.overrides).scene;
+  const test::SmallPreset preset = small();
+  const Scene scene = load_scene(file(), preset.overrides).scene;
   Model model = build_model(scene);
   const GuideFilling filling = fill_guide(scene, model);
 
@@ -161,6 +169,16 @@ TEST_P(PresetResume, EndsWithTheSameBytes) {
     if (!preset.is_directed) {
       EXPECT_TRUE(test::saved(*resumed.simulator) == test::saved(*whole.simulator));
     }
+  }
+}
+
+// What validate would warn of: the unit or the upward axis of a mesh.
+TEST_P(PresetResume, ItsMeshesAreNotDoubted) {
+  Scene scene = load_scene(file(), small().overrides).scene;
+  scene.duration_s =
+      test::PresetJson::parse(std::ifstream(file()), nullptr, true, true).value("duration_s", 5.0);
+  for (const std::string& hint : describe_unlikely_meshes(scene, build_model(scene))) {
+    ADD_FAILURE() << hint;
   }
 }
 

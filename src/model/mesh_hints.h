@@ -1,0 +1,16 @@
+// Mesh files whose unit or upward axis is likely another than the scene takes it for.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/model.h"
+#include "scene/scene.h"
+
+namespace pilesim {
+
+// One line a shape and doubt: what is odd about it, and what to write if it is wrong. None of
+// shapes that say their "size_m" or, of the axis, their "up". `model` is that of `scene`.
+std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Model& model);
+
+}  // namespace pilesim

@@ -1,0 +1,184 @@
+#include "model/mesh_hints.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "geometry/obj_writer.h"
+#include "geometry/primitives.h"
+#include "scene/scene_loader.h"
+#include "support/scratch_directory.h"
+
+namespace pilesim {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// A brick of 1 x 0.5 x 0.4 about its origin, as thing.obj; others are made of it.
+class MeshHints : public testing::Test {
+ protected:
+  MeshHints() { write_obj(box_mesh({1, 0.5, 0.4}), scratch_ / "thing.obj"); }
+
+  // Of a scene with the shape "thing", `shape` being further keys of it, and `rest` of the scene's.
+  std::vector<std::string> hints(const std::string& shape, const std::string& rest,
+                                 const std::string& file = "thing.obj") {
+    const std::string text = R"({"version": 1, "materials": {"m": {}}, "shapes": {
+      "table": {"type": "table", "size": [1.2, 0.7, 0.8]}, "bead": {"type": "sphere", "radius": 0.01},
+      "thing": {"type": "mesh", "file": ")" +
+                             file + "\"" + shape + "}}, " + rest + "}";
+    const Scene scene = parse_scene(text, scratch_ / "scene.json").scene;
+    return describe_unlikely_meshes(scene, build_model(scene));
+  }
+
+  // A scene in which the thing is poured, with `rest` besides.
+  std::vector<std::string> poured(double scale, const std::string& rest = "\"duration_s\": 5") {
+    return hints(", \"scale\": " + std::to_string(scale),
+                 R"("emitters": [{"name": "p", "type": "stream", "shape": "thing", "material": "m",
+                    "position": [0, 3, 0], "count": 2, "rate_hz": 1}], )" +
+                     rest);
+  }
+
+  test::ScratchDirectory scratch_;
+};
+
+constexpr char kTable[] =
+    R"("bodies": [{"name": "t", "shape": "table", "material": "m", "role": "static"}])";
+
+TEST_F(MeshHints, ThingsOfAnyUsualSizeAreTakenAsTheyAre) {
+  for (const double length : {0.003, 0.01, 0.1, 1.0, 4.0}) {
+    EXPECT_THAT(poured(length, "\"duration_s\": 5"), IsEmpty()) << length;
+    EXPECT_THAT(poured(length, kTable), IsEmpty()) << length;
+    EXPECT_THAT(poured(length, R"("camera": {"position": [2, 2, 2], "target": [0, 0, 0]})"),
+                IsEmpty())
+        << length;
+  }
+}
+
+TEST_F(MeshHints, CentimetresTakenForMetresAreSeenAndMended) {
+  // A mug of 10 cm as Blender's FBX and files in centimetres have it.
+  write_obj(box_mesh({8, 10, 12}), scratch_ / "mug.obj");
+  const std::string emitter = R"("emitters": [{"name": "p", "type": "disk", "shape": "thing",
+    "material": "m", "radius": 0.4, "height": 1, "count": 2}])";
+  EXPECT_THAT(hints("", emitter, "mug.obj"),
+              ElementsAre(AllOf(HasSubstr("thing is 12 m long, and it is large"),
+                                HasSubstr("\"scale\": 0.01 makes it 0.12 m"),
+                                HasSubstr("0.001 makes it 0.012 m"), HasSubstr("\"size_m\": 12"))));
+  EXPECT_THAT(hints(R"(, "scale": 0.01)", emitter, "mug.obj"), IsEmpty());
+  EXPECT_THAT(hints(R"(, "size_m": 12)", emitter, "mug.obj"), IsEmpty());
+}
+
+TEST_F(MeshHints, LongerThanAllThatStands) {
+  EXPECT_THAT(poured(0.999, kTable), IsEmpty());
+  EXPECT_THAT(poured(12, kTable), ElementsAre(HasSubstr("all that stands there is 1.")));
+}
+
+TEST_F(MeshHints, WhatStandsIsMeasuredAgainstWhatMoves) {
+  const std::string room = R"("bodies": [{"name": "room", "shape": "thing", "material": "m",
+    "role": "static"}, {"name": "b", "shape": "bead", "material": "m", "position": [0, 300, 0]}])";
+  EXPECT_THAT(hints(R"(, "scale": 15)", room), IsEmpty());
+  EXPECT_THAT(hints(R"(, "scale": 500)", room),
+              ElementsAre(HasSubstr("thing is 500 m long, and what moves is 0.02 m long")));
+  // A file in centimetres with no scale at all, and a desk that is one.
+  write_obj(box_mesh({120, 70, 80}), scratch_ / "desk.obj");
+  EXPECT_THAT(hints("", room, "desk.obj"), ElementsAre(HasSubstr("120 m long, and it is large")));
+  EXPECT_THAT(hints(R"(, "scale": 0.01)", room, "desk.obj"), IsEmpty());
+}
+
+TEST_F(MeshHints, LongerThanTheOthersThatMove) {
+  const std::string beads = R"("bodies": [{"name": "b", "shape": "bead", "material": "m"}])";
+  EXPECT_THAT(poured(0.4, beads), IsEmpty());
+  EXPECT_THAT(poured(2, beads), ElementsAre(HasSubstr("others that move are 0.02 m long")));
+}
+
+TEST_F(MeshHints, TooLongOrTooShortForTheCamera) {
+  const std::string camera = R"("camera": {"position": [0, 0.3, 0.4], "target": [0, 0, 0]})";
+  EXPECT_THAT(poured(0.9, camera), IsEmpty());
+  EXPECT_THAT(poured(1.1, camera), ElementsAre(HasSubstr("the camera is 0.5 m from its target")));
+  const std::string far = R"("camera": {"position": [0, 0, 20], "target": [0, 0, 0]})";
+  EXPECT_THAT(poured(0.01, far), IsEmpty());
+  EXPECT_THAT(poured(0.004, far),
+              ElementsAre(AllOf(HasSubstr("the camera is 20 m"), HasSubstr("1000 makes it"))));
+}
+
+TEST_F(MeshHints, NoTimeToFallByTheirOwnLength) {
+  EXPECT_THAT(poured(3, "\"duration_s\": 1"), IsEmpty());
+  EXPECT_THAT(poured(3, "\"duration_s\": 0.5"),
+              ElementsAre(HasSubstr("to fall by its own length")));
+  EXPECT_THAT(poured(3, R"("duration_s": 0.5, "gravity": [0, 0, 0])"), IsEmpty());
+}
+
+TEST_F(MeshHints, TinyThings) {
+  write_obj(box_mesh({0.001, 0.001, 0.0005}), scratch_ / "grain.obj");
+  EXPECT_THAT(hints("", kTable, "grain.obj"), ElementsAre(HasSubstr("it is tiny")));
+  EXPECT_THAT(poured(0.0003, kTable), ElementsAre(HasSubstr("all that stands there is 1.")));
+}
+
+// Legs and a seat, standing on y = 0 or z = 0 of its file.
+TriangleMesh stool(bool is_z_up) {
+  TriangleMesh stool;
+  const auto add = [&](const Vec3& size, const Vec3& centre) {
+    TriangleMesh box = box_mesh(size);
+    const auto first = static_cast<uint32_t>(stool.vertices.size());
+    for (const Vec3& vertex : box.vertices) stool.vertices.push_back(vertex + centre);
+    for (const auto& [a, b, c] : box.triangles) {
+      stool.triangles.push_back({a + first, b + first, c + first});
+    }
+  };
+  for (const double x : {-0.15, 0.15}) {
+    for (const double z : {-0.15, 0.15}) add({0.04, 0.4, 0.04}, {x, 0.2, z});
+  }
+  add({0.36, 0.03, 0.36}, {0, 0.42, 0});
+  if (is_z_up) {
+    for (Vec3& v : stool.vertices) v = Vec3(v.x(), -v.z(), v.y());
+  }
+  return stool;
+}
+
+void write_stl(const TriangleMesh& mesh, const std::filesystem::path& file) {
+  std::ofstream out(file);
+  out << "solid s\n";
+  for (const Triangle& triangle : mesh.triangles) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (const uint32_t vertex : triangle)
+      out << "vertex " << mesh.vertices[vertex].transpose() << '\n';
+    out << "endloop\nendfacet\n";
+  }
+  out << "endsolid s\n";
+}
+
+TEST_F(MeshHints, FilesThatStandOnTheirZ) {
+  for (const bool is_z_up : {false, true}) {
+    write_obj(stool(is_z_up), scratch_ / "stool.obj");
+    write_stl(stool(is_z_up), scratch_ / "stool.stl");
+    for (const char* const file : {"stool.obj", "stool.stl"}) {
+      const auto placed = [&](const std::string& shape, const std::string& pose) {
+        return hints(R"(, "collision": "hull", "solid": "hull")" + shape,
+                     R"("bodies": [{"name": "s", "shape": "thing", "material": "m")" + pose + "}]",
+                     file);
+      };
+      const std::string text = std::string(file) + (is_z_up ? " z up" : " y up");
+      if (is_z_up) {
+        EXPECT_THAT(placed("", ""), ElementsAre(HasSubstr("\"up\": \"z\""))) << text;
+        EXPECT_THAT(placed("", R"(, "rotation_deg": [0, 30, 0])"), testing::SizeIs(1)) << text;
+      } else {
+        EXPECT_THAT(placed("", ""), IsEmpty()) << text;
+      }
+      EXPECT_THAT(placed(R"(, "up": "z")", ""), IsEmpty()) << text;
+      EXPECT_THAT(placed(R"(, "up": "y")", ""), IsEmpty()) << text;
+      // Turned by its author.
+      EXPECT_THAT(placed("", R"(, "rotation_deg": [-90, 0, 0])"), IsEmpty()) << text;
+    }
+  }
+  // Where bodies start turned at random it matters to nobody.
+  EXPECT_THAT(hints("", R"("emitters": [{"name": "p", "type": "disk", "shape": "thing",
+                       "material": "m", "radius": 0.4, "height": 1, "count": 2}])",
+                    "stool.stl"),
+              IsEmpty());
+}
+
+}  // namespace
+}  // namespace pilesim
