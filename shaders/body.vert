@@ -3,6 +3,7 @@ layout(location = 1) in vec3 vertex_normal;         // body frame
 layout(location = 2) in vec3 instance_position;     // world
 layout(location = 3) in vec4 instance_orientation;  // x y z w
 layout(location = 4) in vec4 instance_material;     // surface.glsl
+layout(location = 5) in vec4 vertex_paint;          // of its triangle; a: there is one
 
 uniform mat4 clip_from_world;
 
@@ -13,7 +14,7 @@ vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.
 
 void main() {
   world_normal = rotate(instance_orientation, vertex_normal);
-  material = instance_material;
+  material = is_painted(instance_material.a) ? vec4(vertex_paint.rgb, 1.0) : instance_material;
   vec3 position = instance_position + rotate(instance_orientation, vertex_position);
   gl_Position = clip_from_world * vec4(position, 1.0);
 }

@@ -115,16 +115,21 @@ class Store:
             raise NoPile(f"{path} holds no frames")
         self.shape = self.stored("body_shape").whole()
         material, colour = self.stored("body_material").whole(), self.stored("body_colour").whole()
-        looks = sorted(set(zip(material.tolist(), map(tuple, colour.tolist()))))
+        painted = numpy.zeros(len(material), bool)
+        if os.path.isdir(os.path.join(path, "body_painted")):
+            painted = self.stored("body_painted").whole().astype(bool)
+        of_body = list(zip(material.tolist(), map(tuple, colour.tolist()), painted.tolist()))
+        looks = sorted(set(of_body))
         number = {look: i for i, look in enumerate(looks)}
-        self.look = numpy.array([number[key] for key in zip(material.tolist(), map(tuple, colour.tolist()))], int)
+        self.look = numpy.array([number[key] for key in of_body], int)
         scene = self.attributes["scene"]
         size = scene["render"]["size"]
         self.about = {
             "body_name": self.attributes["body_name"],
             "shape_name": [shape["name"] for shape in self.attributes["shapes"]],
-            "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c in looks],
-            "look_colour": [c for _, c in looks],
+            "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c, _ in looks],
+            "look_colour": [c for _, c, _ in looks],
+            "look_painted": [p for _, _, p in looks],
             "frame_rate": self.attributes["frame_rate"],
             "aspect": size[0] / size[1],
         }
@@ -142,6 +147,8 @@ class Store:
         if name in self.made:
             return self.made[name]
         _, shape, what = name.split("_")
+        if what == "colours":
+            return self.stored(f"shapes/{shape}/colours").whole()
         if f"shape_{shape}_vertices" not in self.made:
             self.made[f"shape_{shape}_vertices"], self.made[f"shape_{shape}_triangles"] = self.mesh(int(shape))
         return self.made[name]

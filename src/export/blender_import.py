@@ -19,6 +19,7 @@ from bpy.app.handlers import persistent
 DATA, FORM = "pile.npz", "objects"
 
 LINEAR, CONSTANT = 1, 0  # interpolations of keys
+PAINT = "paint"  # the attribute with the colours of a mesh's own file
 
 
 class Pile:
@@ -73,22 +74,30 @@ def eulers(q):
     return numpy.stack([about_x, about_y, about_z], axis=-1)
 
 
-def make_material(name, srgb):
+def linear_of(srgb):
+    c = numpy.asarray(srgb) / 255
+    return numpy.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def make_material(name, srgb, painted):
     material = bpy.data.materials.new(name)
     material.use_nodes = True
-    c = numpy.array(srgb) / 255
-    linear = numpy.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    linear = linear_of(srgb)
     shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
     shader.inputs["Base Color"].default_value = (*linear, 1)
     shader.inputs["Roughness"].default_value = 0.7
     material.diffuse_color = (*linear, 1)
+    if painted:
+        paint = material.node_tree.nodes.new("ShaderNodeAttribute")
+        paint.attribute_name = PAINT
+        material.node_tree.links.new(paint.outputs["Color"], shader.inputs["Base Color"])
     return material
 
 
 def make_meshes(pile):
     """(shape, look) -> a mesh that all bodies of both share."""
-    materials = [make_material(name, colour) for name, colour in
-                 zip(pile.about.get("look_name", []), pile.about.get("look_colour", []))]
+    materials = [make_material(*look) for look in
+                 zip(*(pile.about.get("look_" + what, []) for what in ("name", "colour", "painted")))]
     meshes = {}
     for shape, look in sorted(set(zip(pile.shape.tolist(), pile.look.tolist()))):
         name = pile.about["shape_name"][shape]
@@ -106,6 +115,11 @@ def make_meshes(pile):
             mesh.polygons.foreach_set("loop_total", numpy.full(len(triangles), 3, numpy.int32))
         mesh.polygons.foreach_set("use_smooth", numpy.ones(len(triangles), bool))
         mesh.materials.append(materials[look])
+        if pile.about["look_painted"][look]:
+            colours = linear_of(pile.array(f"shape_{shape}_colours"))
+            paint = mesh.attributes.new(PAINT, "FLOAT_COLOR", "CORNER")
+            rows = numpy.concatenate([colours, numpy.ones((len(colours), 1))], axis=1)
+            paint.data.foreach_set("color", numpy.repeat(rows, 3, axis=0).astype(numpy.float32).ravel())
         mesh.update(calc_edges=True)
         if hasattr(mesh, "use_auto_smooth"):  # up to 4.0
             mesh.use_auto_smooth = True

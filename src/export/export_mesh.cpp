@@ -5,6 +5,19 @@
 #include "render/render_mesh.h"
 
 namespace pilesim {
+namespace {
+
+// As pack_material() packed it: to within a step of 255.
+Colour unpacked(const PackedMaterial& paint) {
+  Colour colour;
+  for (size_t i = 0; i < 3; ++i) {
+    const double root = paint[i] / 255.0;
+    colour[i] = srgb_from_linear(root * root);
+  }
+  return colour;
+}
+
+}  // namespace
 
 ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
   const float r = plane_reach_m;
@@ -13,7 +26,7 @@ ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
           ? make_render_mesh(
                 std::array{Vec3f(-r, 0, -r), Vec3f(-r, 0, r), Vec3f(r, 0, r), Vec3f(r, 0, -r)},
                 std::array<std::array<uint32_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}})
-          : make_render_mesh(shape.vertices, shape.triangles);
+          : make_render_mesh(shape.vertices, shape.triangles, shape.colours);
   ExportMesh mesh;
   mesh.radius_m = source.radius_m;
   std::map<std::array<float, 3>, uint32_t> place;
@@ -35,6 +48,12 @@ ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
     point_of.push_back(found->second);
   }
   for (const uint32_t corner : mesh.split_corners) mesh.corners.push_back(point_of[corner]);
+  if (!shape.colours.empty()) {
+    for (uint32_t i = 0; i < full.index_count; i += 3) {
+      const uint32_t vertex = full.first_vertex + source.indices[full.first_index + i];
+      mesh.colours.push_back(unpacked(source.vertices[vertex].paint));
+    }
+  }
   return mesh;
 }
 

@@ -16,6 +16,7 @@ struct ExportMesh {
   // (3 T) indices into split_points: points with a normal each, several at a crease.
   std::vector<uint32_t> split_corners;
   std::vector<Vec3f> split_points, split_normals;  // m; unit
+  std::vector<Colour> colours;                     // (T) of its file, or empty
   float radius_m = 0;                              // of the sphere about the origin that holds it
 };
 

@@ -76,12 +76,18 @@ ExportSource::ExportSource(TrajectoryReader& trajectory, ExportChoice choice)
 void ExportSource::choose_bodies() {
   const TrajectoryHeader& all = header();
   const std::vector<uint8_t> chosen = chosen_by(choice_.only, all.body_name);
-  std::map<std::pair<uint32_t, Colour>, uint32_t> look_of;
+  std::map<std::tuple<uint32_t, bool, Colour>, uint32_t> look_of;
   for (uint32_t id = 0; id < all.body_count(); ++id) {
     if (chosen[id] == 0) continue;
-    const std::pair key(all.body_material[id], all.body_colour[id]);
+    const bool is_painted = all.body_painted[id] != 0;
+    const std::tuple key(all.body_material[id], is_painted, all.body_colour[id]);
     const auto [look, is_new] = look_of.try_emplace(key, static_cast<uint32_t>(looks_.size()));
-    if (is_new) looks_.push_back({all.materials[key.first] + ' ' + hex(key.second), key.second});
+    if (is_new) {
+      const Colour& colour = all.body_colour[id];
+      looks_.push_back({all.materials[all.body_material[id]] + ' ' + hex(colour) +
+                            (is_painted ? " painted" : ""),
+                        colour, is_painted});
+    }
     bodies_.push_back(
         {.name = all.body_name[id], .id = id, .shape = all.body_shape[id], .look = look->second});
   }

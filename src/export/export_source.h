@@ -14,8 +14,9 @@ namespace pilesim {
 
 // How a body looks: bodies that share shape and look can share a mesh with its material.
 struct ExportLook {
-  std::string name;  // "wood d66b4e": of the material and the colour
+  std::string name;  // "wood d66b4e": of the material and the colour; "wood d66b4e painted"
   Colour colour;
+  bool is_painted = false;  // in the colours of its mesh; `colour` is a mean of them
 };
 
 struct ExportBody {

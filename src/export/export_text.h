@@ -46,10 +46,4 @@ inline void append_vector(std::string& text, const Vec3f& v) {
   append_number(text, v.z());
 }
 
-// Linear light of an sRGB value of 0 .. 255.
-inline double linear_from_srgb(uint8_t value) {
-  const double s = value / 255.0;
-  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-}
-
 }  // namespace pilesim

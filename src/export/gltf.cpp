@@ -171,30 +171,49 @@ class Document {
     if (is_new_shape) geometry->second = add_geometry(shape);
     const auto [material, is_new_look] = material_of_.try_emplace(look, 0);
     if (is_new_look) material->second = add_material(look);
-    const auto& [points, normals, corners] = geometry->second;
+    const auto& [points, normals, corners, colours] = geometry->second;
+    const bool is_painted = source_.looks()[look].is_painted;
     const std::string name = source_.header().shapes[shape].name + ' ' + source_.looks()[look].name;
-    found->second = meshes_.add(
-        "{\"name\": " + quoted(name) +
-        ", \"primitives\": [{\"attributes\": {\"POSITION\": " + std::to_string(points) +
-        ", \"NORMAL\": " + std::to_string(normals) + "}, \"indices\": " + std::to_string(corners) +
-        ", \"material\": " + std::to_string(material->second) + "}]}");
+    found->second =
+        meshes_.add("{\"name\": " + quoted(name) +
+                    ", \"primitives\": [{\"attributes\": {\"POSITION\": " + std::to_string(points) +
+                    ", \"NORMAL\": " + std::to_string(normals) +
+                    (is_painted ? ", \"COLOR_0\": " + std::to_string(colours) : "") +
+                    "}, \"indices\": " + std::to_string(corners) +
+                    ", \"material\": " + std::to_string(material->second) + "}]}");
     return found->second;
   }
 
-  std::array<size_t, 3> add_geometry(uint32_t shape) {
+  // Places, normals, corners and, where there are any, colours.
+  std::array<size_t, 4> add_geometry(uint32_t shape) {
     const ExportMesh& mesh = source_.shapes()[shape];
     Eigen::AlignedBox3f box;
     for (const Vec3f& point : mesh.split_points) box.extend(point);
     const std::string bounds = ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
-    return {add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds),
-            add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat),
-            add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned)};
+    return {
+        add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds),
+        add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat),
+        add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned),
+        mesh.colours.empty() ? 0 : add_accessor(kVertices, split_colours(mesh), "VEC3", kFloat)};
+  }
+
+  // Linear, of the points with a normal each: they have one colour each, too.
+  static std::vector<Vec3f> split_colours(const ExportMesh& mesh) {
+    std::vector<Vec3f> colours(mesh.split_points.size(), Vec3f::Ones());
+    for (size_t i = 0; i < mesh.split_corners.size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        colours[mesh.split_corners[i]][k] =
+            static_cast<float>(linear_from_srgb(mesh.colours[i / 3][k]));
+      }
+    }
+    return colours;
   }
 
   size_t add_material(uint32_t look) {
     const ExportLook& source = source_.looks()[look];
     std::string colour;
-    for (const uint8_t value : source.colour) {
+    // Colours of vertices are multiplied by it.
+    for (const uint8_t value : source.is_painted ? Colour{255, 255, 255} : source.colour) {
       append_rounded(colour, static_cast<float>(linear_from_srgb(value)), 6);
       colour += ", ";
     }
@@ -346,7 +365,7 @@ class Document {
   std::vector<View> begun_;  // those that hold something
   List nodes_, meshes_, materials_, cameras_, accessors_, samplers_, channels_;
   std::map<std::pair<uint32_t, uint32_t>, size_t> mesh_of_;
-  std::map<uint32_t, std::array<size_t, 3>> geometry_of_;
+  std::map<uint32_t, std::array<size_t, 4>> geometry_of_;
   std::map<uint32_t, size_t> material_of_;
   std::map<std::string, size_t> times_;
   bool has_instances_ = false;

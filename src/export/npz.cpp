@@ -206,6 +206,7 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
   for (const ExportLook& l : source.looks()) {
     about["look_name"].push_back(l.name);
     about["look_colour"].push_back(l.colour);
+    about["look_painted"].push_back(l.is_painted);
   }
   add_json(archive, "about_json", about);
   archive.array("id", "<u4", count + ",", id);
@@ -234,6 +235,9 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
                   mesh.points);
     archive.array(prefix + "_triangles", "<u4", std::to_string(mesh.corners.size() / 3) + ", 3",
                   mesh.corners);
+    if (mesh.colours.empty()) continue;
+    archive.array(prefix + "_colours", "|u1", std::to_string(mesh.colours.size()) + ", 3",
+                  mesh.colours);
   }
   if (source.has_camera()) {
     // One row where it stands still.

@@ -166,28 +166,50 @@ class UsdaWriter {
       file_.write("        point3f[] points = ");
       write_list(file_, mesh.points.size(),
                  [&](std::string& text, size_t i) { append_tuple(text, mesh.points[i]); });
+      if (!mesh.colours.empty()) {
+        file_.write("\n        color3f[] primvars:displayColor = ");
+        write_list(file_, mesh.colours.size(),
+                   [&](std::string& text, size_t i) { text += linear_tuple(mesh.colours[i]); });
+        file_.write(" (\n            interpolation = \"uniform\"\n        )");
+      }
       line("\n        uniform token subdivisionScheme = \"none\"\n    }");
     }
     line("}");
+  }
+
+  static std::string linear_tuple(const Colour& colour) {
+    std::string text = "(";
+    for (size_t c = 0; c < 3; ++c) {
+      if (c > 0) text += ", ";
+      append_rounded(text, static_cast<float>(linear_from_srgb(colour[c])), 6);
+    }
+    return text + ')';
   }
 
   void write_looks() {
     line("    def Scope \"materials\"\n    {");
     for (size_t i = 0; i < look_.size(); ++i) {
       const std::string path = "/pile/materials/" + look_[i];
-      std::string colour = "(";
-      for (size_t c = 0; c < 3; ++c) {
-        if (c > 0) colour += ", ";
-        append_rounded(colour, static_cast<float>(linear_from_srgb(source_.looks()[i].colour[c])),
-                       6);
-      }
+      const ExportLook& look = source_.looks()[i];
       line("        def Material \"" + look_[i] + "\"\n        {");
       line("            token outputs:surface.connect = <" + path + "/surface.outputs:surface>\n");
       line("            def Shader \"surface\"\n            {");
       line("                uniform token info:id = \"UsdPreviewSurface\"");
-      line("                color3f inputs:diffuseColor = " + colour + ')');
+      if (look.is_painted) {
+        line("                color3f inputs:diffuseColor.connect = <" + path +
+             "/paint.outputs:result>");
+      } else {
+        line("                color3f inputs:diffuseColor = " + linear_tuple(look.colour));
+      }
       line("                float inputs:roughness = 0.7");
-      line("                token outputs:surface\n            }\n        }");
+      line("                token outputs:surface\n            }");
+      if (look.is_painted) {
+        line("\n            def Shader \"paint\"\n            {");
+        line("                uniform token info:id = \"UsdPrimvarReader_float3\"");
+        line("                string inputs:varname = \"displayColor\"");
+        line("                float3 outputs:result\n            }");
+      }
+      line("        }");
     }
     line("    }");
   }

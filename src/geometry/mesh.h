@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/colour.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -23,6 +24,7 @@ struct TriangleMesh {
   std::vector<Vec3> vertices;       // (V) m
   std::vector<Triangle> triangles;  // (T) indices below V
   std::vector<MeshGroup> groups;    // disjoint, ordered, covering all triangles; empty: one unnamed
+  std::vector<Colour> colours;      // (T) of what is drawn; empty: the file says nothing of them
   // How far the digits that the vertices were written with may have moved each of them, m; 0 where
   // nothing is known of it.
   double rounding_m = 0;

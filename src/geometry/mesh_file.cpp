@@ -16,6 +16,7 @@
 
 #include "core/atomic_file.h"
 #include "core/isolated.h"
+#include "geometry/base_colours.h"
 #include "geometry/coordinate_rounding.h"
 
 namespace pilesim {
@@ -43,7 +44,7 @@ Eigen::Affine3d transform_of(const aiMatrix4x4& m) {
 // Gathers the triangles of a node and its children; each node that has some becomes a group.
 class Gatherer {
  public:
-  explicit Gatherer(const aiScene& scene) : scene_(scene) {}
+  Gatherer(const aiScene& scene, BaseColours& colours) : scene_(scene), colours_(colours) {}
 
   void add(const aiNode& node, const Eigen::Affine3d& parent, int depth = 0) {
     if (depth > kMostDepth) {
@@ -90,10 +91,12 @@ class Gatherer {
       }
       if (mirrors) std::swap(triangle[1], triangle[2]);
       mesh_.triangles.push_back(triangle);
+      mesh_.colours.push_back(colours_.of(mesh, face));
     }
   }
 
   const aiScene& scene_;
+  BaseColours& colours_;
   TriangleMesh mesh_;
 };
 
@@ -114,7 +117,6 @@ class MeshFiles : public Assimp::IOSystem {
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
- private:
   // Null where there is no such file. What is read is kept: formats ask again and again.
   const std::string* bytes_of(const std::string& name) const {
     if (name == main_name_) return &main_bytes_;
@@ -134,6 +136,7 @@ class MeshFiles : public Assimp::IOSystem {
     return place->second ? &*place->second : nullptr;
   }
 
+ private:
   std::string main_name_;
   const std::string& main_bytes_;
   mutable std::map<std::string, std::optional<std::string>> others_;
@@ -185,6 +188,7 @@ std::string pack(const TriangleMesh& mesh) {
   put(bytes, &mesh.rounding_m, 1);
   put(bytes, mesh.vertices.data(), mesh.vertices.size());
   put(bytes, mesh.triangles.data(), mesh.triangles.size());
+  put(bytes, mesh.colours.data(), mesh.colours.size());
   std::vector<uint32_t> counts;
   for (const MeshGroup& group : mesh.groups) counts.push_back(group.triangle_count);
   put(bytes, counts.data(), counts.size());
@@ -200,6 +204,7 @@ TriangleMesh unpack(std::string_view bytes) {
   mesh.rounding_m = rounding[0];
   mesh.vertices = parcel.take<std::vector<Vec3>>();
   mesh.triangles = parcel.take<std::vector<Triangle>>();
+  mesh.colours = parcel.take<std::vector<Colour>>();
   uint64_t first = 0;
   for (const uint32_t count : parcel.take<std::vector<uint32_t>>()) {
     mesh.groups.push_back({"", static_cast<uint32_t>(first), count});
@@ -211,7 +216,9 @@ TriangleMesh unpack(std::string_view bytes) {
   });
   const bool finite =
       std::ranges::all_of(mesh.vertices, [](const Vec3& v) { return v.allFinite(); });
-  if (!in_range || !finite || first != mesh.triangles.size()) throw Refusal{Parcel::kBroken};
+  const bool coloured = mesh.colours.empty() || mesh.colours.size() == mesh.triangles.size();
+  if (!in_range || !finite || !coloured || first != mesh.triangles.size())
+    throw Refusal{Parcel::kBroken};
   return mesh;
 }
 
@@ -245,10 +252,25 @@ std::string fault_of_ply_head(std::string_view bytes) {
   return "is a PLY file whose head has no end";
 }
 
+// glTF has numbers that are proportional to light.
+bool has_linear_colours(const std::string& name) {
+  std::string ending = std::filesystem::path(name).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending == ".glb" || ending == ".gltf";
+}
+
+// One grey for all: what programs give to things without a colour.
+bool is_plain(const std::vector<Colour>& colours) {
+  return std::ranges::all_of(colours, [&](const Colour& colour) {
+    return colour == colours.front() && colour[0] == colour[1] && colour[1] == colour[2];
+  });
+}
+
 // Runs in the other process.
 std::string parse(const std::string& name, const std::string& bytes, double scale) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new MeshFiles(name, bytes));  // which it owns
+  auto* const files = new MeshFiles(name, bytes);
+  importer.SetIOHandler(files);  // which it owns
   const aiScene* scene = importer.ReadFile(name, aiProcess_Triangulate);
   try {
     if (scene == nullptr || scene->mRootNode == nullptr) {
@@ -256,9 +278,16 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
       if (fault.find("bad_alloc") != fault.npos) throw std::bad_alloc();
       throw Refusal{"cannot be read as a mesh (" + fault + ")"};
     }
-    Gatherer gatherer(*scene);
+    const std::filesystem::path directory = std::filesystem::path(name).parent_path();
+    BaseColours colours(*scene, has_linear_colours(name), [&](std::string texture) {
+      std::ranges::replace(texture, '\\', '/');  // as some write it on Windows
+      return files->bytes_of((directory / texture).string());
+    });
+    Gatherer gatherer(*scene, colours);
     gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
-    return pack(gatherer.take());
+    TriangleMesh mesh = gatherer.take();
+    if (is_plain(mesh.colours)) mesh.colours.clear();
+    return pack(mesh);
   } catch (const Refusal& refusal) {
     return kRefusal + refusal.found;
   }

@@ -11,8 +11,10 @@
 namespace pilesim {
 
 // All triangles as they are in the file, times `scale` (> 0), none of them shared or welded: what
-// import_mesh() begins with. Vertices are finite and indices in range. Memory and time for reading
-// are bounded by the sizes of the file and of those that it names. Throws as import_mesh() does.
+// import_mesh() begins with. Colours
+// are kept where the file has others than one grey: what programs give to all that has none.
+// Vertices are finite and indices in range. Memory and time for reading are bounded by the sizes of
+// the file and of those that it names. Throws as import_mesh() does.
 TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale);
 
 // Error(input) for a file that holds no mesh.

@@ -102,7 +102,9 @@ TriangleMesh welded(const TriangleMesh& loose, const Vec3& corner, double tolera
       Triangle triangle = loose.triangles[group.first_triangle + i];
       for (uint32_t& vertex : triangle) vertex = welder.weld(loose.vertices[vertex]);
       const auto [a, b, c] = triangle;
-      if (a != b && b != c && c != a) mesh.triangles.push_back(triangle);
+      if (a == b || b == c || c == a) continue;
+      mesh.triangles.push_back(triangle);
+      if (!loose.colours.empty()) mesh.colours.push_back(loose.colours[group.first_triangle + i]);
     }
     const auto count = static_cast<uint32_t>(mesh.triangles.size()) - first;
     if (count > 0) mesh.groups.push_back({group.name, first, count});

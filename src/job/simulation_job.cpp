@@ -47,6 +47,7 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
       stored.vertices.emplace_back(vertex.cast<float>());
     }
     stored.triangles = shape.mesh.triangles;
+    stored.colours = shape.mesh.colours;
     const Json& source = sources.at(shape.source);
     stored.type = source.at("type");
     stored.file = source.value("file", "");
@@ -60,6 +61,7 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     header.body_shape.push_back(body.shape);
     header.body_material.push_back(body.material);
     header.body_colour.push_back(body.colour);
+    header.body_painted.push_back(body.is_painted ? 1 : 0);
     header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
   }
   return header;

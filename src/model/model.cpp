@@ -154,7 +154,8 @@ class ModelBuilder {
     const bool is_dynamic = body.role == Role::dynamic;
     const Colour& default_colour =
         is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()] : kFixedColour;
-    body.colour = colour.value_or(default_colour);
+    body.is_painted = !colour && !shape.mesh.colours.empty();
+    body.colour = body.is_painted ? shape.mean_colour : colour.value_or(default_colour);
     if (is_dynamic) {
       body.mass_kg = shape.mass.volume_m3 * model_.materials[body.material].density_kg_m3;
     }

@@ -32,6 +32,7 @@ struct ModelShape {
   double size = 1;     // times that one
   bool is_plane = false;
   TriangleMesh mesh;                     // drawn, and collided with where collides_as_mesh
+  Colour mean_colour{};                  // of mesh.colours, where there are any
   std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
   bool collides_as_mesh = false;         // concave, static or kinematic only
   MassProperties mass;                   // of unit density; centre_of_mass is zero here
@@ -61,7 +62,8 @@ struct ModelBody {
   std::optional<Hinge> hinge;
   std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
   Colour colour;
-  double mass_kg = 0;  // 0 for fixed and kinematic bodies
+  bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
+  double mass_kg = 0;       // 0 for fixed and kinematic bodies
 };
 
 struct ModelEvent {
@@ -105,9 +107,9 @@ struct Model {
   uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
 };
 
-// Loads meshes and builds collision shapes (solids and decompositions are cached under the user's cache
-// directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the shape's
-// JSON pointer.
+// Loads meshes and builds collision shapes (solids and decompositions are cached under the user's
+// cache directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the
+// shape's JSON pointer.
 Model build_model(const Scene& scene);
 
 }  // namespace pilesim

@@ -46,6 +46,22 @@ CollisionPiece primitive_piece(CollisionPiece::Kind kind, const Vec3& size,
   return {.kind = kind, .pose = {.position = centre}, .size = size};
 }
 
+// By area, of a mesh with colours.
+Colour mean_colour(const TriangleMesh& mesh) {
+  Vec3 sum = Vec3::Zero();
+  double area = 0;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto [a, b, c] = mesh.triangles[i];
+    const Vec3& corner = mesh.vertices[a];
+    const double own = (mesh.vertices[b] - corner).cross(mesh.vertices[c] - corner).norm();
+    for (int k = 0; k < 3; ++k) sum[k] += own * linear_from_srgb(mesh.colours[i][k]);
+    area += own;
+  }
+  Colour mean;
+  for (int k = 0; k < 3; ++k) mean[k] = srgb_from_linear(sum[k] / area);
+  return mean;
+}
+
 // Fills what follows from mesh and mass, and puts the origin at the centre of mass. Pieces and
 // `solid` are in the same frame as the mesh.
 void finish(ModelShape& shape, const TriangleMesh& solid) {
@@ -302,6 +318,7 @@ ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
         MeshShapeBuilder(source, meshes.load(source.file, scale, up), pointer).build();
     shape.file_scale = scale;
     shape.file_up = up;
+    if (!shape.mesh.colours.empty()) shape.mean_colour = mean_colour(shape.mesh);
     return shape;
   } catch (const Error& error) {
     std::vector<Problem> problems = error.problems();

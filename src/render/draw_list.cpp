@@ -8,21 +8,8 @@
 namespace pilesim {
 namespace {
 
-double linear_from_srgb(uint8_t value) {
-  const double s = value / 255.0;
-  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
-}
-
-PackedMaterial pack_material(const std::array<uint8_t, 3>& srgb, bool is_plane) {
-  // The kinds of surface.glsl.
-  constexpr uint8_t kGround = 128;
-  constexpr uint8_t kBody = 255;
-  PackedMaterial material{0, 0, 0, is_plane ? kGround : kBody};
-  for (size_t i = 0; i < 3; ++i) {
-    material[i] = static_cast<uint8_t>(std::lround(255 * std::sqrt(linear_from_srgb(srgb[i]))));
-  }
-  return material;
-}
+// The kinds of surface.glsl.
+constexpr uint8_t kGround = 128, kPainted = 224, kBody = 255;
 
 // A body to draw; sorted by batch, then from front to back.
 struct Entry {
@@ -37,6 +24,7 @@ struct Entry {
 
 PackedMaterial darker(PackedMaterial material) {
   constexpr int kDarkness = 3;
+  material[3] = kBody;
   for (size_t c = 0; c < 3; ++c) material[c] = static_cast<uint8_t>(material[c] / kDarkness);
   return material;
 }
@@ -127,12 +115,15 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told)
     : shape(header.body_shape), moves(header.body_moves), colours(told) {
   meshes.reserve(header.shapes.size());
   for (const TrajectoryShape& source : header.shapes) {
-    meshes.push_back(make_render_mesh(source.vertices, source.triangles));
+    meshes.push_back(make_render_mesh(source.vertices, source.triangles, source.colours));
     is_plane.push_back(source.is_plane ? 1 : 0);
   }
   material.reserve(header.body_count());
   for (size_t body = 0; body < shape.size(); ++body) {
-    material.push_back(pack_material(header.body_colour[body], is_plane[shape[body]] != 0));
+    const bool is_painted = body < header.body_painted.size() && header.body_painted[body] != 0;
+    material.push_back(pack_material(header.body_colour[body], is_plane[shape[body]] != 0 ? kGround
+                                                               : is_painted               ? kPainted
+                                                                                          : kBody));
   }
   std::vector<float> radii;
   for (size_t body = 0; body < shape.size(); ++body) {
@@ -154,18 +145,20 @@ PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t bod
     case BodyColours::sleepers:
       return sleeps ? darker(material[body]) : material[body];
     case BodyColours::analysis:
-      if ((state & (kPassed | kFailed)) == kPassed) return pack_material({70, 190, 200}, false);
-      if ((state & (kPassed | kFailed)) == kFailed) return pack_material({205, 60, 50}, false);
-      if ((state & kPassed) != 0) return pack_material({60, 90, 200}, false);
+      if ((state & (kPassed | kFailed)) == kPassed) return pack_material({70, 190, 200}, kBody);
+      if ((state & (kPassed | kFailed)) == kFailed) return pack_material({205, 60, 50}, kBody);
+      if ((state & kPassed) != 0) return pack_material({60, 90, 200}, kBody);
       break;
     case BodyColours::solver:
       // What stands, and what is moved by its keys, is stepped by no one.
       if ((state & (kImpulse | kStatistical)) == 0) break;
-      const PackedMaterial told = pack_material(solver_colour(state), false);
+      const PackedMaterial told = pack_material(solver_colour(state), kBody);
       return sleeps ? darker(told) : told;
   }
   return material[body];
 }
+
+bool is_painted(const PackedMaterial& material) { return material[3] == kPainted; }
 
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
                          float height, float pixel_error, DrawList& list) {

@@ -13,8 +13,13 @@
 
 namespace pilesim {
 
-// Colour and kind as the shaders have them (surface.glsl), 255 for 1.
-using PackedMaterial = std::array<uint8_t, 4>;
+// Linear. What is packed is its square root.
+inline Vec3f albedo_of(const PackedMaterial& packed) {
+  return Vec3f(packed[0], packed[1], packed[2]).cwiseAbs2() / (255.0f * 255.0f);
+}
+
+// That the paint of a mesh's vertices holds, not the material's own colour.
+bool is_painted(const PackedMaterial& material);
 
 // What a vertex shader gets of each body (body.vert).
 struct Instance {

@@ -34,9 +34,11 @@ MeshBuffers::MeshBuffers(std::span<const RenderMesh> meshes) {
                         offset(offsetof(RenderVertex, position)));
   glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, sizeof(RenderVertex),
                         offset(offsetof(RenderVertex, normal)));
-  for (GLuint attribute = 0; attribute < 5; ++attribute) {
+  glVertexAttribPointer(5, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(RenderVertex),
+                        offset(offsetof(RenderVertex, paint)));
+  for (GLuint attribute = 0; attribute < 6; ++attribute) {
     glEnableVertexAttribArray(attribute);
-    if (attribute >= 2) glVertexAttribDivisor(attribute, 1);
+    if (attribute >= 2 && attribute < 5) glVertexAttribDivisor(attribute, 1);
   }
 }
 

@@ -10,7 +10,8 @@
 
 namespace pilesim {
 
-// Vertex attributes: 0 position, 1 normal, 2 to 4 the members of Instance.
+// Vertex attributes: 0 position, 1 normal, 2 to 4 the members of Instance,
+// 5 paint.
 class MeshBuffers {
  public:
   // Needs its context to be current, as draw() does.

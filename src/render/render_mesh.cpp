@@ -13,10 +13,11 @@ namespace {
 struct WeldedMesh {
   std::vector<Vec3f> positions;
   std::vector<uint32_t> corners;  // (3 T) indices into positions, no triangle with equal corners
+  std::vector<PackedMaterial> paint;  // (T)
 };
 
-WeldedMesh weld(std::span<const Vec3f> vertices,
-                std::span<const std::array<uint32_t, 3>> triangles) {
+WeldedMesh weld(std::span<const Vec3f> vertices, std::span<const std::array<uint32_t, 3>> triangles,
+                std::span<const Colour> colours) {
   std::vector<uint32_t> corners;
   corners.reserve(triangles.size() * 3);
   for (const auto& triangle : triangles) {
@@ -31,7 +32,9 @@ WeldedMesh weld(std::span<const Vec3f> vertices,
                             sizeof(Vec3f), remap.data());
   for (size_t i = 0; i < corners.size(); i += 3) {
     const uint32_t a = remap[corners[i]], b = remap[corners[i + 1]], c = remap[corners[i + 2]];
-    if (a != b && b != c && c != a) welded.corners.insert(welded.corners.end(), {a, b, c});
+    if (a == b || b == c || c == a) continue;
+    welded.corners.insert(welded.corners.end(), {a, b, c});
+    welded.paint.push_back(colours.empty() ? PackedMaterial{} : pack_material(colours[i / 3], 255));
   }
   return welded;
 }
@@ -131,13 +134,14 @@ std::vector<Vec3f> corner_normals(const WeldedMesh& mesh, const std::vector<Edge
   return normals;
 }
 
-// One vertex for each pair of place and normal.
+// One vertex for each place, normal and paint.
 void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
                     std::vector<RenderVertex>& vertices, std::vector<uint32_t>& indices) {
   std::vector<RenderVertex> corners(mesh.corners.size());
   for (size_t i = 0; i < corners.size(); ++i) {
     const Vec3f& p = mesh.positions[mesh.corners[i]];
-    corners[i] = {{p.x(), p.y(), p.z()}, {normals[i].x(), normals[i].y(), normals[i].z()}};
+    corners[i] = {
+        {p.x(), p.y(), p.z()}, {normals[i].x(), normals[i].y(), normals[i].z()}, mesh.paint[i / 3]};
   }
   std::vector<uint32_t> remap(corners.size());
   const size_t count = meshopt_generateVertexRemap(
@@ -195,10 +199,19 @@ void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>&
 
 }  // namespace
 
+PackedMaterial pack_material(const Colour& colour, uint8_t kind) {
+  PackedMaterial material{0, 0, 0, kind};
+  for (size_t i = 0; i < 3; ++i) {
+    material[i] = static_cast<uint8_t>(std::lround(255 * std::sqrt(linear_from_srgb(colour[i]))));
+  }
+  return material;
+}
+
 RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
-                            std::span<const std::array<uint32_t, 3>> triangles) {
+                            std::span<const std::array<uint32_t, 3>> triangles,
+                            std::span<const Colour> colours) {
   RenderMesh mesh;
-  const WeldedMesh welded = weld(vertices, triangles);
+  const WeldedMesh welded = weld(vertices, triangles, colours);
   if (welded.corners.empty()) {
     mesh.levels.emplace_back();
     return mesh;

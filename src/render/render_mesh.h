@@ -6,13 +6,21 @@
 #include <span>
 #include <vector>
 
+#include "core/colour.h"
 #include "core/types.h"
 
 namespace pilesim {
 
+// Colour and kind as the shaders have them (surface.glsl), 255 for 1.
+using PackedMaterial = std::array<uint8_t, 4>;
+
+PackedMaterial pack_material(const Colour& colour, uint8_t kind);
+
 struct RenderVertex {
   std::array<float, 3> position;  // m, body frame
   std::array<float, 3> normal;    // unit, body frame
+  // Its triangle's own, for bodies that are painted; its kind is 0 where the mesh has no colours.
+  PackedMaterial paint = {0, 0, 0, 0};
 };
 
 // One level of detail: a run of the mesh's vertices and indices of its own.
@@ -31,10 +39,12 @@ struct RenderMesh {
   bool closed = false;            // every edge has two triangles of opposite directions
 };
 
-// Triangles meet smoothly where the angle between them is below the crease angle. Vertices at the
-// same place are one. Simplified levels use vertices of the full mesh with their normals.
+// `colours`: one a triangle, or none. Triangles meet smoothly where the angle between them is below
+// the crease angle. Vertices at the same place are one. Simplified levels use vertices of the full
+// mesh with their normals.
 RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
-                            std::span<const std::array<uint32_t, 3>> triangles);
+                            std::span<const std::array<uint32_t, 3>> triangles,
+                            std::span<const Colour> colours = {});
 
 // Angle between faces above which their common edge is drawn sharp.
 inline constexpr double kCreaseAngle = radians(38);

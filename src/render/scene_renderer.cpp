@@ -42,7 +42,7 @@ std::string concatenate(std::initializer_list<std::string_view> parts) {
 
 struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
-  GlProgram body{"body", shaders::body_vert,
+  GlProgram body{"body", concatenate({shaders::surface_glsl, shaders::body_vert}),
                  concatenate({shaders::surface_glsl, shaders::body_frag})};
   GlProgram ground{"ground", shaders::ground_vert,
                    concatenate({shaders::surface_glsl, shaders::ground_frag})};

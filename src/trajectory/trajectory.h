@@ -9,9 +9,11 @@
 //   body_shape   (body)           u4  index into shapes
 //   body_material (body)          u4  index into materials
 //   body_colour  (body, 3)        u1  sRGB
+//   body_painted (body)           u1  1: drawn in the colours of its shape; where one is
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
 //   shapes/<i>/triangles (T, 3)   u4
+//   shapes/<i>/colours   (T, 3)   u1  sRGB; where its file has them
 // Arrays over frames are cut into chunks of frames compressed with zstd. A chunk is complete or
 // absent and the frame count in `.zarray` moves after the chunk is there, so a killed run leaves a
 // valid shorter trajectory. The same frames give the same files, whenever they were written.
@@ -26,6 +28,7 @@
 #include <vector>
 
 #include "core/body_flags.h"
+#include "core/colour.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -35,6 +38,7 @@ struct TrajectoryShape {
   bool is_plane = false;        // the half-space y <= 0 of the body; no mesh
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
+  std::vector<Colour> colours;  // (T) of its file, for the bodies that are painted; or empty
   // How the body frame lies in the shape's own frame, that of its mesh file or of its primitive: a
   // point f of the file is at scale f - centre_of_mass in the body frame; of a file whose z is up
   // (x, z, -y) of it is f.
@@ -52,12 +56,13 @@ struct TrajectoryHeader {
   std::string resolved_scene;  // JSON text
   std::string scene_hash;      // of the scene and its files
   std::vector<TrajectoryShape> shapes;
-  std::vector<std::string> body_name;               // (B)
-  std::vector<std::string> materials;               // names
-  std::vector<uint32_t> body_shape;                 // (B) index into shapes
-  std::vector<uint32_t> body_material;              // (B) index into materials
-  std::vector<std::array<uint8_t, 3>> body_colour;  // (B) sRGB
-  std::vector<uint8_t> body_moves;                  // (B) 1: dynamic or kinematic, 0: fixed
+  std::vector<std::string> body_name;   // (B)
+  std::vector<std::string> materials;   // names
+  std::vector<uint32_t> body_shape;     // (B) index into shapes
+  std::vector<uint32_t> body_material;  // (B) index into materials
+  std::vector<Colour> body_colour;      // (B)
+  std::vector<uint8_t> body_painted;    // (B) 1: drawn in its shape's own colours
+  std::vector<uint8_t> body_moves;      // (B) 1: dynamic or kinematic, 0: fixed
 
   size_t body_count() const { return body_shape.size(); }
 };

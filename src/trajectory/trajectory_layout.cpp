@@ -20,9 +20,11 @@ ZarrLayout state(uint64_t body_count) { return {"|u1", {body_count}}; }
 ZarrLayout body_shape() { return {"<u4", {}}; }
 ZarrLayout body_material() { return {"<u4", {}}; }
 ZarrLayout body_colour() { return {"|u1", {3}}; }
+ZarrLayout body_painted() { return {"|u1", {}}; }
 ZarrLayout body_moves() { return {"|u1", {}}; }
 ZarrLayout vertices() { return {"<f4", {3}}; }
 ZarrLayout triangles() { return {"<u4", {3}}; }
+ZarrLayout colours() { return {"|u1", {3}}; }
 
 std::filesystem::path shape_directory(const std::filesystem::path& store, size_t index) {
   return store / "shapes" / std::to_string(index);

@@ -21,9 +21,11 @@ ZarrLayout state(uint64_t body_count);
 ZarrLayout body_shape();
 ZarrLayout body_material();
 ZarrLayout body_colour();
+ZarrLayout body_painted();
 ZarrLayout body_moves();
 ZarrLayout vertices();
 ZarrLayout triangles();
+ZarrLayout colours();
 
 std::filesystem::path shape_directory(const std::filesystem::path& store, size_t index);
 

@@ -92,6 +92,11 @@ TrajectoryShape read_shape(const fs::path& directory) {
     corners.insert(corners.end(), triangle.begin(), triangle.end());
   }
   check_indices(directory / "triangles", corners, vertices.size(), "vertices");
+  if (fs::exists(directory / "colours")) {
+    const ZarrArray array = open_whole_zarr_array(directory / "colours", layout::colours());
+    check_size(directory / "colours", array.rows, shape.triangles.size());
+    shape.colours = read_zarr_values<Colour>(array, false);
+  }
   return shape;
 }
 
@@ -141,6 +146,10 @@ TrajectoryHeader read_header(const fs::path& store) {
   per_body("body_shape", layout::body_shape(), header.body_shape);
   per_body("body_material", layout::body_material(), header.body_material);
   per_body("body_colour", layout::body_colour(), header.body_colour);
+  header.body_painted.resize(bodies);
+  if (fs::exists(store / "body_painted")) {
+    per_body("body_painted", layout::body_painted(), header.body_painted);
+  }
   per_body("body_moves", layout::body_moves(), header.body_moves);
   check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");
   check_indices(store / "body_material", header.body_material, header.materials.size(),

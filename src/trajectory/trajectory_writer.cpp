@@ -65,6 +65,10 @@ void write_header(const fs::path& store, const TrajectoryHeader& header) {
                     {"body"}, "index into materials");
   write_whole_array(store / "body_colour", layout::body_colour(), header.body_colour,
                     {"body", "channel"}, "sRGB");
+  if (std::ranges::find(header.body_painted, 1) != header.body_painted.end()) {
+    write_whole_array(store / "body_painted", layout::body_painted(), header.body_painted, {"body"},
+                      "1: drawn in the colours of its shape");
+  }
   write_whole_array(store / "body_moves", layout::body_moves(), header.body_moves, {"body"},
                     "1: dynamic or kinematic, 0: fixed");
   create_zarr_group(store / "shapes");
@@ -75,6 +79,9 @@ void write_header(const fs::path& store, const TrajectoryHeader& header) {
                       {"vertex", "axis"}, "m, body frame (origin at the centre of mass)");
     write_whole_array(directory / "triangles", layout::triangles(), header.shapes[i].triangles,
                       {"triangle", "corner"}, "vertex indices, counter-clockwise from outside");
+    if (header.shapes[i].colours.empty()) continue;
+    write_whole_array(directory / "colours", layout::colours(), header.shapes[i].colours,
+                      {"triangle", "channel"}, "sRGB");
   }
 }
 
@@ -82,7 +89,8 @@ void check(const TrajectoryHeader& header) {
   const size_t bodies = header.body_count();
   assert(header.frame_rate > 0);
   assert(header.body_name.size() == bodies && header.body_material.size() == bodies &&
-         header.body_colour.size() == bodies && header.body_moves.size() == bodies);
+         header.body_colour.size() == bodies && header.body_painted.size() <= bodies &&
+         header.body_moves.size() == bodies);
   assert(std::all_of(header.body_shape.begin(), header.body_shape.end(),
                      [&](uint32_t shape) { return shape < header.shapes.size(); }));
   assert(std::all_of(header.body_material.begin(), header.body_material.end(),

@@ -86,6 +86,10 @@ class Tile {
     return sample_point(sample_, pixels_[path.pixel].seeds[index]);
   }
   const RayMaterial& material(const Path& path) const { return scene_.materials[path.hit.body]; }
+  Vec3f albedo(const Path& path) const {
+    const RayMaterial& of = material(path);
+    return of.is_painted ? albedo_of(path.surface.paint) : of.albedo;
+  }
 
   Ray camera_ray(const Path& path) const {
     const TilePixel& pixel = pixels_[path.pixel];
@@ -164,8 +168,7 @@ class Tile {
         pixel.body = 0;
         return true;
       }
-      const RayMaterial& material = this->material(path);
-      pixel.albedo = material.albedo;
+      pixel.albedo = albedo(path);
       pixel.normal = path.surface.normal;
       pixel.nearness = 1 / path.hit.distance;
       pixel.body = path.hit.body + 1;
@@ -197,7 +200,7 @@ class Tile {
       const float cosine = at.normal.dot(light);
       if (cosine <= 0) continue;
       const RayMaterial& of = material(path);
-      Vec3f answer = of.albedo;
+      Vec3f answer = albedo(path);
       if (bounce == 0 && !of.is_plane) {
         const Vec3f view = -path.ray.direction;
         const float facing = at.normal.dot(view);
@@ -222,20 +225,20 @@ class Tile {
   // ground, each as often as it sends. False where it ends.
   bool turn(Path& path, int bounce) const {
     const RayMaterial& of = material(path);
+    const Vec3f own = albedo(path);
     const RaySurface& at = path.surface;
     const Eigen::Vector2f point = draw(path, PathSquare::turn_0, bounce);
     const Vec3f view = -path.ray.direction;
     Vec3f light;
     if (bounce > 0 || of.is_plane) {
       light = cosine_sample(at.normal, point);
-      path.throughput = path.throughput.cwiseProduct(of.albedo);
+      path.throughput = path.throughput.cwiseProduct(own);
     } else {
       const float facing = at.normal.dot(view);
       const float coat = of.coat.share(facing);
       const float gloss = (1 - coat) * of.gloss.share(facing);
       const float below = (1 - coat) * (1 - of.gloss.share(facing));
-      const float matt =
-          std::max(1e-3f, below * luminance(of.albedo.x(), of.albedo.y(), of.albedo.z()));
+      const float matt = std::max(1e-3f, below * luminance(own.x(), own.y(), own.z()));
       const float sum = coat + gloss + matt;
       const float choice = draw(path, PathSquare::moment).y() * sum;
       const auto mirror = [&](const Gloss& layer) {
@@ -249,7 +252,7 @@ class Tile {
         path.throughput *= (1 - coat) * mirror(of.gloss) * sum / gloss;
       } else {
         light = cosine_sample(at.normal, point);
-        path.throughput = path.throughput.cwiseProduct(of.albedo) * (below * sum / matt);
+        path.throughput = path.throughput.cwiseProduct(own) * (below * sum / matt);
       }
     }
     if (at.geometric_normal.dot(light) <= 0 || path.throughput.maxCoeff() <= 0) return false;
@@ -284,8 +287,7 @@ class Tile {
       const Path& path = paths_[i];
       Vec3f light;
       if (blocked_[i] != 0) {
-        light =
-            kFromNeighbours * surroundings(path.surface.normal).cwiseProduct(material(path).albedo);
+        light = kFromNeighbours * surroundings(path.surface.normal).cwiseProduct(albedo(path));
       } else {
         light = open_light(path.ray);
       }

@@ -27,6 +27,7 @@ struct RayMaterial {
   Vec3f albedo = Vec3f::Ones();  // linear
   Gloss gloss, coat;
   bool is_plane = false;
+  bool is_painted = false;  // in the colours of its mesh, not in `albedo`
 };
 
 struct PathScene {

@@ -330,6 +330,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
     const RenderVertex& vertex = mesh.vertices[mesh.indices[size_t{3} * hit.triangle + k]];
     corner[k] = at(vertex.position);
     normal[k] = at(vertex.normal);
+    result.paint = vertex.paint;
   }
   const std::array<float, 3> weight = {1 - hit.u - hit.v, hit.u, hit.v};
   const Vec3f place = weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];

@@ -37,7 +37,8 @@ struct RaySurface {
   // Where further rays start: off the surface, and on the smooth one that the triangles stand for,
   // so that their edges do not show in its shadows (Hanika, "Hacking the Shadow Terminator", 2021).
   Vec3f start = Vec3f::Zero();
-  bool inside = false;  // of a closed mesh: the ray is about to leave it
+  PackedMaterial paint = {};  // of its triangle, where the mesh has colours
+  bool inside = false;        // of a closed mesh: the ray is about to leave it
 };
 
 // Where the bodies are while the shutter is open: from half of `share` of a frame before its time

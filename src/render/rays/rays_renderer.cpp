@@ -18,11 +18,6 @@ namespace {
 constexpr double kLeastRoughness = 0.03;
 constexpr float kCoatRoughness = 0.08f;
 
-// The packed colour is the square root of the linear one.
-Vec3f albedo_of(const PackedMaterial& packed) {
-  return Vec3f(packed[0], packed[1], packed[2]).cwiseAbs2() / (255.0f * 255.0f);
-}
-
 float alpha_of(double roughness) {
   const double r = std::max(roughness, kLeastRoughness);
   return static_cast<float>(r * r);
@@ -75,7 +70,9 @@ struct RaysRenderer::State {
     for (size_t body = 0; body < materials.size(); ++body) {
       RayMaterial& material = materials[body];
       material.is_plane = scene.is_plane[scene.shape[body]] != 0;
-      material.albedo = albedo_of(scene.material_of(frame, body));
+      const PackedMaterial packed = scene.material_of(frame, body);
+      material.albedo = albedo_of(packed);
+      material.is_painted = is_painted(packed);
       material.gloss = {.alpha = looks[body].alpha, .strength = material.is_plane ? 0.0f : 1.0f};
       material.coat = {.alpha = kCoatRoughness * kCoatRoughness,
                        .strength = material.is_plane ? 0.0f : looks[body].clear_coat};
