@@ -1,11 +1,12 @@
-// What the options say of themselves, for man, shells and docs/reference/commands.md.
+// What options and keys of scenes say of themselves, for man, shells and docs/reference/.
 #include <filesystem>
 #include <memory>
 
 #include "core/atomic_file.h"
-#include "core/output_directory.h"
+#include "json/schema_page.h"
 #include "options.h"
 #include "print.h"
+#include "scene/scene_loader.h"
 
 namespace pilesim {
 namespace {
@@ -173,6 +174,16 @@ std::string zsh(const CLI::App& app) {
          cases + "  esac\n}\n_pilesim \"$@\"\n";
 }
 
+std::string scene_page() {
+  return "# The keys of a scene\n\nMade by `pilesim reference scene` of the list that reads "
+         "scenes; "
+         "a test holds it to that. [scene.md](../scene.md) explains them. Keys in bold must be "
+         "given. "
+         "In place of any value may stand [a variable](../authoring.md#variables) or "
+         "[a draw](../authoring.md#drawn-by-the-seed).\n" +
+         schema_page(parse_json(scene_schema(), "schema"), "scene");
+}
+
 }  // namespace
 
 void add_reference_command(CLI::App& app) {
@@ -181,18 +192,20 @@ void add_reference_command(CLI::App& app) {
     std::string output;
   };
   auto options = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("reference", "Print what all options say of themselves");
+  CLI::App* command = app.add_subcommand(
+      "reference", "Print what all options, or all keys of a scene, say of themselves");
   command->group("");
-  command->add_option("form", options->form, "man, bash, zsh or markdown")
+  command->add_option("form", options->form, "man, bash, zsh, markdown or scene")
       ->required()
-      ->check(CLI::IsMember({"man", "bash", "zsh", "markdown"}));
+      ->check(CLI::IsMember({"man", "bash", "zsh", "markdown", "scene"}));
   command->add_option("-o,--output", options->output, "A file instead of standard output")
       ->type_name("FILE");
   command->callback([options, &app] {
-    const std::string text = options->form == "man"    ? man(app)
-                             : options->form == "bash" ? bash(app)
-                             : options->form == "zsh"  ? zsh(app)
-                                                       : markdown(app);
+    const std::string text = options->form == "man"     ? man(app)
+                             : options->form == "bash"  ? bash(app)
+                             : options->form == "zsh"   ? zsh(app)
+                             : options->form == "scene" ? scene_page()
+                                                        : markdown(app);
     if (options->output.empty()) {
       print("%s", text.c_str());
     } else {

@@ -1,5 +1,6 @@
 """Presets from anywhere, the reference made of the options, what the program is linked with."""
 
+import json
 import os
 import re
 import shutil
@@ -49,13 +50,35 @@ class Presets(CommandTest):
 
 
 class Reference(CommandTest):
-    def test_the_page_of_commands_is_what_the_options_say(self):
-        page = SOURCE / "docs/reference/commands.md"
-        self.assertEqual(
-            page.read_text(),
-            self.succeed("reference", "markdown").stdout,
-            "make it anew: pilesim reference markdown -o docs/reference/commands.md",
-        )
+    def test_the_pages_are_what_options_and_keys_say(self):
+        for form, page in (("markdown", "commands"), ("scene", "scene")):
+            self.assertEqual(
+                (SOURCE / f"docs/reference/{page}.md").read_text(),
+                self.succeed("reference", form).stdout,
+                f"make it anew: pilesim reference {form} -o docs/reference/{page}.md",
+            )
+
+    def test_the_page_of_keys_has_every_key_of_the_schema(self):
+        page = self.succeed("reference", "scene").stdout
+        rows = re.findall(r"^\| \**`([^`]+)`", page, re.M)
+
+        def collect(schema):
+            if isinstance(schema, dict):
+                for key in schema.get("properties", {}):
+                    keys.add(key)
+                for part in schema.values():
+                    collect(part)
+            elif isinstance(schema, list):
+                for part in schema:
+                    collect(part)
+
+        keys, schema = set(), json.loads(self.succeed("schema").stdout)
+        del schema["$defs"]
+        collect(schema)
+        self.assertEqual(keys - set(rows), {"type"})
+        self.assertEqual(set(rows) - keys, set())
+        for name in re.findall(r"\]\(#([^)]+)\)", page):
+            self.assertIn(name, [h.lower().replace("/", "") for h in re.findall(r"^## (.*)", page, re.M)])
 
     def test_the_shells_take_what_is_made_for_them(self):
         words = self.succeed("reference", "bash").stdout
