@@ -1,5 +1,6 @@
 """README.md and docs/: what they tell users to write works, and their links lead somewhere."""
 
+import itertools
 import json
 import os
 import re
@@ -34,17 +35,21 @@ def blocks(document, language):
 
 def commands(document):
     """(place, words) of every pilesim command in a document's blocks."""
-    for language in ("", "sh"):
+    for language in ("", "sh", "text"):
         for line, text in blocks(document, language):
             variables = {}
             for command in text.replace("\\\n", " ").splitlines():
                 command = command.strip()
                 for name, value in re.findall(r"(?:^|; )([A-Z]+)=(\S+)", command):
                     variables[name] = value.rstrip(";")
-                command = re.sub(r"\$([A-Z]+)", lambda m: variables.get(m[1], m[0]), command)
+                # What a loop goes through is a number.
+                command = re.sub(r"\$(\w+)", lambda m: variables.get(m[1], "1"), command)
+                command = re.sub(r"^[\w./]+/pilesim ", "pilesim ", command)
                 if command.startswith("pilesim "):
-                    words = shlex.split(command, comments=True)[1:]
-                    yield f"{document.name}:{line}: {command}", words
+                    lexer = shlex.shlex(command, posix=True, punctuation_chars="|&;<>")
+                    lexer.whitespace_split = True
+                    words = list(itertools.takewhile(lambda word: word[0] not in "|&;<>", lexer))
+                    yield f"{document.name}:{line}: {command}", words[1:]
 
 
 def anchor(heading):
@@ -92,20 +97,19 @@ class Documents(CommandTest):
                 quick = ["--set", "/duration_s=0.05", "--set", "/emitters/0/count=10"]
                 self.succeed("direct-pile", "scene.json", "-o", f"out{line}", *quick)
 
-    def test_commands_have_the_options_that_are_there(self):
-        helps = {}
-        count = 0
+    def test_commands_are_taken_by_the_program(self):
+        """Each of them as it stands, where no file is: what is misused is said before files are looked for."""
+        tried = set()
         for document in DOCUMENTS:
             for place, words in commands(document):
-                if words[0].startswith("-"):
+                if tuple(words) in tried or "reference" in words:
                     continue
-                if words[0] not in helps:
-                    helps[words[0]] = self.succeed(words[0], "--help").stdout
-                for word in words[1:]:
-                    if re.match(r"--?[a-z]", word):
-                        self.assertRegex(helps[words[0]], rf"{re.escape(word)}[\s,]", place)
-                count += 1
-        self.assertGreater(count, 30)
+                tried.add(tuple(words))
+                where = self.dir / str(len(tried))
+                where.mkdir()
+                result = self.run_pilesim(*words, cwd=where)
+                self.assertIn(result.returncode, (0, 3, 4), f"{place}: {result.stderr}")
+        self.assertGreater(len(tried), 150)
 
     def test_overrides_of_presets_are_valid(self):
         tried = set()
@@ -113,7 +117,7 @@ class Documents(CommandTest):
             for place, words in commands(document):
                 if words[0] not in ("simulate", "direct-pile", "compare"):
                     continue
-                if not words[1].startswith("presets/") or "$" in " ".join(words):
+                if not words[1].startswith("presets/"):
                     continue
                 sets = [w for i, w in enumerate(words) if "--set" in (w, words[i - 1])]
                 if not sets or (words[1], *sets) in tried:
