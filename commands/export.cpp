@@ -24,6 +24,7 @@ struct ExportArguments {
   uint64_t every = 1;
   std::vector<std::string> only;
   std::optional<ExportForm> form;
+  std::optional<uint64_t> part_bytes;
   bool no_camera = false, force = false, quiet = false;
 };
 
@@ -48,6 +49,7 @@ void run_export_command(const ExportArguments& options) {
                            .camera = scene.camera},
                 .form = options.form,
                 .aspect = static_cast<double>(scene.render.size[0]) / scene.render.size[1],
+                .part_bytes = options.part_bytes,
                 .force = options.force};
   if (options.no_camera) {
     job.choice.camera.keys.clear();
@@ -113,6 +115,11 @@ void add_export_command(CLI::App& app) {
       options->form,
       "objects: each body is one, with keys where it moves (default up to 1,000 bodies, and of "
       "glTF that moves); instances: few objects that stand for many bodies");
+  add_whole_number(
+      *command, "--part-bytes", {1000, 2'147'483'647},
+      [options](uint64_t n) { options->part_bytes = n; },
+      "What moves and takes more bytes than about this goes into several files: value clips of "
+      ".usda (default: 268435456), .bin of .gltf (default: 2147483647)");
   command->add_flag("--no-camera", options->no_camera, "Leave the camera out");
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
   command->add_flag("--force", options->force, "Replace files that are there already");

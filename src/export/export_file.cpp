@@ -7,11 +7,14 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/output_directory.h"
 
 namespace pilesim {
 namespace {
 
 constexpr size_t kBufferBytes = size_t{1} << 20;
+// All are open at once, and systems allow 1,024.
+constexpr size_t kMostFiles = 900;
 
 }  // namespace
 
@@ -44,6 +47,27 @@ void ExportFile::flush() {
 void ExportFile::finish() {
   flush();
   file_.take_place();
+}
+
+ExportFile& ExportFiles::add(const std::filesystem::path& path) {
+  if (files_.size() == kMostFiles) {
+    throw Error(ErrorKind::usage, Problem{.file = files_.front()->path().string(),
+                                          .found = "would have more than 900 files beside it",
+                                          .expected = "fewer",
+                                          .remedy = "Give --part-bytes a larger number"});
+  }
+  claim_output_file(path, force_);
+  return *files_.emplace_back(std::make_unique<ExportFile>(path));
+}
+
+void ExportFiles::finish() {
+  for (size_t i = files_.size(); i-- > 0;) files_[i]->finish();
+}
+
+std::vector<std::pair<std::filesystem::path, uint64_t>> ExportFiles::sizes() const {
+  std::vector<std::pair<std::filesystem::path, uint64_t>> sizes;
+  for (const auto& file : files_) sizes.emplace_back(file->path(), file->size());
+  return sizes;
 }
 
 }  // namespace pilesim

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <memory>
 
 #include "core/clock.h"
 #include "core/error.h"
@@ -26,6 +25,14 @@ ExportForm suitable_form(ExportFormat format, const ExportSource& source) {
     return source.frame_count() == 1 ? ExportForm::instances : ExportForm::objects;
   }
   return source.bodies().size() <= kMostObjects ? ExportForm::objects : ExportForm::instances;
+}
+
+void check_parts(ExportFormat format, const ExportJob& job) {
+  if (!job.part_bytes || format == ExportFormat::usda || format == ExportFormat::gltf) return;
+  throw Error(ErrorKind::usage,
+              Problem{.file = "--part-bytes",
+                      .found = job.output.filename().string() + " is not written in parts",
+                      .expected = "a .usda or a .gltf"});
 }
 
 void check_form(ExportFormat format, const ExportSource& source, const ExportJob& job) {
@@ -77,45 +84,43 @@ ExportSummary run_export(TrajectoryReader& trajectory, const ExportJob& job) {
   const Stopwatch watch;
   const ExportFormat format = format_of(job.output);
   const std::vector<fs::path> names = claim_export(job.output, job.force);
+  check_parts(format, job);
   ExportSource source(trajectory, job.choice);
   check_form(format, source, job);
   const ExportForm form = job.form.value_or(suitable_form(format, source));
 
-  std::vector<std::unique_ptr<ExportFile>> files;
-  for (const fs::path& name : names) files.push_back(std::make_unique<ExportFile>(name));
+  ExportFiles files(job.force);
+  for (const fs::path& name : names) files.add(name);
   switch (format) {
     case ExportFormat::usda:
-      write_usda(source, job, form, *files[0]);
+      write_usda(source, job, form, files);
       break;
     case ExportFormat::gltf:
-      write_gltf(source, job, form, *files[0], files[1].get());
+      write_gltf(source, job, form, files);
       break;
     case ExportFormat::glb:
-      write_gltf(source, job, form, *files[0], nullptr);
+      write_glb(source, job, form, files[0]);
       break;
     case ExportFormat::blender:
-      write_npz(source, job, *files[1]);
-      write_blender_script(names[1].filename().string(), form, *files[0]);
+      write_npz(source, job, files[1]);
+      write_blender_script(names[1].filename().string(), form, files[0]);
       break;
     case ExportFormat::csv:
-      write_csv(source, *files[0]);
+      write_csv(source, files[0]);
       break;
     case ExportFormat::npz:
-      write_npz(source, job, *files[0]);
+      write_npz(source, job, files[0]);
       break;
     case ExportFormat::vat: {
       std::vector<std::string> beside;
       for (const fs::path& name : names) beside.push_back(name.filename().string());
-      write_vat(source, job, {*files[0], *files[1], *files[2], *files[3], beside});
+      write_vat(source, job, {files[0], files[1], files[2], files[3], beside});
       break;
     }
   }
   ExportSummary summary;
-  // What lies beside the file that people open is there before it.
-  for (size_t i = files.size(); i-- > 0;) files[i]->finish();
-  for (size_t i = 0; i < files.size(); ++i) {
-    summary.files.emplace_back(names[i], files[i]->size());
-  }
+  files.finish();
+  summary.files = files.sizes();
   summary.bodies = source.bodies().size();
   summary.moving = static_cast<size_t>(std::ranges::count_if(
       source.bodies(), [](const ExportBody& body) { return body.last_change > 0; }));

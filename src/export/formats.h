@@ -10,12 +10,16 @@
 namespace pilesim {
 
 // Pixar's USD as text: https://openusd.org. y up, metres, time codes are frames of the trajectory.
-void write_usda(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file);
+// The first of `files` is the scene; adds value clips where motion takes more than
+// job.part_bytes.
+void write_usda(ExportSource& source, const ExportJob& job, ExportForm form, ExportFiles& files);
 
 // glTF 2.0: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html. Seconds from the first frame
-// on. `binary`: the file of the buffer, beside `file`; null: both in one, a GLB.
-void write_gltf(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file,
-                ExportFile* binary);
+// on. The first two of `files` are the document and its buffer; adds more buffers where one would
+// have more than job.part_bytes.
+void write_gltf(ExportSource& source, const ExportJob& job, ExportForm form, ExportFiles& files);
+// Both in one file, of at most 2 GiB.
+void write_glb(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file);
 
 // A row a body and frame in which it is there.
 void write_csv(ExportSource& source, ExportFile& file);

@@ -1,6 +1,7 @@
 // One frame: a node a shape and look, instanced (EXT_mesh_gpu_instancing), or a node a body.
 // Several frames: a node a body with tracks, since instances cannot move. A body that is not there
-// has the scale 0.
+// has the scale 0. Data goes into one buffer after another, each of them a file, or all into one,
+// which ends a GLB.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -15,6 +16,8 @@
 #include "export/formats.h"
 
 namespace pilesim {
+namespace fs = std::filesystem;
+
 namespace {
 
 // JavaScript's arrays, and with them most readers, end at 2 GiB.
@@ -23,6 +26,23 @@ constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
 enum View : uint8_t { kVertices, kIndices, kTimes, kVectors, kRotations, kIds, kViews };
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+// RFC 3986, of a name of a file.
+std::string as_uri(const std::string& name) {
+  std::string uri;
+  for (const char c : name) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       std::string_view("-._~").find(c) != std::string_view::npos;
+    if (plain) {
+      uri += c;
+      continue;
+    }
+    std::array<char, 4> code;
+    std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned char>(c));
+    uri += code.data();
+  }
+  return uri;
+}
 
 template <class Number>
 std::string text_of(Number value) {
@@ -74,7 +94,9 @@ class List {
 
 class Document {
  public:
-  Document(ExportSource& source, const ExportJob& job) : source_(source), job_(job) {}
+  // `files`: has the document and the first buffer, and gets more; null: there is one buffer.
+  Document(ExportSource& source, const ExportJob& job, ExportFiles* files)
+      : source_(source), job_(job), files_(files) {}
 
   void build(ExportForm form) {
     if (source_.frame_count() > 1) {
@@ -85,10 +107,10 @@ class Document {
       add_still_bodies();
     }
     if (source_.has_camera()) add_camera();
+    end_buffer();
   }
 
-  // `uri`: of the buffer; empty: it is in the same file.
-  std::string json(const std::string& uri) const {
+  std::string json() const {
     std::string text = R"({"asset": {"version": "2.0", "generator": "pilesim"},)";
     text += "\n\"extras\": {\"frame_rate\": " + text_of(source_.header().frame_rate) +
             ", \"first_frame\": " + std::to_string(source_.frame(0)) + "}";
@@ -107,27 +129,11 @@ class Document {
       text += ",\n\"animations\": [{\"name\": \"motion\"" + channels_.as("channels") +
               samplers_.as("samplers") + "}]";
     }
-    text += accessors_.as("accessors");
-    List views;
-    uint64_t place = 0;
-    for (const View view : begun_) {
-      const uint64_t bytes = data_[view].size();
-      std::string object = "{\"buffer\": 0, \"byteOffset\": " + std::to_string(place) +
-                           ", \"byteLength\": " + std::to_string(bytes);
-      if (view == kVertices) object += ", \"byteStride\": 12, \"target\": 34962";
-      if (view == kIndices) object += ", \"target\": 34963";
-      views.add(object + "}");
-      place += bytes;
-    }
-    text += views.as("bufferViews");
-    if (place > 0) {
-      text += ",\n\"buffers\": [{\"byteLength\": " + std::to_string(place);
-      if (!uri.empty()) text += ", \"uri\": " + quoted(uri);
-      text += "}]";
-    }
+    text += accessors_.as("accessors") + views_.as("bufferViews") + buffers_.as("buffers");
     return text + "\n}\n";
   }
 
+  // Of the only buffer.
   uint64_t buffer_bytes() const {
     uint64_t bytes = 0;
     for (const std::string& data : data_) bytes += data.size();
@@ -138,11 +144,42 @@ class Document {
   }
 
  private:
+  // Notes where its data lies. One that has a file goes there.
+  void end_buffer() {
+    const uint64_t bytes = buffer_bytes();
+    uint64_t place = 0;
+    for (const View view : begun_) {
+      std::string object = "{\"buffer\": " + std::to_string(buffers_.count()) +
+                           ", \"byteOffset\": " + std::to_string(place) +
+                           ", \"byteLength\": " + std::to_string(data_[view].size());
+      if (view == kVertices) object += ", \"byteStride\": 12, \"target\": 34962";
+      if (view == kIndices) object += ", \"target\": 34963";
+      views_.add(object + "}");
+      place += data_[view].size();
+    }
+    if (bytes == 0) return;
+    std::string buffer = "{\"byteLength\": " + std::to_string(bytes);
+    if (files_ != nullptr) {
+      const size_t number = buffers_.count() + 1;
+      const auto name = [&] {
+        return fs::path(job_.output).replace_extension('.' + std::to_string(number) + ".bin");
+      };
+      ExportFile& file = number == 1 ? (*files_)[1] : files_->add(name());
+      write_buffer(file);
+      for (std::string& data : data_) data.clear();
+      begun_.clear();
+      buffer += ", \"uri\": " + quoted(as_uri(file.path().filename().string()));
+    }
+    buffers_.add(buffer + "}");
+  }
+
   template <class Value>
   size_t add_accessor(View view, const std::vector<Value>& values, const char* type, int component,
                       const std::string& more = {}) {
     std::string& data = data_[view];
     const uint64_t bytes = values.size() * sizeof(Value);
+    const uint64_t most = job_.part_bytes.value_or(kMostBytes);
+    if (files_ != nullptr && buffer_bytes() + bytes > most) end_buffer();
     if (buffer_bytes() + bytes > kMostBytes) refuse();
     const std::string object = "{\"bufferView\": " + std::to_string(index_of(view)) +
                                ", \"byteOffset\": " + std::to_string(data.size()) +
@@ -158,8 +195,8 @@ class Document {
                 Problem{.file = job_.output.string(),
                         .found = "would have more than 2 GiB of poses and meshes",
                         .expected = "less, which is all that readers of glTF take",
-                        .remedy = "Take fewer frames (--every, --frames) or bodies (--only), or "
-                                  "write .usda"});
+                        .remedy = "Write .gltf, which has several .bin then, or take fewer frames "
+                                  "(--every, --frames) or bodies (--only)"});
   }
 
   static constexpr int kFloat = 5126, kUnsigned = 5125;
@@ -307,10 +344,11 @@ class Document {
   }
 
   void add_moving_bodies() {
-    const std::vector<ExportTrack> tracks = read_tracks(source_);
+    std::vector<ExportTrack> tracks = read_tracks(source_);
     for (size_t i = 0; i < tracks.size(); ++i) {
       const ExportBody& body = source_.bodies()[i];
-      const ExportTrack& track = tracks[i];
+      // Memory holds it here or in a buffer.
+      const ExportTrack track = std::move(tracks[i]);
       const size_t node =
           add_body(body, track.position[0], track.orientation[0], body.starts_present);
       if (track.key.size() > 1) {
@@ -351,42 +389,27 @@ class Document {
     if (count > 1) add_pose_channels(node, frames, positions, orientations);
   }
 
-  // Its place among those that hold something.
+  // Its place among those that hold something, of all buffers.
   size_t index_of(View view) {
     const auto found = std::ranges::find(begun_, view);
-    if (found != begun_.end()) return static_cast<size_t>(found - begun_.begin());
-    begun_.push_back(view);
-    return begun_.size() - 1;
+    const auto place = views_.count() + static_cast<size_t>(found - begun_.begin());
+    if (found == begun_.end()) begun_.push_back(view);
+    return place;
   }
 
   ExportSource& source_;
   const ExportJob& job_;
+  ExportFiles* files_;
+  // Of the buffer that is being filled.
   std::array<std::string, kViews> data_;
   std::vector<View> begun_;  // those that hold something
-  List nodes_, meshes_, materials_, cameras_, accessors_, samplers_, channels_;
+  List nodes_, meshes_, materials_, cameras_, accessors_, samplers_, channels_, views_, buffers_;
   std::map<std::pair<uint32_t, uint32_t>, size_t> mesh_of_;
   std::map<uint32_t, std::array<size_t, 4>> geometry_of_;
   std::map<uint32_t, size_t> material_of_;
   std::map<std::string, size_t> times_;
   bool has_instances_ = false;
 };
-
-// RFC 3986, of a name of a file.
-std::string as_uri(const std::string& name) {
-  std::string uri;
-  for (const char c : name) {
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       std::string_view("-._~").find(c) != std::string_view::npos;
-    if (plain) {
-      uri += c;
-      continue;
-    }
-    std::array<char, 4> code;
-    std::snprintf(code.data(), code.size(), "%%%02X", static_cast<unsigned char>(c));
-    uri += code.data();
-  }
-  return uri;
-}
 
 std::string word(uint64_t value) {
   const auto bits = static_cast<uint32_t>(value);
@@ -395,16 +418,16 @@ std::string word(uint64_t value) {
 
 }  // namespace
 
-void write_gltf(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file,
-                ExportFile* binary) {
-  Document document(source, job);
+void write_gltf(ExportSource& source, const ExportJob& job, ExportForm form, ExportFiles& files) {
+  Document document(source, job, &files);
   document.build(form);
-  if (binary != nullptr) {
-    file.write(document.json(as_uri(job.output.stem().string() + ".bin")));
-    document.write_buffer(*binary);
-    return;
-  }
-  std::string json = document.json({});
+  files[0].write(document.json());
+}
+
+void write_glb(ExportSource& source, const ExportJob& job, ExportForm form, ExportFile& file) {
+  Document document(source, job, nullptr);
+  document.build(form);
+  std::string json = document.json();
   json.append((4 - json.size() % 4) % 4, ' ');
   const uint64_t bytes = document.buffer_bytes();  // of whole words
   // A chunk of no bytes is to be left out.

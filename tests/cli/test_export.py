@@ -256,12 +256,15 @@ class Exported(CommandTest):
     # glTF
 
     def gltf(self, path):
+        """The document, and the bytes of its buffers, one after the other."""
         data = path.read_bytes()
         if path.suffix == ".gltf":
             document = json.loads(data)
-            buffer = (path.parent / document["buffers"][0]["uri"].replace("%20", " ")).read_bytes()
-            self.assertEqual(len(buffer), document["buffers"][0]["byteLength"])
-            return document, buffer
+            buffers = []
+            for buffer in document["buffers"]:
+                buffers.append((path.parent / buffer["uri"].replace("%20", " ")).read_bytes())
+                self.assertEqual(len(buffers[-1]), buffer["byteLength"])
+            return document, b"".join(buffers)
         self.assertEqual(struct.unpack("<4sII", data[:12]), (b"glTF", 2, len(data)))
         length, kind = struct.unpack("<I4s", data[12:20])
         self.assertEqual((kind, length % 4), (b"JSON", 0))
@@ -276,7 +279,8 @@ class Exported(CommandTest):
         view = document["bufferViews"][accessor["bufferView"]]
         width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
         kind = {5126: numpy.float32, 5125: numpy.uint32}[accessor["componentType"]]
-        start = view["byteOffset"] + accessor["byteOffset"]
+        before = sum(buffer["byteLength"] for buffer in document["buffers"][: view["buffer"]])
+        start = before + view["byteOffset"] + accessor["byteOffset"]
         end = accessor["byteOffset"] + 4 * width * accessor["count"]
         self.assertLessEqual(end, view["byteLength"])
         values = numpy.frombuffer(buffer, kind, width * accessor["count"], start)
@@ -286,6 +290,16 @@ class Exported(CommandTest):
         document, buffer = self.gltf(self.export("a b.gltf"))
         self.assertEqual(document["buffers"][0]["uri"], "a%20b.bin")
         self.assertEqual(self.gltf(self.export("a.glb"))[1], buffer)
+        self.check_moving_gltf(document, buffer)
+
+    def test_large_gltf_has_several_buffers(self):
+        document, buffer = self.gltf(self.export("a b.gltf", "--part-bytes", "2000"))
+        names = [buffer["uri"] for buffer in document["buffers"]]
+        self.assertEqual(names[:3], ["a%20b.bin", "a%20b.2.bin", "a%20b.3.bin"])
+        self.assertTrue(all(buffer["byteLength"] <= 2000 for buffer in document["buffers"]))
+        self.check_moving_gltf(document, buffer)
+
+    def check_moving_gltf(self, document, buffer):
         get = lambda index: self.accessor(document, buffer, index)
         (animation,) = document["animations"]
         tracks = {}
@@ -367,15 +381,36 @@ class Exported(CommandTest):
     # USD
 
     def prims(self, path):
-        """(kind, name, text) of the prims in /pile."""
+        """(kind, name, text) of the prims in /pile; of a clip their kinds are empty."""
         text = path.read_text()
         self.assertTrue(text.startswith("#usda 1.0\n"))
         for opening, closing in ("{}", "[]", "()"):
             plain = re.sub(r'"(\\.|[^"\\])*"', "", text)
             self.assertEqual(plain.count(opening), plain.count(closing))
-        inside = text[text.index('def Xform "pile"') :]
-        parts = re.split(r"^    def (\w+) \"(\w+)\"", inside, flags=re.M)[1:]
+        inside = re.split(r'^(?:def Xform|over) "pile"', text, maxsplit=1, flags=re.M)[1]
+        parts = re.split(r"^    (?:def|over) (\w*) ?\"(\w+)\"", inside, flags=re.M)[1:]
         return text, list(zip(parts[::3], parts[1::3], parts[2::3]))
+
+    def clips(self, path):
+        """The prims of a scene, each with the text of its parts in the clips behind it, and the frames that a clip begins with."""
+        text, prims = self.prims(path)
+        paths = re.findall(r"@\./([^@]+)@", re.search(r"assetPaths = (.*)", text)[1])
+        active = eval(re.search(r"double2\[\] active = (.*)", text)[1])
+        self.assertEqual([index for _, index in active], list(range(len(paths))))
+        starts = [start for start, _ in active]
+        self.assertEqual(eval(re.search(r"double2\[\] times = (.*)", text)[1]), [(0, 0), (15, 15)])
+        manifest = re.search(r"manifestAssetPath = @\./([^@]+)@", text)[1]
+        declared = {name: re.findall(r"^        [^\n=]* (\S+)$", prim, re.M) for _, name, prim in self.prims(path.parent / manifest)[1]}
+        parts = [{name: prim for _, name, prim in self.prims(path.parent / p)[1]} for p in paths]
+        for part in parts:
+            self.assertEqual(set(part), set(declared))
+            for name, prim in part.items():
+                self.assertEqual(re.findall(r"(\S+)\.timeSamples", prim), declared[name])
+        for kind, name, prim in prims:
+            # What the scene itself says of a value is stronger than a clip.
+            for attribute in declared.get(name, []):
+                self.assertRegex(prim, rf"(?m)^        [^=]* {attribute}$")
+        return [(kind, name, [prim, *(part[name] for part in parts if name in part)]) for kind, name, prim in prims], starts
 
     def values(self, prim, name):
         """time -> value of an attribute; {None: value} where it has no samples, {} where it is missing."""
@@ -415,6 +450,62 @@ class Exported(CommandTest):
         for used in re.findall(r"material:binding = <(/pile/materials/\w+)>", text):
             self.assertIn(f'def Material "{used.split("/")[-1]}"', text)
 
+    def clip_at(self, parts, starts, frame):
+        """The part of the clip that plays in this frame, or the scene's where it has none."""
+        return parts[sum(start <= frame for start in starts)] if len(parts) > 1 else parts[0]
+
+    def test_long_usda_of_few_bodies_is_split_into_clips(self):
+        prims, starts = self.clips(self.export("a.usda", "--part-bytes", "5000"))
+        self.assertGreater(len(starts), 2)
+        bodies = set()
+        for kind, name, parts in prims:
+            if kind != "Mesh":
+                continue
+            body = self.values(parts[0], "pilesim:id")[None]
+            bodies.add(body)
+            self.assertEqual(len(parts) > 1, bool(self.moves[body]))
+            for frame in numpy.arange(0, 15.1, 0.5):
+                part = self.clip_at(parts, starts, frame)
+                place = self.values(part, "xformOp:translate") or self.values(parts[0], "xformOp:translate")
+                turn = self.values(part, "xformOp:orient") or self.values(parts[0], "xformOp:orient")
+                if frame == int(frame):
+                    self.check(int(frame), body, self.at(place, frame), self.at(turn, frame))
+                else:
+                    middle = self.position[int(frame) : int(frame) + 2, body].mean(0)
+                    self.assertLess(abs(self.at(place, frame) - middle).max(), 1e-5)
+                shown = self.values(part, "visibility") or {0: "inherited"}
+                present = held(list(shown), list(shown.values()), frame) == "inherited"
+                self.assertEqual(present, self.present[int(frame), body])
+        self.assertEqual(bodies, set(range(len(self.names))))
+
+    def test_long_usda_of_many_bodies_is_split_into_clips(self):
+        prims, starts = self.clips(self.export("a.usda", "--part-bytes", "5000", "--as", "instances"))
+        self.assertGreater(len(starts), 2)
+        bodies = set()
+        for kind, name, parts in prims:
+            if kind != "PointInstancer":
+                continue
+            ids = self.values(parts[0], "ids")[None]
+            bodies |= set(ids)
+            self.assertEqual(len(parts) > 1, name != "resting")
+            for frame in numpy.arange(0, 15.1, 0.5):
+                part = self.clip_at(parts, starts, frame)
+                place, turn, speed, gone = (
+                    self.values(part, a) for a in ("positions", "orientations", "velocities", "invisibleIds"))
+                absent = held(list(gone), list(gone.values()), frame) if gone else []
+                places, turns = self.at(place, frame), self.at(turn, frame)
+                for i, body in enumerate(ids):
+                    self.assertEqual(body not in absent, self.present[int(frame), body])
+                    if frame == int(frame):
+                        self.check(int(frame), body, places[i], turns[i], 1e-3)
+                if len(parts) > 1:
+                    # As Pixar's library does: on from the last sample, or back from the first one.
+                    start = held(list(place), list(place), frame)
+                    ahead = numpy.array(place[start]) + numpy.array(speed[start]) * (frame - start) / self.rate
+                    between = self.position[[int(frame), int(numpy.ceil(frame))]][:, ids].mean(0)
+                    self.assertLess(abs(ahead - between).max(), 1e-3)
+        self.assertEqual(bodies, set(range(len(self.names))))
+
     def test_usda_of_many_bodies(self):
         text, prims = self.prims(self.export("a.usda", "--as", "instances"))
         bodies = {}
@@ -438,9 +529,15 @@ class Exported(CommandTest):
                     # Halves have 11 bits.
                     self.check(frame, body, places[i], turns[i], 1e-3)
                     self.assertEqual(body not in absent, self.present[frame, body])
-                if frame in speed and frame + 1 in place:
-                    ahead = places + numpy.array(speed[frame]) / self.rate
-                    self.assertLess(abs(ahead - place[frame + 1]).max(), 1e-3 / self.rate)
+                if frame < 15 and speed:
+                    # On from the last sample, or back from the first one.
+                    start = held(list(place), list(place), frame + 1)
+                    ahead = numpy.array(place[start]) + numpy.array(speed[start]) * (frame + 1 - start) / self.rate
+                    self.assertLess(abs(ahead - self.position[frame + 1, ids]).max(), 1e-3)
+                    start = held(list(place), list(place), frame + 0.5)
+                    ahead = numpy.array(place[start]) + numpy.array(speed[start]) * (frame + 0.5 - start) / self.rate
+                    between = self.position[frame : frame + 2, ids].mean(0)
+                    self.assertLess(abs(ahead - between).max(), 1e-3)
         self.assertEqual(set(bodies), set(range(len(self.names))))
         self.assertEqual({self.names[b] for b in bodies if bodies[b] == "resting"},
                          {self.names[b] for b in numpy.flatnonzero(~self.moves)})
@@ -497,6 +594,7 @@ class Exported(CommandTest):
             (["-o", "a.csv", "--frames", "3-99"], "--frames: 99 is not within 0-15"),
             (["-o", "a.csv", "--frame", "3", "--every", "2"], "excludes"),
             (["-o", "a.csv", "--every", "0"], "--every"),
+            (["-o", "a.glb", "--part-bytes", "5000"], "--part-bytes: a.glb is not written in parts"),
             (["-o", "no/where/a.csv"], "no/where/a.csv: cannot be written"),
         ):
             result = self.run_pilesim("export", self.out, *arguments)

@@ -1,19 +1,23 @@
-// What a GLB has become in three.js, against a .csv of the same bodies and frames; by hand, no part
+// What a GLB, or a glTF with its buffers, has become in three.js, against a .csv of the same bodies and frames; by hand, no part
 // of the test suite.
 //
-//   npm install three gltf-validator; node check_in_three.mjs FILE.glb FILE.csv FRAME_RATE [FRAME]
+//   npm install three gltf-validator; node check_in_three.mjs FILE FILE.csv FRAME_RATE [FRAME]
 //
 // FRAME: of a still. Prints what gltf-validator finds and the largest differences of places (m) and
 // of quaternions' components.
 import fs from "fs";
+import path from "path";
 import validator from "gltf-validator";
 globalThis.self = globalThis;
+globalThis.ProgressEvent ??= Event;  // which three reports of data that it loads
 const THREE = await import("three");
 const {GLTFLoader} = await import("three/examples/jsm/loaders/GLTFLoader.js");
 
 const [file, csv, rate, still] = process.argv.slice(2);
 const bytes = fs.readFileSync(file);
-const {issues, validatorVersion} = await validator.validateBytes(new Uint8Array(bytes));
+const beside = (uri) => fs.readFileSync(path.join(path.dirname(file), decodeURIComponent(uri)));
+const {issues, validatorVersion} = await validator.validateBytes(
+  new Uint8Array(bytes), {externalResourceFunction: async (uri) => new Uint8Array(beside(uri))});
 console.log(`gltf-validator ${validatorVersion}: ${issues.numErrors} errors, ${issues.numWarnings} warnings`);
 
 const rows = fs.readFileSync(csv, "utf8").trim().split("\n").slice(1).map((line) => {
@@ -21,7 +25,14 @@ const rows = fs.readFileSync(csv, "utf8").trim().split("\n").slice(1).map((line)
   const [x, y, z, qw, qx, qy, qz] = rest.split(",").map(Number);
   return {frame: +frame, id: +id, place: [x, y, z], turn: [qx, qy, qz, qw]};
 });
-const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+let buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+if (file.endsWith(".gltf")) {
+  const document = JSON.parse(bytes);
+  for (const part of document.buffers) {
+    part.uri = "data:application/octet-stream;base64," + beside(part.uri).toString("base64");
+  }
+  buffer = JSON.stringify(document);
+}
 const gltf = await new Promise((done, failed) => new GLTFLoader().parse(buffer, "", done, failed));
 
 let worstPlace = 0, worstTurn = 0, poses = 0, wrong = 0;
