@@ -16,6 +16,7 @@
 #include "render/dataset/dataset_job.h"
 #include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
+#include "report/figure_text.h"
 #include "report/html.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
@@ -145,7 +146,11 @@ void draw(TrajectoryReader& trajectory, const RenderArguments& options, const Ca
   const ProgressMode mode = options.run.quiet ? ProgressMode::none : options.run.progress;
   const RenderSummary summary = run_render(trajectory, work.pictures, mode);
   if (!summary.last_picture.empty()) {
-    put_picture(work.pictures.output / "report.html", "end", summary.last_picture);
+    const uint64_t last = work.pictures.frames.back();
+    const double time_s = static_cast<double>(last) / trajectory.header().frame_rate;
+    put_picture(work.pictures.output / "report.html", "end", summary.last_picture,
+                "The pile at " +
+                    (last + 1 == trajectory.frame_count() ? "its end" : duration_text(time_s)));
   }
   if (options.dataset.any()) run_dataset(trajectory, work.dataset, mode);
   if (options.run.quiet) return;

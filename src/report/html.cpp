@@ -102,7 +102,7 @@ std::string picture_place(const std::string& name, const std::string& label) {
 }
 
 void put_picture(const std::filesystem::path& page, const std::string& name,
-                 const std::filesystem::path& png) {
+                 const std::filesystem::path& png, const std::string& label) {
   if (!std::filesystem::exists(page)) return;
   std::string html = read_file(page);
   const size_t place = html.find(picture_mark(name));
@@ -110,12 +110,12 @@ void put_picture(const std::filesystem::path& page, const std::string& name,
   if (place == std::string::npos || end == std::string::npos) return;
   const size_t first = place + picture_mark(name).size();
   const size_t caption = html.find("<figcaption>", first);
-  std::string label = caption < end ? html.substr(caption, end - caption) : "</figure>";
-  const size_t none_yet = label.find("<small>"), behind = label.find("</small>");
-  if (behind != std::string::npos) label.erase(none_yet, behind - none_yet + 8);
+  const std::string below = label.empty() && caption < end
+                                ? html.substr(caption, end - caption)
+                                : "<figcaption>" + label + "</figcaption></figure>";
   html.replace(first, end - first,
                "<figure><img alt=\"The pile\" src=\"data:image/png;base64," +
-                   base64(read_file(png)) + "\">" + label);
+                   base64(read_file(png)) + "\">" + below);
   write_file_atomically(page, html);
 }
 

@@ -18,11 +18,12 @@ std::string html_table(const std::string& rows);
 // A chart under its title; where the page is too narrow to read it, it scrolls by itself.
 std::string html_chart(const std::string& title, const std::string& svg);
 
-// Where a picture goes that is drawn later; `label` is HTML, whose <small> stands until then only.
+// Where a picture goes that is drawn later; `label` is HTML.
 std::string picture_place(const std::string& name, const std::string& label);
-// Puts a PNG file there, as part of the page. `page` is one that pilesim wrote; one that is missing
-// or has no such place stays as it is. Throws Error(io).
+// Puts a PNG file there, as part of the page, under `label` (empty: what stands there). `page` is
+// one that pilesim wrote; one that is missing or has no such place stays as it is. Throws
+// Error(io).
 void put_picture(const std::filesystem::path& page, const std::string& name,
-                 const std::filesystem::path& png);
+                 const std::filesystem::path& png, const std::string& label = {});
 
 }  // namespace pilesim

@@ -83,7 +83,9 @@ std::string option_table(const Json& options) {
   if (options.empty()) return {};
   std::string rows;
   for (const auto& [name, value] : options.items()) {
-    rows += "<tr><td><code>" + escaped(name) + "</code></td><td>" + text_of(value) + "</td></tr>\n";
+    const std::string text =
+        value.is_number_float() ? with_digits(value.get<double>(), 6) : text_of(value);
+    rows += "<tr><td><code>" + escaped(name) + "</code></td><td>" + text + "</td></tr>\n";
   }
   return "<h2>Options that differ from their defaults</h2>\n" + html_table(rows);
 }
@@ -115,9 +117,8 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                      " mode, seed " + text_of(figures["seed"]) + "; pilesim " +
                      text_of(figures["command"]) + " of <code>" +
                      text_of(figures["scene"]["file"]) + "</code></p>\n";
-  html += picture_place("end",
-                        "The pile at its end<small>: none yet, <code>pilesim render</code> puts a "
-                        "picture here</small>");
+  html +=
+      picture_place("end", "The pile: none yet, <code>pilesim render</code> puts a picture here");
   html += verdict_panel(figures) + key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += html_chart(chart.title, chart.svg);

@@ -52,6 +52,10 @@ function colourings(trajectory, about) {
   return list;
 }
 
+function metres(value) {
+  return (+value.toFixed(3) + 0).toFixed(3) + " m";  // no -0
+}
+
 // Three digits, without zeros at the end.
 function rounded(value) {
   return value === 0 ? "0" : Math.abs(value) >= 1000 ? Math.round(value).toLocaleString("en") : String(+value.toPrecision(3));

@@ -56,7 +56,7 @@ class Page {
       this.shownSigns[on ? "add" : "delete"](name);
       this.stale = true;
     });
-    if (ABOUT.camera.length > 1) this.followBox = this.addToggle("The scene’s camera", false, (on) => { this.follow = on; this.stale = true; });
+    if (ABOUT.camera.length > 1) this.followBox = this.addToggle("Scene’s camera", false, (on) => { this.follow = on; this.stale = true; });
     $("#play").onclick = () => this.play(!this.playing);
     $("#time").max = ABOUT.frames - 1;
     $("#time").oninput = () => { this.play(false); this.goTo(+$("#time").value); };
@@ -230,7 +230,7 @@ class Page {
       : !(state & STATE.impulse) ? "sphere" : state & STATE.statistical ? "near exact ones" : "exact";
     const rows = [["Shape", ABOUT.meshes[trajectory.shape[body]].name], ["Number", trajectory.id[body]],
       ["State", words], ["Speed", rounded(trajectory.speed(body, whole) * ABOUT.frame_rate) + " m/s"],
-      ["x", pose[0].toFixed(3) + " m"], ["y", pose[1].toFixed(3) + " m"], ["z", pose[2].toFixed(3) + " m"]];
+      ...["x", "y", "z"].map((axis, i) => [axis, metres(pose[i])])];
     if (solver) rows.push(["Solved", solver]);
     $("#body h2").textContent = trajectory.names[body];
     const list = $("#body dl");

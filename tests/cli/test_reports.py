@@ -55,3 +55,6 @@ class Report(CommandTest):
             last = (self.dir / f"out/frames/frame.000{frames[-1]}.png").read_bytes()
             self.assertEqual(base64.b64decode(pictures[0]), last)
             self.assertNotIn("none yet", self.page())
+            self.assertIn(f"<figcaption>The pile at {'167 ms' if frames == '3-5' else '300 ms'}</figcaption>", self.page())
+        self.succeed("render", "out", "--frames", "last", "--no-video", "--force")
+        self.assertIn("<figcaption>The pile at its end</figcaption>", self.page())

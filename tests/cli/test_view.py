@@ -156,4 +156,4 @@ class View(CommandTest):
         self.assertNotIn("data-fault", shown)
         self.assertIn(f"<h2>{self.store.attrs['body_name'][3]}</h2>", shown)
         for axis, value in zip("xyz", self.store["position"][7, 3]):
-            self.assertIn(f"<dt>{axis}</dt><dd>{value:.3f} m</dd>", shown)
+            self.assertIn(f"<dt>{axis}</dt><dd>{round(value, 3) + 0.0:.3f} m</dd>", shown)
