@@ -25,6 +25,19 @@ install(DIRECTORY presets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
 install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
         FILES_MATCHING PATTERN *.obj PATTERN generate EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/import_pilesim.py DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim)
+# The notices of what is built into the program, which a binary carries (docs/licences.md), as Debian has them.
+set(notices "What pilesim is built of, and under which licences: docs/licences.md beside this file.\n")
+foreach(package libeigen3-dev libcli11-dev nlohmann-json3-dev librandom123-dev libhwy-dev libstb-dev
+        libimath-dev libtbb-dev libbullet-dev fonts-dejavu-core)
+  if(EXISTS /usr/share/doc/${package}/copyright)
+    file(READ /usr/share/doc/${package}/copyright notice)
+    string(APPEND notices "\n\n======== ${package} ========\n\n${notice}")
+  else()
+    message(WARNING "The notice of ${package} is missing: packages may not be given away without it")
+  endif()
+endforeach()
+file(WRITE ${PROJECT_BINARY_DIR}/copyright "${notices}")
+install(FILES ${PROJECT_BINARY_DIR}/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} FILES_MATCHING PATTERN *.md PATTERN *.jpg)
 

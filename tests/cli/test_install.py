@@ -101,6 +101,22 @@ class Reference(CommandTest):
 
 
 class Linked(CommandTest):
+    def test_every_library_is_on_the_page_of_licences(self):
+        page = (SOURCE / "docs/licences.md").read_text()
+        listed = " ".join(re.findall(r"^\| ([^|]+) \|", page, re.M)).lower()
+        shown = subprocess.run(["objdump", "-p", PILESIM], capture_output=True, text=True, check=True).stdout
+        libraries = re.findall(r"NEEDED +lib(\w+?)(?:-[\w.]+|_r)?\.so", shown)
+        names = {"BulletDynamics": "bullet", "BulletCollision": "bullet", "LinearMath": "bullet", "z": "zlib", "tbb": "onetbb",
+                 "embree3": "embree", "stdc++": "libstdc++", "gcc_s": "libgcc", "m": "glibc", "c": "glibc"}  # fmt: skip
+        self.assertGreater(len(libraries), 10)
+        for library in libraries:
+            self.assertIn(names.get(library, library).lower(), listed, library)
+
+    def test_notices_of_what_is_built_in_are_there(self):
+        notices = (Path(PILESIM).parents[1] / "copyright").read_text()
+        for words in ("MPL", "Henry Schreiner", "Niels Lohmann", "D. E. Shaw", "Bitstream Vera"):
+            self.assertIn(words, notices)
+
     def test_nothing_of_cgal_is_in_the_program(self):
         libraries = subprocess.run(["ldd", PILESIM], capture_output=True, text=True).stdout
         self.assertNotRegex(libraries, r"(?i)cgal|libgmp|libmpfr")
