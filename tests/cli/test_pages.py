@@ -1,19 +1,24 @@
-"""Pages that take their reader by the hand: every command on them runs, one after the other, in one directory.
+"""Pages that take their reader by the hand: every command on them runs, one after the other, in one directory. Of others the commands
+that do not take long run, beside a small run of the names that the pages give.
 
 A block of ```sh is run line by line, as a shell does. A block of ```json or ```python is written to the file that the
 paragraph above it names first, in backquotes, if it ends with a colon. A python block without one is run. What a page takes minutes for
 is done at a smaller size: SMALLER has what is replaced in its blocks, each of which must be there.
 """
 
+import copy
 import json
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
 import unittest
 from pathlib import Path
 
-from support import HANGING, PILESIM, SOURCE, CommandTest
+from support import BOXES, HANGING, PILESIM, SOURCE, CommandTest
+from test_documents import commands
 
 BLOCK = re.compile(r"((?:^[^\n]+\n)*)\n*^```(\w+)\n(.*?)^```$", re.M | re.S)
 NAMED = re.compile(r"`([\w.-]+\.(?:json|py))`.*:$", re.S)
@@ -99,6 +104,59 @@ class Pages(CommandTest):
         (work / "plan.json").write_text(json.dumps(plan))
         self.shell("pilesim batch plan.json -o out/jobs -q", "set-up")
         self.walk("troubleshooting.md", [("--trials 20", "--trials 2")])
+
+    def run_commands(self, page, smaller=(), left_out=()):
+        """Those of the page. `smaller`: what is added to commands that have these words. `left_out`: words of commands that do not run."""
+        parts = {part for part, _ in smaller} | set(left_out)
+        used = set()
+        for place, words in commands(SOURCE / page):
+            command = place.split(": ", 1)[1]
+            used |= {part for part in parts if part in command}
+            if any(part in command for part in left_out):
+                continue
+            more = [text for part, text in smaller if part in command]
+            self.shell(shlex.join(["pilesim", *words]) + " " + " ".join(more), place)
+        self.assertEqual(parts - used, set(), f"{page} has none of these")
+
+    def test_commands_of_other_pages(self):
+        work = self.dir / "work"
+        for name in ("presets", "assets"):
+            (work / name).symlink_to(SOURCE / name)
+        for name in ("mug.obj", "stick.obj"):
+            (work / name).write_bytes((SOURCE / "assets/ring.obj").read_bytes())
+        scene = copy.deepcopy(BOXES)
+        scene["duration_s"] = 5.1
+        scene["emitters"][0]["name"] = "rabbits"
+        for name in ("scene.json", "hit.json", "bin.json"):
+            (work / name).write_text(json.dumps(scene))
+        self.shell("pilesim simulate scene.json -o out/a -q", "set-up")
+        for name in ("b", "crate", "flood", "rabbits_in_a_crate"):
+            shutil.copytree(work / "out/a", work / "out" / name)
+        self.shell("pilesim export out/a -o part.glb --frame 0 --as objects --only rabbits/1 --no-camera -q", "set-up")
+        stl = ["solid bolt"]
+        for corners in ("0 0 0 0 9 0 9 0 0", "0 0 0 9 0 0 0 0 9", "0 0 0 0 0 9 0 9 0", "9 0 0 0 9 0 0 0 9"):
+            points = corners.split()
+            stl.append("facet normal 0 0 0 outer loop")
+            stl += [f"vertex {' '.join(points[i : i + 3])}" for i in (0, 3, 6)] + ["endloop endfacet"]
+        (work / "bolt.stl").write_text("\n".join([*stl, "endsolid bolt"]))
+        quick = "--trials 2 --rest-drops 2 --no-accuracy"
+        self.run_commands("docs/export.md")
+        self.run_commands("docs/view.md")
+        self.run_commands("docs/meshes.md", [("sample-signature", quick)])
+        self.run_commands("docs/render.md", left_out=["out/film"])
+        self.run_commands("docs/files.md", left_out=["direct-pile"])
+        self.run_commands("README.md", [
+            ("presets copy", "--force"),
+            ("simulate scene.json -o out/a  ", "--force"),
+            ("--seed 7", "--force"),
+            ("sample-signature", quick),
+            ("render out/a", "--force"),
+            ("--passes", "--frames 3-5"),
+            ("view out/a", "--force"),
+            ("export out/a", "--force"),
+        ], ["new bin", "--resume", "direct-pile", "--overlay", "fit-bspline", "compare scene.json", "batch", "out/views"])  # fmt: skip
+        self.run_commands("docs/authoring.md", [("new pile", "--force")])
+        self.run_commands("docs/install.md", [("simulate rabbits_in", "--set /duration_s=0.1 --force")])
 
     def test_errors_in_troubleshooting_are_as_the_program_says_them(self):
         known = (Path(__file__).with_name("errors.txt")).read_text().splitlines()
