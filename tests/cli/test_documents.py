@@ -12,7 +12,7 @@ from support import SOURCE, CommandTest
 
 DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
 # test_pages.py does all that these say, in their order: their blocks belong together.
-WALKED = ("tutorial_dataset.md", "tutorial_researcher.md")
+WALKED = ("tutorial_artist.md", "tutorial_dataset.md", "tutorial_researcher.md")
 # What a fragment of a scene is put into to become one.
 BASE = {
     "version": 1,
@@ -98,18 +98,22 @@ class Documents(CommandTest):
                 self.succeed("direct-pile", "scene.json", "-o", f"out{line}", *quick)
 
     def test_commands_are_taken_by_the_program(self):
-        """Each of them as it stands, where no file is: what is misused is said before files are looked for."""
+        """Each of them as it stands, where no file is: what is misused is said before files are looked for. In the lab, which has
+        many that differ in a number, each of other options."""
         tried = set()
         for document in DOCUMENTS:
             for place, words in commands(document):
-                if tuple(words) in tried or "reference" in words:
+                told = words
+                if document.parent.name == "lab":
+                    told = words[:1] + [word for word in words if word.startswith("-")]
+                if tuple(told) in tried or "reference" in words:
                     continue
-                tried.add(tuple(words))
+                tried.add(tuple(told))
                 where = self.dir / str(len(tried))
                 where.mkdir()
                 result = self.run_pilesim(*words, cwd=where)
                 self.assertIn(result.returncode, (0, 3, 4), f"{place}: {result.stderr}")
-        self.assertGreater(len(tried), 150)
+        self.assertGreater(len(tried), 130)
 
     def test_overrides_of_presets_are_valid(self):
         tried = set()

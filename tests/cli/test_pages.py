@@ -74,6 +74,20 @@ class Pages(CommandTest):
         self.assertEqual(left, set(), f"{page} has none of these")
         return printed
 
+    def test_a_shot(self):
+        printed = self.walk("tutorial_artist.md", [
+            ("cp rabbit.obj", "cp crate.obj"),
+            ("--scale 0.3 --count 60", "--scale 0.1 --count 3"),
+            ('"scale": 0.3', '"scale": 0.1'),
+            ('"duration_s": 5', '"duration_s": 0.5'),
+            ('"count": 120', '"count": 3'),
+            ("simulate heap.json", "simulate heap.json --set /duration_s=0.3"),
+            ("320x180", "64x36"),
+            # Blender is not there.
+            ("blender --python shot.py", "python3 -m py_compile shot.py"),
+        ])
+        self.assertRegex(printed, r"shot\.py \(.*6 bodies, 4 of them moving, in 16 frames")
+
     def test_a_dataset(self):
         printed = self.walk("tutorial_dataset.md", [
             ('"count": 50', '"count": 2'),
