@@ -145,7 +145,8 @@ class Polytope {
     return *std::ranges::min_element(faces_, {}, [](const Face& face) { return face.distance_m; });
   }
 
-  // Takes one more corner in. False where no face sees it.
+  // Takes one more corner in. False where no face sees it, or where, by rounding, those that do are
+  // no patch with a rim of its own: faces over such a rim would multiply without end.
   bool add(const Vec3& corner, double rounding_m) {
     rim_.clear();
     const auto seen = [&](const Face& face) {
@@ -155,7 +156,7 @@ class Polytope {
       if (!seen(face)) continue;
       for (size_t i = 0; i < 3; ++i) cross(face.corners[i], face.corners[(i + 1) % 3]);
     }
-    if (rim_.empty()) return false;
+    if (rim_.empty() || !is_simple(rim_)) return false;
     std::erase_if(faces_, seen);
     const auto index = static_cast<uint32_t>(corners_.size());
     corners_.push_back(corner);
@@ -181,6 +182,14 @@ class Polytope {
     } else {
       rim_.erase(twin);
     }
+  }
+
+  // No corner is passed twice.
+  static bool is_simple(const std::vector<std::array<uint32_t, 2>>& rim) {
+    std::vector<uint32_t> corners;
+    for (const auto& edge : rim) corners.push_back(edge[0]);
+    std::ranges::sort(corners);
+    return std::ranges::adjacent_find(corners) == corners.end();
   }
 
   std::vector<Vec3> corners_;

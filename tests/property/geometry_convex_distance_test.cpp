@@ -204,6 +204,20 @@ TEST(ConvexDistanceProperty, OfCylindersOnAFloorAndOnEachOther) {
   }
 }
 
+TEST(ConvexDistanceProperty, OfCylindersThatLieAlongEachOther) {
+  // They touch along a line: all faces of the polytope there are level but for rounding.
+  const double r = 0.025, h = 0.045;
+  for (uint64_t trial = 0; trial < 300; ++trial) {
+    Philox random(8, Stream::test, trial);
+    const double depth = std::pow(10.0, -random.uniform(3, 9));
+    const Vec3 axis = random.direction(), side = axis.unitOrthogonal();
+    const Vec3 centre = (2 * r - depth) * side + random.uniform(-0.05, 0.05) * axis;
+    EXPECT_NEAR(convex_distance(Drum(Vec3::Zero(), axis, r, h), Drum(centre, axis, r, h), kFar),
+                -depth, 1e-6)
+        << "trial " << trial;
+  }
+}
+
 TEST(ConvexDistanceProperty, ThinPlatesAndNeedlesAreNoExceptions) {
   for (uint64_t trial = 0; trial < 300; ++trial) {
     Philox random(6, Stream::test, trial);
