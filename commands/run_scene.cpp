@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "job/simulation_job.h"
+#include "numbers.h"
 #include "print.h"
 #include "print_summary.h"
 #include "scene/scene_loader.h"
@@ -17,6 +18,7 @@ struct Options {
   JudgingOptions judging;
   std::string output;
   std::optional<std::string> from;
+  std::optional<uint64_t> take;
   bool resume = false;
   double checkpoint_period_s = 5;
   bool print_config = false;
@@ -36,6 +38,7 @@ void run(const Options& options) {
                       .resume = options.resume,
                       .checkpoint_period_s = options.checkpoint_period_s,
                       .from = options.from,
+                      .take = options.take,
                       .gates = options.judging.gates(),
                       .inspect_every = options.judging.inspect_every,
                       .warn = options.run.quiet ? std::function<void(const std::string&)>() : warn,
@@ -74,12 +77,18 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
                    "take more than 2 % of the time (default: 5)")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 1e9), "");
-  command
-      ->add_option("--from", options->from,
-                   "A directory that simulate or direct-pile wrote: bodies begin where those with "
-                   "their names are at its end")
-      ->type_name("DIRECTORY")
-      ->check(named(), "");
+  CLI::Option* from =
+      command
+          ->add_option(
+              "--from", options->from,
+              "A directory that simulate or direct-pile wrote: bodies begin where those with "
+              "their names are at its end")
+          ->type_name("DIRECTORY")
+          ->check(named(), "");
+  add_whole_number(
+      *command, "--take", {0, 100'000'000}, [options](uint64_t n) { options->take = n; },
+      "With --from: without the so many bodies that lie highest there; no others are poured")
+      ->needs(from);
   add_run_options(*command, options->run);
   resume->excludes(command->get_option("--force"))->excludes(print);
   command->footer(text.footer);

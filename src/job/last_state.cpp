@@ -1,5 +1,7 @@
 #include "job/last_state.h"
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -30,9 +32,50 @@ bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
                                         .expected = std::move(expected)});
 }
 
+// Takes out of the model all bodies but those with `stays`, and what is said of them.
+void keep(const std::vector<bool>& stays, Model& model) {
+  constexpr uint32_t kGone = std::numeric_limits<uint32_t>::max();
+  std::vector<uint32_t> number(stays.size(), kGone);
+  std::vector<ModelBody> bodies;
+  for (uint32_t i = 0; i < stays.size(); ++i) {
+    if (!stays[i]) continue;
+    number[i] = static_cast<uint32_t>(bodies.size());
+    bodies.push_back(std::move(model.bodies[i]));
+  }
+  model.bodies = std::move(bodies);
+  const auto renumber = [&](std::vector<uint32_t>& of) {
+    std::erase_if(of, [&](uint32_t i) { return number[i] == kGone; });
+    for (uint32_t& i : of) i = number[i];
+  };
+  for (ModelEvent& event : model.events) renumber(event.bodies);
+  std::erase_if(model.events, [](const ModelEvent& event) { return event.bodies.empty(); });
+  for (ModelPairRule& rule : model.pair_rules) {
+    renumber(rule.a);
+    renumber(rule.b);
+  }
+  // Who fills a guide is not there yet.
+  model.guide_fill.reset();
+}
+
+// Of bodies that can move: who is among `found` and not among the `take` highest of them. The first
+// of bodies that are level goes first.
+std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& found, uint64_t take,
+                                 const Vec3& gravity) {
+  std::vector<std::pair<double, uint32_t>> heights;
+  std::vector<bool> stays(model.bodies.size());
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    stays[i] = model.bodies[i].role != Role::dynamic || found[i];
+    if (found[i]) heights.emplace_back(gravity.dot(model.bodies[i].pose.position), i);
+  }
+  std::ranges::sort(heights);
+  for (uint64_t i = 0; i < take; ++i) stays[heights[i].second] = false;
+  return stays;
+}
+
 }  // namespace
 
-LastState begin_from(const std::filesystem::path& directory, Model& model) {
+LastState begin_from(const std::filesystem::path& directory, Model& model,
+                     std::optional<uint64_t> take, const Vec3& gravity) {
   const TrajectoryReader trajectory(directory);
   const TrajectoryHeader& header = trajectory.header();
   const RunCheckpoint checkpoint(directory);
@@ -49,7 +92,9 @@ LastState begin_from(const std::filesystem::path& directory, Model& model) {
   std::map<std::pair<uint32_t, uint32_t>, bool> same;
   LastState result;
   Hasher hasher;
-  for (ModelBody& body : model.bodies) {
+  std::vector<bool> is_matched(model.bodies.size());
+  for (size_t at = 0; at < model.bodies.size(); ++at) {
+    ModelBody& body = model.bodies[at];
     const auto found = by_name.find(body.name);
     if (body.role != Role::dynamic || found == by_name.end()) continue;
     const uint32_t i = found->second;
@@ -66,6 +111,7 @@ LastState begin_from(const std::filesystem::path& directory, Model& model) {
     body.linear_velocity = there.linear_velocity[i];
     body.angular_velocity = there.angular_velocity[i];
     ++result.matched;
+    is_matched[at] = true;
     hasher.add_values(std::span(&there.position[i], 1));
     hasher.add_values(std::span(&there.orientation[i], 1));
     hasher.add_values(std::span(&there.linear_velocity[i], 1));
@@ -75,6 +121,17 @@ LastState begin_from(const std::filesystem::path& directory, Model& model) {
   if (result.matched == 0) {
     refuse(directory, "has no body with the name of one of the scene that can move",
            "names in common, such as those of an emitter that both scenes have");
+  }
+  if (take && *take >= result.matched) {
+    refuse(directory, "has " + std::to_string(result.matched) + " bodies that could be taken",
+           "more than --take " + std::to_string(*take) + ", so that some are left");
+  }
+  if (take) {
+    keep(left_by_taking(model, is_matched, *take, gravity), model);
+    result.taken = *take;
+    result.matched -= *take;
+    const uint64_t taken = *take;
+    hasher.add_values(std::span(&taken, 1));
   }
   result.hash = hasher.digest();
   return result;

@@ -252,7 +252,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const Scene& scene = loaded.scene;
   const std::string scene_file = job.scene_file.string();
   Model model = naming(scene_file, [&] { return build_model(scene); });
-  const LastState begun_from = job.from ? begin_from(*job.from, model) : LastState{};
+  const LastState begun_from =
+      job.from ? begin_from(*job.from, model, job.take, scene.gravity) : LastState{};
   if (job.from) model.start_overlaps = find_start_overlaps(model);
   // Before a guide's filling has changed who is who.
   const std::vector<std::string> overlaps = describe_start_overlaps(model);
@@ -355,9 +356,11 @@ SimulationSummary run_simulation(const SimulationJob& job) {
                             .collision_shapes = report.collision_shapes,
                             .signatures = report.signatures};
   if (begun_from.matched > 0) {
-    summary.beginning.push_back("from " + job.from->string() + ": " +
-                                counted(begun_from.matched, "body", "bodies") +
-                                " begin where they lay");
+    summary.beginning.push_back(
+        "from " + job.from->string() + ": " + counted(begun_from.matched, "body", "bodies") +
+        " begin where they lay" +
+        (begun_from.taken > 0 ? ", " + std::to_string(begun_from.taken) + " were taken from the top"
+                              : ""));
   }
   for (std::string& line : describe_moved_starts(model)) summary.beginning.push_back(line);
   if (frames_before > 0) {

@@ -24,6 +24,7 @@ struct SimulationJob {
   double checkpoint_period_s = 5;  // wall time between checkpoints, at least
   // The directory of another run: its bodies at the end are where those with the same names begin.
   std::optional<std::filesystem::path> from;
+  std::optional<uint64_t> take;    // with `from`: job/last_state.h
   std::vector<QualityGate> gates;  // what the pile is judged by at the end
   uint64_t inspect_every = 0;      // frames between inspections of the pile; 0: at the end only
   std::function<void(const std::string&)> warn;  // before frame 0, of what starts inside others
