@@ -11,6 +11,14 @@ namespace {
 
 Json box_of(const PixelBox& box) { return {box.column, box.row, box.width, box.height}; }
 
+Json rows_of(const Mat3& matrix) {
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row) {
+    rows.push_back({matrix(row, 0), matrix(row, 1), matrix(row, 2)});
+  }
+  return rows;
+}
+
 class CocoWriter final : public AnnotationWriter {
  public:
   CocoWriter(const TrajectoryHeader& header, std::filesystem::path file)
@@ -35,7 +43,8 @@ class CocoWriter final : public AnnotationWriter {
          "Boxes [x, y, width, height] and masks of what is seen of each body, in pixels from the "
          "upper left corner; masks are run lengths, column by column. \"instance\" is the value in "
          "the instance pass, body of the trajectory + 1; \"visible_share\" is what is seen of what "
-         "would be seen of the body alone."},
+         "would be seen of the body alone; a point p of the body is at R p + t in the camera's "
+         "frame, in metres."},
         {"version", "1"}};
     std::string categories;
     for (const size_t shape : annotated_shapes(header_)) {
@@ -57,6 +66,8 @@ class CocoWriter final : public AnnotationWriter {
       return images.instance[static_cast<size_t>(row) * static_cast<size_t>(images.width) +
                              static_cast<size_t>(column)] == seen.instance;
     };
+    const Quat turn = frame.poses.orientation[body.body].cast<double>().normalized();
+    const Vec3 place = frame.camera.in_camera(frame.poses.position[body.body].cast<double>());
     const std::vector<uint32_t> runs =
         run_lengths(images.width, images.height, seen.visible_box, is_seen);
     return {{"id", frame.frame * header_.body_count() + body.body + 1},
@@ -68,7 +79,9 @@ class CocoWriter final : public AnnotationWriter {
              {{"size", {images.height, images.width}}, {"counts", compressed_runs(runs)}}},
             {"iscrowd", 0},
             {"instance", seen.instance},
-            {"visible_share", seen.visible_share()}};
+            {"visible_share", seen.visible_share()},
+            {"R", rows_of(frame.camera.rotation * turn.toRotationMatrix())},
+            {"t", {place.x(), place.y(), place.z()}}};
   }
 
   // As text: of a large pile there are millions.
