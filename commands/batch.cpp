@@ -1,5 +1,7 @@
 #include "batch/batch.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -18,6 +20,8 @@ struct BatchOptions {
   std::string plan, output;
   bool quiet = false, dry_run = false, collect = false, slurm = false, no_submit = false;
   uint64_t sample = 2;
+  std::optional<uint64_t> nodes;
+  uint64_t cores_each = 1;  // of a node
   SlurmChoice cluster;
 };
 
@@ -28,8 +32,10 @@ std::string duration_text(double seconds) {
     std::snprintf(text, sizeof text, "%.3g s", seconds);
   } else if (seconds < 7200) {
     std::snprintf(text, sizeof text, "%.3g min", seconds / 60);
-  } else {
+  } else if (seconds < 1e6) {
     std::snprintf(text, sizeof text, "%.4g h", seconds / 3600);
+  } else {
+    std::snprintf(text, sizeof text, "%.4g days", seconds / 86400);
   }
   return text;
 }
@@ -38,8 +44,10 @@ std::string bytes_text(double bytes) {
   char text[32];
   if (bytes < 1e9) {
     std::snprintf(text, sizeof text, "%.3g MB", bytes / 1e6);
-  } else {
+  } else if (bytes < 1e12) {
     std::snprintf(text, sizeof text, "%.4g GB", bytes / 1e9);
+  } else {
+    std::snprintf(text, sizeof text, "%.4g TB", bytes / 1e12);
   }
   return text;
 }
@@ -61,6 +69,36 @@ void print_forecast(const BatchOptions& options, const BatchForecast& forecast) 
       duration_text(forecast.processor_s).c_str(), duration_text(forecast.processor_s_each).c_str(),
       duration_text(forecast.wall_s).c_str(), bytes_text(forecast.bytes).c_str(), forecast.files,
       bytes_text(static_cast<double>(forecast.peak_memory_bytes)).c_str());
+}
+
+// What a cluster takes, and what it asks of the disk that its nodes share.
+void print_cluster(const BatchOptions& options, const BatchForecast& forecast) {
+  if (!options.nodes || forecast.sample == 0 || forecast.jobs == forecast.done) return;
+  const double cores = static_cast<double>(*options.nodes * options.cores_each);
+  const double to_do = static_cast<double>(forecast.jobs - forecast.done);
+  // No job is shared.
+  const double wall_s = std::ceil(to_do / cores) * forecast.processor_s_each;
+  print("  on %s of %s: %s; %s of memory a node; %.3g files and %s a second into the shared disk\n",
+        counted(*options.nodes, "node").c_str(), counted(options.cores_each, "core").c_str(),
+        duration_text(wall_s).c_str(),
+        bytes_text(static_cast<double>(forecast.peak_memory_bytes * options.cores_each)).c_str(),
+        forecast.files / wall_s, bytes_text(forecast.bytes / wall_s).c_str());
+}
+
+void print_collected(const BatchSummary& summary) {
+  const CollectionSummary& all = summary.collected;
+  if (all.pictures > 0) {
+    print("  coco.json: %s, %s\n", counted(all.pictures, "picture").c_str(),
+          counted(all.annotations, "mask").c_str());
+  }
+  if (all.scenes > 0) {
+    print("  bop: %s, %s\n", counted(all.scenes, "scene").c_str(),
+          counted(all.models, "model").c_str());
+  }
+  if (all.tars > 0) {
+    print("  tar: %s, %s of %s\n", counted(all.tars, "file").c_str(),
+          counted(all.samples, "sample").c_str(), counted(all.packed, "job").c_str());
+  }
 }
 
 void print_batch(const BatchOptions& options, const BatchSummary& summary) {
@@ -86,6 +124,7 @@ void print_batch(const BatchOptions& options, const BatchSummary& summary) {
           counted(static_cast<unsigned>(summary.cores), "core").c_str());
   }
   print("\n");
+  print_collected(summary);
 }
 
 void throw_not_done(const BatchOptions& options, const BatchSummary& summary) {
@@ -111,7 +150,10 @@ void run_batch_command(BatchOptions& options) {
   options.request.output = options.output;
   if (options.dry_run || options.slurm) {
     const BatchForecast forecast = forecast_batch(options.request, options.sample);
-    if (!options.quiet) print_forecast(options, forecast);
+    if (!options.quiet) {
+      print_forecast(options, forecast);
+      print_cluster(options, forecast);
+    }
     if (options.dry_run) return;
     options.cluster.submit = !options.no_submit;
     const SlurmSubmission submission = submit_to_slurm(options.request, forecast, options.cluster);
@@ -162,6 +204,14 @@ void add_batch_command(CLI::App& app) {
   add_whole_number(
       *command, "--sample", {1, 1000}, [options](uint64_t n) { options->sample = n; },
       "Jobs that --dry-run and --slurm measure where none is done yet; default: 2");
+  CLI::Option* nodes = add_whole_number(
+      *command, "--nodes", {1, 1'000'000}, [options](uint64_t n) { options->nodes = n; },
+      "With --dry-run: what so many nodes of a cluster will take");
+  nodes->needs(dry_run);
+  add_whole_number(
+      *command, "--cores", {1, 1024}, [options](uint64_t n) { options->cores_each = n; },
+      "With --nodes: that a node has; default: 1")
+      ->needs(nodes);
   add_whole_number(
       *command, "--processes", {1, 1024},
       [options](uint64_t n) { options->request.processes = static_cast<int>(n); },
@@ -175,9 +225,10 @@ void add_batch_command(CLI::App& app) {
               [options](const std::string& text) { options->request.shard = parse_shard(text); },
               "Do this part of the jobs only, for schedulers of your own: 3/40 is the fourth of 40")
           ->type_name("INDEX/COUNT");
-  CLI::Option* collect =
-      command->add_flag("--collect", options->collect,
-                        "Run nothing; make index.jsonl and table.csv of what is there");
+  CLI::Option* collect = command->add_flag(
+      "--collect", options->collect,
+      "Run nothing; make index.jsonl, table.csv and what the plan collects of what "
+      "is there");
   CLI::Option* slurm = command->add_flag(
       "--slurm", options->slurm,
       "Submit the batch to Slurm as an array job, and its collection after it, and stop");

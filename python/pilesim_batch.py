@@ -8,11 +8,17 @@ poses. Needs numpy; pictures are decoded by Pillow where it is installed, else h
         print(job.id, job.values, job.report()["quality_at_end"])
     pictures = Pictures(batch)          # len() and [i], as torch.utils.data.DataLoader takes it
     sample = pictures[0]                # image, depth, ids, K, R, t, job, camera, frame
+    for sample in Samples("out/bins"):  # of its tar files, one after another, with annotations
+        ...
+
+Of what a plan collects Coco and Bop read the files of these formats, so that nothing else is needed.
 """
 
+import io
 import json
 import re
 import struct
+import tarfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,18 +30,41 @@ try:
 except ImportError:
     Image = None
 
-__all__ = ["Batch", "Job", "Pictures", "read_png"]
+__all__ = ["Batch", "Bop", "Coco", "Job", "Pictures", "Samples", "read_png", "unpack_mask"]
 
 
 def read_png(file):
-    """A PNG as numpy has it: (height, width) or (height, width, channels), uint8 or uint16."""
+    """A PNG, by its path or its bytes, as numpy has it: (height, width) or (height, width, channels),
+    uint8 or uint16."""
+    data = file if isinstance(file, bytes) else Path(file).read_bytes()
     if Image is not None:
-        with Image.open(file) as image:
+        with Image.open(io.BytesIO(data)) as image:
             # 16 bits of one channel come as int32.
             array = numpy.array(image)
         is_deep = array.dtype == numpy.int32
         return array.astype(numpy.uint16) if is_deep else array
-    return _decode_png(Path(file).read_bytes())
+    return _decode_png(data)
+
+
+def unpack_mask(segmentation):
+    """The mask of COCO's compressed run lengths: (height, width), bool."""
+    runs, value, shift = [], 0, 0
+    for letter in segmentation["counts"].encode():
+        letter -= 48
+        value |= (letter & 0x1F) << shift
+        shift += 5
+        if not letter & 0x20:
+            if letter & 0x10:
+                value -= 1 << shift
+            runs.append(value + (runs[-2] if len(runs) > 2 else 0))
+            value = shift = 0
+    height, width = segmentation["size"]
+    mask = numpy.repeat(numpy.arange(len(runs)) % 2, runs)
+    return mask.reshape(width, height).T.astype(bool)
+
+
+def _metres(depth, unit_mm):
+    return numpy.where(depth > 0, depth * (unit_mm * 1e-3), numpy.inf).astype(numpy.float32)
 
 
 def _decode_png(data):
@@ -108,10 +137,18 @@ class Job:
         return self.attempts[-1]["seed"]
 
     @property
+    def runs(self):
+        """The directories of its trajectories, as its steps made them: finished ones in the place of
+        those that they are made of."""
+        numbers = [int(d.name[4:] or 1) for d in self.directory.glob("run*") if re.fullmatch(r"run(_\d+)?", d.name)]
+        names = ["" if number == 1 else f"_{number}" for number in sorted(numbers)]
+        finished = [self.directory / f"finished{name}" for name in names]
+        return [made if made.is_dir() else self.directory / f"run{name}" for made, name in zip(finished, names)]
+
+    @property
     def run(self):
-        """The directory of its trajectory, finished if the plan finishes it."""
-        finished = self.directory / "finished"
-        return finished if finished.is_dir() else self.directory / "run"
+        """The last of them."""
+        return self.runs[-1]
 
     def report(self):
         return json.loads((self.run / "report.json").read_text())
@@ -122,13 +159,10 @@ class Job:
             return {key: arrays[key] for key in arrays}
 
     def views(self):
-        """Directories with frames/: one for each camera that was drawn, by its name."""
-        views = {"camera": self.run} if (self.run / "frames").is_dir() else {}
-        cameras = self.run / "cameras"
-        for view in sorted(cameras.iterdir()) if cameras.is_dir() else ():
-            if (view / "frames").is_dir():
-                views[view.name] = view
-        return views
+        """Directories with frames/: one for each camera that was drawn, by the place of its pictures
+        in the job, such as "run" or "run/cameras/left"."""
+        frames = [*self.directory.glob("*/frames"), *self.directory.glob("*/cameras/*/frames")]
+        return {str(f.parent.relative_to(self.directory)): f.parent for f in sorted(frames)}
 
 
 class Batch:
@@ -193,6 +227,112 @@ class Pictures:
         depth = view / "passes" / f"depth.{number}.png"
         if depth.is_file():
             unit = next(e["depth_unit_mm"] for e in cameras["frames"] if e["frame"] == frame)
-            raw = read_png(depth)
-            sample["depth"] = numpy.where(raw > 0, raw * (unit * 1e-3), numpy.inf).astype(numpy.float32)
+            sample["depth"] = _metres(read_png(depth), unit)
+        return self.transform(sample) if self.transform else sample
+
+
+class Samples:
+    """Every picture of a batch's tar files (DIRECTORY/tar, of a plan with "collect": ["tar"]), one after
+    another, as Pictures gives them: "key", "image", "depth", "ids", "K", "R", "t" and what the file tells
+    of it, such as "annotations". An iterable dataset: `part` of `parts` takes the files that are its own,
+    for several workers; `transform` is called with each sample."""
+
+    def __init__(self, directory, transform=None, part=0, parts=1):
+        self.files = sorted((Path(directory) / "tar").glob("*.tar"))[part::parts]
+        self.transform = transform
+
+    def __iter__(self):
+        for file in self.files:
+            with tarfile.open(file) as tar:
+                key, parts = None, {}
+                for member in tar:
+                    name, extension = member.name.split(".", 1)
+                    if name != key and parts:
+                        yield self._sample(key, parts)
+                        parts = {}
+                    key = name
+                    parts[extension] = tar.extractfile(member).read()
+                if parts:
+                    yield self._sample(key, parts)
+
+    def _sample(self, key, parts):
+        sample = {"key": key, **json.loads(parts.pop("json"))}
+        for extension, data in parts.items():
+            name, kind = extension.rsplit(".", 1)
+            if kind == "png":
+                sample[name] = read_png(data)
+        sample["image"] = sample.pop("rgb")[..., :3]
+        if "depth" in sample:
+            sample["depth"] = _metres(sample["depth"], sample["depth_unit_mm"])
+        for name in ("K", "R", "t"):
+            if name in sample:
+                sample[name] = numpy.array(sample[name], float)
+        return self.transform(sample) if self.transform else sample
+
+
+class Coco:
+    """A coco.json: of a batch (DIRECTORY/coco.json), or of a camera of a run. len() and [i] as dicts:
+    image, "file_name", "annotations" with "category" (its name) and "mask" (height, width), bool."""
+
+    def __init__(self, file, transform=None):
+        self.directory = Path(file).parent
+        self.transform = transform
+        dataset = json.loads(Path(file).read_text())
+        self.categories = {entry["id"]: entry["name"] for entry in dataset["categories"]}
+        self.images = dataset["images"]
+        self._annotations = {}
+        for annotation in dataset["annotations"]:
+            self._annotations.setdefault(annotation["image_id"], []).append(annotation)
+
+    def __len__(self):
+        return len(self.images)
+
+    def __getitem__(self, index):
+        entry = self.images[index]
+        annotations = [annotation | {"category": self.categories[annotation["category_id"]],
+                                     "mask": unpack_mask(annotation["segmentation"])}
+                       for annotation in self._annotations.get(entry["id"], [])]
+        sample = entry | {"image": read_png(self.directory / entry["file_name"])[..., :3],
+                          "annotations": annotations}
+        return self.transform(sample) if self.transform else sample
+
+
+class Bop:
+    """A dataset in BOP's format: DIRECTORY/bop of a batch or a run. len() and [i] as dicts: "image",
+    "depth" (m), "K", "R" and "t" (m) of the camera, and "objects", each with "id" (of its model), "R", "t"
+    (m), "mask" and "mask_visib" (height, width), bool, and what scene_gt_info.json tells."""
+
+    def __init__(self, directory, transform=None):
+        self.directory = Path(directory)
+        self.transform = transform
+        self.models = json.loads((self.directory / "models" / "models_info.json").read_text())
+        self._scenes = sorted((self.directory / "train_pbr").iterdir())
+        self._scene = (None, None)  # the one that was read last
+        self.places = [(scene, int(image.stem)) for scene in self._scenes
+                       for image in sorted((scene / "rgb").glob("*.png"))]
+
+    def __len__(self):
+        return len(self.places)
+
+    def _told(self, scene):
+        if self._scene[0] != scene:
+            names = ("scene_camera", "scene_gt", "scene_gt_info")
+            self._scene = scene, [json.loads((scene / f"{name}.json").read_text()) for name in names]
+        return self._scene[1]
+
+    def __getitem__(self, index):
+        scene, image = self.places[index]
+        cameras, poses, infos = (told[str(image)] for told in self._told(scene))
+        objects = []
+        for number, (pose, info) in enumerate(zip(poses, infos)):
+            masks = {kind: read_png(scene / kind / f"{image:06}_{number:06}.png") > 0
+                     for kind in ("mask", "mask_visib")}
+            objects.append({"id": pose["obj_id"], "R": numpy.reshape(pose["cam_R_m2c"], (3, 3)),
+                            "t": numpy.array(pose["cam_t_m2c"]) * 1e-3, **masks, **info})
+        sample = {"scene": scene.name, "frame": image,
+                  "image": read_png(scene / "rgb" / f"{image:06}.png")[..., :3],
+                  "depth": _metres(read_png(scene / "depth" / f"{image:06}.png"), cameras["depth_scale"]),
+                  "K": numpy.reshape(cameras["cam_K"], (3, 3)),
+                  "R": numpy.reshape(cameras["cam_R_w2c"], (3, 3)),
+                  "t": numpy.array(cameras["cam_t_w2c"]) * 1e-3, "objects": objects}
         return self.transform(sample) if self.transform else sample

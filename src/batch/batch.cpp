@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <map>
+#include <functional>
 #include <mutex>
 
+#include "batch/appended_file.h"
+#include "batch/job_records.h"
 #include "batch/pool.h"
 #include "core/atomic_file.h"
 #include "core/counted.h"
@@ -31,34 +33,34 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// What is there of a batch, beside its plan.
-struct Stock {
-  std::vector<uint64_t> to_do, changed;
-  std::vector<JobRecord> records;  // of all others: tried to the end
-};
-
 std::pair<uint64_t, uint64_t> bounds_of(const BatchRequest& request, uint64_t jobs) {
   if (!request.shard) return {0, jobs};
   const auto [index, count] = *request.shard;
   return {jobs * index / count, jobs * (index + 1) / count};
 }
 
-Stock take_stock(const BatchRequest& request, const BatchPlan& plan, const JobKeys& keys) {
+// What is there of a batch, beside its plan; all other jobs were tried to the end.
+struct Stock {
+  std::vector<uint64_t> to_do, changed;
+};
+
+Stock take_stock(const BatchRequest& request, const BatchPlace& place,
+                 const std::function<void(const JobRecord&)>& tried) {
   Stock stock;
-  const auto [begin, end] = bounds_of(request, plan.jobs());
+  const auto [begin, end] = bounds_of(request, place.plan.jobs());
   for (uint64_t index = begin; index < end; ++index) {
-    const BatchJob job = batch_job(plan, index);
-    std::optional<JobRecord> record = find_job(request.output, job);
+    const BatchJob job = batch_job(place.plan, index);
+    const std::optional<JobRecord> record = find_job(place.directory, job);
     if (!record) {
       stock.to_do.push_back(index);
-    } else if (record->key != keys.key(job)) {
+    } else if (record->key != place.keys.key(job)) {
       stock.changed.push_back(index);
     } else if (!record->is_done() &&
                (request.retry || record->attempts.back().end == AttemptEnd::died)) {
-      forget_job(request.output, job);
+      forget_job(place.directory, job);
       stock.to_do.push_back(index);
     } else {
-      stock.records.push_back(std::move(*record));
+      tried(*record);
     }
   }
   return stock;
@@ -103,37 +105,39 @@ void write_plan(const BatchRequest& request, const BatchPlan& plan) {
   write_file_atomically(request.output / kPlanFile, json.dump(2) + '\n');
 }
 
-void count(const std::vector<JobRecord>& records, BatchSummary& summary) {
-  for (const JobRecord& record : records) {
-    switch (record.attempts.empty() ? AttemptEnd::failed : record.attempts.back().end) {
-      case AttemptEnd::done:
-        ++summary.done;
-        break;
-      case AttemptEnd::gate:
-        ++summary.gate;
-        break;
-      case AttemptEnd::failed:
-        ++summary.failed;
-        break;
-      case AttemptEnd::died:
-        ++summary.died;
-        break;
-      case AttemptEnd::too_long:
-        ++summary.too_long;
-        break;
-    }
-    if (record.attempts.size() > 1) ++summary.tried_again;
-    summary.bytes += record.bytes;
+void count(const JobRecord& record, BatchSummary& summary) {
+  switch (record.attempts.empty() ? AttemptEnd::failed : record.attempts.back().end) {
+    case AttemptEnd::done:
+      ++summary.done;
+      break;
+    case AttemptEnd::gate:
+      ++summary.gate;
+      break;
+    case AttemptEnd::failed:
+      ++summary.failed;
+      break;
+    case AttemptEnd::died:
+      ++summary.died;
+      break;
+    case AttemptEnd::too_long:
+      ++summary.too_long;
+      break;
   }
+  if (record.attempts.size() > 1) ++summary.tried_again;
+  summary.bytes += record.bytes;
 }
 
-void write_tables(const BatchRequest& request, const BatchPlan& plan,
-                  std::vector<JobRecord> records) {
-  std::ranges::sort(records, {}, &JobRecord::index);
-  std::string index;
-  for (const JobRecord& record : records) index += index_line(record);
-  write_file_atomically(request.output / "index.jsonl", index);
-  write_file_atomically(request.output / "table.csv", record_table(plan, records));
+void write_tables(const BatchPlace& place, const JobRecords& records,
+                  const std::function<void(const JobRecord&)>& visit) {
+  AppendedFile index(place.directory / "index.jsonl"), table(place.directory / "table.csv");
+  table.add(table_head(place.plan));
+  records.each(0, place.plan.jobs(), [&](const BatchJob&, const JobRecord& record) {
+    index.add(index_line(record));
+    table.add(table_row(place.plan, record));
+    visit(record);
+  });
+  index.take_place();
+  table.take_place();
 }
 
 fs::path shard_file(const fs::path& output, uint64_t index) {
@@ -142,27 +146,13 @@ fs::path shard_file(const fs::path& output, uint64_t index) {
          (std::string(digits.size() < 5 ? 5 - digits.size() : 0, '0') + digits + ".jsonl");
 }
 
-void write_shard(const BatchRequest& request, std::vector<JobRecord> records) {
-  std::ranges::sort(records, {}, &JobRecord::index);
-  std::string text;
-  for (const JobRecord& record : records) text += record_line(record);
-  make_output_directory(request.output / "shards");
-  write_file_atomically(shard_file(request.output, request.shard->index), text);
-}
-
-// By index; what shards have said, which is quicker to read than a file a job.
-std::map<uint64_t, JobRecord> shard_records(const fs::path& output) {
-  std::map<uint64_t, JobRecord> records;
-  std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(output / "shards", fault)) {
-    if (entry.path().extension() != ".jsonl") continue;
-    const std::string text = read_file(entry.path());
-    for (size_t begin = 0, end; (end = text.find('\n', begin)) != text.npos; begin = end + 1) {
-      JobRecord record = parse_record(text.substr(begin, end - begin), entry.path().string());
-      records[record.index] = std::move(record);
-    }
-  }
-  return records;
+void write_shard(const BatchRequest& request, const BatchPlace& place, const JobRecords& records) {
+  make_output_directory(place.directory / "shards");
+  AppendedFile file(shard_file(place.directory, request.shard->index));
+  const auto [begin, end] = bounds_of(request, place.plan.jobs());
+  records.each(begin, end,
+               [&](const BatchJob&, const JobRecord& record) { file.add(record_line(record)); });
+  file.take_place();
 }
 
 }  // namespace
@@ -173,7 +163,11 @@ BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step) {
   const JobKeys keys(plan);
   claim_output(request.output, {}, request.force);
   const fs::path output = fs::absolute(request.output);
-  Stock stock = take_stock(request, plan, keys);
+  const BatchPlace place{plan, keys, output};
+  const auto [begin, end] = bounds_of(request, plan.jobs());
+  BatchSummary summary{.jobs = end - begin, .cores = available_threads()};
+  const auto tried = [&](const JobRecord& record) { count(record, summary); };
+  Stock stock = take_stock(request, place, tried);
   if (!stock.changed.empty() && !request.force) refuse_changes(request, plan, stock.changed.size());
 
   make_output_directory(output);
@@ -185,17 +179,14 @@ BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step) {
     write_plan(request, plan);
   }
 
-  const auto [begin, end] = bounds_of(request, plan.jobs());
-  BatchSummary summary{
-      .jobs = end - begin, .of_before = stock.records.size(), .cores = available_threads()};
+  summary.of_before = end - begin - stock.to_do.size();
   const PoolLimits limits{.cores = summary.cores,
                           .processes = request.processes,
                           .memory_bytes = static_cast<uint64_t>(
                               kMemoryShare * static_cast<double>(available_memory()))};
-  const BatchPlace place{plan, keys, output};
   install_interrupt_handler();
   std::mutex mutex;
-  uint64_t finished = stock.records.size();
+  uint64_t finished = summary.of_before;
   Progress progress(request.progress, "batch", std::max<uint64_t>(end - begin, 1), "jobs");
   progress.update(finished);
   const auto run = [&](uint64_t index, int threads) -> uint64_t {
@@ -207,18 +198,20 @@ BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step) {
       return 0;
     }
     summary.processor_s += record->processor_s();
-    stock.records.push_back(*record);
+    tried(*record);
     progress.update(++finished);
     return record->peak_memory_bytes();
   };
   run_pool(stock.to_do, limits, run, interrupted);
   progress.finish();
 
-  count(stock.records, summary);
+  const JobRecords records(place);
   if (request.shard) {
-    write_shard(request, std::move(stock.records));
+    write_shard(request, place, records);
+    if (!interrupted()) summary.collected = pack_tars(place, records, begin, end);
   } else {
-    write_tables(request, plan, std::move(stock.records));
+    write_tables(place, records, [](const JobRecord&) {});
+    if (!interrupted()) summary.collected = collect_datasets(place, records);
   }
   summary.wall_s = seconds_since(start);
   if (interrupted()) {
@@ -235,24 +228,18 @@ BatchSummary collect_batch(const BatchRequest& request) {
   const auto start = std::chrono::steady_clock::now();
   const BatchPlan plan = load_batch_plan(request.plan_file);
   const JobKeys keys(plan);
-  std::map<uint64_t, JobRecord> of_shards = shard_records(request.output);
-  std::vector<JobRecord> records;
+  claim_output(request.output, {}, true);
+  const BatchPlace place{plan, keys, fs::absolute(request.output)};
+  make_output_directory(place.directory);
+  install_interrupt_handler();
+  const JobRecords records(place, true);
   BatchSummary summary{.jobs = plan.jobs(), .cores = available_threads()};
-  for (uint64_t index = 0; index < summary.jobs; ++index) {
-    const BatchJob job = batch_job(plan, index);
-    const auto found = of_shards.find(index);
-    // What failed in a shard may have been done since, in one of another number.
-    if (found != of_shards.end() && found->second.is_done() && found->second.key == keys.key(job)) {
-      records.push_back(std::move(found->second));
-    } else if (auto record = find_job(request.output, job)) {
-      records.push_back(std::move(*record));
-    }
-  }
-  for (const JobRecord& record : records) summary.processor_s += record.processor_s();
-  count(records, summary);
-  make_output_directory(request.output);
-  write_tables(request, plan, std::move(records));
+  write_tables(place, records, [&](const JobRecord& record) {
+    count(record, summary);
+    summary.processor_s += record.processor_s();
+  });
   write_plan(request, plan);
+  summary.collected = collect_datasets(place, records);
   summary.wall_s = seconds_since(start);
   return summary;
 }
@@ -263,42 +250,49 @@ BatchForecast forecast_batch(const BatchRequest& request, size_t sample, const R
   claim_output(request.output, {}, true);
   BatchRequest looking = request;
   looking.retry = false;
-  Stock stock = take_stock(looking, plan, keys);
-  BatchForecast forecast{
-      .jobs = plan.jobs(), .done = stock.records.size(), .changed = stock.changed.size()};
+  BatchForecast forecast{.jobs = plan.jobs()};
+  const auto measured = [&](const JobRecord& record) {
+    ++forecast.sample;
+    forecast.processor_s_each += record.processor_s();
+    forecast.bytes_each += static_cast<double>(record.bytes);
+    forecast.files_each += static_cast<double>(record.files);
+    forecast.longest_s_each = std::max(forecast.longest_s_each, record.wall_s());
+    forecast.peak_memory_bytes = std::max(forecast.peak_memory_bytes, record.peak_memory_bytes());
+  };
+  const BatchPlace place{plan, keys, fs::absolute(request.output)};
+  const Stock stock = take_stock(looking, place, measured);
+  forecast.done = forecast.sample;
+  forecast.changed = stock.changed.size();
   if (forecast.changed > 0) forecast.changes = plan_changes(request.output, plan);
 
-  std::vector<JobRecord> samples = std::move(stock.records);
   const fs::path beside = fs::absolute(request.output).string() + ".sample";
-  if (samples.empty()) {
+  if (forecast.sample == 0) {
     install_interrupt_handler();
-    const BatchPlace place{plan, keys, beside};
+    const BatchPlace samples{plan, keys, beside};
+    uint64_t last = plan.jobs();
     for (size_t i = 0; i < sample && !interrupted(); ++i) {
       // Evenly over the batch.
       const uint64_t index = (2 * i + 1) * plan.jobs() / (2 * sample);
-      if (!samples.empty() && samples.back().index == index) continue;
+      if (index == last) continue;
+      last = index;
       // One thread: as it is where all cores have jobs.
-      if (auto record = run_job(place, batch_job(plan, index), 1, run_step)) {
-        samples.push_back(std::move(*record));
+      if (const auto record = run_job(samples, batch_job(plan, index), 1, run_step)) {
+        measured(*record);
       }
     }
     if (fs::exists(beside)) remove_in_one_go(beside);
   }
   if (interrupted()) throw Error(ErrorKind::interrupted, Problem{.found = "was interrupted"});
 
-  forecast.sample = samples.size();
+  const double share = 1 / static_cast<double>(std::max<size_t>(forecast.sample, 1));
+  forecast.processor_s_each *= share;
+  forecast.bytes_each *= share;
+  forecast.files_each *= share;
   const auto to_do = static_cast<double>(forecast.jobs - forecast.done);
-  for (const JobRecord& record : samples) {
-    forecast.processor_s_each += record.processor_s() / static_cast<double>(samples.size());
-    forecast.longest_s_each = std::max(forecast.longest_s_each, record.wall_s());
-    forecast.bytes +=
-        static_cast<double>(record.bytes) * to_do / static_cast<double>(samples.size());
-    forecast.files +=
-        static_cast<double>(record.files) * to_do / static_cast<double>(samples.size());
-    forecast.peak_memory_bytes = std::max(forecast.peak_memory_bytes, record.peak_memory_bytes());
-  }
   forecast.processor_s = forecast.processor_s_each * to_do;
   forecast.wall_s = forecast.processor_s / available_threads();
+  forecast.bytes = forecast.bytes_each * to_do;
+  forecast.files = forecast.files_each * to_do;
   return forecast;
 }
 

@@ -4,6 +4,7 @@
 //   DIR/jobs/0012/0012345/        a job: run/ and what its steps left, job.json, log.txt
 //   DIR/shards/0007.jsonl         the jobs of a shard, for --collect
 //   DIR/index.jsonl, table.csv    all jobs that were tried, in order
+//   DIR/coco.json, bop/, tar/     what the plan collects: collection.h
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "batch/collection.h"
 #include "batch/job_runner.h"
 #include "core/progress.h"
 
@@ -38,6 +40,7 @@ struct BatchSummary {
   double wall_s = 0, processor_s = 0;  // of this run
   uint64_t bytes = 0;
   int cores = 1;
+  CollectionSummary collected;
 
   uint64_t not_done() const { return gate + failed + died + too_long; }
 };
@@ -47,7 +50,8 @@ struct BatchSummary {
 // Ctrl-C, and what run_job() throws.
 BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step = step_processes());
 
-// index.jsonl and table.csv from what is there: shards' own records where there are any.
+// index.jsonl, table.csv and what the plan collects from what is there: shards' own records where
+// there are any.
 BatchSummary collect_batch(const BatchRequest& request);
 
 // What a run would do, from a sample of jobs that are done (or, where there are none, that are run
@@ -58,7 +62,7 @@ struct BatchForecast {
   size_t sample = 0;
   double processor_s = 0, wall_s = 0, bytes = 0, files = 0;  // of all that is to do, here
   uint64_t peak_memory_bytes = 0;
-  double processor_s_each = 0, longest_s_each = 0;
+  double processor_s_each = 0, longest_s_each = 0, bytes_each = 0, files_each = 0;  // of a job
 };
 BatchForecast forecast_batch(const BatchRequest& request, size_t sample,
                              const RunStep& run_step = step_processes());

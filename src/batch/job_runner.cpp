@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "batch/steps.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/interrupt.h"
@@ -66,41 +67,6 @@ void log_step(const fs::path& directory, const StepCommand& command, const StepR
   std::ofstream stream(directory / "log.txt", std::ios::app);
   stream << text;
   if (!stream.flush()) throw io_error((directory / "log.txt").string(), "cannot be written", errno);
-}
-
-bool has_finished(const BatchPlan& plan, size_t step) {
-  for (size_t i = 0; i < step; ++i) {
-    if (plan.steps[i][0] == "finish") return true;
-  }
-  return false;
-}
-
-// The step's words, and what the batch says itself.
-StepCommand command_of(const BatchPlan& plan, const BatchJob& job, size_t step, uint64_t seed,
-                       int threads, const fs::path& directory) {
-  const BatchStep& words = plan.steps[step];
-  const std::string& name = words[0];
-  StepCommand command{.words = {name}, .directory = directory, .longest_s = plan.longest_s};
-  const auto add = [&](std::initializer_list<std::string> more) {
-    command.words.insert(command.words.end(), more);
-  };
-  const std::string run = has_finished(plan, step) ? "finished" : "run";
-  const std::string cores = std::to_string(threads);
-  if (name == "simulate" || name == "direct-pile") {
-    add({plan.scene.string(), "-o", "run", "--resume", "--threads", cores});
-    for (const JobValue& value : job.values) {
-      if (value.pointer != "/seed") add({"--set", override_text(value)});
-    }
-    add({"--seed", std::to_string(seed)});
-  } else if (name == "finish") {
-    add({"run", "-o", "finished", "--scene", plan.scene.string(), "--force", "--threads", cores});
-  } else if (name == "render") {
-    add({run, "--resume", "--threads", cores});
-  } else {
-    add({run, "--force"});
-  }
-  command.words.insert(command.words.end(), words.begin() + 1, words.end());
-  return command;
 }
 
 AttemptEnd end_of(const StepResult& result) {
@@ -183,7 +149,9 @@ class Job {
     const auto steps = static_cast<int>(place_.plan.steps.size());
     while (record_.steps_done < steps) {
       const auto step = static_cast<size_t>(record_.steps_done);
-      const StepCommand command = command_of(place_.plan, job_, step, seed, threads_, directory_);
+      const StepCommand command{.words = step_words(place_.plan, job_, step, seed, threads_),
+                                .directory = directory_,
+                                .longest_s = place_.plan.longest_s};
       const StepResult result = run_step_(command);
       attempt.wall_s += result.wall_s;
       attempt.processor_s += result.processor_s;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "batch/steps.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
@@ -37,9 +38,18 @@ Json drawn(const Draw& draw, Philox& random) {
 
 std::string file_hash(const std::filesystem::path& file) { return content_hash(read_file(file)); }
 
+// Of a mesh; of a run, by what it is of and how many frames it has.
+std::string input_hash(const std::filesystem::path& input) {
+  if (!std::filesystem::is_directory(input)) return file_hash(input);
+  const std::filesystem::path store = input / "trajectory.zarr";
+  return content_hash(read_file(store / ".zattrs") + read_file(store / "position" / ".zarray"));
+}
+
 std::vector<std::string> texts_of(const BatchJob& job) {
   std::vector<std::string> texts;
-  for (const JobValue& value : job.values) texts.push_back(override_text(value));
+  for (const JobValue& value : job.values) {
+    if (value.is_in_scene()) texts.push_back(override_text(value));
+  }
   return texts;
 }
 
@@ -97,6 +107,14 @@ uint64_t BatchPlan::jobs() const {
   return jobs;
 }
 
+bool BatchPlan::collects(Collection what) const {
+  return std::ranges::find(collect, what) != collect.end();
+}
+
+std::filesystem::path BatchPlan::base_of(const std::string& pointer) const {
+  return (pointer.starts_with('/') && !scene.empty() ? scene : file).parent_path();
+}
+
 std::string BatchJob::name() const {
   std::string digits = std::to_string(index);
   return std::string(digits.size() < 7 ? 7 - digits.size() : 0, '0') + digits;
@@ -144,19 +162,21 @@ std::string override_text(const JobValue& value) {
   return value.pointer + '=' + value.value.dump();
 }
 
-JobKeys::JobKeys(const BatchPlan& plan) {
-  const LoadedScene loaded = load_scene(plan.scene, texts_of(batch_job(plan, 0)));
-  check_names(plan);
-  check_values(plan);
+JobKeys::JobKeys(const BatchPlan& plan) : plan_(plan) {
   Hasher hasher;
   const auto add = [&](const std::string& text) {
     const uint64_t size = text.size();
     hasher.add_values(std::span(&size, 1));
     hasher.add(std::as_bytes(std::span(text)));
   };
-  add(file_hash(plan.scene));
-  for (const NamedFile& named : loaded.files) {
-    if (!is_varied(plan, named.pointer)) add(file_hash(named.path));
+  if (!plan.scene.empty()) {
+    const LoadedScene loaded = load_scene(plan.scene, texts_of(batch_job(plan, 0)));
+    check_names(plan);
+    check_values(plan);
+    add(file_hash(plan.scene));
+    for (const NamedFile& named : loaded.files) {
+      if (!is_varied(plan, named.pointer)) add(file_hash(named.path));
+    }
   }
   for (const BatchStep& step : plan.steps) {
     for (const std::string& word : step) add(word);
@@ -167,9 +187,10 @@ JobKeys::JobKeys(const BatchPlan& plan) {
   base_ = hasher.digest();
   for (const Variation& variation : plan.vary) {
     if (!variation.are_files) continue;
+    const std::filesystem::path base = plan.base_of(variation.pointers.front());
     for (const std::vector<Json>& row : variation.rows) {
       const std::string name = row.front().get<std::string>();
-      file_hashes_.emplace_back(name, file_hash(plan.scene.parent_path() / name));
+      file_hashes_.emplace_back(name, file_hash(base / name));
     }
   }
   std::ranges::sort(file_hashes_);
@@ -177,6 +198,7 @@ JobKeys::JobKeys(const BatchPlan& plan) {
 
 std::string JobKeys::key(const BatchJob& job) const {
   std::string text = base_ + ' ' + std::to_string(job.index);
+  if (plan_.scene.empty()) text += ' ' + input_hash(step_input(plan_, job));
   for (const JobValue& value : job.values) {
     text += '\n' + override_text(value);
     if (!value.value.is_string()) continue;

@@ -22,7 +22,7 @@ struct Draw {
 
 // One thing that varies. Those with `rows` span a grid, the last of the plan runs fastest.
 struct Variation {
-  std::vector<std::string> pointers;    // into the scene: RFC 6901
+  std::vector<std::string> pointers;  // into the scene: RFC 6901; or names, in braces in the steps
   std::vector<std::vector<Json>> rows;  // a value for each pointer; empty: drawn
   std::optional<Draw> draw;             // one pointer
   bool are_files = false;               // the rows' values are paths, as the scene would have them
@@ -31,25 +31,37 @@ struct Variation {
 // One command of pilesim and its options: {"render", "--size", "640x480"}.
 using BatchStep = std::vector<std::string>;
 
+// What is made of all jobs together: annotations in one file, one dataset, pictures in tar files.
+enum class Collection { coco, bop, tar };
+
 struct BatchPlan {
   std::string name;
-  std::filesystem::path file, scene;  // absolute
+  std::filesystem::path file, scene;  // absolute; no scene: the first step names its input itself
   uint64_t seed = 1;                  // of all draws, and of the scenes' own seeds
   int count = 1;                      // jobs for each point of the grid
   std::vector<Variation> vary;
-  std::vector<BatchStep> steps;   // the first simulates or directs a pile
+  std::vector<BatchStep> steps;
   int tries = 1;                  // of a job, each with another seed
   double longest_s = 3600;        // wall time of a step
   std::vector<std::string> drop;  // paths below a job's directory that are not kept
-  Json document;                  // as it is written
+  std::vector<Collection> collect;
+  int tar_jobs = 100;                    // whose pictures share a tar file
+  std::vector<std::string> drop_packed;  // as `drop`, once they are in a tar file
+  Json document;                         // as it is written
 
   uint64_t jobs() const;  // >= 1
+  bool collects(Collection what) const;
+  // Directory that paths are relative to which `pointer` is given: the scene's or, for a name, the
+  // plan's.
+  std::filesystem::path base_of(const std::string& pointer) const;
 };
 
-// What the scene of a job is told.
+// What the scene of a job is told, or its steps.
 struct JobValue {
-  std::string pointer;
+  std::string pointer;  // or name
   Json value;
+
+  bool is_in_scene() const { return pointer.starts_with('/'); }
 };
 
 struct BatchJob {
@@ -74,16 +86,18 @@ uint64_t scene_seed(const BatchPlan& plan, const BatchJob& job, int attempt);
 // "/pointer=value" as --set has it.
 std::string override_text(const JobValue& value);
 
-// What makes a job what it is, as a hash: the scene and all files that it names, the steps, the
-// values. Two plans that share a job share its key.
+// What makes a job what it is, as a hash: the scene and all files that it names, or the mesh or run
+// that its first step names; the steps; the values. Two plans that share a job share its key.
 class JobKeys {
  public:
   // Loads the scene with the values of the first job. Throws Error(input) where it is not sound so,
   // or where it is not with any single value of the grid (the first kMostChecked of them).
+  // `plan` must outlive the keys.
   explicit JobKeys(const BatchPlan& plan);
   std::string key(const BatchJob& job) const;
 
  private:
+  const BatchPlan& plan_;
   std::string base_;
   std::vector<std::pair<std::string, std::string>> file_hashes_;  // of the values that are files
 };

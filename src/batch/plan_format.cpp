@@ -1,10 +1,12 @@
 // The plan as it is written: what its keys are, and what they become.
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
 #include "batch/plan.h"
+#include "batch/steps.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/philox.h"
@@ -33,7 +35,9 @@ struct WrittenPlan {
   double longest_s = 3600;
   std::vector<WrittenVariation> vary;
   std::vector<BatchStep> steps;
-  std::vector<std::string> drop;
+  std::vector<std::string> drop, drop_packed;
+  std::vector<Collection> collect;
+  int tar_jobs = 100;
 };
 
 Codec<Json> any_value() {
@@ -53,10 +57,19 @@ bool is_pointer(const std::string& text) {
   }
 }
 
-// "/seed", or an array of them.
+bool is_name(const std::string& text) {
+  return !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_';
+  });
+}
+
+// "/seed", "mesh", or an array of them.
 Codec<std::vector<std::string>> pointers() {
   Codec<std::vector<std::string>> codec;
-  codec.expected = "a JSON pointer into the scene (\"/seed\"), or an array of them";
+  codec.expected =
+      "a JSON pointer into the scene (\"/seed\"), a name that steps have in braces (\"mesh\"), or "
+      "an "
+      "array of them";
   codec.schema = {
       {"anyOf", {{{"type", "string"}}, {{"type", "array"}, {"items", {{"type", "string"}}}}}}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path,
@@ -64,7 +77,8 @@ Codec<std::vector<std::string>> pointers() {
     const Json all = json.is_array() ? json : Json::array({json});
     value.clear();
     for (const Json& each : all) {
-      if (!each.is_string() || !is_pointer(each.get<std::string>())) break;
+      if (!each.is_string()) break;
+      if (!is_pointer(each.get<std::string>()) && !is_name(each.get<std::string>())) break;
       value.push_back(each.get<std::string>());
     }
     if (value.empty() || value.size() != all.size()) {
@@ -107,28 +121,33 @@ ObjectDescription<WrittenVariation> variation() {
     field.key.is_required = true;
     return in_group("source", std::move(field));
   };
-  return {.noun = "a variation",
-          .fields = {
-              required_field<V>("set", &V::pointers, pointers(),
-                                "What it sets: a JSON pointer into the scene, or several."),
-              source(optional_field<V>(
-                  "values", &V::values, list(any_value(), 1),
-                  "One after the other; with several pointers arrays of as many.")),
-              source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
-                                       "Numbers from the first to the last, by 1 or the step.")),
-              source(optional_field<V>(
-                  "files", &V::files, text(),
-                  "Files by name, * and ? for what you like, relative to the plan.")),
-              source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
-                                       "Drawn for each job, evenly.")),
-              source(optional_field<V>("log_uniform", &V::log_uniform, bounds(above(0), false),
-                                       "Drawn for each job, its logarithm evenly.")),
-              source(optional_field<V>("integers", &V::integers,
-                                       integers<2>(-1'000'000'000, 1'000'000'000, "first and last"),
-                                       "Drawn for each job, whole numbers, both ends too.")),
-              source(optional_field<V>("choice", &V::choice, list(any_value(), 1),
-                                       "Drawn for each job, one of these."))}};
+  return {
+      .noun = "a variation",
+      .fields = {
+          required_field<V>("set", &V::pointers, pointers(),
+                            "What it sets: a JSON pointer into the scene, the name of what steps "
+                            "have in braces, or several."),
+          source(
+              optional_field<V>("values", &V::values, list(any_value(), 1),
+                                "One after the other; with several pointers arrays of as many.")),
+          source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
+                                   "Numbers from the first to the last, by 1 or the step.")),
+          source(
+              optional_field<V>("files", &V::files, text(),
+                                "Files by name, * and ? for what you like, relative to the plan.")),
+          source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
+                                   "Drawn for each job, evenly.")),
+          source(optional_field<V>("log_uniform", &V::log_uniform, bounds(above(0), false),
+                                   "Drawn for each job, its logarithm evenly.")),
+          source(optional_field<V>("integers", &V::integers,
+                                   integers<2>(-1'000'000'000, 1'000'000'000, "first and last"),
+                                   "Drawn for each job, whole numbers, both ends too.")),
+          source(optional_field<V>("choice", &V::choice, list(any_value(), 1),
+                                   "Drawn for each job, one of these."))}};
 }
+
+const std::vector<std::pair<std::string, Collection>> kCollections = {
+    {"coco", Collection::coco}, {"bop", Collection::bop}, {"tar", Collection::tar}};
 
 ObjectDescription<WrittenPlan> plan_description() {
   using P = WrittenPlan;
@@ -137,7 +156,7 @@ ObjectDescription<WrittenPlan> plan_description() {
       .fields = {
           required_field<P>("version", &P::version, integer_choice({1}), "Of the format."),
           field<P>("name", &P::name, text(), "What it is called in what is printed."),
-          required_field<P>("scene", &P::scene, file_path(), "Relative to the plan."),
+          field<P>("scene", &P::scene, file_path(), "Relative to the plan."),
           field<P>("seed", &P::seed, unsigned_integer(), "Of all that is drawn."),
           field<P>("count", &P::count, integer(1, 100'000'000),
                    "Jobs for each combination of what varies in a grid."),
@@ -148,7 +167,12 @@ ObjectDescription<WrittenPlan> plan_description() {
                    "How often a job may be tried, each time with another seed."),
           field<P>("longest_s", &P::longest_s, number(above(0)), "Wall time that a step may take."),
           field<P>("drop", &P::drop, list(text()),
-                   "What is removed of a job that is done: paths below its directory.")}};
+                   "What is removed of a job that is done: paths below its directory."),
+          field<P>("collect", &P::collect, list(enumeration(kCollections)),
+                   "What is made of all jobs together."),
+          field<P>("tar_jobs", &P::tar_jobs, integer(1, 1'000'000), "Jobs in a tar file."),
+          field<P>("drop_packed", &P::drop_packed, list(text()),
+                   "What is removed of a job once it is in a tar file.")}};
 }
 
 // `*` and `?` stand for what you like.
@@ -164,10 +188,10 @@ bool matches(std::string_view name, std::string_view pattern) {
          matches(name.substr(1), pattern.substr(1));
 }
 
-// Of regular files, ordered by name, as the scene at `scene` would name them.
+// Of regular files, ordered by name, relative to `base`.
 std::vector<std::vector<Json>> file_rows(const std::string& pattern,
                                          const std::filesystem::path& plan,
-                                         const std::filesystem::path& scene) {
+                                         const std::filesystem::path& base) {
   const std::filesystem::path whole = plan.parent_path() / pattern;
   std::vector<std::string> names;
   std::error_code fault;
@@ -180,7 +204,7 @@ std::vector<std::vector<Json>> file_rows(const std::string& pattern,
   }
   std::ranges::sort(names);
   const std::filesystem::path folder =
-      whole.parent_path().lexically_normal().lexically_relative(scene.parent_path());
+      whole.parent_path().lexically_normal().lexically_relative(base);
   std::vector<std::vector<Json>> rows;
   for (const std::string& name : names)
     rows.push_back({(folder / name).lexically_normal().string()});
@@ -236,7 +260,7 @@ Variation to_variation(const WrittenVariation& written, const Path& path, const 
     }
   } else if (written.files) {
     made.are_files = true;
-    made.rows = file_rows(*written.files, plan.file, plan.scene);
+    made.rows = file_rows(*written.files, plan.file, plan.base_of(written.pointers.front()));
     if (made.rows.empty()) {
       log.report(path / "files", "is \"" + *written.files + "\", and no file has such a name",
                  "the name of a file, with * and ? in its last part, relative to the plan");
@@ -256,36 +280,6 @@ Variation to_variation(const WrittenVariation& written, const Path& path, const 
     made.draw = Draw{.kind = Draw::Kind::choice, .choices = *written.choice};
   }
   return made;
-}
-
-// What the batch itself says to each command.
-void check_steps(const std::vector<BatchStep>& steps, ProblemLog& log) {
-  static const std::set<std::string> kRuns = {"simulate", "direct-pile"};
-  static const std::set<std::string> kCommands = {"simulate", "direct-pile", "finish", "render",
-                                                  "export"};
-  const Path root, path = root / "steps";
-  for (size_t i = 0; i < steps.size(); ++i) {
-    const Path step = path / i;
-    if (steps[i].empty()) continue;
-    if (i == 0 && !kRuns.contains(steps[i][0])) {
-      log.report(step / size_t{0}, "is \"" + steps[i][0] + '"',
-                 "\"simulate\" or \"direct-pile\": a batch begins with bodies that move");
-    } else if (i > 0 && (!kCommands.contains(steps[i][0]) || kRuns.contains(steps[i][0]))) {
-      log.report(step / size_t{0}, "is \"" + steps[i][0] + '"',
-                 "\"finish\", \"render\" or \"export\"");
-    }
-    for (size_t word = 1; word < steps[i].size(); ++word) {
-      const std::string option = steps[i][word].substr(0, steps[i][word].find('='));
-      static const std::set<std::string> kOurs = {"--threads", "--resume",    "--progress",
-                                                  "--quiet",   "-q",          "--print-config",
-                                                  "--from",    "--checkpoint"};
-      const bool is_output = option == "-o" || option == "--output";
-      if (kOurs.contains(option) || (is_output && steps[i][0] != "export")) {
-        log.report(step / word, "is \"" + option + '"',
-                   "an option that the batch does not set itself", "Leave it out");
-      }
-    }
-  }
 }
 
 void check_grid(const BatchPlan& plan, ProblemLog& log) {
@@ -309,8 +303,8 @@ void check_grid(const BatchPlan& plan, ProblemLog& log) {
   }
 }
 
-void check_drop(const std::vector<std::string>& drop, ProblemLog& log) {
-  const Path root, path = root / "drop";
+void check_drop(const char* key, const std::vector<std::string>& drop, ProblemLog& log) {
+  const Path root, path = root / key;
   for (size_t i = 0; i < drop.size(); ++i) {
     const auto normal = std::filesystem::path(drop[i]).lexically_normal();
     if (normal.is_absolute() || normal.empty() || *normal.begin() == ".." || normal == ".") {
@@ -332,21 +326,35 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   throw_findings(context.log, text, file.string());
   BatchPlan plan{.name = written.name,
                  .file = std::filesystem::absolute(file).lexically_normal(),
-                 .scene = std::filesystem::absolute(written.scene).lexically_normal(),
+                 .scene = written.scene.empty()
+                              ? std::filesystem::path()
+                              : std::filesystem::absolute(written.scene).lexically_normal(),
                  .seed = written.seed,
                  .count = written.count,
                  .steps = written.steps,
                  .tries = written.tries,
                  .longest_s = written.longest_s,
                  .drop = written.drop,
+                 .collect = written.collect,
+                 .tar_jobs = written.tar_jobs,
+                 .drop_packed = written.drop_packed,
                  .document = document};
   const Path root, vary = root / "vary";
   for (size_t i = 0; i < written.vary.size(); ++i) {
     plan.vary.push_back(to_variation(written.vary[i], vary / i, plan, context.log));
   }
-  check_steps(plan.steps, context.log);
+  check_steps(plan, context.log);
   check_grid(plan, context.log);
-  check_drop(plan.drop, context.log);
+  check_drop("drop", plan.drop, context.log);
+  check_drop("drop_packed", plan.drop_packed, context.log);
+  if (!plan.drop_packed.empty() && !plan.collects(Collection::tar)) {
+    context.log.report(root / "drop_packed", "stands without tar files", "\"tar\" in \"collect\"");
+  }
+  if (!plan.drop_packed.empty() &&
+      (plan.collects(Collection::coco) || plan.collects(Collection::bop))) {
+    context.log.report(root / "drop_packed", "would take away what \"coco\" and \"bop\" collect",
+                       "\"tar\" alone in \"collect\"");
+  }
   throw_findings(context.log, text, file.string());
   return plan;
 }

@@ -177,31 +177,31 @@ std::string index_line(const JobRecord& record) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-std::string record_table(const BatchPlan& plan, const std::vector<JobRecord>& records) {
-  std::vector<std::string> pointers;
-  for (const Variation& variation : plan.vary) {
-    pointers.insert(pointers.end(), variation.pointers.begin(), variation.pointers.end());
-  }
+std::string table_head(const BatchPlan& plan) {
   std::string text = "id,end,tries,seed";
-  for (const std::string& pointer : pointers) text += ',' + csv_field(pointer);
-  text += ",wall_s,processor_s,peak_memory_bytes,files,bytes,hash,what\n";
-  for (const JobRecord& record : records) {
-    const bool is_tried = !record.attempts.empty();
-    text += job_of(record).name() + ',' + end_of(record) + ',' +
-            std::to_string(record.attempts.size()) + ',' +
-            (is_tried ? std::to_string(record.attempts.back().seed) : "");
-    for (const std::string& pointer : pointers) {
+  for (const Variation& variation : plan.vary) {
+    for (const std::string& pointer : variation.pointers) text += ',' + csv_field(pointer);
+  }
+  return text + ",wall_s,processor_s,peak_memory_bytes,files,bytes,hash,what\n";
+}
+
+std::string table_row(const BatchPlan& plan, const JobRecord& record) {
+  const bool is_tried = !record.attempts.empty();
+  std::string text = job_of(record).name() + ',' + end_of(record) + ',' +
+                     std::to_string(record.attempts.size()) + ',' +
+                     (is_tried ? std::to_string(record.attempts.back().seed) : "");
+  for (const Variation& variation : plan.vary) {
+    for (const std::string& pointer : variation.pointers) {
       const auto value = record.values.find(pointer);
       text += ',';
       if (value == record.values.end()) continue;
       text += csv_field(value->is_string() ? value->get<std::string>() : value->dump());
     }
-    text += ',' + with_digits(record.wall_s(), 6) + ',' + with_digits(record.processor_s(), 6) +
-            ',' + std::to_string(record.peak_memory_bytes()) + ',' + std::to_string(record.files) +
-            ',' + std::to_string(record.bytes) + ',' + record.hash + ',' +
-            csv_field(is_tried ? record.attempts.back().what : "") + '\n';
   }
-  return text;
+  return text + ',' + with_digits(record.wall_s(), 6) + ',' + with_digits(record.processor_s(), 6) +
+         ',' + std::to_string(record.peak_memory_bytes()) + ',' + std::to_string(record.files) +
+         ',' + std::to_string(record.bytes) + ',' + record.hash + ',' +
+         csv_field(is_tried ? record.attempts.back().what : "") + '\n';
 }
 
 ResultSum sum_results(const fs::path& directory) {

@@ -58,8 +58,9 @@ std::string index_line(const JobRecord& record);
 std::string record_line(const JobRecord& record);
 JobRecord parse_record(const std::string& text, const std::string& file);
 
-// `records` as CSV: a column for each pointer that the plan sets.
-std::string record_table(const BatchPlan& plan, const std::vector<JobRecord>& records);
+// A table of records as CSV, with a column for each pointer that the plan sets.
+std::string table_head(const BatchPlan& plan);
+std::string table_row(const BatchPlan& plan, const JobRecord& record);
 
 // A hash of all files below `directory` but those that hold times, by name and content.
 struct ResultSum {

@@ -3,12 +3,14 @@
 import json
 import os
 import random
+import re
+import shutil
 import signal
 import subprocess
 import sys
 import unittest
 
-from support import PILESIM, SOURCE, CommandTest
+from support import BOX_OBJ, PILESIM, SOURCE, CommandTest, tree_bytes
 
 SCENE = {
     "version": 1, "duration_s": 0.5, "frame_rate": 20, "materials": {"wood": {}},
@@ -139,6 +141,170 @@ class BatchTest(CommandTest):
         # Decoded here as Pillow would.
         filtered = (self.dir / "out/jobs/0000/0000001/run/frames/frame.0009.png").read_bytes()
         numpy.testing.assert_array_equal(pilesim_batch._decode_png(filtered)[..., :3], sample["image"])
+
+
+VIEWS = [["simulate"], ["render", "--frames", "last", "--camera", "views", "--no-video", "--passes", "depth,ids",
+                        "--annotations", "coco,bop"]]
+
+
+def times_left_out(directory):
+    """All bytes but those that are of the moment."""
+    files = tree_bytes(directory)
+    for name in list(files):
+        if re.search(r"(job\.json|log\.txt|table\.csv|report\.(json|html)|timing\.csv|^plan\.json|^shards/.*)$", name):
+            del files[name]
+    return files
+
+
+class CollectionTest(CommandTest):
+    """What is made of all jobs together."""
+
+    def setUp(self):
+        super().setUp()
+        sys.path.insert(0, str(SOURCE / "python"))
+        views = {"name": "views", "random_views": {"count": 2, "target": [0, 0, 0], "distance_m": [0.5, 0.8],
+                                                   "elevation_deg": [40, 80]}}
+        self.scene = SCENE | {"cameras": [views]}
+        self.plan = {"version": 1, "scene": "scene.json", "steps": VIEWS, "collect": ["coco", "bop", "tar"],
+                     "tar_jobs": 2, "drop": ["run/trajectory.zarr", "run/checkpoint.bin"],
+                     "vary": [{"set": "/shapes/box/size", "values": [[.1, .06, .04], [.12, .06, .04], [.1, .06, .04]]}]}
+        self.write("scene.json", self.scene)
+        self.write("plan.json", self.plan)
+
+    def write(self, name, value):
+        (self.dir / name).write_text(json.dumps(value))
+
+    def batch(self, out, *words):
+        return self.succeed("batch", "plan.json", "-o", out, *words).stdout
+
+    def test_one_dataset_of_all_jobs(self):
+        import numpy
+        import pilesim_batch
+
+        printed = self.batch("out")
+        self.assertIn("bop: 6 scenes, 2 models", printed)
+        self.assertIn("tar: 2 files, 6 samples of 3 jobs", printed)
+        pictures = pilesim_batch.Pictures(pilesim_batch.Batch(self.dir / "out"))
+        coco = pilesim_batch.Coco(self.dir / "out/coco.json")
+        bop = pilesim_batch.Bop(self.dir / "out/bop")
+        samples = list(pilesim_batch.Samples(self.dir / "out"))
+        self.assertEqual([len(coco), len(bop), len(samples), len(pictures)], [6] * 4)
+        self.assertEqual([i["id"] for i in coco.images], list(range(1, 7)))
+        sizes = [self.plan["vary"][0]["values"][i // 2] for i in range(6)]
+        for place, (picture, told, scene, sample, size) in enumerate(zip(pictures, coco, bop, samples, sizes)):
+            with self.subTest(place):
+                self.assertEqual(told["job"], picture["job"])
+                self.assertEqual(sample["job"], picture["job"])
+                self.assertEqual(sample["values"], {"/shapes/box/size": size})
+                for other in (told, scene, sample):
+                    numpy.testing.assert_array_equal(other["image"], picture["image"])
+                for name in ("depth", "ids", "K", "R", "t"):
+                    numpy.testing.assert_allclose(sample[name], picture[name])
+                numpy.testing.assert_allclose(scene["depth"], picture["depth"])
+                numpy.testing.assert_allclose(scene["t"], picture["t"])
+                self.assertGreater(len(told["annotations"]), 0)
+                self.assertEqual(len(sample["annotations"]), len(told["annotations"]))
+                for annotation, packed in zip(told["annotations"], sample["annotations"]):
+                    numpy.testing.assert_array_equal(annotation["mask"], picture["ids"] == annotation["instance"])
+                    self.assertEqual(packed["segmentation"], annotation["segmentation"])
+                    self.assertEqual((packed["category"], annotation["category"]), ("box", "box"))
+                seen = [body for body in scene["objects"] if body["px_count_visib"] > 0]
+                self.assertEqual(len(seen), len(told["annotations"]))
+                for body, annotation in zip(seen, told["annotations"]):
+                    numpy.testing.assert_array_equal(body["mask_visib"], annotation["mask"])
+                    numpy.testing.assert_allclose(body["R"], annotation["R"])
+                    numpy.testing.assert_allclose(body["t"], annotation["t"])
+                    # Each object has its own job's model.
+                    self.assertAlmostEqual(bop.models[str(body["id"])]["size_x"], 1000 * size[0], places=3)
+
+    def test_the_same_bytes_in_parts_and_after_a_kill(self):
+        self.batch("whole", "-q")
+        for i in (1, 0):
+            self.batch("out", "-q", "--shard", f"{i}/2")
+        # What a killed collection may leave: less, and what is not whole.
+        self.batch("out", "--collect", "-q")
+        whole = times_left_out(self.dir / "whole")
+        self.assertEqual(times_left_out(self.dir / "out"), whole)
+        shutil.rmtree(self.dir / "out/bop/train_pbr/000002")
+        (self.dir / "out/bop/train_pbr/.000002.part").mkdir()
+        (self.dir / "out/bop/train_pbr/000007").mkdir()  # of a larger batch
+        (self.dir / "out/tar/000001.json").unlink()
+        (self.dir / "out/coco.json").write_text("{")
+        kept = (self.dir / "out/tar/000000.tar").stat().st_mtime_ns
+        self.batch("out", "--collect", "-q")
+        self.assertEqual(times_left_out(self.dir / "out"), whole)
+        self.assertEqual((self.dir / "out/tar/000000.tar").stat().st_mtime_ns, kept)
+
+    def test_what_is_packed_may_be_dropped(self):
+        import pilesim_batch
+
+        self.write("plan.json", self.plan | {"collect": ["tar"], "drop_packed": ["run"]})
+        self.batch("out")
+        self.assertEqual(list((self.dir / "out").rglob("*.png")), [])
+        self.assertEqual(len(list(pilesim_batch.Samples(self.dir / "out", part=1, parts=2))), 2)
+        before = tree_bytes(self.dir / "out/tar")
+        self.assertIn("3 of 3 jobs done", self.batch("out"))
+        self.batch("out", "--collect")
+        self.assertEqual(tree_bytes(self.dir / "out/tar"), before)
+        # What cannot be packed again says so.
+        (self.dir / "out/tar/000000.tar").unlink()
+        again = self.expect_exit(3, "batch", "plan.json", "-o", "out")
+        self.assertIn("was packed into a tar file and dropped", again.stderr)
+
+    def test_a_bin_that_is_emptied(self):
+        import numpy
+        import pilesim_batch
+
+        self.write("scene.json", self.scene | {"duration_s": 1.5})
+        steps = VIEWS + [["export", "-o", "1.npz"]]
+        for i in (2, 3):
+            steps += [["simulate", "--take", "2"], VIEWS[1], ["export", "-o", f"{i}.npz"]]
+        self.write("plan.json", self.plan | {"steps": steps, "vary": [], "collect": ["tar"]})
+        self.batch("out")
+        job = pilesim_batch.Batch(self.dir / "out")[0]
+        self.assertEqual([run.name for run in job.runs], ["run", "run_2", "run_3"])
+        before, *later = (job.poses(f"{i}.npz")["position"][:, 1:] for i in (1, 2, 3))  # without the ground
+        for after, left in zip(later, (3, 1)):
+            lowest = numpy.sort(before[-1, :, 1])[:left]
+            numpy.testing.assert_allclose(numpy.sort(after[0, :, 1]), lowest)
+            before = after
+        keys = [sample["key"] for sample in pilesim_batch.Samples(self.dir / "out")]
+        self.assertEqual(len(keys), 6)
+        self.assertTrue(keys[-1].startswith("0000000_run_3_cameras_views_001_"))
+
+
+class OtherCommandsTest(CommandTest):
+    """What is no simulation through the same path."""
+
+    def batch(self, plan):
+        (self.dir / "plan.json").write_text(json.dumps({"version": 1} | plan))
+        self.succeed("batch", "plan.json", "-o", "out", "-q")
+        return [self.dir / "out/jobs/0000" / f"{i:07}" for i in range(2)]
+
+    def test_many_meshes(self):
+        (self.dir / "meshes").mkdir()
+        for name in "ab":
+            (self.dir / f"meshes/{name}.obj").write_text(BOX_OBJ.replace("0.9", "0.8" if name == "a" else "0.7"))
+        jobs = self.batch({"vary": [{"set": "mesh", "files": "meshes/*.obj"}],
+                           "steps": [["sample-signature", "{mesh}", "--trials", "2", "--exemplars", "0",
+                                      "--rest-drops", "2", "--no-accuracy"]]})
+        first, second = ((job / "signature.sig").read_bytes() for job in jobs)
+        self.assertNotEqual(first, second)
+
+    def test_ranges_of_frames(self):
+        self.succeed("simulate", self.write_scene(), "-o", "pile")
+        jobs = self.batch({"vary": [{"set": "frames", "values": ["0-2", "3-4"]}],
+                           "steps": [["render", "pile", "--frames", "{frames}", "--no-video"]]})
+        self.succeed("render", "pile", "-o", "whole", "--frames", "0-4", "--no-video")
+        parts = {**tree_bytes(jobs[0] / "run/frames"), **tree_bytes(jobs[1] / "run/frames")}
+        self.assertEqual(parts, tree_bytes(self.dir / "whole/frames"))
+
+    def test_comparisons(self):
+        self.write_scene()
+        jobs = self.batch({"scene": "scene.json", "vary": [{"set": "/materials/wood/friction", "values": [0.2, 0.8]}],
+                           "steps": [["compare", "--modes", "impulse", "--runs", "3", "--times", "1"]]})
+        for job in jobs:
+            json.loads((job / "comparison/compare.json").read_text())
 
 
 if __name__ == "__main__":

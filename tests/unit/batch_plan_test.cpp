@@ -5,6 +5,7 @@
 #include <set>
 
 #include "batch/plan.h"
+#include "batch/steps.h"
 #include "core/error.h"
 #include "support/scratch_directory.h"
 
@@ -144,7 +145,13 @@ TEST_F(BatchPlanTest, KeysChangeWithWhatAJobIsMadeOf) {
 
 TEST_F(BatchPlanTest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault(R"(, "vary": [{"set": "seed", "values": [1]}])"),
-              HasSubstr("/vary/0/set: is \"seed\"; expected a JSON pointer"));
+              HasSubstr("/vary/0/set: is \"seed\", which no step has in braces; expected a JSON "
+                        "pointer into the scene (\"/seed\"), or {seed} in a step"));
+  EXPECT_THAT(fault(R"(, "vary": [{"set": "a b", "values": [1]}])"),
+              HasSubstr("/vary/0/set: is \"a b\"; expected a JSON pointer"));
+  EXPECT_THAT(fault(R"(, "drop_packed": ["run"])"), HasSubstr("expected \"tar\" in \"collect\""));
+  EXPECT_THAT(fault(R"(, "collect": ["tar", "bop"], "drop_packed": ["run"])"),
+              HasSubstr("/drop_packed: would take away what \"coco\" and \"bop\" collect"));
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/seed"}])"),
               HasSubstr("has no \"values\" or \"range\""));
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/seed", "range": [3, 1]}])"),
@@ -181,11 +188,69 @@ TEST_F(BatchPlanTest, StepsAreCommandsWithoutWhatTheBatchSays) {
   };
   EXPECT_EQ(fault_of(R"([["simulate"], ["render", "--size", "64x48"], ["export", "-o", "a.npz"]])"),
             "");
-  EXPECT_THAT(fault_of(R"([["render"]])"), HasSubstr("/steps/0/0: is \"render\""));
+  EXPECT_EQ(fault_of(R"([["simulate"], ["render"], ["simulate", "--take", "3"],
+                         ["render", "-o", "night"]])"),
+            "");
+  EXPECT_EQ(fault_of(R"([["compare", "--modes", "impulse"]])"), "");
+  EXPECT_THAT(fault_of(R"([["render", "a"]])"),
+              HasSubstr("/scene: stands beside a first step \"render\""));
+  EXPECT_THAT(fault_of(R"([["finish"]])"), HasSubstr("/steps/0/0: is \"finish\""));
+  EXPECT_THAT(fault_of(R"([["compare"], ["render"]])"),
+              HasSubstr("/steps/1/0: is \"render\"; expected no further step after \"compare\""));
+  EXPECT_THAT(fault_of(R"([["simulate"], ["render", "-o", "../x"]])"),
+              HasSubstr("/steps/1: draws into \"../x\""));
+  EXPECT_THAT(fault_of(R"([["simulate"], ["render", "--frames", "{f}"]])"),
+              HasSubstr("/steps/1/2: has {f}; expected a name that \"vary\" sets"));
   EXPECT_THAT(fault_of(R"([["simulate"], ["batch"]])"), HasSubstr("/steps/1/0: is \"batch\""));
   EXPECT_THAT(fault_of(R"([["simulate", "--threads", "2"]])"),
               HasSubstr("/steps/0/1: is \"--threads\""));
   EXPECT_THAT(fault_of(R"([["simulate", "-o", "x"]])"), HasSubstr("/steps/0/1: is \"-o\""));
+}
+
+std::vector<std::string> words_of(const BatchPlan& plan, uint64_t job, size_t step) {
+  return step_words(plan, batch_job(plan, job), step, 5, 2);
+}
+
+TEST_F(BatchPlanTest, EachStepTakesWhatTheOneBeforeItLeft) {
+  write("plan.json", R"({"version": 1, "scene": "scene.json",
+    "vary": [{"set": "/duration_s", "values": [2]}, {"set": "night", "values": ["dark", "light"]}],
+    "steps": [["simulate"], ["finish"], ["render"], ["simulate", "--take", "3"],
+              ["render", "-o", "{night}"], ["export", "-o", "a.npz"]]})");
+  const BatchPlan plan = load_batch_plan(scratch_ / "plan.json");
+  const std::string scene = (scratch_ / "scene.json").string();
+  EXPECT_THAT(words_of(plan, 1, 0), ElementsAre("simulate", scene, "-o", "run", "--resume", "--set",
+                                                "/duration_s=2", "--seed", "5", "--threads", "2"));
+  EXPECT_THAT(words_of(plan, 1, 1), ElementsAre("finish", "run", "-o", "finished", "--scene", scene,
+                                                "--force", "--threads", "2"));
+  EXPECT_THAT(words_of(plan, 1, 2),
+              ElementsAre("render", "finished", "--resume", "--threads", "2"));
+  EXPECT_THAT(words_of(plan, 1, 3), ElementsAre("simulate", scene, "-o", "run_2", "--resume",
+                                                "--from", "finished", "--set", "/duration_s=2",
+                                                "--seed", "6", "--threads", "2", "--take", "3"));
+  EXPECT_THAT(words_of(plan, 1, 4),
+              ElementsAre("render", "run_2", "--resume", "--threads", "2", "-o", "light"));
+  EXPECT_THAT(words_of(plan, 1, 5), ElementsAre("export", "run_2", "--force", "-o", "a.npz"));
+  EXPECT_THAT(picture_directories(plan, batch_job(plan, 0)), ElementsAre("finished", "dark"));
+}
+
+TEST_F(BatchPlanTest, MeshesAndRangesOfFramesNeedNoScene) {
+  for (const char* name : {"a.obj", "b.obj"}) write(name, name);
+  write("plan.json", R"({"version": 1, "vary": [{"set": "mesh", "files": "*.obj"}],
+    "steps": [["sample-signature", "{mesh}", "--trials", "9"]]})");
+  const BatchPlan meshes = load_batch_plan(scratch_ / "plan.json");
+  EXPECT_THAT(words_of(meshes, 1, 0),
+              ElementsAre("sample-signature", (scratch_ / "b.obj").string(), "-o", "signature.sig",
+                          "--seed", "5", "--threads", "2", "--trials", "9"));
+  const std::string before = JobKeys(meshes).key(batch_job(meshes, 1));
+  write("b.obj", "another");
+  EXPECT_NE(JobKeys(meshes).key(batch_job(meshes, 1)), before);
+
+  write("plan.json", R"({"version": 1, "vary": [{"set": "frames", "values": ["0-9", "10-"]}],
+    "steps": [["render", "pile", "--frames", "{frames}"]]})");
+  const BatchPlan ranges = load_batch_plan(scratch_ / "plan.json");
+  EXPECT_THAT(words_of(ranges, 1, 0),
+              ElementsAre("render", (scratch_ / "pile").string(), "-o", "run", "--resume",
+                          "--threads", "2", "--frames", "10-"));
 }
 
 TEST(BatchPresets, AreSoundWithAllTheirValues) {

@@ -1,0 +1,264 @@
+#include "batch/steps.h"
+
+#include <algorithm>
+#include <cctype>
+#include <functional>
+#include <set>
+
+#include "core/printable.h"
+#include "json/codec.h"
+
+namespace pilesim {
+namespace {
+
+constexpr char kOpening = '{';
+
+// What a step is: the command's name, what it may stand after, and whether the plan's scene is its
+// first word.
+struct Command {
+  std::string_view name;
+  bool may_begin = false, may_follow = false;
+  bool wants_scene = false;  // where it begins; else its first word is a path that the plan gives
+};
+constexpr Command kCommands[] = {
+    {.name = "simulate", .may_begin = true, .may_follow = true, .wants_scene = true},
+    {.name = "direct-pile", .may_begin = true, .wants_scene = true},
+    {.name = "compare", .may_begin = true, .wants_scene = true},
+    {.name = "sample-signature", .may_begin = true},
+    {.name = "render", .may_begin = true, .may_follow = true},
+    {.name = "finish", .may_follow = true},
+    {.name = "export", .may_follow = true},
+};
+
+const Command* command_of(const BatchStep& step) {
+  const auto found = std::ranges::find(kCommands, step[0], &Command::name);
+  return found == std::end(kCommands) ? nullptr : found;
+}
+
+// With options that the batch does not say.
+const std::set<std::string> kOurs = {"--threads", "--resume",       "--progress", "--quiet",
+                                     "-q",        "--print-config", "--from",     "--force",
+                                     "--seed",    "--checkpoint"};
+
+std::string option_of(const std::string& word) { return word.substr(0, word.find('=')); }
+
+bool names_output(const std::string& word) {
+  const std::string option = option_of(word);
+  return option == "-o" || option == "--output";
+}
+
+// Calls take(begin, end, name) for each {name} of `word`: what JSON has in braces is never a name.
+void for_each_name(const std::string& word,
+                   const std::function<void(size_t, size_t, const std::string&)>& take) {
+  for (size_t begin = 0; (begin = word.find(kOpening, begin)) != word.npos; ++begin) {
+    size_t end = begin + 1;
+    while (end < word.size() &&
+           (std::isalnum(static_cast<unsigned char>(word[end])) != 0 || word[end] == '_')) {
+      ++end;
+    }
+    if (end < word.size() && word[end] == '}' && end > begin + 1) {
+      take(begin, end + 1, word.substr(begin + 1, end - begin - 1));
+    }
+  }
+}
+
+std::string filled(const std::string& word, const BatchJob& job) {
+  std::string text;
+  size_t at = 0;
+  for_each_name(word, [&](size_t begin, size_t end, const std::string& name) {
+    const auto value = std::ranges::find(job.values, name, &JobValue::pointer);
+    text += word.substr(at, begin - at);
+    text += value->value.is_string() ? value->value.get<std::string>() : value->value.dump();
+    at = end;
+  });
+  return text + word.substr(at);
+}
+
+// "run", "run_2": each simulation of a job leaves its own, each finish beside it.
+std::string numbered(const std::string& name, int number) {
+  return number == 1 ? name : name + '_' + std::to_string(number);
+}
+
+struct Runs {
+  int count = 0;        // simulations before the step
+  std::string current;  // the trajectory that it takes
+};
+
+Runs runs_before(const BatchPlan& plan, size_t step) {
+  Runs runs;
+  for (size_t i = 0; i < step; ++i) {
+    const std::string& name = plan.steps[i][0];
+    if (name == "simulate" || name == "direct-pile") {
+      runs.current = numbered("run", ++runs.count);
+    } else if (name == "finish") {
+      runs.current = numbered("finished", runs.count);
+    }
+  }
+  return runs;
+}
+
+// Of a render: where it draws.
+std::string pictures_of(const BatchPlan& plan, size_t step) {
+  const BatchStep& words = plan.steps[step];
+  for (size_t i = 1; i < words.size(); ++i) {
+    if (!names_output(words[i])) continue;
+    const size_t value = words[i].find('=');
+    if (value != std::string::npos) return words[i].substr(value + 1);
+    if (i + 1 < words.size()) return words[i + 1];
+  }
+  return step == 0 ? "run" : runs_before(plan, step).current;
+}
+
+bool is_below(const std::string& name) {
+  const auto normal = std::filesystem::path(name).lexically_normal();
+  return !normal.empty() && !normal.is_absolute() && *normal.begin() != ".." && normal != ".";
+}
+
+void check_words(const BatchPlan& plan, size_t i, std::set<std::string>& used, ProblemLog& log) {
+  const Path root, steps = root / "steps", step = steps / i;
+  const BatchStep& words = plan.steps[i];
+  for (size_t word = 1; word < words.size(); ++word) {
+    const std::string option = option_of(words[word]);
+    const bool may_name = words[0] == "export" || words[0] == "render";
+    if (kOurs.contains(option) || (names_output(words[word]) && !may_name)) {
+      log.report(step / word, "is \"" + option + '"',
+                 "an option that the batch does not set itself", "Leave it out");
+    }
+    for_each_name(words[word], [&](size_t, size_t, const std::string& name) {
+      used.insert(name);
+      const bool is_set = std::ranges::any_of(plan.vary, [&](const Variation& variation) {
+        return std::ranges::find(variation.pointers, name) != variation.pointers.end();
+      });
+      if (!is_set) {
+        log.report(step / word, "has {" + printable(name) + "}", "a name that \"vary\" sets");
+      }
+    });
+  }
+  if (words[0] == "render" && !is_below(pictures_of(plan, i))) {
+    log.report(step, "draws into \"" + printable(pictures_of(plan, i)) + '"',
+               "a path below the job's directory");
+  }
+}
+
+// What the first step works on: the scene, or its own first word.
+void check_input(const BatchPlan& plan, const Command& first, ProblemLog& log) {
+  const Path root, steps = root / "steps", step = steps / size_t{0};
+  const BatchStep& words = plan.steps[0];
+  const bool has_word = words.size() > 1 && !words[1].starts_with('-');
+  if (first.wants_scene && plan.scene.empty()) {
+    log.report(root, "has no \"scene\"", "the scene file that \"" + words[0] + "\" works on");
+  }
+  if (first.wants_scene) return;
+  if (!plan.scene.empty()) {
+    log.report(root / "scene", "stands beside a first step \"" + words[0] + '"',
+               "no scene: that command has its input among its own words");
+  }
+  if (!has_word) {
+    log.report(step, "is \"" + words[0] + "\" without an input",
+               words[0] == "render" ? "the directory of a run after it, relative to the plan"
+                                    : "a mesh after it, relative to the plan: \"{mesh}\"");
+  }
+}
+
+}  // namespace
+
+void check_steps(const BatchPlan& plan, ProblemLog& log) {
+  const Path root, path = root / "steps";
+  std::set<std::string> used;
+  for (size_t i = 0; i < plan.steps.size(); ++i) {
+    const Path step = path / i;
+    const Command* command = command_of(plan.steps[i]);
+    const bool comes_after_run =
+        i > 0 && (plan.steps[0][0] == "simulate" || plan.steps[0][0] == "direct-pile");
+    const bool fits =
+        command && (i == 0 ? command->may_begin : command->may_follow && comes_after_run);
+    if (!fits) {
+      const std::string expected =
+          i == 0 ? "\"simulate\" or \"direct-pile\"; or \"compare\", \"render\" or "
+                   "\"sample-signature\""
+          : comes_after_run
+              ? "\"finish\", \"render\", \"export\" or, from where the bodies lie, \"simulate\""
+              : "no further step after \"" + printable(plan.steps[0][0]) + '"';
+      log.report(step / size_t{0}, "is \"" + printable(plan.steps[i][0]) + '"', expected);
+      continue;
+    }
+    if (i == 0) check_input(plan, *command, log);
+    check_words(plan, i, used, log);
+  }
+  const Path vary = root / "vary";
+  const bool takes_values = plan.steps[0][0] != "sample-signature";
+  for (size_t i = 0; i < plan.vary.size(); ++i) {
+    for (const std::string& pointer : plan.vary[i].pointers) {
+      const Path set = vary / i;
+      if (pointer.starts_with('/') && !takes_values) {
+        log.report(set / "set", "is \"" + printable(pointer) + "\", and there is no scene",
+                   "a name that stands in braces in \"steps\"");
+      } else if (!pointer.starts_with('/') && !used.contains(pointer)) {
+        log.report(
+            set / "set", "is \"" + printable(pointer) + "\", which no step has in braces",
+            "a JSON pointer into the scene (\"/seed\"), or {" + printable(pointer) + "} in a step");
+      }
+    }
+  }
+}
+
+std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, size_t step,
+                                    uint64_t seed, int threads) {
+  const BatchStep& said = plan.steps[step];
+  const std::string& name = said[0];
+  const auto [count, current] = runs_before(plan, step);
+  std::vector<std::string> words = {name};
+  const auto add = [&](std::initializer_list<std::string> more) {
+    words.insert(words.end(), more);
+  };
+  const auto add_values = [&] {
+    for (const JobValue& value : job.values) {
+      if (value.is_in_scene() && value.pointer != "/seed") add({"--set", override_text(value)});
+    }
+  };
+  const std::string scene = plan.scene.string();
+  size_t first_said = 1;
+  if (name == "simulate" || name == "direct-pile") {
+    add({scene, "-o", numbered("run", count + 1), "--resume"});
+    if (count > 0) add({"--from", current});
+    add_values();
+    // Views and what else is drawn by the seed differ from one run of a job to the next.
+    add({"--seed", std::to_string(seed + static_cast<uint64_t>(count))});
+  } else if (name == "compare") {
+    add({scene, "-o", "comparison", "--resume"});
+    add_values();
+    add({"--seed", std::to_string(seed)});
+  } else if (name == "finish") {
+    add({current, "-o", numbered("finished", count), "--scene", scene, "--force"});
+  } else if (name == "sample-signature") {
+    add({step_input(plan, job).string(), "-o", "signature.sig", "--seed", std::to_string(seed)});
+    first_said = 2;
+  } else if (name == "render" && step == 0) {
+    add({step_input(plan, job).string(), "-o", pictures_of(plan, step), "--resume"});
+    add_values();
+    first_said = 2;
+  } else if (name == "render") {
+    add({current, "--resume"});
+  } else {
+    add({current, "--force"});
+  }
+  if (name != "export") add({"--threads", std::to_string(threads)});
+  for (size_t i = first_said; i < said.size(); ++i) words.push_back(filled(said[i], job));
+  return words;
+}
+
+std::filesystem::path step_input(const BatchPlan& plan, const BatchJob& job) {
+  return (plan.file.parent_path() / filled(plan.steps[0][1], job)).lexically_normal();
+}
+
+std::vector<std::string> picture_directories(const BatchPlan& plan, const BatchJob& job) {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < plan.steps.size(); ++i) {
+    if (plan.steps[i][0] != "render") continue;
+    const std::string name = filled(pictures_of(plan, i), job);
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace pilesim
