@@ -113,6 +113,19 @@ def spheres(mode):
     return prepare
 
 
+def batch(place):
+    def change(document):
+        document.update(frame_rate=30, duration_s=0.5)
+        document["cameras"] = [{"name": "views", "random_views": {
+            "count": 2, "target": [0, 0, 0], "distance_m": [2, 3], "elevation_deg": [40, 80]}}]
+
+    scene(place, change)
+    (place / "plan.json").write_text(json.dumps({
+        "version": 1, "scene": "scene.json", "count": 3, "collect": ["coco", "bop", "tar"], "tar_jobs": 2,
+        "steps": [["simulate"], ["render", "--frames", "last", "--camera", "views", "--no-video", "--passes",
+                                 "depth,ids", "--annotations", "coco,bop"]]}))
+
+
 def repose(place):
     scene(place, lambda document: document.update(piles=[{"angle_deg": 35, "centre": [0, 0]}]))
 
@@ -205,6 +218,7 @@ CASES = [
     Case("export glb", ["export", "run", "-o", "out.glb", "--force"], trajectory),
     Case("export blender", ["export", "run", "-o", "out.py", "--force"], trajectory,
          earlier=["export", "run", "-o", "out.py", "--every", "3"]),
+    Case("batch", ["batch", "plan.json", "-o", "out", "-q"], batch),
     Case("compare", [*COMPARE, "--force"], comparison, earlier=[*COMPARE, "--force", *SEED]),
     Case("compare resumed", [*COMPARE, "--resume"], comparison),
     Case("compare with charts", [*COMPARE, "--resume"], comparison, gnuplot=True),

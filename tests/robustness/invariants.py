@@ -9,11 +9,12 @@ import zlib
 import numpy
 from numcodecs import zstd
 
-TEMPORARY = re.compile(r"\.pilesim\.[0-9.]+\.tmp")
+TEMPORARY = re.compile(r"\.pilesim\.[0-9.]+\.tmp|\.[0-9]+\.part")
 # They hold times of the clock, or charts of them: no two runs have the same. Checkpoints are of the
 # moment, until the run is done.
 VOLATILE = re.compile(
-    r"(^|/)(timing\.csv|report\.(json|html)|compare\..*|(render_)?checkpoint\.bin)$"
+    r"(^|/)(timing\.csv|report\.(json|html)|compare\..*|(render_)?checkpoint\.bin|"
+    r"job\.json|log\.txt|table\.csv)$"
 )
 
 
@@ -83,8 +84,11 @@ def check_volatile(name, data, killed=False):
         rows = list(csv.reader(text.splitlines()))
         require(text == "" or text.endswith("\n"), name, "ends within a row")
         require(all(len(row) == len(rows[0]) for row in rows), name, "has a cut row")
-        require([row[0] for row in rows[1:]] == list(map(str, range(len(rows) - 1))), name, "rows")
-    else:
+        numbers = [int(row[0]) for row in rows[1:]]
+        # Of frames, one after another; of jobs, those that were tried.
+        whole = numbers == list(range(len(numbers))) if "timing" in name else numbers == sorted({*numbers})
+        require(whole, name, "rows")
+    elif not name.endswith("log.txt"):
         require(text.rstrip().endswith(("</html>", "</svg>")), name, "is cut")
 
 
@@ -182,6 +186,10 @@ def check(place, references, own_files, shorter=False, killed=False):
             check_video(place / name)
         elif shorter and name.endswith(("piles.json", "guide.json")):
             json.loads(data)
+        elif name.endswith("index.jsonl"):  # of the jobs so far
+            lines = [line for reference in references for line in reference.files.get(name, b"").splitlines()]
+            require(data.endswith(b"\n") or not data, name, "ends within a line")
+            require(all(line in lines for line in data.splitlines()), name, "has another job")
         elif not name.endswith(".partial"):  # read by the run that goes on from it
             known = [reference.files.get(name) for reference in references]
             require(data in known, name, f"is not whole ({len(data)} bytes)")

@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
@@ -50,14 +51,16 @@ void write(const std::filesystem::path& file, int width, int height, int bits,
   const size_t row_bytes = rows.size() / static_cast<size_t>(height);
   const size_t pixel_bytes = row_bytes / static_cast<size_t>(width);
   const bool is_colour = pixel_bytes * 8 > static_cast<size_t>(bits);
-  std::string filtered;
-  filtered.reserve(rows.size() + static_cast<size_t>(height));
+  std::string filtered(rows.size() + static_cast<size_t>(height), '\0');
+  char* out = filtered.data();
   for (size_t row = 0; row < rows.size(); row += row_bytes) {
-    filtered += static_cast<char>(kDifferenceFilter);
-    for (size_t i = 0; i < row_bytes; ++i) {
-      const int left = i < pixel_bytes ? 0 : rows[row + i - pixel_bytes];
-      filtered += static_cast<char>(rows[row + i] - left);
+    const char* in = rows.data() + row;
+    *out++ = static_cast<char>(kDifferenceFilter);
+    std::copy_n(in, pixel_bytes, out);
+    for (size_t i = pixel_bytes; i < row_bytes; ++i) {
+      out[i] = static_cast<char>(in[i] - in[i - pixel_bytes]);
     }
+    out += row_bytes;
   }
   std::string header;
   append_u32(header, static_cast<uint32_t>(width));
@@ -81,11 +84,10 @@ void write_png8(const std::filesystem::path& file, int width, int height,
 
 void write_png16(const std::filesystem::path& file, int width, int height,
                  std::span<const uint16_t> values) {
-  std::string rows;
-  rows.reserve(2 * values.size());
-  for (const uint16_t value : values) {
-    rows += static_cast<char>(value >> 8);
-    rows += static_cast<char>(value & 0xFF);
+  std::string rows(2 * values.size(), '\0');
+  for (size_t i = 0; i < values.size(); ++i) {
+    rows[2 * i] = static_cast<char>(values[i] >> 8);
+    rows[2 * i + 1] = static_cast<char>(values[i] & 0xFF);
   }
   write(file, width, height, 16, rows);
 }
