@@ -148,8 +148,12 @@ Error translate(const Json::exception& error, const std::string& text, const std
   return syntax_error(text, file, offset, "is no valid JSON: " + found, expected, remedy);
 }
 
-// What the parser would take too much stack or time for.
-void check_bounds(const std::string& text, const std::string& file) {
+// What the parser would take too much stack or time for, and what it would take for an end: a byte
+// 0 ends a comment, and the whole text.
+void check_text(const std::string& text, const std::string& file) {
+  if (const size_t at = text.find('\0'); at != text.npos) {
+    throw syntax_error(text, file, at, "has a byte 0", "text in UTF-8", "Save the file as UTF-8");
+  }
   int depth = 0;
   std::array<size_t, kMaxJsonDepth + 1> keys{};  // of the object that is open at each depth
   size_t comparisons = 0;
@@ -197,7 +201,7 @@ TextPosition LineIndex::position(size_t offset) const {
 }
 
 Json parse_json(const std::string& text, const std::string& file) {
-  check_bounds(text, file);
+  check_text(text, file);
   // A stream, because its read position tells where the parser gave up, whatever it threw.
   std::istringstream stream(text);
   try {

@@ -81,6 +81,15 @@ TEST(JsonText, SyntaxErrorsHavePlaceAndReason) {
             "literal");
 }
 
+// What follows it would be read, or left out, unseen: it ends comments and texts for the parser.
+TEST(JsonText, AByteZeroIsAnError) {
+  using namespace std::string_literals;
+  for (const std::string& text : {"{\"a\": 1 // b\0}"s, "{}\0 x"s, "\"\0\""s}) {
+    EXPECT_THAT(parse_failure(text), HasSubstr("has a byte 0; expected text in UTF-8. Save the "
+                                               "file as UTF-8"));
+  }
+}
+
 TEST(JsonText, NumbersBeyondADoubleAreErrorsWithAPlace) {
   EXPECT_EQ(parse_failure("[1,\n 1e999]"),
             "s.json:2:7: is no valid JSON: number overflow parsing '1e999'");
