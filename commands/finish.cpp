@@ -11,17 +11,22 @@ namespace {
 
 struct FinishOptions {
   RunOptions run;
+  ResumeOptions resume;
   JudgingOptions judging;
   std::string input, output;
   std::optional<std::string> scene;
   std::optional<double> longest_s;
+  bool visible_only = false;
 };
 
 void finish(const FinishOptions& options) {
   FinishJob job{.input = options.input,
                 .output = options.output,
                 .force = options.run.force,
+                .resume = options.resume.resume,
+                .checkpoint_period_s = options.resume.checkpoint_period_s,
                 .longest_s = options.longest_s,
+                .visible_only = options.visible_only,
                 .gates = options.judging.gates(),
                 .inspect_every = options.judging.inspect_every,
                 .progress = options.run.quiet ? ProgressMode::none : options.run.progress};
@@ -56,19 +61,23 @@ void add_finish_command(CLI::App& app) {
                    "/ g) of the smallest body)")
       ->type_name("SECONDS")
       ->check(CLI::Range(1e-3, 1e6), "");
+  command->add_flag("--visible-only", options->visible_only,
+                    "Leave what lies too deep in the pile to be seen as it is, fixed");
   add_judging_options(*command, options->judging);
   add_run_options(*command, options->run);
+  add_resume_options(*command, options->resume);
   command->footer(R"(
 Examples:
   pilesim finish out/a -o out/sound
   pilesim finish out/a -o out/sound --fail-on "penetration>0.02D,floating>0,unsettled>0,escaped>0"
+  pilesim finish out/a -o out/sound --resume
   pilesim finish out/from_elsewhere -o out/sound --scene scene.json
   pilesim render out/sound
 
 The last state of the run is brought to rest by the exact engine, and each body's motion is eased so
 that it ends there; in flight nothing changes (docs/finish.md). "finish": {} in a scene does the same
 at the end of simulate and direct-pile.
-Ctrl-C stops with a valid result, which says how far it is.)");
+Ctrl-C stops with a valid result, which says how far it is, and --resume goes on from there.)");
   command->callback([options] { finish(*options); });
 }
 

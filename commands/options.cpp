@@ -108,6 +108,20 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       "the machine runs at once");
 }
 
+CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options) {
+  command
+      .add_option("--checkpoint", options.checkpoint_period_s,
+                  "Wall time between two checkpoints, which --resume goes on from; they never take "
+                  "more than 2 % of the time (default: 5)")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 1e9), "");
+  return command
+      .add_flag("--resume", options.resume,
+                "Go on where the run in the output directory was interrupted or killed; where "
+                "there is none, begin. It ends with the same bytes as a run without interruption")
+      ->excludes(command.get_option("--force"));
+}
+
 std::vector<QualityGate> JudgingOptions::gates() const {
   return fail_on ? parse_quality_gates(*fail_on) : std::vector<QualityGate>{};
 }

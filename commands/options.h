@@ -68,6 +68,14 @@ struct RunOptions {
 // --progress, --quiet, --force and --threads, which takes effect while parsing.
 void add_run_options(CLI::App& command, RunOptions& options);
 
+// Work that may be interrupted and gone on with.
+struct ResumeOptions {
+  bool resume = false;
+  double checkpoint_period_s = 5;
+};
+// --resume, which excludes --force, and --checkpoint. After add_run_options().
+CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options);
+
 // How a pile is judged.
 struct JudgingOptions {
   std::optional<std::string> fail_on;

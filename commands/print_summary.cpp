@@ -6,6 +6,10 @@
 namespace pilesim {
 
 void print_summary(const std::string& output, const SimulationSummary& summary) {
+  if (summary.was_complete) {
+    print("%s: the run is complete; nothing was left to do\n", output.c_str());
+    return;
+  }
   for (const std::string& line : summary.warnings) warn(line);
   for (const std::string& line : summary.beginning) print_line(line);
   for (const std::string& line : summary.collision_shapes) print_line(line);

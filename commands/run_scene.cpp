@@ -19,8 +19,7 @@ struct Options {
   std::string output;
   std::optional<std::string> from;
   std::optional<uint64_t> take;
-  bool resume = false;
-  double checkpoint_period_s = 5;
+  ResumeOptions resume;
   bool print_config = false;
   bool direct_piles = false;
 };
@@ -35,8 +34,8 @@ void run(const Options& options) {
                       .output = options.output,
                       .overrides = options.scene.overrides.texts,
                       .force = options.run.force,
-                      .resume = options.resume,
-                      .checkpoint_period_s = options.checkpoint_period_s,
+                      .resume = options.resume.resume,
+                      .checkpoint_period_s = options.resume.checkpoint_period_s,
                       .from = options.from,
                       .take = options.take,
                       .gates = options.judging.gates(),
@@ -44,12 +43,7 @@ void run(const Options& options) {
                       .warn = options.run.quiet ? std::function<void(const std::string&)>() : warn,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
                       .direct_piles = options.direct_piles});
-  if (options.run.quiet) return;
-  if (summary.was_complete) {
-    print("%s: the run is complete; nothing was left to do\n", options.output.c_str());
-    return;
-  }
-  print_summary(options.output, summary);
+  if (!options.run.quiet) print_summary(options.output, summary);
 }
 
 }  // namespace
@@ -67,16 +61,6 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
                         "Print the scene as it would run, with every default, and stop");
   print->excludes(output);
   add_judging_options(*command, options->judging);
-  CLI::Option* resume = command->add_flag(
-      "--resume", options->resume,
-      "Go on where the run in the output directory was interrupted or killed; where there is none, "
-      "begin. It ends with the same bytes as a run without interruption");
-  command
-      ->add_option("--checkpoint", options->checkpoint_period_s,
-                   "Wall time between two checkpoints, which --resume goes on from; they never "
-                   "take more than 2 % of the time (default: 5)")
-      ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e9), "");
   CLI::Option* from =
       command
           ->add_option(
@@ -90,7 +74,7 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
       "With --from: without the so many bodies that lie highest there; no others are poured")
       ->needs(from);
   add_run_options(*command, options->run);
-  resume->excludes(command->get_option("--force"))->excludes(print);
+  add_resume_options(*command, options->resume)->excludes(print);
   command->footer(text.footer);
   command->callback([options, output, print] {
     if (output->empty() && print->empty()) throw CLI::RequiredError("-o,--output");

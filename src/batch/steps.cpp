@@ -229,7 +229,7 @@ std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, 
     add_values();
     add({"--seed", std::to_string(seed)});
   } else if (name == "finish") {
-    add({current, "-o", numbered("finished", count), "--scene", scene, "--force"});
+    add({current, "-o", numbered("finished", count), "--scene", scene, "--resume"});
   } else if (name == "sample-signature") {
     add({step_input(plan, job).string(), "-o", "signature.sig", "--seed", std::to_string(seed)});
     first_said = 2;

@@ -97,7 +97,12 @@ EasedFrames::EasedFrames(std::vector<RestStretches::Stretch> stretches, const Tr
   size_t next = 0;
   for (uint32_t i = 0; i < to.size(); ++i) {
     const Vec3 start = from.position[i].cast<double>();
-    const Quat back = from.orientation[i].cast<double>().normalized().conjugate();
+    const Quat attitude = from.orientation[i].cast<double>().normalized();
+    const bool has_way = next < ways.size() && ways[next].body == i;
+    if (!has_way && to.position[i] == start && to.orientation[i].coeffs() == attitude.coeffs()) {
+      continue;
+    }
+    const Quat back = attitude.conjugate();
     const auto first = static_cast<uint32_t>(points_.size());
     const auto add = [&](const Vec3& position, const Quat& orientation) {
       const Vec3 offset = position - start;
@@ -106,18 +111,12 @@ EasedFrames::EasedFrames(std::vector<RestStretches::Stretch> stretches, const Tr
       points_.push_back(
           {offset, (orientation * back).normalized(), before + (offset - last).norm()});
     };
-    add(start, back.conjugate());
+    add(start, attitude);
     for (; next < ways.size() && ways[next].body == i; ++next) {
       add(ways[next].position.cast<double>(), ways[next].orientation.cast<double>().normalized());
     }
     add(to.position[i], to.orientation[i]);
-    const Quat& turn = points_.back().turn;
-    if (points_.back().at_m == 0 && turn.vec().isZero(0)) {
-      points_.resize(first);
-    } else {
-      ways_.push_back(
-          {i, first, static_cast<uint32_t>(points_.size() - first), points_.back().at_m});
-    }
+    ways_.push_back({i, first, static_cast<uint32_t>(points_.size() - first), points_.back().at_m});
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
+#include "finish/burial.h"
 #include "finish/finish_constants.h"
 #include "finish/walls.h"
 #include "simulate/exact/engine.h"
@@ -62,31 +64,70 @@ bool is_slow(const ModelShape& shape, double gravity, const BodyMotion& motion) 
 }  // namespace
 
 ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
-                     std::optional<double> longest_s)
+                     const RestSettings& settings)
     : parting_(parting_scene(scene, least_radius_m(model))),
       model_(without_restitution(model)),
       states_(std::move(start)) {
+  state_.left.assign(model.bodies.size(), kNotLeft);
   const double unit_s = std::sqrt(least_radius_m(model) / gravity_of(scene));
   settling_ = with_step(scene, kStep * unit_s);
-  longest_s_ = longest_s.value_or(kLongest * unit_s);
+  longest_s_ = settings.longest_s.value_or(kLongest * unit_s);
+  if (settings.visible_only) leave_what_is_deep();
+  std::vector<uint32_t> walls;
   for (uint32_t i = 0; i < states_.size(); ++i) {
     states_.linear_velocity[i].setZero();
     states_.angular_velocity[i].setZero();
-    if (!is_free(i)) continue;
-    movable_.push_back(i);
-    way_end_.emplace_back(states_.position[i].cast<float>());
+    if (is_free(i)) {
+      movable_.push_back(i);
+      state_.way_end.emplace_back(states_.position[i].cast<float>());
+    } else if (state_.left[i] == kNotLeft && (states_.flags[i] & kPresent) != 0) {
+      walls.push_back(i);
+    }
   }
-  draw_back_from_walls(model_, movable_, states_);
+  std::vector<uint32_t> meant;
+  std::ranges::copy_if(movable_, std::back_inserter(meant),
+                       [&](uint32_t i) { return is_meant(i); });
+  draw_back_from_walls(model_, meant, walls, states_);
   engine_ = engine_at(parting_);
-  is_at_rest_ = movable_.empty();
+  state_.is_at_rest = movable_.empty();
 }
 
 ExactRest::~ExactRest() = default;
 
-bool ExactRest::is_free(uint32_t body) const {
+bool ExactRest::is_loose(uint32_t body) const {
   constexpr uint8_t kStands = kHeld | kFrozen;
   return model_.bodies[body].role == Role::dynamic && (states_.flags[body] & kPresent) != 0 &&
          (states_.flags[body] & kStands) == 0;
+}
+
+void ExactRest::leave_what_is_deep() {
+  const std::vector<double> depths = depths_under_surface(model_, states_);
+  double diameter_m = 0, count = 0;
+  for (uint32_t i = 0; i < depths.size(); ++i) {
+    if (!is_loose(i)) continue;
+    diameter_m += 2 * model_.shapes[model_.bodies[i].shape].bounding_radius;
+    ++count;
+  }
+  diameter_m /= std::max(1.0, count);
+  for (uint32_t i = 0; i < depths.size(); ++i) {
+    const double depth = depths[i] / diameter_m;
+    if (!is_loose(i) || depth <= kSeenDepth) continue;
+    state_.left[i] = depth > kTouchedDepth ? kDeep : depth > kMayGoDepth ? kStays : kMayGo;
+    states_.flags[i] |= kAsleep;
+  }
+}
+
+std::vector<uint32_t> ExactRest::left() const {
+  std::vector<uint32_t> left;
+  for (uint32_t i = 0; i < state_.left.size(); ++i) {
+    if (state_.left[i] != kNotLeft) left.push_back(i);
+  }
+  return left;
+}
+
+size_t ExactRest::movable() const {
+  return static_cast<size_t>(
+      std::ranges::count_if(movable_, [&](uint32_t body) { return is_meant(body); }));
 }
 
 // Deeper than this it is sunk.
@@ -96,15 +137,16 @@ double ExactRest::most_depth_m(uint32_t body) const {
                   kStillDepthInExtents * shape.smallest_extent);
 }
 
-bool ExactRest::is_time_for_sunk() const { return kStep * settling_steps_ < kSunkTime; }
+bool ExactRest::is_time_for_sunk() const { return kStep * state_.settling_steps < kSunkTime; }
 
 std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
   auto engine = make_exact_engine(scene, model_);
   for (uint32_t i = 0; i < states_.size(); ++i) {
-    if ((states_.flags[i] & kPresent) == 0) continue;
+    if ((states_.flags[i] & kPresent) == 0 || state_.left[i] == kDeep) continue;
     const bool stands = model_.bodies[i].role == Role::dynamic && !is_free(i);
     engine->add(i, {.position = states_.position[i], .orientation = states_.orientation[i]}, stands,
                 false);
+    if (is_free(i) && !is_meant(i)) engine->put_to_sleep(i);
   }
   return engine;
 }
@@ -112,22 +154,23 @@ std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
 FrameStatistics ExactRest::step() {
   timer_.take();
   engine_->step(timer_, [] {});
-  is_parted_ ? settle() : part();
-  if ((parting_steps_ + settling_steps_) % kWaySteps == 0) keep_ways();
+  state_.is_parted ? settle() : part();
+  if ((state_.parting_steps + state_.settling_steps) % kWaySteps == 0) keep_ways();
   return statistics();
 }
 
 // After a step without gravity.
 void ExactRest::part() {
   stop_all();
-  ++parting_steps_;
-  if (parting_steps_ < kPartingSteps || parting_steps_ % kPartingRound != 0) return;
+  ++state_.parting_steps;
+  if (state_.parting_steps < kPartingSteps || state_.parting_steps % kPartingRound != 0) return;
   engine_->read_contacts(contacts_);
+  if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) let_go();
   Marks sunk(model_.bodies.size(), kStill);
   mark_sunk(sunk);
-  is_parted_ = std::ranges::none_of(sunk, [](uint8_t mark) { return mark != kStill; }) ||
-               parting_steps_ >= kPartingSteps + kMorePartingSteps;
-  if (is_parted_) {
+  state_.is_parted = std::ranges::none_of(sunk, [](uint8_t mark) { return mark != kStill; }) ||
+                     state_.parting_steps >= kPartingSteps + kMorePartingSteps;
+  if (state_.is_parted) {
     read_states();
     engine_ = engine_at(settling_);
     begin_to_watch();
@@ -139,11 +182,11 @@ void ExactRest::part() {
 
 // After a step under gravity.
 void ExactRest::settle() {
-  time_s_ += settling_.actual_step_s();
-  ++settling_steps_;
-  if (kStep * settling_steps_ < kCalmTime) slow_down();
+  state_.time_s += settling_.actual_step_s();
+  ++state_.settling_steps;
+  if (kStep * state_.settling_steps < kCalmTime) slow_down();
   static const int kLookSteps = static_cast<int>(std::lround(kStillTime / kStep));
-  if (settling_steps_ % kLookSteps == 0) look();
+  if (state_.settling_steps % kLookSteps == 0) look();
 }
 
 void ExactRest::stop_all() {
@@ -181,15 +224,33 @@ void ExactRest::keep_ways() {
     const BodyMotion motion = engine_->motion(body);
     const Vec3f place = motion.position.cast<float>();
     const double far = kWayStep * model_.shapes[model_.bodies[body].shape].bounding_radius;
-    if ((place - way_end_[i]).norm() < far) continue;
-    way_end_[i] = place;
-    ways_.push_back({body, place, motion.orientation.cast<float>()});
+    if ((place - state_.way_end[i]).norm() < far) continue;
+    state_.way_end[i] = place;
+    state_.ways.push_back({body, place, motion.orientation.cast<float>()});
   }
 }
 
 std::vector<WayPoint> ExactRest::take_ways() {
-  std::ranges::stable_sort(ways_, {}, &WayPoint::body);
-  return std::move(ways_);
+  std::ranges::stable_sort(state_.ways, {}, &WayPoint::body);
+  return std::move(state_.ways);
+}
+
+void ExactRest::save(StateWriter& writer) const {
+  writer(state_);
+  engine_->save(writer);
+}
+
+void ExactRest::load(StateReader& reader) {
+  reader(state_);
+  StateReader::require(state_.way_end.size() == movable_.size() &&
+                           state_.watched.size() == (state_.is_parted ? movable_.size() : 0) &&
+                           state_.left.size() == model_.bodies.size(),
+                       "as many places as there are bodies that may move");
+  for (const WayPoint& way : state_.ways) {
+    StateReader::require(way.body < model_.bodies.size(), "ways of bodies that are there");
+  }
+  engine_ = engine_at(state_.is_parted ? settling_ : parting_);
+  engine_->load(reader);
 }
 
 void ExactRest::read_states() {
@@ -210,24 +271,25 @@ const BodyStates& ExactRest::states() {
 }
 
 void ExactRest::begin_to_watch() {
-  watched_.resize(movable_.size());
+  state_.watched.resize(movable_.size());
   for (size_t i = 0; i < movable_.size(); ++i) {
     const BodyMotion motion = engine_->motion(movable_[i]);
-    watched_[i] = {motion.position, motion.orientation};
+    state_.watched[i] = {motion.position, motion.orientation};
   }
 }
 
 // At the end of each time for which bodies may have been still.
 void ExactRest::look() {
   engine_->read_contacts(contacts_);
+  if (is_time_for_sunk()) let_go();
   const Marks marks = restless();
   const auto count = static_cast<size_t>(
       std::ranges::count_if(movable_, [&](uint32_t body) { return marks[body] != kStill; }));
-  is_at_rest_ = count == 0;
-  still_ = movable_.size() - count;
-  const double few = kFew * static_cast<double>(movable_.size());
-  few_are_restless_ = few_are_restless_ || static_cast<double>(count) <= few;
-  if (few_are_restless_) {
+  state_.is_at_rest = count == 0;
+  state_.still = movable() - count;
+  const double few = kFew * static_cast<double>(movable());
+  state_.few_are_restless = state_.few_are_restless || static_cast<double>(count) <= few;
+  if (state_.few_are_restless) {
     Marks meant = around(marks, kRestless, kRings);
     const Marks roused = around(marks, kStirring, 1);
     for (const uint32_t body : movable_) {
@@ -254,8 +316,9 @@ ExactRest::Marks ExactRest::restless() const {
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     const double radius = shape.bounding_radius;
     const BodyMotion motion = engine_->motion(body);
-    const double strayed = (motion.position - watched_[i].position).norm() +
-                           radius * motion.orientation.angularDistance(watched_[i].orientation);
+    const double strayed =
+        (motion.position - state_.watched[i].position).norm() +
+        radius * motion.orientation.angularDistance(state_.watched[i].orientation);
     if (strayed > kStillDrift * radius || !is_slow(shape, gravity, motion)) {
       marks[body] = kRestless;
     }
@@ -268,10 +331,27 @@ ExactRest::Marks ExactRest::restless() const {
 void ExactRest::mark_sunk(Marks& marks) const {
   for (const BodyContact& contact : contacts_) {
     for (const uint32_t body : {contact.a, contact.b}) {
-      if (contact.distance_m < -most_depth_m(body) && is_free(body)) {
+      if (contact.distance_m < -most_depth_m(body) && is_meant(body)) {
         marks[body] = std::max(marks[body], kRestless);
       }
     }
+  }
+}
+
+// Of what is left, what others are sunk into.
+void ExactRest::let_go() {
+  std::vector<uint32_t> gone;
+  for (const BodyContact& contact : contacts_) {
+    for (const auto& [body, other] : {std::pair(contact.a, contact.b), {contact.b, contact.a}}) {
+      if (is_meant(other) && contact.distance_m < -most_depth_m(other) &&
+          state_.left[body] == kMayGo) {
+        gone.push_back(body);
+      }
+    }
+  }
+  for (const uint32_t body : gone) {
+    state_.left[body] = kNotLeft;
+    engine_->wake(body);
   }
 }
 
@@ -283,7 +363,7 @@ ExactRest::Marks ExactRest::around(const Marks& marks, uint8_t least, int rings)
   for (int ring = 0; ring < rings; ++ring) {
     Marks wider = meant;
     for (const BodyContact& contact : contacts_) {
-      if (!is_free(contact.a) || !is_free(contact.b)) continue;
+      if (!is_meant(contact.a) || !is_meant(contact.b)) continue;
       wider[contact.a] |= meant[contact.b];
       wider[contact.b] |= meant[contact.a];
     }

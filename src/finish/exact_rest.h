@@ -17,49 +17,98 @@ struct WayPoint {
   uint32_t body = 0;
   Vec3f position = Vec3f::Zero();         // m, centre of mass, world
   Quatf orientation = Quatf::Identity();  // unit, body to world
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.body, self.position, self.orientation);
+  }
+};
+
+struct RestSettings {
+  // Of simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the smallest
+  // dynamic body.
+  std::optional<double> longest_s;
+  // What lies deeper under the surface of the pile than can be seen stays as it is.
+  bool visible_only = false;
+
+  static void fields(auto& self, auto& stream) { stream(self.longest_s, self.visible_only); }
 };
 
 // First bodies that reach through walls are drawn back, and overlaps are undone, while nothing has
 // a weight or a speed. Then the exact engine, without restitution and with the friction of the
 // scene, lets all come to rest. When nearly all are still, those wait outside of the solver that
 // are far from what is not. What is fixed, held, moved by keys, or frozen by a guide stands where
-// it is all the time. No clock of the scene runs. Deterministic, at any number of threads.
+// it is all the time, as does what is left. No clock of the scene runs. Deterministic, at any
+// number of threads.
 class ExactRest {
  public:
   // `start` has one entry a body of the model; those that are present begin there, without speed.
-  // `longest_s`: of simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the
-  // smallest dynamic body.
   ExactRest(const Scene& scene, const Model& model, BodyStates start,
-            std::optional<double> longest_s);
+            const RestSettings& settings = {});
   ~ExactRest();
   ExactRest(const ExactRest&) = delete;
   ExactRest& operator=(const ExactRest&) = delete;
 
   // All are still, or the longest time is over.
-  bool is_over() const { return is_at_rest_ || time_s_ >= longest_s_; }
-  bool is_at_rest() const { return is_at_rest_; }
+  bool is_over() const { return state_.is_at_rest || state_.time_s >= longest_s_; }
+  bool is_at_rest() const { return state_.is_at_rest; }
   // One step of the engine. Not when it is over.
   FrameStatistics step();
 
-  // As of the last step; who is still, as far as that is known, is asleep.
+  // As of the last step; who is still, as far as that is known, is asleep, and who is left.
   const BodyStates& states();
+  // Bodies that stay as they are because they cannot be seen; ordered.
+  std::vector<uint32_t> left() const;
   // Bodies that may move, and how many of them were still when that was last looked at.
-  size_t movable() const { return movable_.size(); }
-  size_t still() const { return still_; }
-  double time_s() const { return time_s_; }  // under gravity
+  size_t movable() const;
+  size_t still() const { return state_.still; }
+  double time_s() const { return state_.time_s; }  // under gravity
   // By body, in the order of time, of those that went far; neither where they began nor where they
   // are now. Call once.
   std::vector<WayPoint> take_ways();
 
+  // Between steps: all that later ones depend on.
+  void save(StateWriter& writer) const;
+  // Of one that was made of the same: goes on as that, to the last bit. Throws Error(input) where
+  // the bytes are of no such state; it is not to be used then.
+  void load(StateReader& reader);
+
  private:
   using Marks = std::vector<uint8_t>;  // (B) how restless a body is, or whether it is meant
+  // What is left because it cannot be seen waits outside of the solver; only what others cannot get
+  // out of may be let go. Deep ones are not there at all: nothing that moves comes near them.
+  enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep };
 
   struct Watched {
     Vec3 position;
     Quat orientation;
+
+    static void fields(auto& self, auto& stream) { stream(self.position, self.orientation); }
+  };
+  // Beside the engine's.
+  struct State {
+    int parting_steps = 0, settling_steps = 0;
+    bool is_parted = false;
+    double time_s = 0;   // under gravity
+    uint64_t still = 0;  // bodies, when they were last looked at
+    bool few_are_restless = false;
+    bool is_at_rest = false;
+    std::vector<Watched> watched;  // by movable_: where it was when they were last looked at
+    std::vector<Vec3f> way_end;    // m, by movable_: the last place that is kept
+    Marks left;                    // (B) Left
+    std::vector<WayPoint> ways;
+
+    static void fields(auto& self, auto& stream) {
+      stream(self.parting_steps, self.settling_steps, self.is_parted, self.time_s, self.still,
+             self.few_are_restless, self.is_at_rest, self.watched, self.way_end, self.left,
+             self.ways);
+    }
   };
   std::unique_ptr<ExactEngine> engine_at(const Scene& scene) const;
-  bool is_free(uint32_t body) const;
+  bool is_loose(uint32_t body) const;
+  bool is_free(uint32_t body) const { return is_loose(body) && state_.left[body] != kDeep; }
+  bool is_meant(uint32_t body) const { return is_loose(body) && state_.left[body] == kNotLeft; }
+  void leave_what_is_deep();
+  void let_go();
   double most_depth_m(uint32_t body) const;
   bool is_time_for_sunk() const;
   void part();
@@ -81,17 +130,9 @@ class ExactRest {
   Model model_;               // without restitution
   double longest_s_;
   BodyStates states_;
-  std::vector<uint32_t> movable_;  // bodies
+  std::vector<uint32_t> movable_;  // bodies in the engine that may ever move
   std::unique_ptr<ExactEngine> engine_;
-  int parting_steps_ = 0, settling_steps_ = 0;
-  bool is_parted_ = false;
-  double time_s_ = 0;
-  size_t still_ = 0;
-  bool few_are_restless_ = false;
-  bool is_at_rest_ = false;
-  std::vector<Watched> watched_;  // by movable_: where it was when they were last looked at
-  std::vector<Vec3f> way_end_;    // m, by movable_: the last place that is kept
-  std::vector<WayPoint> ways_;
+  State state_;
   std::vector<BodyContact> contacts_;  // when they were last looked at
   StageTimer timer_;
 };

@@ -50,6 +50,14 @@ inline constexpr double kLongest = 100;
 // Where nothing falls, times are as if it fell like this, m/s^2.
 inline constexpr double kUsualGravity = 9.81;
 
+// --- What cannot be seen, in mean diameters of the bodies under the surface (burial.h): deeper
+// than this a body stays as it is, ...
+inline constexpr double kSeenDepth = 1.5;
+// ... unless something does not get out of it and it lies no deeper than this, ...
+inline constexpr double kMayGoDepth = kSeenDepth + 1;
+// ... and nothing that moves comes to those that lie deeper than this.
+inline constexpr double kTouchedDepth = kSeenDepth + 2;
+
 // --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own
 // r, are kept; they are looked at every few steps.
 inline constexpr double kWayStep = 0.5;

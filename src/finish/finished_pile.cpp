@@ -29,16 +29,19 @@ bool is_free(const Model& model, const BodyStates& states, uint32_t body) {
 }
 
 void measure_change(const Scene& scene, const Model& model, const BodyStates& before,
-                    const BodyStates& after, double deepest_m, FinishFigures& figures) {
+                    const FinishedPile& pile, double deepest_m, FinishFigures& figures) {
+  std::vector<uint8_t> is_left(before.size(), 0);
+  for (const uint32_t body : pile.left) is_left[body] = 1;
   const double diameter = mean_diameter_m(model);
   const Vec3 up =
       scene.gravity.norm() > 0 ? Vec3(-scene.gravity.normalized()) : Vec3(Vec3::UnitY());
   std::vector<double> moved;
-  double lowest = std::numeric_limits<double>::infinity(), height = 0, rise = 0;
+  double lowest = std::numeric_limits<double>::infinity(), height = 0, rise = 0, count = 0;
   for (uint32_t i = 0; i < before.size(); ++i) {
     if (!is_free(model, before, i)) continue;
-    const Vec3 way = after.position[i] - before.position[i];
-    moved.push_back(way.norm() / diameter);
+    const Vec3 way = pile.states.position[i] - before.position[i];
+    if (is_left[i] == 0) moved.push_back(way.norm() / diameter);
+    ++count;
     lowest = std::min(lowest, up.dot(before.position[i]));
     height += up.dot(before.position[i]);
     rise += up.dot(way);
@@ -49,7 +52,6 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
   figures.median_moved = moved[moved.size() / 2];
   figures.largest_moved = moved.back();
   // Of one layer there is no height to speak of: its bodies' own.
-  const auto count = static_cast<double>(moved.size());
   figures.mean_height_change = rise / count / (height / count - lowest + diameter / 2);
 }
 
@@ -57,6 +59,7 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
 
 std::string to_json(const FinishFigures& figures) {
   const nlohmann::ordered_json json = {{"bodies", figures.bodies},
+                                       {"left_as_they_were", figures.left},
                                        {"not_at_rest", figures.not_at_rest},
                                        {"interrupted", figures.interrupted},
                                        {"settled_s", figures.settled_s},
@@ -67,7 +70,8 @@ std::string to_json(const FinishFigures& figures) {
                                        {"mean_height_change", figures.mean_height_change},
                                        {"largest_extra_speed_m_s", figures.largest_extra_speed},
                                        {"deepest_before_diameters", figures.deepest_before},
-                                       {"deepest_after_diameters", figures.deepest_after}};
+                                       {"deepest_after_diameters", figures.deepest_after},
+                                       {"deepest_left_diameters", figures.deepest_left}};
   return json.dump();
 }
 
@@ -80,7 +84,12 @@ std::string describe(const FinishFigures& figures) {
          with_digits(figures.largest_moved, 2) + " D at most, the mean height changed by " +
          with_digits(100 * figures.mean_height_change, 2) + " %, at most " +
          with_digits(figures.largest_extra_speed, 2) + " m/s were added on the way; " +
-         std::to_string(figures.not_at_rest) + " not at rest";
+         std::to_string(figures.not_at_rest) + " not at rest" +
+         (figures.left == 0
+              ? ""
+              : "; " + counted(figures.left, "body", "bodies") +
+                    " that cannot be seen were left as they were, in each other by up to " +
+                    with_digits(figures.deepest_left, 2) + " D");
 }
 
 BodyStates last_states(TrajectoryReader& trajectory, const Model& model, const std::string& place) {
@@ -117,26 +126,31 @@ BodyStates states_at(TrajectoryReader& trajectory, uint64_t index, const Model& 
   return states;
 }
 
-FinishedPile bring_to_rest(
-    const Scene& scene, const Model& model, const BodyStates& start,
-    std::optional<double> longest_s,
-    const std::function<bool(const FrameStatistics&, size_t, size_t)>& goes_on) {
+FinishedPile bring_to_rest(const Scene& scene, const Model& model, const BodyStates& start,
+                           ExactRest& rest, RestProgress progress,
+                           const std::function<bool(const RestProgress&)>& goes_on) {
   const Stopwatch watch;
+  const double before_s = progress.wall_s;
   FinishedPile pile;
-  ExactRest rest(scene, model, start, longest_s);
+  pile.steps_before = progress.steps.size();
   while (!rest.is_over() && !pile.figures.interrupted) {
-    pile.steps.push_back(rest.step());
-    pile.figures.interrupted = !goes_on(pile.steps.back(), rest.still(), rest.movable());
+    progress.steps.push_back(rest.step());
+    progress.wall_s = before_s + watch.seconds();
+    pile.figures.interrupted = !goes_on(progress);
   }
   pile.states = rest.states();
+  pile.left = rest.left();
   pile.ways = rest.take_ways();
   pile.figures.bodies = rest.movable();
+  pile.figures.left = pile.left.size();
   pile.figures.not_at_rest = rest.is_at_rest() ? 0 : rest.movable() - rest.still();
   pile.figures.settled_s = rest.time_s();
-  pile.figures.steps = pile.steps.size();
-  pile.figures.wall_s = watch.seconds();
-  const double deepest_m = pile.steps.empty() ? 0 : pile.steps.front().deepest_penetration_m;
-  measure_change(scene, model, start, pile.states, deepest_m, pile.figures);
+  pile.figures.steps = progress.steps.size();
+  pile.figures.wall_s = progress.wall_s;
+  const double deepest_m =
+      progress.steps.empty() ? 0 : progress.steps.front().deepest_penetration_m;
+  measure_change(scene, model, start, pile, deepest_m, pile.figures);
+  pile.steps = std::move(progress.steps);
   return pile;
 }
 

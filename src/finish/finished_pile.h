@@ -19,6 +19,7 @@ namespace pilesim {
 // What finishing tells of itself. Lengths in D, the mean diameter of the dynamic bodies.
 struct FinishFigures {
   uint64_t bodies = 0;  // that could move
+  uint64_t left = 0;    // that stay as they are because they cannot be seen
   uint64_t not_at_rest = 0;
   bool interrupted = false;
   double settled_s = 0;  // of simulated time under gravity that it took
@@ -29,6 +30,7 @@ struct FinishFigures {
   double largest_extra_speed = 0;  // m/s, that is added to a body on its way
   double deepest_before = 0;       // overlap, as the engine sees it in the first step
   double deepest_after = 0;        // by exact distances
+  double deepest_left = 0;         // of what is left, in what is left or fixed
 };
 std::string to_json(const FinishFigures& figures);   // an object
 std::string describe(const FinishFigures& figures);  // one line
@@ -41,17 +43,26 @@ BodyStates last_states(TrajectoryReader& trajectory, const Model& model, const s
 
 struct FinishedPile {
   BodyStates states;
+  std::vector<uint32_t> left;  // bodies
   std::vector<WayPoint> ways;
   std::vector<FrameStatistics> steps;
-  FinishFigures figures;  // without the extra speed and the overlap after
+  uint64_t steps_before = 0;  // of these, those of a process before
+  FinishFigures figures;      // without the extra speed and the overlaps after
 };
 
-// `longest_s`: see ExactRest. After each step `goes_on` gets it with the bodies that are still and
-// those that may move; false: it ends there, which the figures say.
-FinishedPile bring_to_rest(
-    const Scene& scene, const Model& model, const BodyStates& start,
-    std::optional<double> longest_s,
-    const std::function<bool(const FrameStatistics&, size_t still, size_t movable)>& goes_on);
+// What bringing a pile to rest has come to, besides the state of the ExactRest.
+struct RestProgress {
+  std::vector<FrameStatistics> steps;
+  double wall_s = 0;
+
+  static void fields(auto& self, auto& stream) { stream(self.steps, self.wall_s); }
+};
+
+// Steps `rest`, which began at `start`, until it is over. `progress` is what it has come to before.
+// After each step `goes_on` gets what it has come to; false: it ends there, which the figures say.
+FinishedPile bring_to_rest(const Scene& scene, const Model& model, const BodyStates& start,
+                           ExactRest& rest, RestProgress progress,
+                           const std::function<bool(const RestProgress&)>& goes_on);
 
 // Writes all frames of `source`, eased so that they end in the pile. `goes_on` gets the frames that
 // are written; false: no more are. Returns how many there are then, and sets the extra speed.

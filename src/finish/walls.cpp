@@ -98,17 +98,12 @@ Vec3 way_out(const Wall& wall, const std::vector<std::vector<Vec3>>& pieces, con
 }  // namespace
 
 void draw_back_from_walls(const Model& model, const std::vector<uint32_t>& movable,
-                          BodyStates& states) {
-  std::vector<uint8_t> may_move(model.bodies.size(), 0);
-  for (const uint32_t body : movable) may_move[body] = 1;
+                          const std::vector<uint32_t>& wall_bodies, BodyStates& states) {
   std::vector<std::unique_ptr<TriangleTree>> trees(model.shapes.size());
   std::vector<Wall> walls;
-  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+  for (const uint32_t i : wall_bodies) {
     const uint32_t shape = model.bodies[i].shape;
-    if (may_move[i] || (states.flags[i] & kPresent) == 0 || model.shapes[shape].is_plane ||
-        model.shapes[shape].mesh.triangles.empty()) {
-      continue;
-    }
+    if (model.shapes[shape].is_plane || model.shapes[shape].mesh.triangles.empty()) continue;
     if (!trees[shape]) trees[shape] = std::make_unique<TriangleTree>(model.shapes[shape].mesh);
     const Pose pose{states.position[i], states.orientation[i]};
     walls.push_back({trees[shape].get(), pose, box_at(trees[shape]->nodes()[0].box, pose)});

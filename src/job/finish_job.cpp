@@ -5,6 +5,7 @@
 #include "core/clock.h"
 #include "core/counted.h"
 #include "core/error.h"
+#include "core/hash.h"
 #include "core/interrupt.h"
 #include "core/naming.h"
 #include "core/output_directory.h"
@@ -110,7 +111,28 @@ void inspect_frames(const FinishJob& job, const LoadedScene& loaded, const Model
                       .found = "interrupted; holds " + counted(frames, "frame") + ", and " +
                                std::to_string(figures.bodies - figures.not_at_rest) + " of " +
                                counted(figures.bodies, "body", "bodies") + " are at rest",
-                      .remedy = "Start again with --force"});
+                      .remedy = "Go on with the same command and --resume"});
+}
+
+// The run as it is read, and how it is finished, are part of what the work depends on.
+CheckpointKey key_of(const std::string& scene_hash, const TrajectoryReader& source,
+                     const BodyStates& start, const RestSettings& settings) {
+  StateWriter writer;
+  writer(scene_hash, source.frame_count(), start, settings);
+  return {.command = "finish", .program = program_hash(), .scene = content_hash(writer.bytes())};
+}
+
+// Whether what is in the output is the whole of this work. Throws Error(usage) for results that
+// nothing can be resumed from, Error(input) for those of other work.
+bool is_complete(const FinishJob& job, const std::vector<fs::path>& there,
+                 const CheckpointKey& key) {
+  const auto is_there = [&](const char* name) {
+    return std::ranges::find(there, job.output / name) != there.end();
+  };
+  if (there.empty() || is_there(kFinishingFile)) return false;
+  if (!is_there(kCheckpointFile)) throw_nothing_to_resume(job.output);
+  RunCheckpoint(job.output).require(key);
+  return true;
 }
 
 }  // namespace
@@ -118,7 +140,7 @@ void inspect_frames(const FinishJob& job, const LoadedScene& loaded, const Model
 SimulationSummary run_finish(const FinishJob& job) {
   const Stopwatch watch;
   const double cpu_before_s = process_cpu_s();
-  const auto replaced = claim_output(job.output, kSimulationEntries, job.force);
+  auto replaced = claim_output(job.output, kSimulationEntries, job.force || job.resume);
   require_another_directory(job);
   TrajectoryReader source(job.input);
   const fs::path scene_file = place_of_scene(job);
@@ -127,20 +149,27 @@ SimulationSummary run_finish(const FinishJob& job) {
   fill_guide_of(scene_file, loaded.scene, model);
   const BodyStates start = last_states(source, model, job.input.string());
   SimulationReport report = begin_report("finish", scene_file, loaded, model);
-  report.setup_s = watch.seconds();
 
-  // The command line's, or the scene's own.
-  std::optional<double> longest_s = job.longest_s;
-  if (!longest_s && loaded.scene.finish) longest_s = loaded.scene.finish->longest_s;
+  // The scene's own, where the command line says nothing else.
+  RestSettings settings = settings_of(loaded.scene.finish.value_or(Finish{}));
+  if (job.longest_s) settings.longest_s = job.longest_s;
+  settings.visible_only |= job.visible_only;
+  const CheckpointKey key = key_of(report.scene_hash, source, start, settings);
+  if (job.resume) {
+    if (is_complete(job, replaced, key)) return {.was_complete = true};
+    std::erase(replaced, job.output / kFinishingFile);
+  }
+  report.setup_s = watch.seconds();
 
   install_interrupt_handler();
   remove_output(replaced);
   make_output_directory(job.output);
   uint64_t frames = 0;
-  FinishedPile pile = finish_trajectory({loaded.scene, model, longest_s, job.progress}, job.input,
-                                        start, job.output / "trajectory.zarr", frames);
+  FinishedPile pile =
+      finish_trajectory({loaded.scene, model, settings, job.progress, key, job.checkpoint_period_s},
+                        job.input, start, job.output, "trajectory.zarr", frames);
   const Stopwatch inspection;
-  report.quality = inspect_pile(model, loaded.scene.gravity, pile.states);
+  report.quality = inspect_finished(loaded.scene, model, pile);
   inspect_frames(job, loaded, model, report);
   report.inspection_s = inspection.seconds();
   report.rows.emplace_back();
@@ -154,11 +183,10 @@ SimulationSummary run_finish(const FinishJob& job) {
   TimingCsv timing(job.output / "timing.csv");
   for (const FrameRow& row : report.rows) timing.append(row);
   const std::string missing = write_report(report, job.output);
-  write_last_states(job.output,
-                    {.command = "finish", .program = program_hash(), .scene = report.scene_hash},
-                    scene_file, pile.states);
+  write_last_states(job.output, key, scene_file, pile.states);
 
   if (report.interrupted) throw_interrupted(job, pile.figures, frames);
+  forget_finishing(job.output);
   throw_failed_gates(job.output, report.gates);
   SimulationSummary summary{
       .frames = frames,
@@ -168,6 +196,7 @@ SimulationSummary run_finish(const FinishJob& job) {
       .awake_at_end = static_cast<uint32_t>(pile.figures.not_at_rest),
       .quality = report.quality,
       .collision_shapes = report.collision_shapes};
+  if (pile.steps_before > 0) summary.beginning.push_back(resumed_after(pile));
   summary.piles.push_back(describe(pile.figures));
   if (!missing.empty()) summary.warnings.push_back(missing);
   for (const FrameQuality& inspected : report.inspections) {

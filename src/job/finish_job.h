@@ -18,7 +18,12 @@ struct FinishJob {
   // The scene file of the run, beside which its meshes are; none: where it was when it ran.
   std::optional<std::filesystem::path> scene_file;
   bool force = false;
+  // Go on where the finishing into `output` stopped; begin where nothing is there. Not with
+  // `force`.
+  bool resume = false;
+  double checkpoint_period_s = 5;   // wall time between checkpoints, at least
   std::optional<double> longest_s;  // in place of the scene's
+  bool visible_only = false;        // or the scene says so
   std::vector<QualityGate> gates;
   uint64_t inspect_every = 0;  // frames; 0: the end only
   ProgressMode progress = ProgressMode::automatic;
@@ -26,8 +31,10 @@ struct FinishJob {
 
 // Reads and checks all before `output` is touched. Ctrl-C while bodies come to rest: the pile as
 // far as it is then is written; while frames are written: those that are. Either is a valid run
-// that says so, and Error(interrupted) is thrown. A gate that fails throws Error(quality), with all
-// written.
+// that says so, and Error(interrupted) is thrown. What is interrupted or killed is resumed, and
+// ends with the same bytes but for times: Error(usage) where there is nothing to resume,
+// Error(input) where what is there is of another run, scene, program or other options. A gate that
+// fails throws Error(quality), with all written.
 SimulationSummary run_finish(const FinishJob& job);
 
 }  // namespace pilesim

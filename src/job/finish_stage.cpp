@@ -2,9 +2,14 @@
 
 #include <algorithm>
 
+#include "core/clock.h"
+#include "core/counted.h"
 #include "core/error.h"
 #include "core/interrupt.h"
+#include "core/naming.h"
 #include "core/temporary_file.h"
+#include "inspect/pile_inspection.h"
+#include "job/simulation_checkpoint.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -28,30 +33,84 @@ void move_to(const fs::path& from, const fs::path& to) {
   if (fault) throw io_error(to.string(), "cannot be written", fault.value());
 }
 
+// Writes checkpoints of a pile that comes to rest; begins where the last one stands.
+class RestRecorder {
+ public:
+  RestRecorder(const FinishStage& stage, const fs::path& directory, ExactRest& rest)
+      : file_(directory / kFinishingFile),
+        key_(stage.key),
+        rest_(rest),
+        pace_(stage.checkpoint_period_s) {
+    std::error_code missing;
+    if (!fs::exists(file_, missing)) {
+      write();
+      return;
+    }
+    const Checkpoint checkpoint(file_);
+    checkpoint.require(key_);
+    naming(file_.string(), [&] {
+      StateReader reader(checkpoint.state());
+      reader(progress_);
+      rest_.load(reader);
+      StateReader::require(reader.left() == 0, "no more bytes");
+    });
+  }
+
+  const RestProgress& progress() const { return progress_; }
+  void take(const RestProgress& progress, bool is_last) {
+    if (!is_last && !pace_.is_due()) return;
+    progress_ = progress;
+    write();
+  }
+
+ private:
+  void write() {
+    const Stopwatch clock;
+    StateWriter writer;
+    writer(progress_);
+    rest_.save(writer);
+    write_checkpoint(file_, key_, writer.bytes());
+    pace_.wrote(clock.seconds());
+  }
+
+  fs::path file_;
+  const CheckpointKey& key_;
+  ExactRest& rest_;
+  CheckpointPace pace_;
+  RestProgress progress_;
+};
+
+FinishedPile rest_of(const FinishStage& stage, const BodyStates& start, const fs::path& directory) {
+  ExactRest rest(stage.scene, stage.model, start, stage.settings);
+  RestRecorder recorder(stage, directory, rest);
+  Progress progress(stage.progress, "finish", std::max<uint64_t>(1, rest.movable()), "bodies");
+  FinishedPile pile = bring_to_rest(stage.scene, stage.model, start, rest, recorder.progress(),
+                                    [&](const RestProgress& done) {
+                                      progress.update(rest.still());
+                                      const bool stops = interrupted();
+                                      recorder.take(done, stops || rest.is_over());
+                                      return !stops;
+                                    });
+  progress.update(rest.movable());
+  return pile;
+}
+
 }  // namespace
 
-FinishedPile finish_trajectory(const FinishStage& stage, const std::filesystem::path& source,
-                               const BodyStates& start, const std::filesystem::path& target,
-                               uint64_t& frames) {
-  const auto& [scene, model, longest_s, progress_mode] = stage;
-  FinishedPile pile;
-  {
-    const auto movable =
-        static_cast<uint64_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role));
-    Progress progress(progress_mode, "finish", std::max<uint64_t>(1, movable), "bodies");
-    pile = bring_to_rest(scene, model, start, longest_s,
-                         [&](const FrameStatistics&, size_t still, size_t) {
-                           progress.update(still);
-                           return !interrupted();
-                         });
-    progress.update(movable);
-  }
+RestSettings settings_of(const Finish& finish) {
+  return {.longest_s = finish.longest_s, .visible_only = finish.visible_only};
+}
+
+FinishedPile finish_trajectory(const FinishStage& stage, const fs::path& source,
+                               const BodyStates& start, const fs::path& directory,
+                               const std::string& name, uint64_t& frames) {
+  FinishedPile pile = rest_of(stage, start, directory);
   const bool was_interrupted = interrupted();
   TrajectoryReader trajectory(source);
   const uint64_t all = trajectory.frame_count();
-  TrajectoryWriter writer(target, trajectory.header());
-  Progress progress(progress_mode, "write", all, "frames");
-  frames = write_eased(trajectory, scene, model, pile, writer, [&](uint64_t done) {
+  TrajectoryWriter writer(directory / name, trajectory.header());
+  Progress progress(stage.progress, "write", all, "frames");
+  frames = write_eased(trajectory, stage.scene, stage.model, pile, writer, [&](uint64_t done) {
     progress.update(done);
     return was_interrupted || !interrupted();
   });
@@ -69,7 +128,7 @@ FinishedPile finish_in_place(const FinishStage& stage, const fs::path& directory
     start = last_states(trajectory, stage.model, directory.string());
   }
   uint64_t frames = 0;
-  FinishedPile pile = finish_trajectory(stage, directory, start, target, frames);
+  FinishedPile pile = finish_trajectory(stage, directory, start, directory, kFinishing, frames);
   if (pile.figures.interrupted) {
     remove_if_there(target);
   } else {
@@ -79,7 +138,29 @@ FinishedPile finish_in_place(const FinishStage& stage, const fs::path& directory
   return pile;
 }
 
-void forget_simulated(const fs::path& directory) { remove_if_there(directory / kSimulated); }
+PileQuality inspect_finished(const Scene& scene, const Model& model, FinishedPile& pile) {
+  if (pile.left.empty()) return inspect_pile(model, scene.gravity, pile.states);
+  BodyStates finished = pile.states, left = pile.states;
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].role == Role::dynamic) left.flags[i] &= static_cast<uint8_t>(~kPresent);
+  }
+  for (const uint32_t body : pile.left) {
+    finished.flags[body] |= kHeld;
+    left.flags[body] |= kPresent;
+  }
+  const PileQuality apart = inspect_pile(model, scene.gravity, left);
+  pile.figures.deepest_left = apart.deepest_penetration_m / apart.body_diameter_m;
+  return inspect_pile(model, scene.gravity, finished);
+}
+
+std::string resumed_after(const FinishedPile& pile) {
+  return "resumed after " + counted(pile.steps_before, "step") + " of finishing";
+}
+
+void forget_finishing(const fs::path& directory) {
+  remove_if_there(directory / kSimulated);
+  remove_if_there(directory / kFinishingFile);
+}
 
 void restore_simulated(const fs::path& directory) {
   std::error_code missing;

@@ -50,6 +50,12 @@ RunProgress RunCheckpoint::load(Simulator& simulator) const {
   });
 }
 
+void throw_nothing_to_resume(const std::filesystem::path& directory) {
+  throw Error(ErrorKind::usage, Problem{.file = directory.string(),
+                                        .found = "has results but no checkpoint to resume from",
+                                        .remedy = "Start again with --force in place of --resume"});
+}
+
 bool CheckpointPace::is_due() const {
   return since_.seconds() >= std::max(period_s_, took_s_ / kMostShare);
 }

@@ -60,6 +60,9 @@ class RunCheckpoint {
   std::span<const std::byte> rest_;
 };
 
+// Of a directory that has results but nothing that work could go on from: Error(usage).
+[[noreturn]] void throw_nothing_to_resume(const std::filesystem::path& directory);
+
 // When it is time for the next checkpoint: by the clock, which nothing that is computed depends on.
 class CheckpointPace {
  public:

@@ -224,9 +224,7 @@ std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
     return RunCheckpoint(job.output);
   }
   if (has_hardly_begun(job.output)) return std::nullopt;
-  throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
-                                        .found = "has results but no checkpoint to resume from",
-                                        .remedy = "Start again with --force in place of --resume"});
+  throw_nothing_to_resume(job.output);
 }
 
 // Of what is in the directory of a run that is resumed: what its next results replace.
@@ -235,7 +233,7 @@ std::vector<std::filesystem::path> outdated(const std::filesystem::path& directo
   std::erase_if(entries, [](const std::filesystem::path& entry) {
     const std::string name = entry.filename().string();
     return name == "trajectory.zarr" || name == "simulated.zarr" || name == "timing.csv" ||
-           name == kCheckpointFile;
+           name == kCheckpointFile || name == kFinishingFile;
   });
   return entries;
 }
@@ -271,15 +269,15 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     report.notes.push_back(line);
     if (job.warn) job.warn(line);
   }
-  CheckpointKey key{.command = report.command,
-                    .program = program_hash(),
-                    .scene = report.scene_hash,
-                    .start = begun_from.hash};
+  const CheckpointKey key{.command = report.command,
+                          .program = program_hash(),
+                          .scene = report.scene_hash,
+                          .start = begun_from.hash};
   RunProgress before;
   if (checkpoint) {
     checkpoint->require(key);
     if (checkpoint->is_done()) {
-      forget_simulated(job.output);
+      forget_finishing(job.output);
       return {.was_complete = true};
     }
     restore_simulated(job.output);
@@ -292,8 +290,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   install_interrupt_handler();
   remove_output(replaced);
   make_output_directory(job.output);
-  Recorder recorder(job, std::move(key), make_header(loaded, report.scene_hash, model),
-                    std::move(before), watch);
+  Recorder recorder(job, key, make_header(loaded, report.scene_hash, model), std::move(before),
+                    watch);
   try {
     Progress progress(job.progress, "simulate", static_cast<uint64_t>(scene.frame_count()),
                       "frames");
@@ -304,8 +302,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   std::optional<FinishedPile> finished;
   if (scene.finish && !report.interrupted) {
-    recorder.write_checkpoint(*simulator);  // from here on only the finishing is to be done anew
-    finished = finish_in_place({scene, model, scene.finish->longest_s, job.progress}, job.output);
+    recorder.write_checkpoint(*simulator);
+    finished = finish_in_place(
+        {scene, model, settings_of(*scene.finish), job.progress, key, job.checkpoint_period_s},
+        job.output);
     report.interrupted = finished->figures.interrupted;
   }
   const bool is_finished = finished && !report.interrupted;
@@ -321,7 +321,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.cpu_s = recorder.progress().cpu_s;
   report.checkpoint_s = recorder.progress().checkpoint_s;
   const Stopwatch inspection;
-  report.quality = inspect_pile(model, scene.gravity, end);
+  report.quality = is_finished ? inspect_finished(scene, model, *finished)
+                               : inspect_pile(model, scene.gravity, end);
   report.inspection_s = inspection.seconds();
   report.gates = judge(job.gates, report.quality);
   report.total_s = recorder.progress().wall_s + report.inspection_s;
@@ -334,8 +335,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   if (is_finished) take_finish(*finished, report);
   const std::string missing = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.
-  if (!report.interrupted) recorder.write_end(end);
-  forget_simulated(job.output);
+  if (!report.interrupted) {
+    recorder.write_end(end);
+    forget_finishing(job.output);
+  }
 
   if (report.interrupted) {
     throw Error(
@@ -369,6 +372,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   summary.piles = std::move(directed.lines);
   if (is_finished) {
     summary.awake_at_end = static_cast<uint32_t>(finished->figures.not_at_rest);
+    if (finished->steps_before > 0) summary.beginning.push_back(resumed_after(*finished));
     summary.piles.push_back(describe(finished->figures));
   }
   if (!missing.empty()) summary.warnings.push_back(missing);

@@ -168,7 +168,10 @@ Codec<Finish> finish_codec() {
       {.noun = "finish",
        .fields = {optional_field<Finish>("longest_s", &Finish::longest_s, number(above(0)),
                                          "Longest time to come to rest, simulated s. Default: a "
-                                         "hundred times sqrt(r / g) of the smallest body.")}});
+                                         "hundred times sqrt(r / g) of the smallest body."),
+                  newer(field<Finish>("visible_only", &Finish::visible_only, boolean(),
+                                      "Leave what lies too deep in the pile to be seen as it is, "
+                                      "fixed."))}});
 }
 
 // Left out of the resolved scene where it is the default, which is older than the key.
@@ -234,9 +237,8 @@ Field<Scene> camera_field() {
 
 // Left out where there are none, as in scenes that are older than the key.
 Field<Scene> cameras_field() {
-  Field<Scene> field = pilesim::field<Scene>(
-      "cameras", &Scene::cameras, list(named_camera_codec()),
-      "Other cameras, for pilesim render --camera.");
+  Field<Scene> field = pilesim::field<Scene>("cameras", &Scene::cameras, list(named_camera_codec()),
+                                             "Other cameras, for pilesim render --camera.");
   field.write = [write = field.write](const Scene& scene) {
     return scene.cameras.empty() ? std::nullopt : write(scene);
   };

@@ -24,6 +24,11 @@ struct FrameStatistics {
   double deepest_penetration_m = 0;  // >= 0, over the contact points, as the solver sees it
   double kinetic_energy_j = 0;       // of dynamic bodies
   double potential_energy_j = 0;     // -m g . x, zero at the world's origin
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.times, self.steps, self.bodies_present, self.bodies_awake, self.contacts,
+           self.deepest_penetration_m, self.kinetic_energy_j, self.potential_energy_j);
+  }
 };
 
 class Simulator {

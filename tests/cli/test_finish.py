@@ -1,6 +1,8 @@
 """pilesim finish, "finish" in scenes, and runs that end when all has settled."""
 
+import itertools
 import json
+import os
 import signal
 import subprocess
 import unittest
@@ -21,6 +23,25 @@ def sunk(scene):
 def many_sunk(scene):
     sunk(scene)
     scene["emitters"][0].update(centre=[0, 1.06, 0], count=[12, 15, 12])
+
+
+def icosahedron(radius):
+    golden = (1 + 5**0.5) / 2
+    corners = [
+        corner
+        for one in (1, -1)
+        for other in (golden, -golden)
+        for corner in ((0, one, other), (one, other, 0), (other, 0, one))
+    ]
+    near = [[sum((x - y) ** 2 for x, y in zip(a, b)) < 4.1 for b in corners] for a in corners]
+    lines = ["v " + " ".join(str(radius * x / (1 + golden**2) ** 0.5) for x in a) for a in corners]
+    for i, j, k in itertools.combinations(range(12), 3):
+        if not (near[i][j] and near[j][k] and near[k][i]):
+            continue
+        (a, b, c), (d, e, f), (g, h, l) = corners[i], corners[j], corners[k]
+        outwards = a * (e * l - f * h) - b * (d * l - f * g) + c * (d * h - e * g) > 0
+        lines.append(f"f {i + 1} {j + 1} {k + 1}" if outwards else f"f {i + 1} {k + 1} {j + 1}")
+    return "\n".join(lines) + "\n"
 
 
 class FinishTest(CommandTest):
@@ -124,6 +145,112 @@ class FinishTest(CommandTest):
         self.assertTrue(report["interrupted"])
         self.assertTrue(report["finish"]["interrupted"])
         self.succeed("render", "sound", "--sheet", "1x1")
+
+    def stop_once_it_goes_on(self, directory, sent, *arguments):
+        """Sends a signal when the checkpoint has been replaced by one of later steps."""
+        file = self.dir / directory / "finishing.bin"
+
+        def written():
+            try:
+                return os.stat(file).st_ino
+            except FileNotFoundError:
+                return None
+
+        before = written()
+        process = subprocess.Popen(
+            [PILESIM, *arguments, "--quiet"], cwd=self.dir, stderr=subprocess.DEVNULL
+        )
+        self.addCleanup(process.kill)
+        if before is None:  # the first is of before the first step
+            self.wait_until(process, lambda: written() is not None)
+            before = written()
+        self.wait_until(process, lambda: written() not in (None, before))
+        process.send_signal(sent)
+        process.wait()
+        self.assertTrue(file.exists())
+
+    def test_a_killed_one_goes_on_and_ends_with_the_same_bytes(self):
+        self.simulate_sunk(many_sunk)
+        command = ("finish", "out", "--longest", "0.2")
+        self.succeed(*command, "-o", "a", "--threads", "2")
+        resumed = (*command, "-o", "b", "--resume", "--checkpoint", "0")
+        for sent in (signal.SIGKILL, signal.SIGINT, signal.SIGKILL):
+            self.stop_once_it_goes_on("b", sent, *resumed)
+        result = self.succeed(*resumed, "--threads", "1")
+        self.assertRegex(result.stdout, r"resumed after \d+ steps? of finishing")
+        for name in ("trajectory.zarr", "checkpoint.bin"):
+            self.assertEqual(self.bytes_of("b", name), self.bytes_of("a", name))
+        self.assertEqual(
+            sorted(path.name for path in (self.dir / "b").iterdir()),
+            ["checkpoint.bin", "report.html", "report.json", "timing.csv", "trajectory.zarr"],
+        )
+        a, b = self.report("a")["finish"], self.report("b")["finish"]
+        del a["wall_s"], b["wall_s"]
+        self.assertEqual(a, b)
+        self.assertIn("nothing was left to do", self.succeed(*resumed).stdout)
+
+    def bytes_of(self, directory, name):
+        path = self.dir / directory / name
+        if path.is_file():
+            return path.read_bytes()
+        return {
+            file: data for file, data in tree_bytes(path).items() if not file.startswith("frames/.")
+        }
+
+    def test_what_is_of_other_work_is_not_gone_on_with(self):
+        self.simulate_sunk()
+        self.succeed("finish", "out", "-o", "b", "--resume")
+        before = tree_bytes(self.dir / "b")
+        result = self.expect_exit(3, "finish", "out", "-o", "b", "--resume", "--longest", "3")
+        self.assertIn("is of another scene or of other options", result.stderr)
+        result = self.expect_exit(3, "finish", "b", "-o", "out", "--resume")
+        self.assertIn("is of pilesim simulate", result.stderr)
+        self.assertEqual(tree_bytes(self.dir / "b"), before)
+        (self.dir / "b/checkpoint.bin").unlink()
+        result = self.expect_exit(2, "finish", "out", "-o", "b", "--resume")
+        self.assertIn("no checkpoint to resume from", result.stderr)
+        self.expect_exit(2, "finish", "out", "-o", "b", "--resume", "--force")
+
+    def test_a_scene_whose_finishing_is_killed_goes_on_with_it(self):
+        scene = self.write_scene(many_sunk)
+        own = ("simulate", scene, "-o", "own", "--set", '/finish={"longest_s": 0.2}')
+        self.stop_once_it_goes_on("own", signal.SIGKILL, *own, "--checkpoint", "0")
+        result = self.succeed(*own, "--resume")
+        self.assertRegex(result.stdout, r"resumed after \d+ steps? of finishing")
+        self.succeed("simulate", scene, "-o", "at_once", *own[4:])
+        for name in ("trajectory.zarr", "checkpoint.bin"):
+            self.assertEqual(self.bytes_of("own", name), self.bytes_of("at_once", name))
+        self.assertFalse((self.dir / "own/finishing.bin").exists())
+
+    def test_what_cannot_be_seen_is_left(self):
+        def deep(scene):
+            # What all but fills its ball: few of them are a deep pile.
+            (self.dir / "ball.obj").write_text(icosahedron(0.1))
+            scene["shapes"]["box"] = {"type": "mesh", "file": "ball.obj"}
+            scene["emitters"][0].update(centre=[0, 0.51, 0], count=[9, 7, 9],
+                                        spacing=[0.14, 0.14, 0.14], asleep=True)
+
+        self.simulate_sunk(deep)
+        self.succeed("finish", "out", "-o", "sound", "--visible-only", "--fail-on", GATES)
+        figures = self.report("sound")["finish"]
+        self.assertGreater(figures["left_as_they_were"], 10)
+        self.assertEqual(figures["left_as_they_were"] + figures["bodies"], 9 * 7 * 9)
+        self.assertGreater(figures["deepest_left_diameters"], 0.1)
+        self.assertLess(figures["deepest_after_diameters"], 0.02)
+        for name in ("out", "sound"):
+            self.succeed("export", name, "-o", name + ".csv", "--frame", "last")
+        # Where each body lies, without its state.
+        before, after = (
+            [line.rsplit(",", 1)[0] for line in (self.dir / name).read_text().splitlines()[2:]]
+            for name in ("out.csv", "sound.csv")
+        )
+        unmoved = sum(one == other for one, other in zip(before, after, strict=True))
+        self.assertGreaterEqual(unmoved, figures["left_as_they_were"])
+        # The scene may ask for it, too.
+        self.succeed("simulate", "scene.json", "-o", "own", "--set",
+                     '/finish={"visible_only": true}', "--fail-on", GATES)
+        self.assertEqual(self.bytes_of("own", "trajectory.zarr/position"),
+                         self.bytes_of("sound", "trajectory.zarr/position"))
 
     def test_a_scene_whose_finishing_is_interrupted_is_resumed(self):
         scene = self.write_scene(many_sunk)

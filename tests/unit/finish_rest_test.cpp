@@ -59,7 +59,7 @@ void finish(ExactRest& rest) {
 
 TEST(FinishRest, WhatLiesInEachOtherEndsSound) {
   const Pile pile = sunk_pile(4, 4);
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   const PileQuality before = inspect_pile(pile.model, pile.scene.gravity, pile.states());
   ASSERT_GT(before.deepest_penetration_m, 0.15 * kSide);
   finish(rest);
@@ -77,7 +77,7 @@ TEST(FinishRest, WhatLiesInEachOtherEndsSound) {
 // Energy comes from the heights that bodies give up alone, not from their overlaps.
 TEST(FinishRest, NothingIsShotOut) {
   const Pile pile = sunk_pile(3, 3);
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   const double fall = std::sqrt(2 * 9.81 * 4 * kSide);
   double fastest = 0;
   while (!rest.is_over()) {
@@ -93,7 +93,7 @@ TEST(FinishRest, NothingIsShotOut) {
 TEST(FinishRest, ASoundTowerStaysAsItIs) {
   Pile pile;
   for (int i = 0; i < 8; ++i) pile.add({0, (i + 0.5) * kSide, 0});
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   finish(rest);
   EXPECT_TRUE(rest.is_at_rest());
   for (size_t i = 1; i < pile.model.bodies.size(); ++i) {
@@ -117,7 +117,7 @@ TEST(FinishRest, WallsHold) {
       }
     }
   }
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   finish(rest);
   for (size_t i = 5; i < pile.model.bodies.size(); ++i) {
     const Vec3& position = rest.states().position[i];
@@ -137,7 +137,7 @@ TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
   pile.body(stick, pile.stuff, {-0.05, 0.2, 0});
   pile.body(stick, pile.stuff, {-0.4, 0.5, 0});
   BodyStates states = pile.states();
-  draw_back_from_walls(pile.model, {2, 3}, states);
+  draw_back_from_walls(pile.model, {2, 3}, {0, 1}, states);
   EXPECT_NEAR(states.position[2].x(), -0.31, 1e-9);
   EXPECT_NEAR(states.position[2].y(), 0.2, 1e-9);
   EXPECT_EQ(states.position[3], pile.states().position[3]);
@@ -154,7 +154,7 @@ TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
   start.flags[1] |= kHeld;
   start.flags[2] |= kFrozen;
   start.flags[4] = 0;
-  ExactRest rest(pile.scene, pile.model, start, std::nullopt);
+  ExactRest rest(pile.scene, pile.model, start);
   EXPECT_EQ(rest.movable(), 2U);
   finish(rest);
   for (const size_t stands : {1, 2, 4}) {
@@ -168,7 +168,7 @@ TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
 TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
   Pile pile;
   pile.add({0, 5, 0});
-  ExactRest rest(pile.scene, pile.model, pile.states(), 0.2);
+  ExactRest rest(pile.scene, pile.model, pile.states(), {.longest_s = 0.2});
   finish(rest);
   EXPECT_FALSE(rest.is_at_rest());
   EXPECT_NEAR(rest.time_s(), 0.2, 0.02);
@@ -179,7 +179,7 @@ TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
 TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
   Pile pile;
   pile.add({0, 1, 0});
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   finish(rest);
   const std::vector<WayPoint> ways = rest.take_ways();
   ASSERT_GT(ways.size(), 2U);
@@ -194,7 +194,7 @@ TEST(FinishRest, DoesNotDependOnThreads) {
   std::vector<BodyStates> ends;
   for (const int count : {1, 2}) {
     set_thread_count(count);
-    ExactRest rest(pile.scene, pile.model, pile.states(), 1);
+    ExactRest rest(pile.scene, pile.model, pile.states(), {.longest_s = 1});
     finish(rest);
     ends.push_back(rest.states());
   }
@@ -202,12 +202,87 @@ TEST(FinishRest, DoesNotDependOnThreads) {
   EXPECT_EQ(ends[0].position, ends[1].position);
 }
 
+// Stopped while bodies part, and while they settle.
+TEST(FinishRest, GoesOnFromWhatWasSavedWithTheSameBits) {
+  const Pile pile = sunk_pile(3, 3);
+  ExactRest whole(pile.scene, pile.model, pile.states());
+  finish(whole);
+  const std::vector<WayPoint> ways = whole.take_ways();
+  for (const int stop : {10, 60}) {
+    ExactRest first(pile.scene, pile.model, pile.states());
+    for (int i = 0; i < stop; ++i) first.step();
+    EXPECT_EQ(first.time_s() > 0, stop == 60);
+    StateWriter writer;
+    first.save(writer);
+    ExactRest second(pile.scene, pile.model, pile.states());
+    StateReader reader(writer.bytes());
+    second.load(reader);
+    EXPECT_EQ(reader.left(), 0U);
+    EXPECT_EQ(second.time_s(), first.time_s());
+    finish(second);
+    EXPECT_EQ(second.states().position, whole.states().position) << stop;
+    EXPECT_EQ(second.states().flags, whole.states().flags) << stop;
+    EXPECT_EQ(second.take_ways().size(), ways.size()) << stop;
+    StateReader cut(writer.bytes().first(writer.bytes().size() / 2));
+    ExactRest third(pile.scene, pile.model, pile.states());
+    EXPECT_THROW(third.load(cut), Error);
+  }
+}
+
+TEST(FinishRest, WhatCannotBeSeenStaysAsItIs) {
+  Pile pile;
+  const double golden =
+      (1 + std::sqrt(5.0)) / 2;  // of an icosahedron, which all but fills its ball
+  std::vector<Vec3> corners;
+  for (const double x : {-1.0, 1.0}) {
+    for (const double y : {-golden, golden}) {
+      for (int turn = 0; turn < 3; ++turn) {
+        Vec3 corner = Vec3::Zero();
+        corner[turn] = x;
+        corner[(turn + 1) % 3] = y;
+        corners.emplace_back(kSide / 2 * corner.normalized());
+      }
+    }
+  }
+  pile.crate = pile.hull(corners);
+  for (int y = 0; y < 7; ++y) {
+    for (int x = -5; x <= 5; ++x) {
+      for (int z = -5; z <= 5; ++z) {
+        pile.add(Vec3(x, y, z) * (0.66 * kSide) + Vec3(0.003 * y, kSide / 2, 0.005 * x));
+      }
+    }
+  }
+  const BodyStates start = pile.states();
+  ExactRest rest(pile.scene, pile.model, start, {.visible_only = true});
+  ASSERT_GT(rest.left().size(), 10U);
+  EXPECT_EQ(rest.left().size() + rest.movable() + 1, start.size());
+  finish(rest);
+  EXPECT_TRUE(rest.is_at_rest());
+  BodyStates finished = rest.states();
+  double top = 0;
+  for (const uint32_t body : rest.left()) {
+    EXPECT_EQ(finished.position[body], start.position[body]) << body;
+    EXPECT_EQ(finished.orientation[body].coeffs(), start.orientation[body].coeffs()) << body;
+    EXPECT_NE(finished.flags[body] & kAsleep, 0) << body;
+    top = std::max(top, start.position[body].y());
+    finished.flags[body] |= kHeld;  // to be judged like the ground
+  }
+  EXPECT_LT(top, 0.66 * 6 * kSide);
+  const PileQuality after = inspect_pile(pile.model, pile.scene.gravity, finished);
+  EXPECT_LT(after.deepest_penetration_m, 0.02 * after.body_diameter_m);
+  EXPECT_EQ(after.unsettled, 0U);
+  EXPECT_EQ(after.floating, 0U);
+  // Of what is at the surface, all has come out of the others.
+  ExactRest whole(pile.scene, pile.model, start);
+  EXPECT_TRUE(whole.left().empty());
+}
+
 TEST(FinishRest, UndoesOverlapsWhereNothingFalls) {
   Pile pile;
   pile.scene.gravity.setZero();
   pile.add({0, 5, 0});
   pile.add({0.1, 5, 0});
-  ExactRest rest(pile.scene, pile.model, pile.states(), std::nullopt);
+  ExactRest rest(pile.scene, pile.model, pile.states());
   finish(rest);
   EXPECT_TRUE(rest.is_at_rest());
   EXPECT_GT(rest.states().position[2].x() - rest.states().position[1].x(), 0.98 * kSide);
