@@ -139,10 +139,10 @@ void add_unit_hint(const Scene& scene, const Surroundings& around, const ModelSh
                     way(second, second_unit) +
                     "; if it is right, say \"size_m\": " + with_digits(length, 3));
   };
-  if (const std::string reason = too_long(scene, around, shape, length); !reason.empty()) {
-    hint(reason, 0.01, "from centimetres, or Blender's FBX", 0.001, "from millimetres");
-  } else if (const std::string reason = too_short(scene, around, shape, length); !reason.empty()) {
-    hint(reason, 100, "a scale for centimetres was too much", 1000, "one for millimetres");
+  if (const std::string large = too_long(scene, around, shape, length); !large.empty()) {
+    hint(large, 0.01, "from centimetres, or Blender's FBX", 0.001, "from millimetres");
+  } else if (const std::string small = too_short(scene, around, shape, length); !small.empty()) {
+    hint(small, 100, "a scale for centimetres was too much", 1000, "one for millimetres");
   }
 }
 
