@@ -97,7 +97,7 @@ class Pages(CommandTest):
             ("-o part.json", "-o part.json -q && sed -i 's/640, 480/160, 120/' part.json"),
         ])
         self.assertIn("4 pictures, ", printed)
-        self.assertRegex(printed, r"masks cover \d{3,} pixels")
+        self.assertRegex(printed, r"those of the first cover \d{3,} pixels")
 
     def test_a_table(self):
         printed = self.walk("tutorial_researcher.md", [
