@@ -41,7 +41,8 @@ Measured measure(const TriangleMesh& mesh) {
   const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
   measured.volume_m3 = hull_m3;
   try {
-    measured.volume_m3 = mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
+    measured.volume_m3 =
+        mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
     measured.has_inside = true;
   } catch (const Error&) {
     // Its hull, then, and the scene says so.
