@@ -121,9 +121,11 @@ class TouchSearch {
     parallel_for(count, kGrain, [&](size_t begin, size_t end) {
       TouchingTriangles& found = chunks[begin / kGrain];
       for (size_t i = begin; i < end; ++i) search(static_cast<uint32_t>(i), found);
+      sort_once(found.triangles);
     });
     TouchingTriangles all;
     for (const TouchingTriangles& chunk : chunks) merge(chunk, all);
+    sort_once(all.triangles);
     return all;
   }
 
@@ -132,6 +134,13 @@ class TouchSearch {
     if (more.count == 0) return;
     all.first = all.count == 0 ? more.first : std::min(all.first, more.first);
     all.count += more.count;
+    all.triangles.insert(all.triangles.end(), more.triangles.begin(), more.triangles.end());
+  }
+
+  static void sort_once(std::vector<uint32_t>& triangles) {
+    std::ranges::sort(triangles);
+    const auto repeated = std::ranges::unique(triangles);
+    triangles.erase(repeated.begin(), repeated.end());
   }
 
   // Pairs of the triangle at `i` in tree order with those behind it.
@@ -141,7 +150,7 @@ class TouchSearch {
     tree_.for_each_near(box, i + 1, [&](uint32_t k) {
       if (!touch(i, k)) return;
       const auto pair = std::minmax(tree_.triangles()[i], tree_.triangles()[k]);
-      merge({.count = 1, .first = pair}, found);
+      merge({.count = 1, .first = pair, .triangles = {pair.first, pair.second}}, found);
     });
   }
 

@@ -10,6 +10,7 @@ namespace pilesim {
 struct TouchingTriangles {
   size_t count = 0;                       // pairs
   std::pair<uint32_t, uint32_t> first{};  // the lowest pair of triangle indices, if any
+  std::vector<uint32_t> triangles;        // of all pairs, ascending, each once
 };
 
 // Pairs of triangles that share no vertex and are no farther apart than rounding (1e-12 of the

@@ -1,16 +1,17 @@
 #include "geometry/wrap.h"
 
-#include <meshoptimizer.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "core/parallel_for.h"
+#include "geometry/decimation.h"
 #include "geometry/fast_winding.h"
 #include "geometry/mesh_check.h"
+#include "geometry/self_touching.h"
 
 namespace pilesim {
 namespace {
@@ -23,7 +24,6 @@ constexpr double kFromEnds = 0.05;
 constexpr int kHalves = 10;
 // How far simplification may move the surface, in cells.
 constexpr double kSimplified = 0.15;
-constexpr size_t kFewestTriangles = 200;
 
 // The six tetrahedra of a cube around its diagonal (Kuhn), by corners: bit 0 is x, 1 is y, 2 is z.
 // Neighbouring cubes cut their common face alike.
@@ -320,42 +320,58 @@ class Wrapper {
   TriangleMesh mesh_;
 };
 
-// With fewer triangles, at most so far away; as it is where that would touch itself.
-TriangleMesh simplified(const TriangleMesh& mesh, double error_m) {
-  std::vector<float> positions;
-  positions.reserve(3 * mesh.vertices.size());
-  Bounds box;
-  for (const Vec3& vertex : mesh.vertices) box.extend(vertex);
-  for (const Vec3& vertex : mesh.vertices) {
-    for (int k = 0; k < 3; ++k)
-      positions.push_back(static_cast<float>(vertex[k] - box.center()[k]));
-  }
-  std::vector<uint32_t> indices;
-  for (const Triangle& triangle : mesh.triangles) {
-    indices.insert(indices.end(), triangle.begin(), triangle.end());
-  }
-  const float scale =
-      meshopt_simplifyScale(positions.data(), mesh.vertices.size(), 3 * sizeof(float));
-  for (const double share : {1.0, 0.3, 0.1}) {
-    std::vector<uint32_t> fewer(indices.size());
-    fewer.resize(meshopt_simplify(fewer.data(), indices.data(), indices.size(), positions.data(),
-                                  mesh.vertices.size(), 3 * sizeof(float), kFewestTriangles * 3,
-                                  static_cast<float>(share * error_m) / scale, 0, nullptr));
-    TriangleMesh result;
-    std::vector<uint32_t> place(mesh.vertices.size(), UINT32_MAX);
-    for (size_t i = 0; i + 2 < fewer.size(); i += 3) {
-      Triangle triangle;
-      for (size_t k = 0; k < 3; ++k) {
-        uint32_t& at = place[fewer[i + k]];
-        if (at == UINT32_MAX) {
-          at = static_cast<uint32_t>(result.vertices.size());
-          result.vertices.push_back(mesh.vertices[fewer[i + k]]);
-        }
-        triangle[k] = at;
-      }
-      result.triangles.push_back(triangle);
+// Places on a grid of its own, marked around lines.
+class MarkedPlaces {
+ public:
+  MarkedPlaces(const Vec3& corner, double spacing) : corner_(corner), spacing_(spacing) {}
+
+  // All that is nearer to the edges of the triangle than a spacing, and some more.
+  void mark_edges(const Vec3& a, const Vec3& b, const Vec3& c) {
+    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) {
+      const auto steps = static_cast<int>(std::ceil((to - from).norm() / spacing_)) + 1;
+      for (int i = 0; i <= steps; ++i) mark_around(from + i * (to - from) / steps);
     }
-    if (!result.triangles.empty() && find_mesh_defects(result).empty()) return result;
+  }
+  bool has(const Vec3& point) const { return marked_.contains(key(place(point))); }
+
+ private:
+  using Place = Eigen::Array<int64_t, 3, 1>;
+
+  Place place(const Vec3& point) const {
+    return ((point - corner_) / spacing_).array().floor().cast<int64_t>() + 1;
+  }
+  static uint64_t key(const Place& p) {
+    return static_cast<uint64_t>(p[0] << 42 | p[1] << 21 | p[2]);  // each far below 2^21
+  }
+  void mark_around(const Vec3& point) {
+    const Place middle = place(point);
+    for (int64_t x = -1; x <= 1; ++x) {
+      for (int64_t y = -1; y <= 1; ++y) {
+        for (int64_t z = -1; z <= 1; ++z) marked_.insert(key(middle + Place(x, y, z)));
+      }
+    }
+  }
+
+  Vec3 corner_;
+  double spacing_;
+  std::unordered_set<uint64_t> marked_;
+};
+
+// With fewer triangles, at most so far away. Where that would make it touch itself it stays as it
+// is, which is found out by trying.
+TriangleMesh simplified(const TriangleMesh& mesh, double error_m, double cell_m) {
+  constexpr int kMostTries = 12;
+  MarkedPlaces places(mesh.bounds().min(), cell_m);
+  std::vector<uint8_t> keeps(mesh.vertices.size(), 0);
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    TriangleMesh result = decimated(mesh, error_m, keeps);
+    const std::vector<uint32_t> touching = find_touching_triangles(result).triangles;
+    if (touching.empty()) return find_mesh_defects(result).empty() ? std::move(result) : mesh;
+    for (const uint32_t i : touching) {
+      const auto [a, b, c] = result.triangles[i];
+      places.mark_edges(result.vertices[a], result.vertices[b], result.vertices[c]);
+    }
+    for (size_t v = 0; v < keeps.size(); ++v) keeps[v] = places.has(mesh.vertices[v]) ? 1 : 0;
   }
   return mesh;
 }
@@ -396,7 +412,8 @@ Wrap wrap_mesh(const TriangleMesh& mesh, const TriangleMesh& sheets, const WrapO
   Wrap wrap;
   wrap.cell_m = wrapper.cell();
   const TriangleMesh surface = wrapper.surface();
-  if (!surface.triangles.empty()) wrap.mesh = simplified(surface, kSimplified * wrap.cell_m);
+  if (!surface.triangles.empty())
+    wrap.mesh = simplified(surface, kSimplified * wrap.cell_m, wrap.cell_m);
   if (!mesh.triangles.empty()) measure(mesh, wrapper, wrap);
   return wrap;
 }

@@ -10,6 +10,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "geometry/decimation.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
@@ -142,6 +143,34 @@ TEST(Wrap, ConvergesToWhatTheMeshEncloses) {
     EXPECT_TRUE(find_mesh_defects(wrap.mesh).empty());
   }
   EXPECT_LT(last, 3e-3);
+}
+
+TEST(Decimation, KeepsABallWhole) {
+  const TriangleMesh ball = sphere_mesh(1, 5);
+  size_t last = ball.triangles.size();
+  for (const double error : {1e-4, 1e-3, 1e-2}) {
+    const TriangleMesh fewer = decimated(ball, error);
+    EXPECT_LT(fewer.triangles.size(), last);
+    EXPECT_TRUE(find_mesh_defects(fewer).empty());
+    EXPECT_LT(surface_distance(fewer, ball).hausdorff_m, 4 * error);
+    last = fewer.triangles.size();
+  }
+  EXPECT_LT(last, ball.triangles.size() / 20);
+}
+
+// Boards that run through one another, as those of a chair: flat parts meet at steps of the grid.
+TEST(Wrap, OfFlatBoardsHasFewTriangles) {
+  TriangleMesh boards = box_mesh({1, 0.1, 0.9});
+  for (const double x : {-0.4, 0.4}) {
+    for (const double z : {-0.35, 0.35}) {
+      boards = joined(boards, moved(box_mesh({0.11, 0.8, 0.11}), {.position = {x, -0.35, z}}));
+    }
+  }
+  boards = joined(boards, moved(box_mesh({0.9, 0.3, 0.06}), {.position = {0, 0.1, -0.4}}));
+  const Solid solid = make_solid(boards, {.cells = 64});
+  EXPECT_EQ(solid.way, SolidWay::wrapped);
+  EXPECT_TRUE(find_mesh_defects(solid.mesh).empty());
+  EXPECT_LT(solid.mesh.triangles.size(), 8000u);  // of 60,000
 }
 
 TEST(Wrap, UnitesPartsThatCross) {
