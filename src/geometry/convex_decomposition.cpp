@@ -63,16 +63,20 @@ struct Normalisation {
   }
 };
 
+struct ApproximatePieces {
+  std::vector<TriangleMesh> pieces;
+  std::vector<double> excess_with_more;  // of ConvexPartition, in another unit
+};
+
 // Pieces whose hulls are to exceed the mesh by less than `max_excess` of its volume before they
 // are fitted.
-std::vector<TriangleMesh> approximate_pieces(const TriangleMesh& mesh,
-                                             const DecompositionOptions& options,
-                                             double max_excess) {
+ApproximatePieces approximate_pieces(const TriangleMesh& mesh, const DecompositionOptions& options,
+                                     double max_excess) {
   const Normalisation normalisation(mesh);
   const TriangleMesh normalised = normalisation.apply(mesh);
   const FacetedSolid solid = faceted_solid(normalised);
   const double volume = solid.volume();
-  std::vector<ConvexPart> parts = partition_into_convex(
+  auto [parts, excess_with_more] = partition_into_convex(
       solid, {.max_parts = options.max_pieces, .max_excess_m3 = max_excess * volume});
   std::erase_if(parts, [&](const ConvexPart& part) {
     return part.hull_volume_m3 < kThinnest * volume;  // no body to speak of
@@ -86,7 +90,7 @@ std::vector<TriangleMesh> approximate_pieces(const TriangleMesh& mesh,
       pieces[k] = normalisation.undo(fit_piece(parts[k], fit));
     }
   });
-  return pieces;
+  return {std::move(pieces), std::move(excess_with_more)};
 }
 
 void measure_volumes(const TriangleMesh& mesh, Decomposition& result) {
@@ -107,16 +111,35 @@ void measure_surface(const TriangleMesh& mesh, Decomposition& result) {
   result.mean_surface_error_m = distance.mean_m;
 }
 
+// The error goes with the excess of the hulls that the pieces are fitted to.
+void offer_more(const DecompositionOptions& options, const std::vector<double>& excess_with_more,
+                Decomposition& result) {
+  constexpr int kMostPieces = 256;
+  const double error = result.volume_error();
+  if (error <= options.max_volume_error || excess_with_more.front() <= 0) return;
+  for (size_t more = 1; more < excess_with_more.size(); ++more) {
+    const int pieces = options.max_pieces + static_cast<int>(more);
+    const double expected = error * excess_with_more[more] / excess_with_more.front();
+    if (pieces > kMostPieces || expected >= error) break;
+    result.more_pieces = pieces;
+    result.error_with_more = expected;
+    if (expected <= options.max_volume_error) break;
+  }
+}
+
 // Fitting adds to the error what only measuring shows, so the search is told to do better until the
 // pieces are good enough or as many as may be.
 Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& options) {
   Decomposition best;
   for (const double share : {0.8, 0.6, 0.4, 0.2}) {
     Decomposition result;
-    result.pieces = approximate_pieces(mesh, options, share * options.max_volume_error);
+    auto [pieces, excess_with_more] =
+        approximate_pieces(mesh, options, share * options.max_volume_error);
+    result.pieces = std::move(pieces);
     measure_volumes(mesh, result);
-    if (best.pieces.empty() || result.volume_error() < best.volume_error()) best = result;
     const bool full = static_cast<int>(result.pieces.size()) >= options.max_pieces;
+    if (full) offer_more(options, excess_with_more, result);
+    if (best.pieces.empty() || result.volume_error() < best.volume_error()) best = result;
     if (full || best.volume_error() <= options.max_volume_error) break;
   }
   return best;

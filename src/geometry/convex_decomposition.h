@@ -30,6 +30,10 @@ struct Decomposition {
   double surface_error_m = 0;  // symmetric Hausdorff distance
   double mean_surface_error_m = 0;
   bool from_groups = false;  // the mesh named its own convex parts
+  // Where volume_error() is above what was asked for with as many pieces as may be: so many would
+  // come to about so much. 0: nothing to offer.
+  int more_pieces = 0;
+  double error_with_more = 0;
   bool from_cache = false;
 
   // (excess + missing) / mesh volume: the accuracy figure that is reported.
@@ -45,7 +49,7 @@ std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh);
 // cut by planes where that saves most of the volume that convex
 // hulls of the parts have too much, and each piece is fitted between its part and the hull.
 // Where max_pieces do not suffice for max_volume_error the best found is returned: look at
-// volume_error(). The same bytes whatever the number of threads.
+// volume_error() and more_pieces. The same bytes whatever the number of threads.
 // The result is kept in a file under `cache_directory`, named by a hash of the mesh, its groups and
 // the options, and read from there the next time; a damaged file is made anew. No value: no cache.
 // Throws Error(input) without a file for a mesh that is no solid, Error(io) if the cache cannot be

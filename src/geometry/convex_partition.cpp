@@ -40,11 +40,13 @@ class Partition {
     min_gain_ = kTie * parts_.front().part.volume_m3;
   }
 
+  size_t size() const { return parts_.size(); }
   double excess() const;
   // Cuts the part with the largest excess until there are more parts than asked for.
   void bisect();
   // Merges the cheapest pairs until the parts are few enough and another merge would cost too much.
-  void merge();
+  // Gives the excess before each merge, from the most parts on.
+  std::vector<double> merge();
   // Searches the cut between each two neighbours anew.
   void recut_neighbours();
   // Merges the cheapest pair and cuts another part instead, if that gains.
@@ -137,11 +139,14 @@ void Partition::merge(const Merge& pair) {
   replace(pair.first, std::move(joint));
 }
 
-void Partition::merge() {
-  while (parts_.size() > 1) {
+std::vector<double> Partition::merge() {
+  std::vector<double> passed;
+  for (;;) {
+    passed.push_back(excess());
+    if (parts_.size() == 1) return passed;
     const Merge pair = cheapest_merge();
     const bool too_many = static_cast<int>(parts_.size()) > options_.max_parts;
-    if (!too_many && excess() + pair.cost > options_.max_excess_m3) return;
+    if (!too_many && passed.back() + pair.cost > options_.max_excess_m3) return passed;
     merge(pair);
   }
 }
@@ -197,11 +202,17 @@ std::vector<ConvexPart> Partition::take() {
 
 }  // namespace
 
-std::vector<ConvexPart> partition_into_convex(const FacetedSolid& solid,
-                                              const PartitionOptions& options) {
+ConvexPartition partition_into_convex(const FacetedSolid& solid, const PartitionOptions& options) {
   Partition partition(solid, options);
   partition.bisect();
-  partition.merge();
+  ConvexPartition result;
+  // Where there are too many they are merged down to max_parts at least, which is the last that
+  // counts here; where there are not, the first is of as many as there are.
+  const size_t most = partition.size();
+  result.excess_with_more = partition.merge();
+  const size_t more = most - std::min(most, static_cast<size_t>(options.max_parts));
+  result.excess_with_more.resize(more + 1);
+  std::ranges::reverse(result.excess_with_more);
   for (int round = 0; round < kMaxRounds; ++round) {
     const double before = partition.excess();
     partition.recut_neighbours();
@@ -210,7 +221,8 @@ std::vector<ConvexPart> partition_into_convex(const FacetedSolid& solid,
     partition.merge();
     if (partition.excess() > (1 - kWorthwhile) * before) break;
   }
-  return partition.take();
+  result.parts = partition.take();
+  return result;
 }
 
 }  // namespace pilesim

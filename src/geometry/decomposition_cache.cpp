@@ -10,7 +10,7 @@ namespace {
 using nlohmann::json;
 
 // To be raised whenever the same mesh and options give other pieces or other figures.
-constexpr uint32_t kAlgorithmVersion = 1;
+constexpr uint32_t kAlgorithmVersion = 2;
 
 std::string cache_key(const TriangleMesh& mesh, const DecompositionOptions& options) {
   Hasher hasher;
@@ -37,7 +37,9 @@ json to_json(const Decomposition& decomposition) {
           {"missing_volume_m3", decomposition.missing_volume_m3},
           {"surface_error_m", decomposition.surface_error_m},
           {"mean_surface_error_m", decomposition.mean_surface_error_m},
-          {"from_groups", decomposition.from_groups}};
+          {"from_groups", decomposition.from_groups},
+          {"more_pieces", decomposition.more_pieces},
+          {"error_with_more", decomposition.error_with_more}};
 }
 
 Decomposition from_json(const json& value) {
@@ -52,6 +54,8 @@ Decomposition from_json(const json& value) {
   decomposition.surface_error_m = value.at("surface_error_m");
   decomposition.mean_surface_error_m = value.at("mean_surface_error_m");
   decomposition.from_groups = value.at("from_groups");
+  decomposition.more_pieces = value.at("more_pieces");
+  decomposition.error_with_more = value.at("error_with_more");
   decomposition.from_cache = true;
   return decomposition;
 }

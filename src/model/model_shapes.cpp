@@ -183,10 +183,23 @@ class MeshShapeBuilder {
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
                               errors(decomposition.volume_error(), decomposition.surface_error_m,
-                                     decomposition.mean_surface_error_m);
+                                     decomposition.mean_surface_error_m) +
+                              offer(decomposition);
     for (TriangleMesh& piece : decomposition.pieces) {
       shape_.pieces.push_back(hull_piece(std::move(piece)));
     }
+  }
+
+  // What to say of one that misses the error that was asked for.
+  std::string offer(const Decomposition& decomposition) const {
+    if (decomposition.volume_error() <= source_.decomposition_max_volume_error) return "";
+    std::string text =
+        "; misses the " + percent(source_.decomposition_max_volume_error) + " asked for";
+    if (decomposition.more_pieces > 0) {
+      text += ": \"decomposition_max_pieces\": " + std::to_string(decomposition.more_pieces) +
+              " would come to about " + percent(decomposition.error_with_more);
+    }
+    return text;
   }
 
   void add_spheres() {

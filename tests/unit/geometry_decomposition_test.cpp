@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "support/geometry_concave_shapes.h"
 #include "../geometry_shapes.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -12,6 +11,7 @@
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
 #include "geometry/primitives.h"
+#include "support/geometry_concave_shapes.h"
 
 namespace pilesim {
 namespace {
@@ -178,6 +178,23 @@ TEST(Decomposition, OpenMeshIsRefused) {
   }
 }
 
+// What it says of more pieces is near to what they come to.
+TEST(Decomposition, OffersMorePiecesWhereItMissesWhatWasAskedFor) {
+  const TriangleMesh torus = test::torus_mesh(1, 0.3, 32, 12);
+  const Decomposition few = decompose(torus, {.max_pieces = 4, .max_volume_error = 0.05}, {});
+  EXPECT_GT(few.volume_error(), 0.05);
+  ASSERT_GT(few.more_pieces, 4);
+  EXPECT_LT(few.error_with_more, few.volume_error());
+  const Decomposition more =
+      decompose(torus, {.max_pieces = few.more_pieces, .max_volume_error = 0.05}, {});
+  EXPECT_NEAR(more.volume_error() / few.error_with_more, 1, 0.5);
+  EXPECT_LT(more.volume_error(), few.volume_error());
+  // Where it holds there is nothing to offer.
+  const Decomposition held = decompose(torus, {.max_pieces = 32, .max_volume_error = 0.2}, {});
+  EXPECT_LE(held.volume_error(), 0.2);
+  EXPECT_EQ(held.more_pieces, 0);
+}
+
 class DecompositionCacheTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -218,6 +235,8 @@ void expect_same(const Decomposition& a, const Decomposition& b) {
   EXPECT_EQ(a.surface_error_m, b.surface_error_m);
   EXPECT_EQ(a.mean_surface_error_m, b.mean_surface_error_m);
   EXPECT_EQ(a.from_groups, b.from_groups);
+  EXPECT_EQ(a.more_pieces, b.more_pieces);
+  EXPECT_EQ(a.error_with_more, b.error_with_more);
 }
 
 TEST_F(DecompositionCacheTest, GivesBackWhatWasComputed) {
