@@ -147,6 +147,55 @@ class Store(CommandTest):
             self.assertTrue((numpy.diff(numpy.diag(moments)) > -1e-6 * moments.max()).all())
 
 
+class Colours(CommandTest):
+    """Those of a mesh's file go with its bodies, unless the scene has one for them."""
+
+    def test_they_are_in_all_that_is_written(self):
+        head, _, faces = WEDGE_OBJ.partition("f ")
+        (self.dir / "two.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl dark\nKd 0.2 0.4 0.6\n")
+        first, _, others = ("f " + faces).partition("\n")
+        (self.dir / "wedge.obj").write_text(
+            f"mtllib two.mtl\n{head}usemtl red\n{first}\nusemtl dark\n{others}")
+
+        def paint(scene):
+            add_wedges(scene)
+            scene["bodies"][-1]["colour"] = "#00ff00"
+
+        self.succeed("simulate", self.write_scene(paint), "-o", "run")
+        store = zarr.open(str(self.dir / "run/trajectory.zarr"), mode="r")
+        names = store.attrs["body_name"]
+        painted = {name for name, is_painted in zip(names, store["body_painted"][:]) if is_painted}
+        self.assertEqual(painted, {"falling wedge"})
+        shape = store["body_shape"][names.index("falling wedge")]
+        colours = store[f"shapes/{shape}/colours"][:]
+        self.assertEqual(len(colours), len(store[f"shapes/{shape}/triangles"]))
+        self.assertEqual({tuple(c) for c in colours.tolist()}, {(255, 0, 0), (51, 102, 153)})
+
+        self.succeed("export", "run", "-o", "run.npz")
+        arrays = numpy.load(self.dir / "run.npz")
+        about = json.loads(bytes(arrays["about_json"]))
+        looks = dict(zip(about["body_name"], (about["look_painted"][i] for i in arrays["look"])))
+        self.assertTrue(looks["falling wedge"] and not looks["leaning wedge"])
+        self.assertTrue((abs(arrays[f"shape_{shape}_colours"].astype(int) - colours) <= 2).all())
+
+        self.succeed("export", "run", "-o", "run.gltf")
+        gltf = json.loads((self.dir / "run.gltf").read_text())
+        primitives = {gltf["meshes"][n["mesh"]]["name"]: gltf["meshes"][n["mesh"]]["primitives"][0]
+                      for n in gltf["nodes"] if "wedge" in n["name"]}
+        coloured = [p for p in primitives.values() if "COLOR_0" in p["attributes"]]
+        self.assertEqual((len(primitives), len(coloured)), (2, 1))
+        material = gltf["materials"][coloured[0]["material"]]
+        self.assertEqual(material["pbrMetallicRoughness"]["baseColorFactor"], [1, 1, 1, 1])
+        accessor = gltf["accessors"][coloured[0]["attributes"]["COLOR_0"]]
+        self.assertEqual(accessor["count"], gltf["accessors"][coloured[0]["attributes"]["POSITION"]]["count"])
+
+        self.succeed("export", "run", "-o", "run.usda")
+        usda = (self.dir / "run.usda").read_text()
+        (values,) = re.findall(r"primvars:displayColor = \[(.*?)\] \(", usda, re.S)
+        self.assertEqual(values.count("("), len(colours))
+        self.assertEqual(usda.count("UsdPrimvarReader_float3"), 1)
+
+
 def add_life(scene):
     """Bodies that come late, go, rest for ever or for a while; a camera that moves."""
     add_wedges(scene)

@@ -16,6 +16,15 @@
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 
+#define STB_IMAGE_WRITE_STATIC
+#define STBI_WRITE_NO_STDIO
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wconversion"
+#include <stb/stb_image_write.h>
+#pragma GCC diagnostic pop
+
 namespace pilesim {
 namespace {
 
@@ -152,8 +161,9 @@ TEST_F(MeshImport, ReadsStlAndPly) {
   EXPECT_NEAR(mass_properties(ply).volume_m3, 1.0 / 6, 1e-12);
 }
 
-// A binary glTF of one tetrahedron, used by two nodes: one moved, one mirrored.
-std::string two_tetrahedra_glb() {
+// A binary glTF of one tetrahedron, used by two nodes: one moved, one mirrored. `material`: of
+// both.
+std::string two_tetrahedra_glb(const std::string& material = "") {
   const float positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   const uint16_t indices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
   std::string binary(sizeof positions + sizeof indices, '\0');
@@ -167,6 +177,10 @@ std::string two_tetrahedra_glb() {
 "bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,1]},
 {"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
+  if (!material.empty()) {
+    json.insert(json.find("\"indices\":1}") + 11, ",\"material\":0");
+    json.insert(json.rfind('}'), ",\"materials\":[" + material + "]");
+  }
   while (json.size() % 4 != 0) json += ' ';
   std::string glb;
   const auto append = [&](uint32_t word) { glb.append(reinterpret_cast<const char*>(&word), 4); };
@@ -187,6 +201,94 @@ TEST_F(MeshImport, AppliesNodeTransformsAndKeepsMirroredNodesOutward) {
   EXPECT_NEAR(mass_properties(mesh).volume_m3, 1.0 / 6 + 8.0 / 6, 1e-6);
   EXPECT_TRUE(mesh.bounds().min().isApprox(Vec3(-2, 0, 0), 1e-6));
   EXPECT_TRUE(mesh.bounds().max().isApprox(Vec3(6, 2, 2), 1e-6));
+}
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// Two by two pixels, red and green above, blue and see-through black below.
+std::string four_pixels_png() {
+  const uint8_t rgba[] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 0, 0, 0, 0};
+  std::string png;
+  stbi_write_png_to_func(
+      [](void* to, void* data, int size) {
+        static_cast<std::string*>(to)->append(static_cast<const char*>(data),
+                                              static_cast<size_t>(size));
+      },
+      &png, 2, 2, 4, rgba, 8);
+  return png;
+}
+
+TEST_F(MeshImport, KeepsTheColoursOfMaterials) {
+  file("two.mtl", "newmtl red\nKd 1 0 0\nnewmtl dark\nKd 0.2 0.4 0.6\n");
+  const TriangleMesh mesh = import_mesh(
+      file("a.obj", "mtllib two.mtl\n" + kCorners +
+                        "usemtl dark\nf 1 3 2\nusemtl red\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"));
+  ASSERT_EQ(mesh.colours.size(), 4u);
+  for (size_t i = 0; i < 4; ++i) {
+    // By the place of the triangle, since materials are grouped.
+    const bool is_low = mesh.vertices[mesh.triangles[i][0]].z() +
+                            mesh.vertices[mesh.triangles[i][1]].z() +
+                            mesh.vertices[mesh.triangles[i][2]].z() ==
+                        0;
+    EXPECT_EQ(mesh.colours[i], is_low ? (Colour{51, 102, 153}) : (Colour{255, 0, 0}));
+  }
+  // Numbers of glTF are proportional to light.
+  const TriangleMesh glb = import_mesh(
+      file("a.glb",
+           two_tetrahedra_glb(R"({"pbrMetallicRoughness":{"baseColorFactor":[1,0.214041,0,1]}})")));
+  ASSERT_EQ(glb.colours.size(), 8u);
+  EXPECT_THAT(glb.colours, Each(Colour{255, 128, 0}));
+}
+
+TEST_F(MeshImport, OneGreyOfAllIsNoColour) {
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  EXPECT_THAT(import_mesh(file("a.obj", kCorners + faces)).colours, IsEmpty());
+  EXPECT_THAT(
+      import_mesh(file("missing.obj", "mtllib none.mtl\n" + kCorners + "usemtl x\n" + faces))
+          .colours,
+      IsEmpty());
+  file("grey.mtl", "newmtl grey\nKd 0.8 0.8 0.8\n");
+  EXPECT_THAT(
+      import_mesh(file("grey.obj", "mtllib grey.mtl\n" + kCorners + "usemtl grey\n" + faces))
+          .colours,
+      IsEmpty());
+  EXPECT_THAT(import_mesh(file("a.glb", two_tetrahedra_glb())).colours, IsEmpty());
+}
+
+TEST_F(MeshImport, ATextureGivesEachTriangleItsMean) {
+  file("four.png", four_pixels_png());
+  const std::string text =
+      "mtllib a.mtl\n" + kCorners +
+      "vt 0.1 0.9\nvt 0.4 0.9\nvt 0.1 0.6\nvt 0.6 0.1\nvt 0.9 0.1\nvt 0.1 0.1\n"
+      "usemtl t\n"
+      "f 1/1 3/2 2/3\n"   // in the red pixel, above on the left
+      "f 1/4 2/5 4/6\n";  // below: blue, and what cannot be seen
+  file("a.mtl", "newmtl t\nKd 0.5 0.5 0.5\nmap_Kd four.png\n");
+  EXPECT_THAT(import_mesh(file("a.obj", text)).colours,
+              ElementsAre(Colour{255, 0, 0}, Colour{0, 0, 255}));
+  // One that is not there, or is none: the colour of the material.
+  for (const char* const name : {"none.png", "a.obj", "/dev/zero"}) {
+    file("a.mtl", std::string("newmtl t\nKd 0.2 0.4 0.6\nmap_Kd ") + name + '\n');
+    EXPECT_THAT(import_mesh(file("a.obj", text)).colours, Each(Colour{51, 102, 153})) << name;
+  }
+}
+
+TEST_F(MeshImport, KeepsTheColoursOfVertices) {
+  const TriangleMesh mesh = import_mesh(
+      file("a.ply",
+           "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+           "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+           "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+           "0 0 0 250 10 20\n1 0 0 250 10 20\n0 1 0 250 10 20\n0 0 1 10 10 20\n"
+           "3 0 2 1\n3 0 1 3\n"));
+  ASSERT_EQ(mesh.colours.size(), 2u);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(mesh.colours[0][k], (Colour{250, 10, 20})[k], 1);
+  }
+  EXPECT_LT(mesh.colours[1][0], 200);
+  EXPECT_GT(mesh.colours[1][0], 150);
 }
 
 TEST_F(MeshImport, SaysWhatIsWrongWithAFile) {

@@ -195,6 +195,37 @@ TEST_F(SceneModel, AMeshWhoseZIsUpIsTurned) {
       kRounding);
 }
 
+TEST_F(SceneModel, ColoursOfTheFileHoldUnlessTheSceneHasSome) {
+  std::ifstream in(directory_ / "box.obj");
+  const std::string text(std::istreambuf_iterator<char>(in), {});
+  std::ofstream(directory_ / "red.mtl") << "newmtl red\nKd 1 0 0\n";
+  std::ofstream(directory_ / "red.obj") << "mtllib red.mtl\nusemtl red\n" << text;
+  const Model model = build(R"("red": {"type": "mesh", "file": "red.obj", "size_m": 0.1},
+      "box": {"type": "mesh", "file": "box.obj", "size_m": 0.1})",
+                            R"("bodies": [
+      {"name": "own", "shape": "red", "material": "m"},
+      {"name": "given", "shape": "red", "material": "m", "colour": "#102030"},
+      {"name": "plain", "shape": "box", "material": "m"}],
+    "emitters": [
+      {"name": "e", "type": "grid", "shape": "red", "material": "m", "centre": [0, 2, 0],
+       "count": [1, 1, 1], "spacing": [1, 1, 1]},
+      {"name": "p", "type": "grid", "shape": "red", "material": "m", "centre": [0, 3, 0],
+       "count": [1, 1, 1], "spacing": [1, 1, 1], "palette": ["#010203"]},
+      {"name": "s", "type": "grid", "shape": "red", "material": "m", "centre": [0, 4, 0],
+       "count": [1, 1, 1], "spacing": [1, 1, 1], "sizes": {"from": 2, "to": 2, "steps": 1}}])");
+  std::map<std::string, const ModelBody*> body;
+  for (const ModelBody& each : model.bodies) body[each.name] = &each;
+  for (const char* const name : {"own", "e/0", "s/0"}) {
+    EXPECT_TRUE(body[name]->is_painted) << name;
+    EXPECT_EQ(body[name]->colour, (Colour{255, 0, 0})) << name;
+    const TriangleMesh& mesh = model.shapes[body[name]->shape].mesh;
+    EXPECT_EQ(mesh.colours.size(), mesh.triangles.size()) << name;
+  }
+  for (const char* const name : {"given", "plain", "p/0"}) EXPECT_FALSE(body[name]->is_painted);
+  EXPECT_EQ(body["given"]->colour, (Colour{0x10, 0x20, 0x30}));
+  EXPECT_EQ(body["p/0"]->colour, (Colour{1, 2, 3}));
+}
+
 TEST_F(SceneModel, AnOpenMeshMayBeAStaticMesh) {
   EXPECT_EQ(failure(R"("o": {"type": "mesh", "file": "open.obj", "collision": "mesh"})"), "");
 }

@@ -313,6 +313,41 @@ TEST(Film, GoesOnWhereItEnded) {
   EXPECT_EQ(at_once.body, in_parts.body);
 }
 
+// A cube whose sides towards -z and +z are blue and green; two bodies, of which the left is
+// painted.
+TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
+  DrawnScene scene;
+  std::vector<Colour>& colours = scene.header.shapes[2].colours;
+  for (const auto& triangle : scene.header.shapes[2].triangles) {
+    const auto z = [&](uint32_t corner) {
+      return scene.header.shapes[2].vertices[triangle[corner]].z();
+    };
+    const float sum = z(0) + z(1) + z(2);
+    colours.push_back(sum < -0.5f  ? Colour{20, 30, 220}
+                      : sum > 0.5f ? Colour{30, 200, 20}
+                                   : Colour{9, 9, 9});
+  }
+  scene.add(2, {-0.4f, 1, 0}, test::kRed, true);
+  scene.add(2, {0.4f, 1, 0}, test::kRed, true);
+  scene.header.body_painted = {0, 1, 0};
+  const RenderSettings settings{.size = {64, 32}, .rays = {.quality = RayQuality::preview}};
+  for (const double side : {1.0, -1.0}) {
+    const CameraKey camera{.position = {0, 1, 3 * side}, .target = {0, 1, 0}};
+    RaysRenderer rays(scene.header, settings, {});
+    SceneRenderer raster(scene.header, settings);
+    const DrawnFrame drawn{.frame = &scene.frame, .camera = camera};
+    for (const Image& image : {rays.draw(drawn), raster.draw(drawn)}) {
+      const int left = side > 0 ? 25 : 38;  // of the picture: seen from behind it is on the right
+      const auto painted = test::pixel(image, left, 16), plain = test::pixel(image, 63 - left, 16);
+      const int own = side > 0 ? 1 : 2;
+      EXPECT_GT(painted[own], 1.5f * painted[0]) << side;
+      EXPECT_GT(painted[own], 1.5f * painted[3 - own]) << side;
+      EXPECT_GT(plain[0], 1.5f * plain[1]) << side;
+      EXPECT_GT(plain[0], 1.5f * plain[2]) << side;
+    }
+  }
+}
+
 TEST(RaysRenderer, LooksOutOfABodyThatItsEyeIsIn) {
   DrawnScene scene = scene_of(1, {0, 1, 0});
   const CameraKey camera{.position = {0, 1, 0.1}, .target = {0, 1, -4}};

@@ -50,6 +50,31 @@ TEST_F(TrajectoryStore, GivesBackTheHeader) {
   EXPECT_EQ(reader.frame_count(), 0u);
 }
 
+TEST_F(TrajectoryStore, GivesBackTheColoursOfShapesAndWhoIsPainted) {
+  TrajectoryHeader header = make_header(3);
+  header.shapes[0].is_z_up = true;
+  header.shapes[0].colours = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {250, 251, 252}};
+  header.body_painted = {1, 0, 1};
+  { const TrajectoryWriter writer(store_, header); }
+  const TrajectoryReader reader(store_);
+  EXPECT_EQ(reader.header().shapes[0].colours, header.shapes[0].colours);
+  EXPECT_TRUE(reader.header().shapes[0].is_z_up);
+  EXPECT_TRUE(reader.header().shapes[1].colours.empty());
+  EXPECT_EQ(reader.header().body_painted, header.body_painted);
+  // As many as there are triangles.
+  fs::remove_all(store_);
+  header.shapes[0].colours.pop_back();
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_THROW(TrajectoryReader{store_}, Error);
+}
+
+TEST_F(TrajectoryStore, OfScenesWithoutColoursNothingIsWritten) {
+  write_store(2, 0);
+  EXPECT_FALSE(fs::exists(store_ / "body_painted"));
+  EXPECT_FALSE(fs::exists(store_ / "shapes/0/colours"));
+  EXPECT_EQ(TrajectoryReader(store_).header().body_painted, std::vector<uint8_t>(2));
+}
+
 TEST_F(TrajectoryStore, GivesBackFramesOfWholeAndPartialChunks) {
   constexpr size_t kBodies = 3000;
   const uint64_t per_chunk = trajectory_layout::frames_per_chunk(kBodies);
