@@ -13,6 +13,7 @@
 #include "json/problem_log.h"
 #include "options.h"
 #include "print.h"
+#include "scene/scene_files.h"
 
 namespace pilesim {
 namespace {
@@ -110,6 +111,9 @@ std::map<std::string, fs::path> files_of(const fs::path& preset) {
     if (!named.has_extension() || named.is_absolute()) return;
     const fs::path file = (preset.parent_path() / named).lexically_normal();
     if (fs::is_regular_file(file)) files.emplace(text, file);
+    for (const std::string& part : files_named_by_mesh(file)) {
+      files.emplace(part, file.parent_path() / part);
+    }
     if (named.extension() == ".sig" && !fs::exists(file)) {
       throw Error(ErrorKind::io,
                   Problem{.file = file.string(),

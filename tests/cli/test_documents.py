@@ -12,7 +12,7 @@ from support import SOURCE, CommandTest
 
 DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
 # test_pages.py does all that these say, in their order: their blocks belong together.
-WALKED = ("tutorial_artist.md", "tutorial_dataset.md", "tutorial_researcher.md")
+WALKED = ("tutorial_artist.md", "tutorial_blender.md", "tutorial_dataset.md", "tutorial_researcher.md")
 # What a fragment of a scene is put into to become one.
 BASE = {
     "version": 1,

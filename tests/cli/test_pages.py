@@ -75,7 +75,7 @@ class Pages(CommandTest):
         return printed
 
     def test_a_shot(self):
-        printed = self.walk("tutorial_artist.md", [
+        printed = self.walk("tutorial_blender.md", [
             ("cp rabbit.obj", "cp crate.obj"),
             ("--scale 0.3 --count 60", "--scale 0.1 --count 3"),
             ('"scale": 0.3', '"scale": 0.1'),
