@@ -287,10 +287,10 @@ class UsdaWriter {
       write_list(*file_, mesh.points.size(),
                  [&](std::string& text, size_t i) { append_tuple(text, mesh.points[i]); });
       if (!mesh.colours.empty()) {
-        file_.write("\n        color3f[] primvars:displayColor = ");
-        write_list(file_, mesh.colours.size(),
+        file_->write("\n        color3f[] primvars:displayColor = ");
+        write_list(*file_, mesh.colours.size(),
                    [&](std::string& text, size_t i) { text += linear_tuple(mesh.colours[i]); });
-        file_.write(" (\n            interpolation = \"uniform\"\n        )");
+        file_->write(" (\n            interpolation = \"uniform\"\n        )");
       }
       line("\n        uniform token subdivisionScheme = \"none\"\n    }");
     }
