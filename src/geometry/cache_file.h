@@ -28,6 +28,7 @@ class CacheFile {
   // Written beside its place and renamed: safe with other processes that do the same. Throws
   // Error(io).
   void store(const nlohmann::json& content) const;
+  const std::filesystem::path& path() const { return file_; }
 
  private:
   std::filesystem::path file_;

@@ -18,6 +18,7 @@ class DecompositionCache {
   // As those of CacheFile.
   std::optional<Decomposition> load() const;
   void store(const Decomposition& decomposition) const;
+  const std::filesystem::path& file() const { return file_.path(); }
 
  private:
   CacheFile file_;

@@ -19,6 +19,7 @@ class SolidCache {
   // As those of CacheFile; of solids that are mended or wrapped.
   std::optional<Solid> load() const;
   void store(const Solid& solid) const;
+  const std::filesystem::path& file() const { return file_.path(); }
 
  private:
   CacheFile file_;

@@ -256,12 +256,17 @@ def others():
              "triangles": struct.pack("<3I", 0, 1, 2)}
     whole = {"pieces": [piece], "mesh_volume_m3": 1.0, "union_volume_m3": 1.0,
              "excess_volume_m3": 0.0, "missing_volume_m3": 0.0, "surface_error_m": 0.0,
-             "mean_surface_error_m": 0.0, "from_groups": False}
+             "mean_surface_error_m": 0.0, "from_groups": False, "more_pieces": 0, "error_with_more": 0.0}
     put("decomposition", "whole", cbor(whole))
     piece["triangles"] = struct.pack("<3I", 0, 1, 900)
     put("decomposition", "index", cbor(whole))
     put("decomposition", "kind", cbor(["pieces"]))
     put("decomposition", "nested", b"\x81" * 5000)
+    solid = {**piece, "triangles": struct.pack("<3I", 0, 1, 2), "way": "wrapped", "note": ""}
+    put("solid", "whole", cbor(solid))
+    put("solid", "way", cbor({**solid, "way": "hull"}))
+    put("solid", "length", cbor({**solid, "vertices": b"\0" * 70}))
+    put("solid", "nested", b"\x81" * 5000)
 
 
 def png(width, height, depth, colour, rows, claimed=None):

@@ -14,6 +14,7 @@
 #include "geometry/height_field.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
+#include "geometry/solid_cache.h"
 #include "job/simulation_checkpoint.h"
 #include "json/cbor.h"
 #include "pile/guide/guided_simulator.h"
@@ -105,9 +106,10 @@ void guide(std::string_view bytes) {
 }
 
 // With the digest that belongs to it, which everything else fails by.
-void decomposition(std::string_view bytes) {
+template <typename Cache>
+void cached(std::string_view bytes) {
   static const TriangleMesh box = box_mesh({1, 1, 1});
-  const DecompositionCache cache(scratch() / "cache", box, {});
+  const Cache cache(scratch() / "cache", box, {});
   fs::create_directories(cache.file().parent_path());
   const std::string content(bytes);
   write_file_atomically(cache.file(), content_hash(content) + content);
@@ -250,7 +252,8 @@ std::span<const Target> program_targets() {
                                           Target{"partial_signature", partial_signature},
                                           Target{"piles", piles},
                                           Target{"guide", guide},
-                                          Target{"decomposition", decomposition},
+                                          Target{"decomposition", cached<DecompositionCache>},
+                                          Target{"solid", cached<SolidCache>},
                                           Target{"height_field", height_field},
                                           Target{"batch_plan", batch_plan},
                                           Target{"job_record", job_record},
