@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
 # Makes the pictures of the documentation again, from presets: docs/pictures/make.sh [PILESIM [WORK]].
 # PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/pictures); what is there already is kept.
-# Needs ffmpeg. About a minute on two cores.
+# Needs ffmpeg. About two minutes on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 pilesim=${1:-build/release/commands/pilesim}
 work=${2:-out/pictures}
 mkdir -p "$work"
 
-# run COMMAND PRESET: simulates it into WORK.
+# run COMMAND PRESET [NAME]: simulates it into WORK.
 run() {
   local out
-  out=$work/$(basename "$2")
+  out=$work/${3:-$(basename "$2")}
   [ -s "$out/report.json" ] || "$pilesim" "$1" "presets/$2.json" -o "$out" --force
 }
 
@@ -35,3 +35,12 @@ still chair_pile last chairs '{"position": [4.2, 3, 8], "target": [0, 1.35, 0], 
 still rabbits_in_a_crate last rabbits '{"position": [1.9, 1.9, 3.4], "target": [0.1, 0.38, 0.1], "field_of_view_deg": 25}'
 ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
   -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
+
+# The same fall, as it was simulated and as it was made sound. Needs ninja -C build/release signatures.
+run simulate statistical/rabbits_10000
+run simulate finish/rabbits_10000 rabbits_10000_finished
+near='{"position": [2.2, 2.3, 3.4], "target": [0.6, 1.25, 0.6], "field_of_view_deg": 14}'
+still rabbits_10000 last rabbits_10000 "$near"
+still rabbits_10000_finished last rabbits_10000_finished "$near"
+ffmpeg -loglevel error -y -i "$work/rabbits_10000.png" -i "$work/rabbits_10000_finished.png" -filter_complex hstack \
+  -q:v 4 -frames:v 1 docs/pictures/finish.jpg
