@@ -44,3 +44,8 @@ still rabbits_10000 last rabbits_10000 "$near"
 still rabbits_10000_finished last rabbits_10000_finished "$near"
 ffmpeg -loglevel error -y -i "$work/rabbits_10000.png" -i "$work/rabbits_10000_finished.png" -filter_complex hstack \
   -q:v 4 -frames:v 1 docs/pictures/finish.jpg
+
+# The first three bins, each from its four views.
+[ -s "$work/bins/shards/00000.jsonl" ] || "$pilesim" batch presets/batch/bins.plan.json -o "$work/bins" --shard 0/333
+ffmpeg -loglevel error -y -pattern_type glob -i "$work/bins/jobs/*/*/run/cameras/*/frames/*.png" \
+  -vf scale=240:-1,tile=4x3 -frames:v 1 -q:v 4 docs/pictures/bins.jpg
