@@ -28,11 +28,18 @@ still() {
 run direct-pile guides/letters
 run direct-pile equilibrium/chair_pile
 run simulate impulse/rabbits_in_a_crate
+run simulate artist/things_on_a_table
 letters='{"position": [1.2, 2.6, 8], "target": [0, 0.75, 0], "field_of_view_deg": 25}'
 still letters 2.4s letters "$letters"
 still letters 3.2s letters_hit "$letters"
 still chair_pile last chairs '{"position": [4.2, 3, 8], "target": [0, 1.35, 0], "field_of_view_deg": 28}'
 still rabbits_in_a_crate last rabbits '{"position": [1.9, 1.9, 3.4], "target": [0.1, 0.38, 0.1], "field_of_view_deg": 25}'
+# The camera of the scene.
+if [ ! -s "$work/things_on_a_table.png" ]; then
+  "$pilesim" render "$work/things_on_a_table" -o "$work/still_things" --frames last --renderer rays --size 960x540 --no-video --force
+  cp "$work"/still_things/frames/*.png "$work/things_on_a_table.png"
+fi
+ffmpeg -loglevel error -y -i "$work/things_on_a_table.png" -q:v 5 docs/pictures/things_on_a_table.jpg
 ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
   -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
 

@@ -111,19 +111,22 @@ void measure_surface(const TriangleMesh& mesh, Decomposition& result) {
   result.mean_surface_error_m = distance.mean_m;
 }
 
-// The error goes with the excess of the hulls that the pieces are fitted to.
+// The error goes with the excess of the hulls that the pieces are fitted to: so many more pieces as
+// are enough, or as help most.
 void offer_more(const DecompositionOptions& options, const std::vector<double>& excess_with_more,
                 Decomposition& result) {
   constexpr int kMostPieces = 256;
+  constexpr double kWorthSaying = 0.9;  // of the error
   const double error = result.volume_error();
   if (error <= options.max_volume_error || excess_with_more.front() <= 0) return;
+  double least = kWorthSaying * error;
   for (size_t more = 1; more < excess_with_more.size(); ++more) {
     const int pieces = options.max_pieces + static_cast<int>(more);
     const double expected = error * excess_with_more[more] / excess_with_more.front();
-    if (pieces > kMostPieces || expected >= error) break;
+    if (pieces > kMostPieces || least <= options.max_volume_error) break;
+    if (expected >= least) continue;
+    least = result.error_with_more = expected;
     result.more_pieces = pieces;
-    result.error_with_more = expected;
-    if (expected <= options.max_volume_error) break;
   }
 }
 

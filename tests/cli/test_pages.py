@@ -99,6 +99,22 @@ class Pages(CommandTest):
         self.assertIn("4 pictures, ", printed)
         self.assertRegex(printed, r"those of the first cover \d{3,} pixels")
 
+    def test_things_on_a_table(self):
+        printed = self.walk("tutorial_artist.md", [
+            ("new pile mug.obj", "new pile chair.obj"),
+            ('"up": "z", "collision": "decomposition"}', '"up": "z", "solid": "hull"}'),
+            ('"up": "z", "collision": "decomposition", "thickness_m": 0.003}', '"up": "z", "solid": "hull"}'),
+            ('"count": 500, "rate_hz": 120', '"count": 9, "rate_hz": 60'),
+            ("--size 320x180", "--size 64x36"),
+            ("--size 960x540", "--size 64x36 --quality preview"),
+        ])
+        self.assertIn("wrapped with cells of", printed)
+        self.assertRegex(printed, r"mug: 0\.11\d x 0\.09 x 0\.082 m, 3 bodies")
+        # What the page has is the preset.
+        (scene,) = [text for _, language, text in blocks("tutorial_artist.md") if language == "json"]
+        preset = (SOURCE / "presets/artist/things_on_a_table.json").read_text()
+        self.assertEqual(json.loads(scene), json.loads(preset))
+
     def test_a_table(self):
         printed = self.walk("tutorial_researcher.md", [
             ("--rest-drops 600", "--rest-drops 2 --trials 2 --no-accuracy"),
