@@ -25,8 +25,8 @@
 namespace pilesim {
 namespace {
 
-constexpr int kMostPixels = 8192;  // a side
-constexpr int kMostSteps = 8;      // along a triangle's side
+constexpr int kMostPixels = 8192;               // a side
+constexpr int kLeastSteps = 2, kMostSteps = 8;  // along a triangle's side
 constexpr double kPixelsAStep = 4;
 
 struct FreePixels {
@@ -146,7 +146,7 @@ BaseColours::Linear BaseColours::mean(const Texture& texture,
     longest = std::max(longest, side.matrix().norm());
   }
   if (!std::isfinite(longest)) return Linear::Ones();
-  const int steps = std::clamp(static_cast<int>(longest / kPixelsAStep), 1, kMostSteps);
+  const int steps = std::clamp(static_cast<int>(longest / kPixelsAStep), kLeastSteps, kMostSteps);
   Linear sum = Linear::Zero(), all = Linear::Zero();
   double weight = 0;
   int count = 0;

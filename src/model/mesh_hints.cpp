@@ -162,7 +162,7 @@ double base_of(const TriangleMesh& mesh, int axis) {
   return rectangle > 0 ? area / rectangle : 0;
 }
 
-// That it stands with its z up at the file's origin, and not with its y.
+// That it stands with its z up on the file's origin, which is in the middle of its y.
 bool stands_on_z(const ModelShape& shape) {
   const Bounds bounds = shape.mesh.bounds();
   const Vec3 sizes = bounds.sizes(), middle = bounds.center() + shape.origin_offset;
@@ -170,8 +170,7 @@ bool stands_on_z(const ModelShape& shape) {
   if (std::abs(bottom) > kBaseHeight * sizes.maxCoeff()) return false;
   if (std::abs(middle.y()) > 0.25 * sizes.y()) return false;
   if (sizes.z() < kFlattest * std::max(sizes.x(), sizes.y())) return false;
-  const double base = base_of(shape.mesh, 2);
-  return base > kLeastBase && base_of(shape.mesh, 1) < 0.25 * base;
+  return base_of(shape.mesh, 2) > kLeastBase;
 }
 
 // That a body or an emitter has it as it stands in its file, or turned about the vertical.

@@ -212,7 +212,7 @@ TEST_F(SceneModel, ColoursOfTheFileHoldUnlessTheSceneHasSome) {
       {"name": "p", "type": "grid", "shape": "red", "material": "m", "centre": [0, 3, 0],
        "count": [1, 1, 1], "spacing": [1, 1, 1], "palette": ["#010203"]},
       {"name": "s", "type": "grid", "shape": "red", "material": "m", "centre": [0, 4, 0],
-       "count": [1, 1, 1], "spacing": [1, 1, 1], "sizes": {"from": 2, "to": 2, "steps": 1}}])");
+       "count": [1, 1, 1], "spacing": [1, 1, 1], "sizes": {"from": 2, "to": 3, "steps": 2}}])");
   std::map<std::string, const ModelBody*> body;
   for (const ModelBody& each : model.bodies) body[each.name] = &each;
   for (const char* const name : {"own", "e/0", "s/0"}) {

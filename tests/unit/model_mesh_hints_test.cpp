@@ -101,7 +101,7 @@ TEST_F(MeshHints, TooLongOrTooShortForTheCamera) {
   const std::string far = R"("camera": {"position": [0, 0, 20], "target": [0, 0, 0]})";
   EXPECT_THAT(poured(0.01, far), IsEmpty());
   EXPECT_THAT(poured(0.004, far),
-              ElementsAre(AllOf(HasSubstr("the camera is 20 m"), HasSubstr("1000 makes it"))));
+              ElementsAre(AllOf(HasSubstr("the camera is 20 m"), HasSubstr("4 makes it 4 m"))));
 }
 
 TEST_F(MeshHints, NoTimeToFallByTheirOwnLength) {
