@@ -102,11 +102,19 @@ class Numbers {
     const auto [entry, is_new] = numbers_.try_emplace(name, numbers_.size() + 1);
     return {entry->second, is_new};
   }
-  uint64_t count() const { return numbers_.size(); }
 
  private:
   std::map<std::string, uint64_t> numbers_;
 };
+
+// What is there of place(first), place(first + 1), ...: the last one first, so that a removal that
+// is killed leaves no gap.
+template <class Place>
+void remove_from(uint64_t first, Place place) {
+  uint64_t end = first;
+  while (fs::exists(place(end))) ++end;
+  while (end > first) remove_in_one_go(place(--end));
+}
 
 // --- coco.json
 
@@ -212,13 +220,8 @@ class BopCollection {
     for (size_t i = 0; i < infos_.size(); ++i) infos[std::to_string(i + 1)] = infos_[i];
     write_file_atomically(root_ / "models" / kInfos, infos.dump(2) + '\n');
     // Of an earlier collection of more.
-    for (const fs::path& file : sorted_entries(root_ / "models")) {
-      const std::string name = file.filename().string();
-      if (name != kInfos && name > model_name(infos_.size())) remove_in_one_go(file);
-    }
-    for (const fs::path& scene : sorted_entries(scenes())) {
-      if (scene.filename().string() >= six_digits(summary_.scenes)) remove_in_one_go(scene);
-    }
+    remove_from(infos_.size() + 1, [&](uint64_t i) { return root_ / "models" / model_name(i); });
+    remove_from(summary_.scenes, [&](uint64_t i) { return scenes() / six_digits(i); });
     summary_.models = infos_.size();
   }
 
@@ -487,6 +490,12 @@ CollectionSummary pack_tars(const BatchPlace& place, const JobRecords& records, 
 
 CollectionSummary collect_datasets(const BatchPlace& place, const JobRecords& records) {
   CollectionSummary summary = pack_tars(place, records, 0, place.plan.jobs());
+  if (place.plan.collects(Collection::tar)) {
+    for (const char* kind : {".json", ".tar"}) {
+      remove_from(summary.tars,
+                  [&](uint64_t i) { return place.directory / "tar" / (six_digits(i) + kind); });
+    }
+  }
   if (place.plan.collects(Collection::coco)) {
     CocoCollection coco(place, summary);
     each_done(records, 0, place.plan.jobs(), place.directory / kCocoFile,

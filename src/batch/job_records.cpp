@@ -1,7 +1,6 @@
 #include "batch/job_records.h"
 
 #include <algorithm>
-#include <fstream>
 
 #include "core/error.h"
 
@@ -40,10 +39,11 @@ std::optional<JobRecord> JobRecords::find(const BatchJob& job) const {
   for (auto line = std::ranges::lower_bound(lines_, job.index, {}, &Line::job);
        line != lines_.end() && line->job == job.index; ++line) {
     const fs::path& file = shards_[line->file];
-    std::ifstream stream(file, std::ios::binary);
+    if (open_ != line->file) stream_ = std::ifstream(file, std::ios::binary);
+    open_ = line->file;
     std::string text(line->length, '\0');
-    stream.seekg(static_cast<std::streamoff>(line->offset));
-    if (!stream.read(text.data(), line->length)) {
+    stream_.seekg(static_cast<std::streamoff>(line->offset));
+    if (!stream_.read(text.data(), line->length)) {
       throw io_error(file.string(), "cannot be read", errno);
     }
     JobRecord record = parse_record(text, file.string());

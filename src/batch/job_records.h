@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -17,7 +18,7 @@ class JobRecords {
   // taken from their files, which are quicker to read than a file a job.
   explicit JobRecords(const BatchPlace& place, bool with_shards = false);
 
-  // None where the job is still to do. Throws as read_job_record() does.
+  // None where the job is still to do. Throws as read_job_record() does. One thread at a time.
   std::optional<JobRecord> find(const BatchJob& job) const;
   // Those of the jobs from `begin` to before `end` that were tried to the end, in order.
   void each(uint64_t begin, uint64_t end,
@@ -33,7 +34,9 @@ class JobRecords {
 
   const BatchPlace& place_;
   std::vector<std::filesystem::path> shards_;
-  std::vector<Line> lines_;  // of jobs that are done, by job; several may tell of one
+  std::vector<Line> lines_;       // of jobs that are done, by job; several may tell of one
+  mutable std::ifstream stream_;  // of the shard that was read last: its jobs follow each other
+  mutable std::optional<uint32_t> open_;
 };
 
 }  // namespace pilesim

@@ -6,14 +6,17 @@
 #include <cstring>
 #include <numeric>
 
+#include "core/error.h"
+
 namespace pilesim {
 namespace {
 
 constexpr size_t kBlock = 512;
+constexpr size_t kLongestName = 100;
 
 // POSIX.1-1988, "ustar Interchange Format": numbers are octal text.
 std::array<char, kBlock> header_of(const std::string& name, uint64_t size) {
-  assert(name.size() <= 100 && size < (uint64_t{1} << 33));
+  assert(name.size() <= kLongestName && size < (uint64_t{1} << 33));
   std::array<char, kBlock> header{};
   const auto put = [&](size_t at, std::string_view text) {
     std::memcpy(header.data() + at, text.data(), text.size());
@@ -36,9 +39,16 @@ std::array<char, kBlock> header_of(const std::string& name, uint64_t size) {
 
 }  // namespace
 
-TarWriter::TarWriter(std::filesystem::path path) : file_(std::move(path)) {}
+TarWriter::TarWriter(std::filesystem::path path) : path_(std::move(path)), file_(path_) {}
 
 void TarWriter::add(const std::string& name, std::string_view content) {
+  if (name.size() > kLongestName) {
+    throw Error(ErrorKind::input, Problem{.file = path_.string(),
+                                          .found = "would have an entry of " +
+                                                   std::to_string(name.size()) + " bytes, " + name,
+                                          .expected = "at most " + std::to_string(kLongestName),
+                                          .remedy = "Give cameras and directories shorter names"});
+  }
   const std::array<char, kBlock> header = header_of(name, content.size());
   file_.add({header.data(), header.size()});
   file_.add(content);

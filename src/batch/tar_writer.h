@@ -14,11 +14,12 @@ class TarWriter {
  public:
   explicit TarWriter(std::filesystem::path path);
 
-  // `name`: at most 100 bytes; content: below 8 GiB. Throws Error(io).
+  // `content`: below 8 GiB. Throws Error(io), and Error(input) for a name of more than 100 bytes.
   void add(const std::string& name, std::string_view content);
   void take_place();
 
  private:
+  std::filesystem::path path_;
   AppendedFile file_;
 };
 

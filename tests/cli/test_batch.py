@@ -227,7 +227,7 @@ class CollectionTest(CommandTest):
         self.assertEqual(times_left_out(self.dir / "out"), whole)
         shutil.rmtree(self.dir / "out/bop/train_pbr/000002")
         (self.dir / "out/bop/train_pbr/.000002.part").mkdir()
-        (self.dir / "out/bop/train_pbr/000007").mkdir()  # of a larger batch
+        (self.dir / "out/bop/train_pbr/000006").mkdir()  # of a larger batch
         (self.dir / "out/tar/000001.json").unlink()
         (self.dir / "out/coco.json").write_text("{")
         kept = (self.dir / "out/tar/000000.tar").stat().st_mtime_ns
