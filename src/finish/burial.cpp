@@ -16,8 +16,8 @@ constexpr size_t kMostCells = 256;  // a body
 // What lies beyond these shares of all bodies along an axis has rolled away, and is in the open.
 constexpr double kOutlying = 0.002;
 
-// Of the smallest ball's radius: what is to get through gaps. Without it what lies on the ground is
-// reached by the corners under balls.
+// Of the smallest ball's radius: what is to get through gaps. Into narrower ones one does not see
+// far.
 constexpr double kProbe = 0.5;
 
 using Cell = Eigen::Array3i;

@@ -88,6 +88,28 @@ TEST(Burial, AHoleThatIsOpenCountsAndOneThatIsClosedDoesNot) {
   }
 }
 
+// Between halves of a lattice, narrower than the probe and wide enough for it.
+TEST(Burial, AGapThatTheProbeDoesNotPassIsClosed) {
+  for (const bool is_open : {false, true}) {
+    Lattice lattice;
+    const double gap = (is_open ? 2.5 : 0.75) * kRadius;
+    for (int x = -4; x <= 4; ++x) {
+      if (x == 0) continue;
+      const double half = (x > 0 ? 1 : -1) * (gap / 2 + kRadius - kSpacing);
+      for (int y = -4; y <= 4; ++y) {
+        for (int z = -4; z <= 4; ++z) lattice.add(kSpacing * Vec3(x, y, z) + Vec3(half, 0, 0));
+      }
+    }
+    const Vec3 beside(gap / 2 + kRadius, 0, 0);
+    const double depth = lattice.depths()[at(lattice, beside)];
+    if (is_open) {
+      EXPECT_EQ(depth, 0);
+    } else {
+      EXPECT_GT(depth, Lattice::layers(3) - kError);  // the gap's mouth is wider
+    }
+  }
+}
+
 TEST(Burial, WhatLiesOnAPlaneIsNotSeenThroughIt) {
   Lattice lattice;
   lattice.fill(5);
