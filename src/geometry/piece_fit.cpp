@@ -102,9 +102,12 @@ void trim(Trimmed& trimmed, const PieceFitOptions& options) {
     *best = best_depth(trimmed, best->normal, options.max_trim_m);
     if (best->gain < 0.9 * promised) continue;
     const ClipPlane plane{best->normal, best->offset};
-    trimmed.hull = split(trimmed.hull, plane).below;
-    trimmed.part = split(trimmed.part, plane).below;
     best->gain = 0;
+    FacetedSolid hull = split(trimmed.hull, plane).below, part = split(trimmed.part, plane).below;
+    // Of a thin shell the hull is nearly all roof: what would leave nothing of it is not cut.
+    if (hull.vertices.empty() || part.vertices.empty()) continue;
+    trimmed.hull = std::move(hull);
+    trimmed.part = std::move(part);
   }
 }
 

@@ -23,7 +23,7 @@ constexpr double kFromEnds = 0.05;
 // Where the surface is found by halves, on an edge that crosses no triangle.
 constexpr int kHalves = 10;
 // How far simplification may move the surface, in cells.
-constexpr double kSimplified = 0.15;
+constexpr double kSimplified = 0.1;
 
 // The six tetrahedra of a cube around its diagonal (Kuhn), by corners: bit 0 is x, 1 is y, 2 is z.
 // Neighbouring cubes cut their common face alike.

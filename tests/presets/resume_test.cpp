@@ -44,7 +44,9 @@ std::vector<std::string> preset_names() {
 // Where the rule would give a run that shows nothing.
 const test::PresetSize kAsleepSoon = {.simulated_s = 0.25};
 const test::PresetSize kFromFarUp = {.simulated_s = 1.5};
+const test::PresetSize kOfWraps = {.as_hulls = true};
 const std::map<std::string, test::PresetSize> kSizes = {
+    {"artist/things_on_a_table", kOfWraps},
     {"equilibrium/wedged_crates", kAsleepSoon},
     {"hard/contact_on_edge", kAsleepSoon},
     {"hard/heavy_on_light", kAsleepSoon},

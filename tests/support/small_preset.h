@@ -24,6 +24,7 @@ struct PresetSize {
   double simulated_s = 1;  // of half the run
   size_t spheres = 1600;   // instead of `bodies` where all are spheres: enough for several threads
   int most_pieces = 4;     // of a decomposition
+  bool as_hulls = false;   // meshes whose wraps take long to make
   size_t fewest_frames = 4;  // of half the run
 };
 
@@ -137,7 +138,12 @@ class PresetShrinker {
   void coarsen_shapes(const std::filesystem::path& directory, bool collides_by_signatures) {
     for (const auto& [name, shape] : scene_["shapes"].items()) {
       if (shape.value("collision", "hull") == "decomposition") {
-        set("/shapes/" + name + "/decomposition_max_pieces", size_.most_pieces);
+        if (size_.as_hulls) {
+          set("/shapes/" + name + "/collision", "hull");
+          set("/shapes/" + name + "/solid", "hull");
+        } else {
+          set("/shapes/" + name + "/decomposition_max_pieces", size_.most_pieces);
+        }
       }
       if (!collides_by_signatures || !shape.contains("signature")) continue;
       const PresetJson& material = scene_["materials"][material_of(name)];

@@ -221,7 +221,7 @@ TEST_F(BatchPlanTest, EachStepTakesWhatTheOneBeforeItLeft) {
   EXPECT_THAT(words_of(plan, 1, 0), ElementsAre("simulate", scene, "-o", "run", "--resume", "--set",
                                                 "/duration_s=2", "--seed", "5", "--threads", "2"));
   EXPECT_THAT(words_of(plan, 1, 1), ElementsAre("finish", "run", "-o", "finished", "--scene", scene,
-                                                "--force", "--threads", "2"));
+                                                "--resume", "--threads", "2"));
   EXPECT_THAT(words_of(plan, 1, 2),
               ElementsAre("render", "finished", "--resume", "--threads", "2"));
   EXPECT_THAT(words_of(plan, 1, 3), ElementsAre("simulate", scene, "-o", "run_2", "--resume",

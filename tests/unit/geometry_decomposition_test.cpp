@@ -142,6 +142,42 @@ TriangleMesh two_boxes(double shift) {
   return mesh;
 }
 
+// The hull of a part of it is nearly all roof over its hollow.
+TEST(Decomposition, ThinShellsHavePiecesHoweverFew) {
+  constexpr int kSide = 12;
+  TriangleMesh shell;
+  for (const double below : {0.0, 0.01}) {
+    for (int i = 0; i <= kSide; ++i) {
+      for (int k = 0; k <= kSide; ++k) {
+        const double x = 2.0 * i / kSide - 1, z = 2.0 * k / kSide - 1;
+        shell.vertices.emplace_back(x, 0.4 * std::sin(3 * x) * std::cos(4 * z) - below, z);
+      }
+    }
+  }
+  const auto at = [](int side, int i, int k) {
+    return static_cast<uint32_t>((side * (kSide + 1) + i) * (kSide + 1) + k);
+  };
+  const auto quad = [&](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    shell.triangles.push_back({a, b, c});
+    shell.triangles.push_back({a, c, d});
+  };
+  for (int i = 0; i < kSide; ++i) {
+    for (int k = 0; k < kSide; ++k) {
+      quad(at(0, i, k), at(0, i, k + 1), at(0, i + 1, k + 1), at(0, i + 1, k));
+      quad(at(1, i, k), at(1, i + 1, k), at(1, i + 1, k + 1), at(1, i, k + 1));
+    }
+    quad(at(0, i, 0), at(0, i + 1, 0), at(1, i + 1, 0), at(1, i, 0));
+    quad(at(0, i, kSide), at(1, i, kSide), at(1, i + 1, kSide), at(0, i + 1, kSide));
+    quad(at(0, 0, i), at(1, 0, i), at(1, 0, i + 1), at(0, 0, i + 1));
+    quad(at(0, kSide, i), at(0, kSide, i + 1), at(1, kSide, i + 1), at(1, kSide, i));
+  }
+  for (const int pieces : {2, 4, 8}) {
+    const Decomposition result = decompose(shell, {.max_pieces = pieces}, std::nullopt);
+    EXPECT_FALSE(result.pieces.empty());
+    EXPECT_LE(result.pieces.size(), static_cast<size_t>(pieces));
+  }
+}
+
 TEST(Decomposition, ConvexGroupsAreTakenAsTheyAre) {
   const TriangleMesh mesh = two_boxes(0.5);
   const Decomposition result = decompose(mesh, {}, std::nullopt);

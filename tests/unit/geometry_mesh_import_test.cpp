@@ -237,7 +237,7 @@ TEST_F(MeshImport, KeepsTheColoursOfMaterials) {
   // Numbers of glTF are proportional to light.
   const TriangleMesh glb = import_mesh(
       file("a.glb",
-           two_tetrahedra_glb(R"({"pbrMetallicRoughness":{"baseColorFactor":[1,0.214041,0,1]}})")));
+           two_tetrahedra_glb(R"({"pbrMetallicRoughness":{"baseColorFactor":[1,0.215861,0,1]}})")));
   ASSERT_EQ(glb.colours.size(), 8u);
   EXPECT_THAT(glb.colours, Each(Colour{255, 128, 0}));
 }
