@@ -82,6 +82,8 @@ class Documents(CommandTest):
         self.assertGreater(count, 3)
 
     def check_plan(self, text, where):
+        (self.dir / "meshes").mkdir(exist_ok=True)
+        (self.dir / "meshes/ring.obj").write_bytes((SOURCE / "assets/ring.obj").read_bytes())
         (self.dir / "example.plan.json").write_text(text.replace('"bin.json"', f'"{SOURCE}/presets/batch/bin.json"'))
         result = self.run_pilesim("batch", "example.plan.json", "-o", "none", "--collect")
         self.assertEqual(result.returncode, 0, f"{where}: {result.stderr}")

@@ -179,6 +179,7 @@ class Pages(CommandTest):
             ("presets copy", "--force"),
             ("simulate scene.json -o out/a  ", "--force"),
             ("--seed 7", "--force"),
+            ("finish out/a", "--force"),
             ("sample-signature", quick),
             ("render out/a", "--force"),
             ("--passes", "--frames 3-5"),
