@@ -4,7 +4,7 @@
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
 #   ./bootstrap.sh check [--short]  install what is needed, clang-tidy, tests under sanitizers, fuzzing;
-#                                  a selection of each, some four minutes
+#                                  a selection of each, some three minutes
 #   ./bootstrap.sh sanitize [--thread] [PROGRAM...]  these test programs under AddressSanitizer and
 #                                  UndefinedBehaviorSanitizer, or under ThreadSanitizer
 #   ./bootstrap.sh fuzz [SECONDS [READER...]]  install what is needed and clang, feed every reader, or
@@ -133,8 +133,8 @@ check() {
   local failed=0
   stage configure cmake --preset release
   if [ "${1:-}" = --short ]; then
-    stage "clang-tidy of what is new" tests/lint/lint.py build/release --recent 90
-    stage "fuzzers of formats" fuzz 10 json trajectory
+    stage "clang-tidy of what is new" tests/lint/lint.py build/release --recent 60
+    stage "fuzzers of formats" fuzz 5 json trajectory
     stage "sanitizers, of clang" sanitize --clang unit_core unit_json unit_trajectory
     GTEST_FILTER='Team*:ParallelFor*' stage threads sanitize --thread unit_core
   else

@@ -4,8 +4,8 @@
     tests/lint/lint.py build/release              src/ and commands/
     tests/lint/lint.py build/release --tests      tests/, too
     tests/lint/lint.py build/release FILE...      these .cpp files
-    tests/lint/lint.py build/release --recent 90  of src/ and commands/, what the last commits changed, the newest
-                                                  first, as far as one comes in 90 s
+    tests/lint/lint.py build/release --recent 60  of src/ and commands/, what the last commits changed, the newest
+                                                  first, as far as one comes in 60 s
 
 Most of clang-tidy's time on one of our files goes into the packages' headers, which every check
 walks through. So files are checked together, many in one translation unit. Two of them share one
