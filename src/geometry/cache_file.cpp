@@ -3,14 +3,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
+#include <span>
 #include <system_error>
 #include <utility>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
-#include "core/hash.h"
 #include "json/cbor.h"
 
 namespace pilesim {
@@ -91,6 +92,15 @@ void CacheFile::store(const json& content) const {
     Problem problem = error.problems().front();
     problem.remedy = "Make room there, or name another place for the cache in XDG_CACHE_HOME";
     throw Error(error.kind(), std::move(problem));
+  }
+}
+
+void add_mesh(Hasher& key, const TriangleMesh& mesh) {
+  key.add_values(std::span(mesh.vertices));
+  key.add_values(std::span(mesh.triangles));
+  for (const MeshGroup& group : mesh.groups) {
+    const std::array range{group.first_triangle, group.triangle_count};
+    key.add_values(std::span<const uint32_t>(range));
   }
 }
 

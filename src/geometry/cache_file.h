@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/hash.h"
 #include "geometry/mesh.h"
 
 namespace pilesim {
@@ -33,6 +34,9 @@ class CacheFile {
  private:
   std::filesystem::path file_;
 };
+
+// The vertices, triangles and groups of a mesh, for a key.
+void add_mesh(Hasher& key, const TriangleMesh& mesh);
 
 // Vertices and triangles, bit by bit.
 nlohmann::json to_cached(const TriangleMesh& mesh);

@@ -2,8 +2,6 @@
 
 #include <array>
 
-#include "core/hash.h"
-
 namespace pilesim {
 namespace {
 
@@ -13,18 +11,13 @@ using nlohmann::json;
 constexpr uint32_t kAlgorithmVersion = 2;
 
 std::string cache_key(const TriangleMesh& mesh, const DecompositionOptions& options) {
-  Hasher hasher;
-  hasher.add_values(std::span(mesh.vertices));
-  hasher.add_values(std::span(mesh.triangles));
-  for (const MeshGroup& group : mesh.groups) {
-    const std::array range{group.first_triangle, group.triangle_count};
-    hasher.add_values(std::span<const uint32_t>(range));
-  }
+  Hasher key;
+  add_mesh(key, mesh);
   const std::array numbers{static_cast<double>(kAlgorithmVersion),
                            static_cast<double>(options.max_pieces), options.max_volume_error,
                            static_cast<double>(options.max_piece_vertices)};
-  hasher.add_values(std::span<const double>(numbers));
-  return hasher.digest();
+  key.add_values(std::span<const double>(numbers));
+  return key.digest();
 }
 
 json to_json(const Decomposition& decomposition) {

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "core/error.h"
-#include "core/hash.h"
 
 namespace pilesim {
 namespace {
@@ -14,21 +13,16 @@ using nlohmann::json;
 constexpr uint32_t kAlgorithmVersion = 1;
 
 std::string cache_key(const TriangleMesh& mesh, const SolidOptions& options) {
-  Hasher hasher;
-  hasher.add_values(std::span(mesh.vertices));
-  hasher.add_values(std::span(mesh.triangles));
-  for (const MeshGroup& group : mesh.groups) {
-    const std::array range{group.first_triangle, group.triangle_count};
-    hasher.add_values(std::span<const uint32_t>(range));
-  }
+  Hasher key;
+  add_mesh(key, mesh);
   const std::array numbers{static_cast<double>(kAlgorithmVersion),
                            mesh.rounding_m,
                            static_cast<double>(options.rule),
                            options.thickness_m,
                            static_cast<double>(options.hull_max_vertices),
                            static_cast<double>(options.cells)};
-  hasher.add_values(std::span<const double>(numbers));
-  return hasher.digest();
+  key.add_values(std::span<const double>(numbers));
+  return key.digest();
 }
 
 SolidWay way_of(const std::string& word) {

@@ -145,10 +145,12 @@ def most_names_first(sources):
 
 
 def recent(sources):
-    """Those that the last commits changed, the newest first."""
+    """Those that the last commits changed, the newest first; all where there is no history."""
     log = subprocess.run(["git", "log", f"-{RECENT_COMMITS}", "--name-only", "--format="], cwd=ROOT,
-                         check=True, capture_output=True, text=True).stdout
-    paths = dict.fromkeys(ROOT / line for line in log.split("\n"))
+                         capture_output=True, text=True)
+    if log.returncode != 0:
+        return list(sources.values())
+    paths = dict.fromkeys(ROOT / line for line in log.stdout.split("\n"))
     return [sources[path] for path in paths if path in sources]
 
 

@@ -137,7 +137,7 @@ TEST(Decomposition, ScaleMakesNoDifference) {
 TriangleMesh two_boxes(double shift) {
   const TriangleMesh box = box_mesh({1, 1, 1});
   TriangleMesh mesh =
-      test::joined(box, test::moved(box, {.position = {shift, 0.1 * shift, 0}, .orientation = {}}));
+      test::joined(box, test::moved(box, {.position = {shift, 0.1 * shift, 0}}));
   mesh.groups = {{"left", 0, 12}, {"right", 12, 12}};
   return mesh;
 }
