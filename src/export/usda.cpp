@@ -381,7 +381,7 @@ class UsdaWriter {
 
   // Translation and rotation with their keys: in full accuracy, quaternions of floats.
   void append_pose(std::string& text, const ExportTrack& track, Place place) {
-    const auto& [key, position, orientation, toggles] = track;
+    const auto& key = track.key;
     const auto append = [&](const char* name, const auto& append_value) {
       text += std::string("\n        ") + name;
       if (place == Place::declared) return;
@@ -397,9 +397,9 @@ class UsdaWriter {
       }
       text += '}';
     };
-    append("float3 xformOp:translate", [&](size_t i) { append_tuple(text, position[i]); });
+    append("float3 xformOp:translate", [&](size_t i) { append_tuple(text, track.position[i]); });
     append("quatf xformOp:orient", [&](size_t i) {
-      const Quatf& q = orientation[i];
+      const Quatf& q = track.orientation[i];
       text += '(';
       append_number(text, q.w());
       text += ", ";

@@ -76,8 +76,9 @@ ApproximatePieces approximate_pieces(const TriangleMesh& mesh, const Decompositi
   const TriangleMesh normalised = normalisation.apply(mesh);
   const FacetedSolid solid = faceted_solid(normalised);
   const double volume = solid.volume();
-  auto [parts, excess_with_more] = partition_into_convex(
+  ConvexPartition partition = partition_into_convex(
       solid, {.max_parts = options.max_pieces, .max_excess_m3 = max_excess * volume});
+  std::vector<ConvexPart>& parts = partition.parts;
   std::erase_if(parts, [&](const ConvexPart& part) {
     return part.hull_volume_m3 < kThinnest * volume;  // no body to speak of
   });
@@ -90,7 +91,7 @@ ApproximatePieces approximate_pieces(const TriangleMesh& mesh, const Decompositi
       pieces[k] = normalisation.undo(fit_piece(parts[k], fit));
     }
   });
-  return {std::move(pieces), std::move(excess_with_more)};
+  return {std::move(pieces), std::move(partition.excess_with_more)};
 }
 
 void measure_volumes(const TriangleMesh& mesh, Decomposition& result) {

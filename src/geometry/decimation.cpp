@@ -114,8 +114,7 @@ class Decimation {
       }
     }
     std::ranges::sort(ring);
-    const auto repeated = std::ranges::unique(ring);
-    ring.erase(repeated.begin(), repeated.end());
+    ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
     return ring;
   }
 

@@ -139,8 +139,7 @@ class TouchSearch {
 
   static void sort_once(std::vector<uint32_t>& triangles) {
     std::ranges::sort(triangles);
-    const auto repeated = std::ranges::unique(triangles);
-    triangles.erase(repeated.begin(), repeated.end());
+    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   }
 
   // Pairs of the triangle at `i` in tree order with those behind it.

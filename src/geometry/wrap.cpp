@@ -366,7 +366,10 @@ TriangleMesh simplified(const TriangleMesh& mesh, double error_m, double cell_m)
   for (int tries = 0; tries < kMostTries; ++tries) {
     TriangleMesh result = decimated(mesh, error_m, keeps);
     const std::vector<uint32_t> touching = find_touching_triangles(result).triangles;
-    if (touching.empty()) return find_mesh_defects(result).empty() ? std::move(result) : mesh;
+    if (touching.empty()) {
+      if (!find_mesh_defects(result).empty()) break;
+      return result;
+    }
     for (const uint32_t i : touching) {
       const auto [a, b, c] = result.triangles[i];
       places.mark_edges(result.vertices[a], result.vertices[b], result.vertices[c]);

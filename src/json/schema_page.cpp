@@ -162,11 +162,11 @@ class Page {
     std::vector<Json> kinds;
     for (const Json& kind : object["oneOf"]) kinds.push_back(without_stand_in(kind));
     Json common = Json::object();
-    for (const auto& [key, property] : kinds[0]["properties"].items()) {
+    for (const auto& entry : kinds[0]["properties"].items()) {
       if (std::ranges::all_of(kinds, [&](const Json& kind) {
-            return kind["properties"].value(key, Json()) == property;
+            return kind["properties"].value(entry.key(), Json()) == entry.value();
           })) {
-        common[key] = property;
+        common[entry.key()] = entry.value();
       }
     }
     if (!common.empty()) write_table(path, kinds[0], common);
