@@ -270,7 +270,6 @@ class BopCollection {
     std::error_code fault;
     fs::rename(partial, scene, fault);
     if (fault) throw io_error(scene.string(), "cannot be made", fault.value());
-    ++summary_.made;
   }
 
   static std::string with_numbers(const fs::path& file, const Json& source) {
@@ -424,7 +423,6 @@ class TarFile {
       samples = write();
       told["samples"] = samples;
       write_file_atomically(told_, told.dump() + '\n');
-      ++summary.made;
     }
     ++summary.tars;
     summary.samples += samples;

@@ -18,7 +18,6 @@ struct CollectionSummary {
   uint64_t pictures = 0, annotations = 0;      // in coco.json
   uint64_t scenes = 0, models = 0;             // in bop/
   uint64_t tars = 0, samples = 0, packed = 0;  // tar files, and how many jobs are in them
-  uint64_t made = 0;                           // scenes and tar files that were not there before
 };
 
 // All that the plan collects. Throws Error(io), Error(input) where what a job left is not as
