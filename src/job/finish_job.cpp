@@ -156,7 +156,10 @@ SimulationSummary run_finish(const FinishJob& job) {
   settings.visible_only |= job.visible_only;
   const CheckpointKey key = key_of(report.scene_hash, source, start, settings);
   if (job.resume) {
-    if (is_complete(job, replaced, key)) return {.was_complete = true};
+    if (is_complete(job, replaced, key)) {
+      require_gates(job.output, job.gates);
+      return {.was_complete = true};
+    }
     std::erase(replaced, job.output / kFinishingFile);
   }
   report.setup_s = watch.seconds();

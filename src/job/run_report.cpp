@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "report/report_json.h"
 #include "scene/scene_files.h"
 
 namespace pilesim {
@@ -58,7 +59,15 @@ void take_finish(FinishedPile& pile, SimulationReport& report) {
   StageTimes times;
   for (const FrameStatistics& step : pile.steps) times += step.times;
   times.total_s = pile.figures.wall_s;
-  report.rows.back().times += times;
+  FrameRow& last = report.rows.back();
+  last.times += times;
+  last.bodies_awake = static_cast<uint32_t>(pile.figures.not_at_rest);
+  if (pile.steps.empty()) return;
+  const FrameStatistics& end = pile.steps.back();
+  last.contacts = end.contacts;
+  last.deepest_penetration_m = end.deepest_penetration_m;
+  last.kinetic_energy_j = end.kinetic_energy_j;
+  last.potential_energy_j = end.potential_energy_j;
 }
 
 void throw_failed_gates(const std::filesystem::path& output,
@@ -71,6 +80,11 @@ void throw_failed_gates(const std::filesystem::path& output,
                         .expected = "not " + result.gate.text});
   }
   if (!problems.empty()) throw Error(ErrorKind::quality, std::move(problems));
+}
+
+void require_gates(const std::filesystem::path& output, const std::vector<QualityGate>& gates) {
+  if (gates.empty()) return;
+  throw_failed_gates(output, judge(gates, read_report(output / "report.json").quality));
 }
 
 }  // namespace pilesim

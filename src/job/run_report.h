@@ -20,11 +20,15 @@ SimulationReport begin_report(const std::string& command, const std::filesystem:
 
 FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics);
 
-// What finishing says of itself; its time goes to the last frame. After the quality of the end.
+// What finishing says of itself. Its time goes to the last frame, which then tells of the pile as
+// it lies in the end. After the quality of the end.
 void take_finish(FinishedPile& pile, SimulationReport& report);
 
 // Throws Error(quality), naming `output`, where one has not passed.
 void throw_failed_gates(const std::filesystem::path& output,
                         const std::vector<GateResult>& results);
+// The same for a run that was complete before, by the figures of its report. Throws as
+// read_report() does, where there are gates.
+void require_gates(const std::filesystem::path& output, const std::vector<QualityGate>& gates);
 
 }  // namespace pilesim

@@ -278,6 +278,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     checkpoint->require(key);
     if (checkpoint->is_done()) {
       forget_finishing(job.output);
+      require_gates(job.output, job.gates);
       return {.was_complete = true};
     }
     restore_simulated(job.output);
@@ -371,7 +372,6 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   summary.piles = std::move(directed.lines);
   if (is_finished) {
-    summary.awake_at_end = static_cast<uint32_t>(finished->figures.not_at_rest);
     if (finished->steps_before > 0) summary.beginning.push_back(resumed_after(*finished));
     summary.piles.push_back(describe(finished->figures));
   }

@@ -127,7 +127,9 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                       "By exact distances of its collision shapes, not by what the solver thinks. "
                       "Shares are of the mean body&rsquo;s diameter.");
   if (figures.contains("finish")) html += value_table("Finishing", figures["finish"]);
-  if (figures.contains("until")) html += value_table("Until all is settled", figures["until"]);
+  if (figures.contains("until"))
+    html += value_table("Until all is settled", figures["until"],
+                        figures.contains("finish") ? "As it was simulated, before finishing." : "");
   if (figures.contains("piles")) {
     for (const auto& [title, values] : figures["piles"].items()) {
       html += value_table("Piles: " + escaped(title), values);

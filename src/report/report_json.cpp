@@ -103,6 +103,23 @@ Json quality_json(const PileQuality& quality) {
           {"body_diameter_m", quality.body_diameter_m}};
 }
 
+PileQuality quality_of(const Json& json) {
+  PileQuality quality{.bodies = json.at("bodies"),
+                      .overlapping_pairs = json.at("overlapping_pairs"),
+                      .deepest_penetration_m = json.at("deepest_penetration_m"),
+                      .unsettled = json.at("unsettled"),
+                      .escaped = json.at("escaped"),
+                      .floating = json.at("floating"),
+                      .body_diameter_m = json.at("body_diameter_m")};
+  const auto length_m = [&](const char* name) {
+    return json.at(name).get<double>() * quality.body_diameter_m;
+  };
+  quality.mean_penetration_m = length_m("mean_penetration_diameters");
+  quality.largest_gap_m = length_m("largest_gap_diameters");
+  quality.mean_gap_m = length_m("mean_gap_diameters");
+  return quality;
+}
+
 Json report_json(const SimulationReport& report) {
   const FrameRow& first = report.rows.front();
   const FrameRow& last = report.rows.back();
@@ -135,7 +152,7 @@ Json report_json(const SimulationReport& report) {
         {"dynamic_bodies", report.dynamic_bodies},
         {"awake_at_end", last.bodies_awake},
         {"contacts_at_end", last.contacts}}},
-      {"settled", last.bodies_awake == 0},
+      {"settled", report.quality.unsettled == 0},
       {"quality_at_end", quality_json(report.quality)},
       {"quality_of_run", inspections_json(report.inspections)},
       {"gates", gates_json(report.gates)},
@@ -186,6 +203,7 @@ ReportedRun read_report(const std::filesystem::path& file) {
       refuse("is " + format.dump() + " of version " + version.dump());
     }
     const Json& time = report.at("time");
+    run.quality = quality_of(report.at("quality_at_end"));
     run.setup_s = time.at("setup_s");
     run.cpu_s = time.at("cpu_s");
     run.steps = report.at("counts").at("steps");

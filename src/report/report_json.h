@@ -13,10 +13,11 @@ namespace pilesim {
 // `report` has rows.
 nlohmann::ordered_json report_json(const SimulationReport& report);
 
-// What a comparison takes from the report of a run.
+// What others take from the report of a run.
 struct ReportedRun {
-  double setup_s = 0;  // wall
-  StageTimes times;    // wall, of all frames
+  PileQuality quality;  // at the end
+  double setup_s = 0;   // wall
+  StageTimes times;     // wall, of all frames
   double cpu_s = 0;
   uint64_t steps = 0;
   uint64_t peak_memory_bytes = 0;

@@ -122,6 +122,11 @@ class FinishTest(CommandTest):
         )
         self.assertRegex(result.stderr, r"unsettled is \d+")
         self.assertGreater(self.report("sound")["finish"]["not_at_rest"], 0)
+        # Once it is complete the gates are judged all the same.
+        again = ("finish", "out", "-o", "sound", "--longest", "0.01", "--resume")
+        judged = self.expect_exit(5, *again, "--fail-on", "unsettled>0")
+        self.assertEqual(judged.stderr, result.stderr)
+        self.succeed(*again, "--fail-on", "unsettled>1000")
 
     def interrupt(self, *arguments):
         process = subprocess.Popen(
@@ -270,7 +275,7 @@ class FinishTest(CommandTest):
 class SettledTest(CommandTest):
     def run_until_settled(self, mode, **more):
         def change(scene):
-            scene.update(duration_s=20, until="settled", **more)
+            scene.update({"duration_s": 20, "until": "settled"} | more)
             scene["simulator"] = {"mode": mode}
 
         self.succeed("simulate", self.write_scene(change), "-o", "out", "--force")
@@ -287,6 +292,17 @@ class SettledTest(CommandTest):
                 self.assertGreater(frames, 15)  # 1 m takes 0.45 s to fall
                 self.assertLess(frames, 150)
                 self.assertAlmostEqual(report["until"]["since_s"], frames / 30, delta=1)
+
+    def test_what_is_finished_is_reported_as_it_lies_then(self):
+        for longest in (20, 0.3):
+            with self.subTest(longest=longest):
+                report = self.run_until_settled("particle", duration_s=longest, finish={})
+                self.assertEqual(report["until"]["settled"], longest == 20)
+                self.assertEqual(report["settled"], True)
+                self.assertEqual(report["counts"]["awake_at_end"], 0)
+                self.assertEqual(report["energy"]["kinetic_end_j"], 0)
+                self.assertAlmostEqual(report["penetration"]["deepest_at_end_m"],
+                                       report["quality_at_end"]["deepest_penetration_m"], delta=1e-5)
 
     def test_not_before_all_that_is_to_come_has_come(self):
         report = self.run_until_settled(

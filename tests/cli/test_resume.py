@@ -113,6 +113,17 @@ class Resume(CommandTest):
         self.assertNotIn("resumed", result.stdout)
         self.assertEqual(results(self.dir / "b"), results(self.dir / "a"))
 
+    def test_gates_of_a_run_that_is_complete_are_judged(self):
+        run = ("simulate", self.write_scene(), "-o", "b")
+        first = self.expect_exit(5, *run, "--fail-on", "unsettled>0,penetration>1e-9D")
+        before = tree_bytes(self.dir / "b")
+        again = self.expect_exit(5, *run, "--resume", "--fail-on", "unsettled>0,penetration>1e-9D")
+        self.assertEqual(again.stderr, first.stderr)
+        for passed in ((), ("--fail-on", "unsettled>8,escaped>0")):
+            result = self.succeed(*run, "--resume", *passed)
+            self.assertIn("nothing was left to do", result.stdout)
+        self.assertEqual(tree_bytes(self.dir / "b"), before)
+
     def test_what_is_of_other_work_is_refused_with_the_reason(self):
         scene = self.write_scene()
         self.succeed("simulate", scene, "-o", "b")

@@ -64,6 +64,14 @@ TEST(ReportJson, AddsUpWhatTheFramesSay) {
   EXPECT_NEAR(stages["all"]["total_s"].get<double>(), 0.054, 1e-12);
 }
 
+TEST(ReportJson, HasSettledWhereItsJudgeFindsAllAtRest) {
+  SimulationReport report = ten_frames();
+  report.rows.back().bodies_awake = 4;  // slow, but not yet asleep
+  EXPECT_EQ(report_json(report)["settled"], true);
+  report.quality.unsettled = 1;
+  EXPECT_EQ(report_json(report)["settled"], false);
+}
+
 TEST(ReportJson, IsReadAsItWasWrittenInItsOwnVersionOnly) {
   const fs::path directory = fs::path(testing::TempDir()) / "pilesim_read_report";
   fs::create_directories(directory);
@@ -72,11 +80,22 @@ TEST(ReportJson, IsReadAsItWasWrittenInItsOwnVersionOnly) {
   report.setup_s = 0.25;
   report.cpu_s = 1.5;
   report.peak_memory_bytes = 12345;
+  report.quality = {.bodies = 4,
+                    .overlapping_pairs = 3,
+                    .deepest_penetration_m = 0.1,
+                    .mean_penetration_m = 0.0625,
+                    .largest_gap_m = 0.25,
+                    .mean_gap_m = 0.125,
+                    .unsettled = 2,
+                    .escaped = 1,
+                    .floating = 5,
+                    .body_diameter_m = 0.3};
   nlohmann::ordered_json figures = report_json(report);
   write_file_atomically(file, figures.dump());
   const ReportedRun run = read_report(file);
   EXPECT_EQ(run.setup_s, 0.25);
   EXPECT_EQ(run.cpu_s, 1.5);
+  EXPECT_EQ(quality_json(run.quality), quality_json(report.quality));
   EXPECT_EQ(run.steps, 36);
   EXPECT_EQ(run.peak_memory_bytes, 12345);
   EXPECT_NEAR(run.times.of(Stage::solver), 0.027, 1e-12);
