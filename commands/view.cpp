@@ -5,6 +5,7 @@
 #include "core/output_directory.h"
 #include "core/text.h"
 #include "frame_range.h"
+#include "job/run_overlaps.h"
 #include "numbers.h"
 #include "options.h"
 #include "print.h"
@@ -27,6 +28,8 @@ struct ViewArguments {
   FrameRange frames;
   std::vector<std::string> only;
   uint64_t bodies = kMostBodies;
+  bool overlaps = false;
+  std::optional<std::string> scene;
   bool force = false, quiet = false;
 };
 
@@ -50,7 +53,7 @@ void run_view_command(const ViewArguments& options) {
   ViewJob job{.output = options.output ? fs::path(*options.output) : directory / kViewFile,
               .beside = directory,
               .choice = {.frames = selected_frames(options.frames, trajectory.frame_count(),
-                                                    trajectory.header().frame_rate),
+                                                   trajectory.header().frame_rate),
                          .only = options.only,
                          .camera = scene.camera},
               .title = scene.name,
@@ -59,6 +62,12 @@ void run_view_command(const ViewArguments& options) {
               .force = options.force};
   if (job.choice.camera.keys.empty()) {
     job.choice.camera.keys.push_back(frame_action(trajectory, 16.0 / 9));
+  }
+  std::optional<RunOverlaps> overlaps;
+  if (options.overlaps) {
+    overlaps.emplace(directory, trajectory, options.scene);
+    job.overlaps = {.of = [&](uint64_t frame) { return overlaps->of(frame); },
+                    .diameter_m = overlaps->diameter_m()};
   }
   const ViewSummary summary = run_view(trajectory, job);
   if (options.quiet) return;
@@ -96,12 +105,23 @@ void add_view_command(CLI::App& app) {
       *command, "--bodies", {1, 1'000'000}, [options](uint64_t n) { options->bodies = n; },
       "Show at most so many of the bodies that move (default " + std::to_string(kMostBodies) +
           "), spread evenly over all of them; the page says so");
+  CLI::Option* overlaps = command->add_flag(
+      "--overlaps", options->overlaps,
+      "Measure how deep each body is in others, to colour by it; at every frame, or of large and "
+      "long runs at moments spread evenly, which the page says");
+  command
+      ->add_option("--scene", options->scene,
+                   "With --overlaps: the scene file of the run, where it is not where it was")
+      ->type_name("FILE")
+      ->check(named(), "")
+      ->needs(overlaps);
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
   command->add_flag("--force", options->force, "Replace a page that is there already");
   command->footer(R"(
 Examples:
   pilesim view out/crate
   pilesim view out/crate -o crate.html --frames 30-
+  pilesim view out/crate --overlaps --force
   pilesim view out/flood --bodies 30000)");
   command->callback([options] { run_view_command(*options); });
 }

@@ -13,17 +13,6 @@ namespace pilesim {
 
 namespace {
 
-double mean_diameter_m(const Model& model) {
-  double sum = 0;
-  size_t count = 0;
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    sum += 2 * model.shapes[body.shape].bounding_radius;
-    ++count;
-  }
-  return count > 0 ? sum / static_cast<double>(count) : 1;
-}
-
 bool is_free(const Model& model, const BodyStates& states, uint32_t body) {
   return model.bodies[body].role == Role::dynamic && (states.flags[body] & kPresent) != 0;
 }

@@ -40,11 +40,12 @@ class Inspection {
  public:
   Inspection(const Model& model, const Vec3& gravity, const BodyStates& states);
   PileQuality run();
+  std::vector<double> depths() const;
 
  private:
   void place(const BodyStates& states);
   std::vector<BodyPair> near_pairs() const;
-  double distance(const BodyPair& pair) const;
+  std::vector<double> distances_of(const std::vector<BodyPair>& pairs) const;
   uint64_t count_escaped(const std::vector<uint8_t>& held_up) const;
   void judge_pairs(const std::vector<BodyPair>& pairs, const std::vector<double>& distances);
   std::vector<uint8_t> joined_to(const std::vector<uint8_t>& roots,
@@ -63,14 +64,7 @@ class Inspection {
 
 Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
     : model_(model), gravity_(gravity), distances_(model) {
-  double diameters_m = 0;
-  uint64_t dynamic = 0;
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    ++dynamic;
-    diameters_m += 2 * model.shapes[body.shape].bounding_radius;
-  }
-  quality_.body_diameter_m = dynamic > 0 ? diameters_m / static_cast<double>(dynamic) : 0;
+  quality_.body_diameter_m = mean_diameter_m(model);
   reach_m_ = kReach * quality_.body_diameter_m;
   place(states);
 }
@@ -129,8 +123,14 @@ std::vector<BodyPair> Inspection::near_pairs() const {
   return pairs;
 }
 
-double Inspection::distance(const BodyPair& pair) const {
-  return distances_.distance(placed_[pair.a], placed_[pair.b], reach_m_);
+std::vector<double> Inspection::distances_of(const std::vector<BodyPair>& pairs) const {
+  std::vector<double> distances(pairs.size());
+  parallel_for(pairs.size(), 64, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      distances[i] = distances_.distance(placed_[pairs[i].a], placed_[pairs[i].b], reach_m_);
+    }
+  });
+  return distances;
 }
 
 // `held_up`: what touches, over others, something that is fixed; a chain may hang below it.
@@ -220,10 +220,7 @@ std::vector<uint8_t> Inspection::joined_to(const std::vector<uint8_t>& roots,
 
 PileQuality Inspection::run() {
   const std::vector<BodyPair> pairs = near_pairs();
-  std::vector<double> distances(pairs.size());
-  parallel_for(pairs.size(), 64, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) distances[i] = distance(pairs[i]);
-  });
+  const std::vector<double> distances = distances_of(pairs);
   judge_pairs(pairs, distances);
   std::vector<uint8_t> fixed, support;
   for (const Placed& placed : placed_) {
@@ -238,7 +235,24 @@ PileQuality Inspection::run() {
   return quality_;
 }
 
+std::vector<double> Inspection::depths() const {
+  const std::vector<BodyPair> pairs = near_pairs();
+  const std::vector<double> distances = distances_of(pairs);
+  std::vector<double> depths(model_.bodies.size(), 0);
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    for (const uint32_t one : {pairs[i].a, pairs[i].b}) {
+      double& depth = depths[placed_[one].body];
+      depth = std::max(depth, -distances[i]);
+    }
+  }
+  return depths;
+}
+
 }  // namespace
+
+std::vector<double> overlap_depths(const Model& model, const BodyStates& states) {
+  return Inspection(model, Vec3::Zero(), states).depths();
+}
 
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states) {
   return Inspection(model, gravity, states).run();

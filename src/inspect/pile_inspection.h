@@ -1,6 +1,8 @@
 // How sound a pile is, by the distances of its bodies' collision shapes, whatever simulated it.
 #pragma once
 
+#include <vector>
+
 #include "core/pile_quality.h"
 #include "model/model.h"
 #include "simulate/body_state.h"
@@ -20,6 +22,10 @@ inline constexpr double kTouchingGap = 0.02;
 // touching bodies joins to one that is fixed, kinematic, held, hinged or moving. `gravity` in
 // m/s^2. Runs in parallel; the result does not depend on the number of threads.
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states);
+
+// (bodies) How deep each is in the one that it is deepest in, m, by the same distances; 0 where it
+// is in none. Of two bodies one at least is dynamic and let go. Runs in parallel, as above.
+std::vector<double> overlap_depths(const Model& model, const BodyStates& states);
 
 // The bodies that are not at rest: PileQuality::unsettled alone, which needs no distances.
 uint64_t count_unsettled(const Model& model, const Vec3& gravity, const BodyStates& states);

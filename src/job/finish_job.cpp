@@ -7,17 +7,13 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/interrupt.h"
-#include "core/naming.h"
 #include "core/output_directory.h"
 #include "inspect/pile_inspection.h"
 #include "job/finish_stage.h"
-#include "job/guide_direction.h"
+#include "job/run_model.h"
 #include "job/run_report.h"
 #include "job/simulation_checkpoint.h"
-#include "model/model.h"
 #include "report/report_writer.h"
-#include "scene/scene_files.h"
-#include "scene/scene_loader.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -31,56 +27,6 @@ void require_another_directory(const FinishJob& job) {
   throw Error(ErrorKind::usage, Problem{.file = job.output.string(),
                                         .found = "is the run that is to be finished",
                                         .remedy = "Name another directory with -o"});
-}
-
-// Where the scene of the run lies.
-fs::path place_of_scene(const FinishJob& job) {
-  if (job.scene_file) return *job.scene_file;
-  const fs::path checkpoint = job.input / kCheckpointFile;
-  std::error_code missing;
-  if (fs::exists(checkpoint, missing)) return RunCheckpoint(job.input).scene_file();
-  throw Error(ErrorKind::input,
-              Problem{.file = job.input.string(),
-                      .found = "has no checkpoint.bin that says where its scene is",
-                      .remedy = "Name the scene file with --scene"});
-}
-
-// Its faults are those of the trajectory, whatever the scene file has become since.
-LoadedScene parse_own_scene(const FinishJob& job, const TrajectoryHeader& header,
-                            const fs::path& scene_file) {
-  try {
-    return parse_scene(header.resolved_scene, scene_file);
-  } catch (const Error& error) {
-    std::vector<Problem> problems = error.problems();
-    for (Problem& problem : problems) {
-      if (problem.file == scene_file) problem.file = (job.input / "trajectory.zarr").string();
-    }
-    throw Error(error.kind(), std::move(problems));
-  }
-}
-
-// The run's own, which the trajectory has; what it names is looked for beside `scene_file`.
-LoadedScene load_own_scene(const FinishJob& job, const TrajectoryHeader& header,
-                           const fs::path& scene_file) {
-  LoadedScene loaded = parse_own_scene(job, header, scene_file);
-  for (const NamedFile& file : loaded.files) {
-    if (!fs::exists(file.path)) {
-      throw Error(ErrorKind::input,
-                  Problem{.file = file.path.string(),
-                          .pointer = file.pointer,
-                          .found = "is not there",
-                          .expected = "the file that the scene of " + job.input.string() + " names",
-                          .remedy = "Name the scene file beside which it lies with --scene"});
-    }
-  }
-  if (scene_hash(loaded) != header.scene_hash) {
-    throw Error(ErrorKind::input,
-                Problem{.file = scene_file.string(),
-                        .found = "names files that have changed",
-                        .expected = "those that " + job.input.string() + " was simulated with",
-                        .remedy = "Simulate it again"});
-  }
-  return loaded;
 }
 
 std::vector<FrameRow> rows_of(const std::vector<FrameStatistics>& steps) {
@@ -143,10 +89,8 @@ SimulationSummary run_finish(const FinishJob& job) {
   auto replaced = claim_output(job.output, kSimulationEntries, job.force || job.resume);
   require_another_directory(job);
   TrajectoryReader source(job.input);
-  const fs::path scene_file = place_of_scene(job);
-  const LoadedScene loaded = load_own_scene(job, source.header(), scene_file);
-  Model model = naming(scene_file.string(), [&] { return build_model(loaded.scene); });
-  fill_guide_of(scene_file, loaded.scene, model);
+  const auto [scene_file, loaded, model] =
+      load_run_model(job.input, source.header(), job.scene_file);
   const BodyStates start = last_states(source, model, job.input.string());
   SimulationReport report = begin_report("finish", scene_file, loaded, model);
 

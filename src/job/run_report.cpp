@@ -34,14 +34,9 @@ SimulationReport begin_report(const std::string& command, const std::filesystem:
   report.seed = loaded.scene.seed;
   report.threads = thread_count();
   report.step_s = loaded.scene.actual_step_s();
-  double diameters_m = 0;
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    ++report.dynamic_bodies;
-    diameters_m += 2 * model.shapes[body.shape].bounding_radius;
-  }
-  report.body_diameter_m =
-      diameters_m / static_cast<double>(std::max<uint64_t>(1, report.dynamic_bodies));
+  report.dynamic_bodies = static_cast<uint64_t>(
+      std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role));
+  report.body_diameter_m = mean_diameter_m(model);
   for (const ModelShape& shape : model.shapes) {
     if (!shape.collision_report.empty()) {
       report.collision_shapes.push_back(shape.name + ": " + shape.collision_report);

@@ -331,6 +331,17 @@ class ModelBuilder {
 
 }  // namespace
 
+double mean_diameter_m(const Model& model) {
+  double sum_m = 0;
+  uint64_t dynamic = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    ++dynamic;
+    sum_m += 2 * model.shapes[body.shape].bounding_radius;
+  }
+  return dynamic > 0 ? sum_m / static_cast<double>(dynamic) : 0;
+}
+
 Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }
 
 }  // namespace pilesim

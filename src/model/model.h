@@ -112,4 +112,7 @@ struct Model {
 // shape's JSON pointer.
 Model build_model(const Scene& scene);
 
+// Of the dynamic bodies, of the ball about the centre of mass, m; 0 where there are none.
+double mean_diameter_m(const Model& model);
+
 }  // namespace pilesim

@@ -1,12 +1,23 @@
 // What the colours of bodies tell. Each: {name, legend(), of(body, state, frame) -> [r, g, b]}.
 
 const RAMP = [[68, 40, 120], [59, 82, 139], [33, 145, 140], [94, 201, 98], [240, 215, 50]];
-function ramp(share) {
-  const at = Math.max(0, Math.min(0.9999, share)) * (RAMP.length - 1);
+const HEAT = [[120, 150, 185], [238, 205, 110], [222, 110, 45], [165, 25, 40]];
+function ramp(colours, share) {
+  const at = Math.max(0, Math.min(0.9999, share)) * (colours.length - 1);
   const i = Math.floor(at), part = at - i;
-  return RAMP[i].map((low, c) => low + part * (RAMP[i + 1][c] - low));
+  return colours[i].map((low, c) => low + part * (colours[i + 1][c] - low));
 }
 const css = (c) => `rgb(${c.map(Math.round).join(",")})`;
+
+// Colours go by the square root of what they tell: the middle is a quarter of the end.
+function byRamp(key, name, colours, most, ends, share) {
+  return {
+    key, name,
+    of: (body, state, frame) => ramp(colours, Math.sqrt(share(body, frame) / most)),
+    legend: () => `<div class="ramp" style="background:linear-gradient(90deg,${colours.map(css).join(",")})"></div>` +
+      `<div class="ends">${ends.map((text) => `<span>${text}</span>`).join("")}</div>`,
+  };
+}
 
 // `classes`: [text, colour, test(state)], the first that fits.
 function byState(name, classes) {
@@ -20,6 +31,7 @@ function byState(name, classes) {
 }
 
 const FIXED = [150, 154, 160];
+const SOUND_OVERLAP = 0.02;  // of the mean body: up to so much counts as sound
 
 function colourings(trajectory, about) {
   const { colour } = trajectory;
@@ -32,10 +44,12 @@ function colourings(trajectory, about) {
     ["asleep", [88, 122, 160], (s) => s & STATE.asleep],
     ["awake", [226, 122, 52], () => true]]) });
   const fastest = about.fast_m_s;
-  list.push({ key: "speed", name: "Colours: speed",
-    of: (body, state, frame) => ramp(Math.sqrt(trajectory.speed(body, frame) * about.frame_rate / fastest)),
-    legend: () => `<div class="ramp" style="background:linear-gradient(90deg,${[0, 0.25, 0.5, 0.75, 1].map((s) => css(ramp(s))).join(",")})"></div>` +
-      `<div class="ends"><span>0</span><span>${rounded(fastest / 4)}</span><span>${rounded(fastest)} m/s</span></div>` });
+  list.push(byRamp("speed", "Colours: speed", RAMP, fastest, ["0", rounded(fastest / 4), rounded(fastest) + " m/s"],
+    (body, frame) => trajectory.speed(body, frame) * about.frame_rate));
+  if (trajectory.moments.length > 0) {
+    list.push(byRamp("overlap", "Colours: overlap", HEAT, 4 * SOUND_OVERLAP,
+      ["0", percent(SOUND_OVERLAP), percent(4 * SOUND_OVERLAP)], (body, frame) => trajectory.overlap(body, frame)));
+  }
   if (has(STATE.impulse) && about.mode === "mixed") {
     list.push({ key: "level", ...byState("Colours: level", [
       ["sphere", [90, 150, 205], (s) => !(s & STATE.impulse)],
@@ -55,6 +69,8 @@ function colourings(trajectory, about) {
 function metres(value) {
   return (+value.toFixed(3) + 0).toFixed(3) + " m";  // no -0
 }
+
+const percent = (share) => rounded(100 * share) + " %";
 
 // Three digits, without zeros at the end.
 function rounded(value) {

@@ -72,6 +72,9 @@ class Trajectory {
     this.turn = [0, 1, 2, 3].map(() => new Int16Array(reader.channel(this.firstKey, keys).buffer));
     this.changeFrame = reader.take(Uint32Array, changes);
     this.changeState = reader.take(Uint8Array, changes);
+    this.moments = about.overlaps.frames;
+    this.depth = reader.take(Uint16Array, n * this.moments.length);
+    this.depthUnit = 1 / about.overlaps.units;
     this.cursor = this.firstKey.slice(0, n);
     this.stateCursor = this.firstChange.slice(0, n);
   }
@@ -124,6 +127,14 @@ class Trajectory {
     }
     length = 1 / Math.sqrt(length || 1);
     for (let c = 3; c < 7; ++c) out[at + c] *= length;
+  }
+
+  // How deep it is in another at the measured moment that is nearest to `frame`, in mean diameters.
+  overlap(body, frame) {
+    const at = this.moments;
+    let k = 0;
+    while (k + 1 < at.length && at[k + 1] - frame <= frame - at[k]) ++k;
+    return this.depth[at.length * body + k] * this.depthUnit;
   }
 
   // m a frame.

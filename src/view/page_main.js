@@ -232,6 +232,10 @@ class Page {
       ["State", words], ["Speed", rounded(trajectory.speed(body, whole) * ABOUT.frame_rate) + " m/s"],
       ...["x", "y", "z"].map((axis, i) => [axis, metres(pose[i])])];
     if (solver) rows.push(["Solved", solver]);
+    if (trajectory.moments.length > 0 && trajectory.colour[4 * body + 3]) {
+      const share = trajectory.overlap(body, whole);
+      rows.push(["Overlap", `${rounded(1000 * share * ABOUT.overlaps.diameter_m)} mm, ${percent(share)}`]);
+    }
     $("#body h2").textContent = trajectory.names[body];
     const list = $("#body dl");
     list.textContent = "";

@@ -16,9 +16,10 @@ static_assert(std::endian::native == std::endian::little);
 constexpr size_t kMostKeys = 9'000'000;
 // What machines without a graphics card of their own draw 30 times a second, twice.
 constexpr size_t kMostTriangles = 1'200'000;
-constexpr size_t kMoments = 240;        // of the curve of moving bodies
-constexpr float kStepOfRadius = 5e-4f;  // finer than what is seen
-constexpr size_t kOfFast = 98;          // per cent are slower
+constexpr size_t kMoments = 240;           // of the curve of moving bodies
+constexpr float kStepOfRadius = 5e-4f;     // finer than what is seen
+constexpr size_t kOfFast = 98;             // per cent are slower
+constexpr size_t kMostMeasured = 200'000;  // bodies times frames: under a minute
 
 bool is_present(uint8_t state) { return (state & kPresent) != 0; }
 
@@ -174,6 +175,22 @@ void measure_motion(const ExportSource& source, ViewData& data) {
   if (*at > 0) data.fast_m_s = *at;
 }
 
+void measure_overlaps(const ExportSource& source, const OverlapMeter& meter, ViewData& data) {
+  if (!meter.of) return;
+  ViewOverlaps& overlaps = data.overlaps;
+  overlaps.diameter_m = meter.diameter_m;
+  overlaps.frames = overlap_frames(data.frames, source.header().body_count());
+  const size_t count = overlaps.frames.size();
+  overlaps.depth.resize(data.shown.size() * count);
+  for (size_t k = 0; k < count; ++k) {
+    const std::vector<float> depths = meter.of(source.frame(overlaps.frames[k] * data.every));
+    for (size_t i = 0; i < data.shown.size(); ++i) {
+      const float units = kDepthUnits * depths[source.bodies()[data.shown[i]].id];
+      overlaps.depth[i * count + k] = static_cast<uint16_t>(std::lround(std::min(units, 65535.0F)));
+    }
+  }
+}
+
 RenderMesh mesh_of(const TrajectoryShape& shape, float plane_reach_m) {
   const float r = plane_reach_m;
   if (!shape.is_plane) return make_render_mesh(shape.vertices, shape.triangles);
@@ -275,7 +292,16 @@ void append_channel(std::string& bytes, const std::vector<ViewTrack>& tracks, si
 
 }  // namespace
 
-ViewData make_view_data(ExportSource& source, uint64_t most_bodies) {
+std::vector<uint32_t> overlap_frames(size_t frames, size_t bodies) {
+  const size_t count = std::clamp<size_t>(kMostMeasured / bodies, 1, frames);
+  std::vector<uint32_t> chosen;
+  for (size_t k = 1; k <= count; ++k) {
+    chosen.push_back(static_cast<uint32_t>(k * frames / count - 1));
+  }
+  return chosen;
+}
+
+ViewData make_view_data(ExportSource& source, uint64_t most_bodies, const OverlapMeter& meter) {
   ViewData data;
   choose_bodies(source, most_bodies, data);
   choose_frames(source, data);
@@ -284,6 +310,7 @@ ViewData make_view_data(ExportSource& source, uint64_t most_bodies) {
   widen_to_fixed_bodies(source, data);
   read_keys(source, data);
   measure_motion(source, data);
+  measure_overlaps(source, meter, data);
   make_meshes(source, data);
   return data;
 }
@@ -320,6 +347,7 @@ std::string view_bytes(const ExportSource& source, const ViewData& data, const s
   for (const ViewTrack& track : data.tracks) {
     for (const auto& [frame, state] : track.states) append(bytes, state);
   }
+  for (const uint16_t depth : data.overlaps.depth) append(bytes, depth);
   return bytes;
 }
 

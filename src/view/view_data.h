@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,20 @@ struct ViewTrack {
   std::vector<std::pair<uint32_t, uint8_t>> states;  // from a frame on; the first is 0
 };
 
+// How deep bodies are in each other, where that is measured.
+struct ViewOverlaps {
+  double diameter_m = 1;         // of the mean body
+  std::vector<uint32_t> frames;  // of the page, at which they are measured, ascending
+  std::vector<uint16_t> depth;   // (shown, frames): in mean diameters times kDepthUnits
+};
+inline constexpr float kDepthUnits = 20000;
+
+// Measures them for a frame of the trajectory: (bodies of it) in mean diameters.
+struct OverlapMeter {
+  std::function<std::vector<float>(uint64_t frame)> of;  // none: they are not measured
+  double diameter_m = 1;
+};
+
 struct ViewData {
   std::vector<uint32_t> shown;                      // indices of ExportSource::bodies(), ascending
   std::vector<ViewTrack> tracks;                    // of these
@@ -44,6 +59,7 @@ struct ViewData {
   std::vector<uint32_t> moving;  // bodies that move, at moments spread evenly over the time
   float fast_m_s = 1;            // few are faster
   uint8_t states = 0;            // flags that occur
+  ViewOverlaps overlaps;
   Vec3f centre = Vec3f::Zero();  // m, and radius_m: where the pile is most of the time
   float radius_m = 1;
 };
@@ -51,9 +67,13 @@ struct ViewData {
 // Planes reach so many radii of the pile and are not seen from there on.
 inline constexpr float kGroundReach = 9;
 
+// Of so many frames those at which the overlaps of so many bodies are measured: all of them, or as
+// many as are not too much work, evenly spread, the last one among them.
+std::vector<uint32_t> overlap_frames(size_t frames, size_t bodies);
+
 // Reads the source's frames twice. Where bodies are more than `most_bodies`, or keys would be too
 // many, it takes some.
-ViewData make_view_data(ExportSource& source, uint64_t most_bodies);
+ViewData make_view_data(ExportSource& source, uint64_t most_bodies, const OverlapMeter& meter);
 
 // For page_data.js, before compression. `signs`: JSON text of what is drawn over the pile.
 std::string view_bytes(const ExportSource& source, const ViewData& data, const std::string& signs);

@@ -8,7 +8,6 @@
 #include "core/counted.h"
 #include "core/output_directory.h"
 #include "core/text.h"
-#include "view/view_data.h"
 #include "view/view_page.h"
 #include "view/view_signs.h"
 
@@ -60,6 +59,18 @@ std::string thinned_text(const ExportSource& source, const ViewData& data) {
   return text;
 }
 
+std::string overlaps_text(const ViewOverlaps& overlaps, size_t frames) {
+  std::string text =
+      "Overlap: how deep a body is in the one that it is deepest in, by exact distances of "
+      "collision shapes, as a share of the mean body (" +
+      with_digits(overlaps.diameter_m, 3) + " m)";
+  if (overlaps.frames.size() < frames) {
+    text += "; measured at " + number(overlaps.frames.size(), "moment", "moments") +
+            ", in between it is that of the nearest one";
+  }
+  return text;
+}
+
 Json lines_json(const ViewData& data) {
   Json lines = Json::array();
   for (const ViewMesh& mesh : data.meshes) {
@@ -72,6 +83,7 @@ Json lines_json(const ViewData& data) {
   for (const ViewTrack& track : data.tracks) step_m = std::max(step_m, track.step_m);
   lines.push_back("Places are true to " + with_digits(1e3 * 0.5 * step_m, 2) +
                   " mm, turns to 0.02 degrees");
+  if (!data.overlaps.frames.empty()) lines.push_back(overlaps_text(data.overlaps, data.frames));
   lines.push_back(
       "Drag to turn, with Shift or two fingers to move, wheel or pinch for near and far");
   lines.push_back("Click a body for its data");
@@ -100,6 +112,10 @@ Json about_json(const ExportSource& source, const ViewData& data, const ViewJob&
           {"states", data.states},
           {"fast_m_s", data.fast_m_s},
           {"moving", data.moving},
+          {"overlaps",
+           {{"frames", data.overlaps.frames},
+            {"units", kDepthUnits},
+            {"diameter_m", data.overlaps.diameter_m}}},
           {"camera", camera_json(source, data)},
           {"scene",
            {{"centre", {c.x(), c.y(), c.z()}},
@@ -115,7 +131,7 @@ ViewSummary run_view(TrajectoryReader& trajectory, const ViewJob& job) {
   const Stopwatch watch;
   claim_output_file(job.output, job.force);
   ExportSource source(trajectory, job.choice);
-  const ViewData data = make_view_data(source, job.most_bodies);
+  const ViewData data = make_view_data(source, job.most_bodies, job.overlaps);
   const std::string page =
       view_page(about_json(source, data, job),
                 view_bytes(source, data, view_signs(job.beside, source, data)));

@@ -7,6 +7,7 @@
 
 #include "export/export_source.h"
 #include "trajectory/trajectory.h"
+#include "view/view_data.h"
 
 namespace pilesim {
 
@@ -16,7 +17,8 @@ struct ViewJob {
   ExportChoice choice;           // frames evenly spaced; the camera has a key at least
   std::string title, mode;       // of the scene, plain text
   uint64_t most_bodies = 0;      // that move; of more some are shown, spread evenly over all
-  bool force = false;            // replace a page that is there
+  OverlapMeter overlaps;
+  bool force = false;  // replace a page that is there
 };
 
 struct ViewSummary {

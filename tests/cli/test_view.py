@@ -45,6 +45,9 @@ class Page:
         self.place = numpy.stack(channels[:3], 1).astype(float)
         self.turn = numpy.stack(channels[3:], 1).astype("u2").view("i2") / 8191
         self.change_frame, self.change_state = self.take("u4", changes.sum()), self.take("u1", changes.sum())
+        overlaps = self.about["overlaps"]
+        moments = len(overlaps["frames"])
+        self.depth = self.take("u2", n * moments).reshape(n, moments) / overlaps["units"]
         assert self.at == len(self.bytes)
 
     def take(self, kind, count):
@@ -116,6 +119,32 @@ class View(CommandTest):
         self.assertAlmostEqual(page.about["first_s"], 4 / 30)
         self.assertAlmostEqual(page.about["frame_rate"], 15)
 
+    def test_has_how_deep_bodies_are_in_each_other(self):
+        def sunk(scene):
+            scene["emitters"][0].update(centre=[0, 0.1, 0], count=[2, 1, 1], spacing=[0.14, 1, 1],
+                                        orientation=[1, 0, 0, 0], asleep=True)
+            scene["bodies"].append({"name": "falls", "shape": "box", "material": "wood", "position": [3, 1, 0]})
+
+        self.succeed("simulate", self.write_scene(sunk), "-o", "out/a", "--force")
+        page = self.page("--overlaps")
+        diameter = 0.2 * 3**0.5
+        self.assertAlmostEqual(page.about["overlaps"]["diameter_m"], diameter)
+        self.assertEqual(page.about["overlaps"]["frames"], list(range(page.about["frames"])))
+        for body, number in enumerate(page.id):
+            deep = 0.06 / diameter if page.names[body].startswith("boxes") else 0
+            self.assertLess(abs(page.depth[body, :10] - deep).max(), 1e-4, page.names[body])
+        # Of others only what is shown, at the frames that are shown.
+        self.assertEqual(self.page("--overlaps", "--frames", "4-12x2", "--only", "falls").depth.tolist(), [[0] * 5])
+        self.assertEqual(self.page().depth.size, 0)
+
+    def test_overlaps_need_the_scene(self):
+        (self.dir / "scene.json").rename(self.dir / "moved.json")
+        self.succeed("view", "out/a", "--overlaps", "--scene", "moved.json")
+        (self.dir / "out/a/checkpoint.bin").unlink()
+        result = self.expect_exit(3, "view", "out/a", "--overlaps", "--force")
+        self.assertIn("--scene", result.stderr)
+        self.expect_exit(2, "view", "out/a", "--scene", "moved.json", "--force")
+
     def test_names_that_are_markup_stay_text(self):
         def named(scene):
             scene["name"] = "</script><b>&"
@@ -146,10 +175,10 @@ class View(CommandTest):
 
     @unittest.skipUnless(CHROMIUM, "chromium is not installed")
     def test_plays_in_a_browser(self):
-        self.page()
+        self.page("--overlaps")
         # Time in the page is not the clock's: what it unpacks in other threads may take longer.
         for budget in (1000, 4000, 16000, 64000):
-            shown = self.shown_by_browser("page.html#frame=7&body=3", budget)
+            shown = self.shown_by_browser("page.html#frame=7&body=3&colours=overlap", budget)
             if "data-drawn=" in shown:
                 break
         self.assertIn('data-drawn="7"', shown)
@@ -157,3 +186,5 @@ class View(CommandTest):
         self.assertIn(f"<h2>{self.store.attrs['body_name'][3]}</h2>", shown)
         for axis, value in zip("xyz", self.store["position"][7, 3]):
             self.assertIn(f"<dt>{axis}</dt><dd>{round(value, 3) + 0.0:.3f} m</dd>", shown)
+        self.assertIn("<dt>Overlap</dt><dd>0 mm, 0 %</dd>", shown)
+        self.assertIn("<span>2 %</span><span>8 %</span>", shown)

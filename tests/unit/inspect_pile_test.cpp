@@ -49,6 +49,22 @@ class PileInspection : public testing::Test {
   BodyStates states;
 };
 
+TEST_F(PileInspection, HowDeepABodyIsInTheOneItIsDeepestIn) {
+  add_box(Vec3(0, 0.49 * kEdge, 0));                // in the ground
+  add_box(Vec3(0, 1.46 * kEdge, 0));                // in the one below
+  add_box(Vec3(0, 2.26 * kEdge, 0));                // in the one below, deeper than that in its
+  add_box(Vec3(5, kEdge, 0));                       // alone
+  add_box(Vec3(5.9 * kEdge, 5 * kEdge, 0), kHeld);  // in what is held, too
+  add_box(Vec3(5.1 * kEdge, 5 * kEdge, 0), kAsleep);
+  add(1, Role::fixed, Vec3(5.1 * kEdge, 5.3 * kEdge, 0));
+  add_box(Vec3(5, kEdge, 0));
+  states.flags.back() = 0;  // not there
+  const std::vector<double> expected = {0.01, 0.03, 0.2, 0.2, 0, 0.2, 0.7, 0.7, 0};
+  const std::vector<double> depths = overlap_depths(model, states);
+  ASSERT_EQ(depths.size(), expected.size());
+  for (size_t i = 0; i < depths.size(); ++i) EXPECT_NEAR(depths[i] / kEdge, expected[i], 1e-9) << i;
+}
+
 TEST_F(PileInspection, ASoundStack) {
   for (int i = 0; i < 5; ++i) add_box(Vec3(0, kEdge * (i + 0.5), 0));
   const PileQuality quality = inspect();
@@ -148,12 +164,11 @@ TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
   const double r = kEdge / 2;
   CollisionPiece hull{.kind = Kind::hull};
   hull.hull.vertices = {{-r, -r, -r}, {r, -r, -r}, {0, -r, r}, {0, r, 0}};
-  const std::vector<CollisionPiece> pieces = {
-      {.kind = Kind::box, .size = Vec3::Constant(kEdge)},
-      {.kind = Kind::sphere, .size = Vec3::Constant(r)},
-      {.kind = Kind::cylinder, .size = Vec3(r, kEdge, r)},
-      hull,
-      {.kind = Kind::box, .size = Vec3(10, kEdge, 10)}};
+  const std::vector<CollisionPiece> pieces = {{.kind = Kind::box, .size = Vec3::Constant(kEdge)},
+                                              {.kind = Kind::sphere, .size = Vec3::Constant(r)},
+                                              {.kind = Kind::cylinder, .size = Vec3(r, kEdge, r)},
+                                              hull,
+                                              {.kind = Kind::box, .size = Vec3(10, kEdge, 10)}};
   for (const CollisionPiece& piece : pieces) {
     ModelShape shape = model.shapes[1];
     shape.pieces = {piece};

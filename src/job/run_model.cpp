@@ -1,0 +1,75 @@
+#include "job/run_model.h"
+
+#include "core/error.h"
+#include "core/naming.h"
+#include "job/guide_direction.h"
+#include "job/simulation_checkpoint.h"
+#include "scene/scene_files.h"
+
+namespace pilesim {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where the scene of the run lies.
+fs::path place_of_scene(const fs::path& run) {
+  const fs::path checkpoint = run / kCheckpointFile;
+  std::error_code missing;
+  if (fs::exists(checkpoint, missing)) return RunCheckpoint(run).scene_file();
+  throw Error(ErrorKind::input,
+              Problem{.file = run.string(),
+                      .found = "has no checkpoint.bin that says where its scene is",
+                      .remedy = "Name the scene file with --scene"});
+}
+
+// Its faults are those of the trajectory, whatever the scene file has become since.
+LoadedScene parse_own_scene(const fs::path& run, const TrajectoryHeader& header,
+                            const fs::path& scene_file) {
+  try {
+    return parse_scene(header.resolved_scene, scene_file);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      if (problem.file == scene_file) problem.file = (run / "trajectory.zarr").string();
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
+// The run's own, which the trajectory has; what it names is looked for beside `scene_file`.
+LoadedScene load_own_scene(const fs::path& run, const TrajectoryHeader& header,
+                           const fs::path& scene_file) {
+  LoadedScene loaded = parse_own_scene(run, header, scene_file);
+  for (const NamedFile& file : loaded.files) {
+    if (!fs::exists(file.path)) {
+      throw Error(ErrorKind::input,
+                  Problem{.file = file.path.string(),
+                          .pointer = file.pointer,
+                          .found = "is not there",
+                          .expected = "the file that the scene of " + run.string() + " names",
+                          .remedy = "Name the scene file beside which it lies with --scene"});
+    }
+  }
+  if (scene_hash(loaded) != header.scene_hash) {
+    throw Error(ErrorKind::input,
+                Problem{.file = scene_file.string(),
+                        .found = "names files that have changed",
+                        .expected = "those that " + run.string() + " was simulated with",
+                        .remedy = "Simulate it again"});
+  }
+  return loaded;
+}
+
+}  // namespace
+
+RunModel load_run_model(const fs::path& run, const TrajectoryHeader& header,
+                        const std::optional<fs::path>& scene_file) {
+  RunModel result{.scene_file = scene_file ? *scene_file : place_of_scene(run)};
+  result.loaded = load_own_scene(run, header, result.scene_file);
+  const Scene& scene = result.loaded.scene;
+  result.model = naming(result.scene_file.string(), [&] { return build_model(scene); });
+  fill_guide_of(result.scene_file, scene, result.model);
+  return result;
+}
+
+}  // namespace pilesim
