@@ -21,7 +21,7 @@ install(FILES ${reference}/pilesim.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/
 # Presets name their meshes by ../../assets/: the two stay side by side. Signatures where they were
 # measured (ninja signatures).
 install(DIRECTORY presets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
-        FILES_MATCHING PATTERN *.json PATTERN *.obj PATTERN *.sig)
+        FILES_MATCHING PATTERN *.json PATTERN *.obj PATTERN *.mtl PATTERN *.sig)
 install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
         FILES_MATCHING PATTERN *.obj PATTERN generate EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/import_pilesim.py DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim)

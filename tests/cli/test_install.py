@@ -49,6 +49,27 @@ class Presets(CommandTest):
         self.assertTrue(listed.startswith("a/tower  "), listed)
 
 
+class Installation(CommandTest):
+    def test_what_presets_name_is_installed_with_them(self):
+        prefix = self.dir / "usr"
+        subprocess.run(["cmake", "--install", Path(PILESIM).parents[1], "--prefix", prefix],
+                       check=True, stdout=subprocess.DEVNULL)  # fmt: skip
+        named = set()
+        for file in (SOURCE / "presets").rglob("*"):
+            if file.suffix not in (".json", ".obj"):
+                continue
+            for name in re.findall(r"[\w./-]+\.(?!py)\w+", file.read_text()):
+                if (file.parent / name).is_file():
+                    named.add((file.parent / name).resolve().relative_to(SOURCE.resolve()))
+        self.assertGreater(len(named), 20)
+        missing = [str(file) for file in named if not (prefix / "share/pilesim" / file).is_file()]
+        self.assertEqual(missing, [])
+        copied = subprocess.run([prefix / "bin/pilesim", "presets", "copy", "things_on_a_table"],
+                                cwd=self.dir, capture_output=True, text=True)  # fmt: skip
+        self.assertEqual(copied.returncode, 0, copied.stderr)
+        self.succeed("validate", "things_on_a_table.json")
+
+
 class Reference(CommandTest):
     def test_the_pages_are_what_options_and_keys_say(self):
         for form, page in (("markdown", "commands"), ("scene", "scene")):
