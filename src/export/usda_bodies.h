@@ -1,0 +1,37 @@
+// The bodies of a USD file, in one of two forms; usda.cpp writes what is around them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "export/export_file.h"
+#include "export/export_source.h"
+#include "export/usda_text.h"
+
+namespace pilesim {
+
+// Frames of the source, both inclusive.
+struct FrameSpan {
+  size_t first = 0, last = 0;
+};
+
+class UsdaBodies {
+ public:
+  virtual ~UsdaBodies() = default;
+
+  // Adds to each frame the poses that are written for it.
+  virtual void count_poses(std::vector<uint64_t>& poses) const = 0;
+  // Prims within /pile. `has_clips`: of what moves only that it is there.
+  virtual void write(ExportFile& file, bool has_clips) = 0;
+  // What moves, in these frames, over the same prims.
+  virtual void write_clip(ExportFile& file, const FrameSpan& clip) = 0;
+  // Of all that clips write only that it is there.
+  virtual void write_manifest(ExportFile& file) = 0;
+};
+
+// A Mesh a body, which refers to that of its shape, with keys where it moves.
+std::unique_ptr<UsdaBodies> usda_objects(ExportSource& source, const UsdaPrims& prims);
+// PointInstancers: one of what never moves, others by when their bodies move.
+std::unique_ptr<UsdaBodies> usda_instancers(ExportSource& source, const UsdaPrims& prims);
+
+}  // namespace pilesim

@@ -1,0 +1,263 @@
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "export/export_text.h"
+#include "export/usda_bodies.h"
+#include "export/usda_text.h"
+
+namespace pilesim {
+namespace {
+
+// Bodies are sorted into instancers by the quarters of the time in which they begin and cease to
+// move, so that frames in which they rest take no space.
+constexpr size_t kParts = 4;
+
+// Rotations are halves in USD: 4 digits and some; velocities serve motion blur, in m/s.
+constexpr int kDecimalsOfRotation = 5, kDecimalsOfVelocity = 3;
+
+void append_rotation(std::string& text, const Quatf& q) {
+  text += '(';
+  for (const float value : {q.w(), q.x(), q.y(), q.z()}) {
+    if (text.back() != '(') text += ", ";
+    append_rounded(text, value, kDecimalsOfRotation);
+  }
+  text += ')';
+}
+
+void append_velocity(std::string& text, const Vec3f& v) {
+  text += '(';
+  for (const float value : v) {
+    if (text.back() != '(') text += ", ";
+    append_rounded(text, value, kDecimalsOfVelocity);
+  }
+  text += ')';
+}
+
+// Bodies whose changes lie in the same part of the time.
+struct Group {
+  std::string name;
+  std::vector<uint32_t> bodies;  // indices into ExportSource::bodies()
+  size_t first = 0, last = 0;    // frames from 0: of its samples; the same: it rests
+  bool comes_and_goes = false;   // one of its bodies does
+};
+
+std::vector<Group> groups_of(const ExportSource& source) {
+  const size_t frames = source.frame_count();
+  std::map<std::array<size_t, 2>, Group> found;
+  for (uint32_t i = 0; i < source.bodies().size(); ++i) {
+    const ExportBody& body = source.bodies()[i];
+    std::array<size_t, 2> key = {kParts, 0};  // of what rests
+    std::string name = "resting";
+    if (body.last_change > 0) {
+      key = {body.first_change * kParts / frames, body.last_change * kParts / frames};
+      name = "moving_" + std::to_string(key[0]) + '_' + std::to_string(key[1]);
+    }
+    Group& group = found[key];
+    if (group.bodies.empty()) group.first = body.first_change;
+    group.name = name;
+    group.bodies.push_back(i);
+    group.first = std::min<size_t>(group.first, body.first_change);
+    group.last = std::max<size_t>(group.last, body.last_change);
+    group.comes_and_goes |= body.ever_absent;
+  }
+  std::vector<Group> result;
+  for (auto& [key, group] : found) result.push_back(std::move(group));
+  return result;
+}
+
+class UsdaInstancers : public UsdaBodies {
+ public:
+  UsdaInstancers(ExportSource& source, const UsdaPrims& prims)
+      : source_(source), prims_(prims), groups_(groups_of(source)) {}
+
+  void count_poses(std::vector<uint64_t>& poses) const override {
+    for (const Group& group : groups_) {
+      if (group.first == group.last) continue;
+      for (size_t k = group.first; k <= group.last; ++k) poses[k] += group.bodies.size();
+    }
+  }
+  void write(ExportFile& file, bool has_clips) override {
+    for (const Group& group : groups_) write_instancer(file, group, has_clips);
+  }
+  void write_clip(ExportFile& file, const FrameSpan& clip) override {
+    for (const Group& group : groups_) write_group_motion(file, group, clip);
+  }
+  void write_manifest(ExportFile& file) override {
+    for (const Group& group : groups_) declare_group(file, group);
+  }
+
+ private:
+  void write_instancer(ExportFile& file, const Group& group, bool has_clips) {
+    const std::vector<ExportBody>& bodies = source_.bodies();
+    const size_t count = group.bodies.size();
+    const auto body = [&](size_t i) -> const ExportBody& { return bodies[group.bodies[i]]; };
+    // A prototype is a shape with a look.
+    std::vector<std::array<uint32_t, 2>> prototypes;
+    std::vector<size_t> prototype;
+    for (size_t i = 0; i < count; ++i) {
+      const std::array key = {body(i).shape, body(i).look};
+      if (prototypes.empty() || prototypes.back() != key) prototypes.push_back(key);
+      prototype.push_back(prototypes.size() - 1);
+    }
+    const std::string path = "/pile/" + group.name;
+    const auto prototype_name = [&](size_t p) {
+      return prims_.mesh[prototypes[p][0]] + "__" + prims_.look[prototypes[p][1]];
+    };
+    write_line(file, "    def PointInstancer \"" + group.name + "\"\n    {");
+    std::string extent = "        float3[] extent = [";
+    append_tuple(extent, source_.bounds().min());
+    extent += ", ";
+    append_tuple(extent, source_.bounds().max());
+    write_line(file, extent + ']');
+    file.write("        int64[] ids = ");
+    write_list(file, count, [&](std::string& text, size_t i) { append_number(text, body(i).id); });
+    file.write("\n        custom string[] pilesim:name = ");
+    write_list(file, count,
+               [&](std::string& text, size_t i) { text += usda_string(body(i).name); });
+    file.write("\n        int[] protoIndices = ");
+    write_list(file, count,
+               [&](std::string& text, size_t i) { append_number(text, prototype[i]); });
+    file.write("\n        rel prototypes = [");
+    for (size_t p = 0; p < prototypes.size(); ++p) {
+      file.write((p > 0 ? ", <" : "<") + path + "/prototypes/" + prototype_name(p) + '>');
+    }
+    file.write("]\n        float3[] scales = ");
+    write_list(file, count, [](std::string& text, size_t) { text += "(1, 1, 1)"; });
+    file.write("\n");
+    if (!has_clips || group.first == group.last) {
+      write_motion(file, group, all_, UsdaPlace::scene);
+    } else {
+      declare_motion(file, group);
+    }
+    write_line(file, "\n        def Scope \"prototypes\"\n        {");
+    for (size_t p = 0; p < prototypes.size(); ++p) {
+      file.write("            def Mesh \"" + prototype_name(p) + '"' +
+                 prims_.mesh_metadata(prototypes[p][0], "            "));
+      write_line(file, "                " + prims_.binding(prototypes[p][1]) + "\n            }");
+    }
+    write_line(file, "        }\n    }");
+  }
+
+  static constexpr char kAbsent[] = "        int64[] invisibleIds",
+                        kPositions[] = "        point3f[] positions",
+                        kOrientations[] = "        quath[] orientations",
+                        kVelocities[] = "        vector3f[] velocities";
+
+  void declare_motion(ExportFile& file, const Group& group) {
+    if (group.comes_and_goes) write_line(file, kAbsent);
+    for (const char* name : {kPositions, kOrientations, kVelocities}) write_line(file, name);
+  }
+
+  void declare_group(ExportFile& file, const Group& group) {
+    if (group.first == group.last) return;
+    write_line(file, "    over \"" + group.name + "\"\n    {");
+    declare_motion(file, group);
+    write_line(file, "    }");
+  }
+
+  void write_group_motion(ExportFile& file, const Group& group, const FrameSpan& clip) {
+    if (group.first == group.last) return;
+    write_line(file, "    over \"" + group.name + "\"\n    {");
+    write_motion(file, group, clip, UsdaPlace::clip);
+    write_line(file, "    }");
+  }
+
+  // Samples in `span`: of its first frame and of all in which the group moves.
+  void write_motion(ExportFile& file, const Group& group, const FrameSpan& span, UsdaPlace place) {
+    if (group.comes_and_goes) write_absent(file, group, span);
+    write_samples(file, group, span, place, kPositions, [&](std::string& text, size_t, size_t i) {
+      append_tuple(text, poses_.position[group.bodies[i]]);
+    });
+    write_samples(file, group, span, place, kOrientations,
+                  [&](std::string& text, size_t, size_t i) {
+                    append_rotation(text, poses_.orientation[group.bodies[i]]);
+                  });
+    if (group.first == group.last) return;
+    // From each sample on to the next one, so that to go on with it meets the next.
+    write_samples(
+        file, group, span, place, kVelocities, [&](std::string& text, size_t k, size_t i) {
+          const uint32_t b = group.bodies[i];
+          const bool rests = k < group.first || k >= group.last;
+          const Vec3f step =
+              rests ? Vec3f::Zero().eval() : Vec3f(next_.position[b] - poses_.position[b]);
+          const double seconds = rests ? 1 : source_.time_s(k + 1) - source_.time_s(k);
+          append_velocity(text, step / static_cast<float>(seconds));
+        });
+  }
+
+  // The first one is there also where the group moves later: readers go on by a sample's
+  // velocities, and back by those of the first.
+  static std::vector<size_t> sampled(const Group& group, const FrameSpan& span) {
+    std::vector<size_t> frames = {span.first};
+    for (size_t k = std::max(group.first, span.first + 1); k <= std::min(group.last, span.last);
+         ++k) {
+      frames.push_back(k);
+    }
+    return frames;
+  }
+
+  // append(text, k, i) writes the value of the i-th body in frame k, of poses_; next_ has the frame
+  // after it for kVelocities.
+  template <class Append>
+  void write_samples(ExportFile& file, const Group& group, const FrameSpan& span, UsdaPlace place,
+                     const char* name, const Append& append) {
+    file.write(name);
+    const bool is_constant = place == UsdaPlace::scene && group.first == group.last;
+    const bool looks_ahead = name == kVelocities;
+    file.write(is_constant ? " = " : ".timeSamples = {");
+    size_t ahead = 0;  // the frame in next_; 0: none
+    for (const size_t k : sampled(group, span)) {
+      if (ahead > 0 && ahead == k) {
+        std::swap(poses_, next_);
+      } else {
+        source_.read(k, poses_);
+      }
+      if (looks_ahead && k < group.last) source_.read(ahead = k + 1, next_);
+      if (!is_constant) file.write("\n            " + time_code(source_, k) + ": ");
+      write_list(file, group.bodies.size(),
+                 [&](std::string& text, size_t i) { append(text, k, i); });
+      file.write(is_constant ? "\n" : ",");
+    }
+    if (!is_constant) write_line(file, "\n        }");
+  }
+
+  // invisibleIds, a sample wherever they change.
+  void write_absent(ExportFile& file, const Group& group, const FrameSpan& span) {
+    std::vector<uint32_t> coming_and_going;
+    for (const uint32_t b : group.bodies) {
+      if (source_.bodies()[b].ever_absent) coming_and_going.push_back(b);
+    }
+    file.write(kAbsent);
+    file.write(".timeSamples = {");
+    std::vector<uint32_t> before;
+    for (const size_t k : sampled(group, span)) {
+      source_.read(k, poses_);
+      std::vector<uint32_t> absent;
+      for (const uint32_t b : coming_and_going) {
+        if ((poses_.state[b] & kPresent) == 0) absent.push_back(source_.bodies()[b].id);
+      }
+      if (k > span.first && absent == before) continue;
+      file.write("\n            " + time_code(source_, k) + ": ");
+      write_list(file, absent.size(),
+                 [&](std::string& text, size_t i) { append_number(text, absent[i]); });
+      file.write(",");
+      before = std::move(absent);
+    }
+    write_line(file, "\n        }");
+  }
+
+  ExportSource& source_;
+  const UsdaPrims& prims_;
+  const FrameSpan all_{0, source_.frame_count() - 1};
+  std::vector<Group> groups_;
+  TrajectoryFrame poses_, next_;  // scratch
+};
+
+}  // namespace
+
+std::unique_ptr<UsdaBodies> usda_instancers(ExportSource& source, const UsdaPrims& prims) {
+  return std::make_unique<UsdaInstancers>(source, prims);
+}
+
+}  // namespace pilesim
