@@ -1,7 +1,5 @@
 #include "batch/batch.h"
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -11,6 +9,7 @@
 #include "numbers.h"
 #include "options.h"
 #include "print.h"
+#include "print_batch.h"
 
 namespace pilesim {
 namespace {
@@ -24,108 +23,6 @@ struct BatchOptions {
   uint64_t cores_each = 1;  // of a node
   SlurmChoice cluster;
 };
-
-// "2.5 h", "40 s".
-std::string duration_text(double seconds) {
-  char text[32];
-  if (seconds < 120) {
-    std::snprintf(text, sizeof text, "%.3g s", seconds);
-  } else if (seconds < 7200) {
-    std::snprintf(text, sizeof text, "%.3g min", seconds / 60);
-  } else if (seconds < 1e6) {
-    std::snprintf(text, sizeof text, "%.4g h", seconds / 3600);
-  } else {
-    std::snprintf(text, sizeof text, "%.4g days", seconds / 86400);
-  }
-  return text;
-}
-
-std::string bytes_text(double bytes) {
-  char text[32];
-  if (bytes < 1e9) {
-    std::snprintf(text, sizeof text, "%.3g MB", bytes / 1e6);
-  } else if (bytes < 1e12) {
-    std::snprintf(text, sizeof text, "%.4g GB", bytes / 1e9);
-  } else {
-    std::snprintf(text, sizeof text, "%.4g TB", bytes / 1e12);
-  }
-  return text;
-}
-
-void print_forecast(const BatchOptions& options, const BatchForecast& forecast) {
-  print("%s: %s, %llu of them done, %llu to do\n", options.output.c_str(),
-        counted(forecast.jobs, "job").c_str(), static_cast<unsigned long long>(forecast.done),
-        static_cast<unsigned long long>(forecast.jobs - forecast.done));
-  if (forecast.changed > 0) {
-    print("  %s of another plan: made anew with --force\n",
-          counted(forecast.changed, "job is", "jobs are").c_str());
-    for (const std::string& change : forecast.changes) print("    %s\n", change.c_str());
-  }
-  if (forecast.sample == 0 || forecast.jobs == forecast.done) return;
-  print(
-      "  by %s: %s of processor time (%s a job), %s here, %s of disk in %.0f files, %s of memory a "
-      "job\n",
-      counted(forecast.sample, "job that was measured", "jobs that were measured").c_str(),
-      duration_text(forecast.processor_s).c_str(), duration_text(forecast.processor_s_each).c_str(),
-      duration_text(forecast.wall_s).c_str(), bytes_text(forecast.bytes).c_str(), forecast.files,
-      bytes_text(static_cast<double>(forecast.peak_memory_bytes)).c_str());
-}
-
-// What a cluster takes, and what it asks of the disk that its nodes share.
-void print_cluster(const BatchOptions& options, const BatchForecast& forecast) {
-  if (!options.nodes || forecast.sample == 0 || forecast.jobs == forecast.done) return;
-  const double cores = static_cast<double>(*options.nodes * options.cores_each);
-  const double to_do = static_cast<double>(forecast.jobs - forecast.done);
-  // No job is shared.
-  const double wall_s = std::ceil(to_do / cores) * forecast.processor_s_each;
-  print("  on %s of %s: %s; %s of memory a node; %.3g files and %s a second into the shared disk\n",
-        counted(*options.nodes, "node").c_str(), counted(options.cores_each, "core").c_str(),
-        duration_text(wall_s).c_str(),
-        bytes_text(static_cast<double>(forecast.peak_memory_bytes * options.cores_each)).c_str(),
-        forecast.files / wall_s, bytes_text(forecast.bytes / wall_s).c_str());
-}
-
-void print_collected(const BatchSummary& summary) {
-  const CollectionSummary& all = summary.collected;
-  if (all.pictures > 0) {
-    print("  coco.json: %s, %s\n", counted(all.pictures, "picture").c_str(),
-          counted(all.annotations, "mask").c_str());
-  }
-  if (all.scenes > 0) {
-    print("  bop: %s, %s\n", counted(all.scenes, "scene").c_str(),
-          counted(all.models, "model").c_str());
-  }
-  if (all.tars > 0) {
-    print("  tar: %s, %s of %s\n", counted(all.tars, "file").c_str(),
-          counted(all.samples, "sample").c_str(), counted(all.packed, "job").c_str());
-  }
-}
-
-void print_batch(const BatchOptions& options, const BatchSummary& summary) {
-  if (options.quiet) return;
-  const uint64_t now = summary.done + summary.not_done() -
-                       std::min(summary.of_before, summary.done + summary.not_done());
-  print("%s: %llu of %s done", options.output.c_str(),
-        static_cast<unsigned long long>(summary.done), counted(summary.jobs, "job").c_str());
-  if (summary.of_before > 0) {
-    print(", %llu of them by an earlier run", static_cast<unsigned long long>(summary.of_before));
-  }
-  if (summary.tried_again > 0) {
-    print(", %llu tried again", static_cast<unsigned long long>(summary.tried_again));
-  }
-  if (summary.elsewhere > 0) {
-    print(", %llu under way in another process",
-          static_cast<unsigned long long>(summary.elsewhere));
-  }
-  print("; %s", duration_text(summary.wall_s).c_str());
-  if (now > 0 && summary.wall_s > 0 && !options.collect) {
-    print(", %.3g jobs a minute, %.0f %% of %s", 60 * static_cast<double>(now) / summary.wall_s,
-          100 * summary.processor_s / summary.wall_s / summary.cores,
-          counted(static_cast<unsigned>(summary.cores), "core").c_str());
-  }
-  print("\n");
-  print_collected(summary);
-}
 
 void throw_not_done(const BatchOptions& options, const BatchSummary& summary) {
   if (summary.not_done() == 0) return;
@@ -151,8 +48,8 @@ void run_batch_command(BatchOptions& options) {
   if (options.dry_run || options.slurm) {
     const BatchForecast forecast = forecast_batch(options.request, options.sample);
     if (!options.quiet) {
-      print_forecast(options, forecast);
-      print_cluster(options, forecast);
+      print_forecast(options.output, forecast);
+      if (options.nodes) print_cluster(*options.nodes, options.cores_each, forecast);
     }
     if (options.dry_run) return;
     options.cluster.submit = !options.no_submit;
@@ -169,7 +66,7 @@ void run_batch_command(BatchOptions& options) {
   }
   const BatchSummary summary =
       options.collect ? collect_batch(options.request) : run_batch(options.request);
-  print_batch(options, summary);
+  if (!options.quiet) print_batch(options.output, summary, !options.collect);
   throw_not_done(options, summary);
 }
 

@@ -1,0 +1,115 @@
+#include "print_batch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/counted.h"
+#include "print.h"
+
+namespace pilesim {
+namespace {
+
+// "2.5 h", "40 s".
+std::string duration_text(double seconds) {
+  char text[32];
+  if (seconds < 120) {
+    std::snprintf(text, sizeof text, "%.3g s", seconds);
+  } else if (seconds < 7200) {
+    std::snprintf(text, sizeof text, "%.3g min", seconds / 60);
+  } else if (seconds < 1e6) {
+    std::snprintf(text, sizeof text, "%.4g h", seconds / 3600);
+  } else {
+    std::snprintf(text, sizeof text, "%.4g days", seconds / 86400);
+  }
+  return text;
+}
+
+std::string bytes_text(double bytes) {
+  char text[32];
+  if (bytes < 1e9) {
+    std::snprintf(text, sizeof text, "%.3g MB", bytes / 1e6);
+  } else if (bytes < 1e12) {
+    std::snprintf(text, sizeof text, "%.4g GB", bytes / 1e9);
+  } else {
+    std::snprintf(text, sizeof text, "%.4g TB", bytes / 1e12);
+  }
+  return text;
+}
+
+void print_collected(const BatchSummary& summary) {
+  const CollectionSummary& all = summary.collected;
+  if (all.pictures > 0) {
+    print("  coco.json: %s, %s\n", counted(all.pictures, "picture").c_str(),
+          counted(all.annotations, "mask").c_str());
+  }
+  if (all.scenes > 0) {
+    print("  bop: %s, %s\n", counted(all.scenes, "scene").c_str(),
+          counted(all.models, "model").c_str());
+  }
+  if (all.tars > 0) {
+    print("  tar: %s, %s of %s\n", counted(all.tars, "file").c_str(),
+          counted(all.samples, "sample").c_str(), counted(all.packed, "job").c_str());
+  }
+}
+
+}  // namespace
+
+void print_forecast(const std::string& output, const BatchForecast& forecast) {
+  print("%s: %s, %llu of them done, %llu to do\n", output.c_str(),
+        counted(forecast.jobs, "job").c_str(), static_cast<unsigned long long>(forecast.done),
+        static_cast<unsigned long long>(forecast.jobs - forecast.done));
+  if (forecast.changed > 0) {
+    print("  %s of another plan: made anew with --force\n",
+          counted(forecast.changed, "job is", "jobs are").c_str());
+    for (const std::string& change : forecast.changes) print("    %s\n", change.c_str());
+  }
+  if (forecast.sample == 0 || forecast.jobs == forecast.done) return;
+  print(
+      "  by %s: %s of processor time (%s a job), %s here, %s of disk in %.0f files, %s of memory a "
+      "job\n",
+      counted(forecast.sample, "job that was measured", "jobs that were measured").c_str(),
+      duration_text(forecast.processor_s).c_str(), duration_text(forecast.processor_s_each).c_str(),
+      duration_text(forecast.wall_s).c_str(), bytes_text(forecast.bytes).c_str(), forecast.files,
+      bytes_text(static_cast<double>(forecast.peak_memory_bytes)).c_str());
+}
+
+void print_cluster(uint64_t nodes, uint64_t cores_each, const BatchForecast& forecast) {
+  if (forecast.sample == 0 || forecast.jobs == forecast.done) return;
+  const double cores = static_cast<double>(nodes * cores_each);
+  const double to_do = static_cast<double>(forecast.jobs - forecast.done);
+  // No job is shared.
+  const double wall_s = std::ceil(to_do / cores) * forecast.processor_s_each;
+  print("  on %s of %s: %s; %s of memory a node; %.3g files and %s a second into the shared disk\n",
+        counted(nodes, "node").c_str(), counted(cores_each, "core").c_str(),
+        duration_text(wall_s).c_str(),
+        bytes_text(static_cast<double>(forecast.peak_memory_bytes * cores_each)).c_str(),
+        forecast.files / wall_s, bytes_text(forecast.bytes / wall_s).c_str());
+}
+
+void print_batch(const std::string& output, const BatchSummary& summary, bool has_run) {
+  const uint64_t now = summary.done + summary.not_done() -
+                       std::min(summary.of_before, summary.done + summary.not_done());
+  print("%s: %llu of %s done", output.c_str(), static_cast<unsigned long long>(summary.done),
+        counted(summary.jobs, "job").c_str());
+  if (summary.of_before > 0) {
+    print(", %llu of them by an earlier run", static_cast<unsigned long long>(summary.of_before));
+  }
+  if (summary.tried_again > 0) {
+    print(", %llu tried again", static_cast<unsigned long long>(summary.tried_again));
+  }
+  if (summary.elsewhere > 0) {
+    print(", %llu under way in another process",
+          static_cast<unsigned long long>(summary.elsewhere));
+  }
+  print("; %s", duration_text(summary.wall_s).c_str());
+  if (now > 0 && summary.wall_s > 0 && has_run) {
+    print(", %.3g jobs a minute, %.0f %% of %s", 60 * static_cast<double>(now) / summary.wall_s,
+          100 * summary.processor_s / summary.wall_s / summary.cores,
+          counted(static_cast<unsigned>(summary.cores), "core").c_str());
+  }
+  print("\n");
+  print_collected(summary);
+}
+
+}  // namespace pilesim
