@@ -83,6 +83,9 @@ ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
     } else if (state_.left[i] == kNotLeft && (states_.flags[i] & kPresent) != 0) {
       walls.push_back(i);
     }
+    if (is_loose(i) && !is_free(i)) {
+      potential_of_deep_j_ -= model.bodies[i].mass_kg * settling_.gravity.dot(states_.position[i]);
+    }
   }
   std::vector<uint32_t> meant;
   std::ranges::copy_if(movable_, std::back_inserter(meant),
@@ -386,6 +389,7 @@ void ExactRest::leave_in_solver(const Marks& meant) {
 FrameStatistics ExactRest::statistics() {
   FrameStatistics statistics;
   statistics.steps = 1;
+  statistics.potential_energy_j = potential_of_deep_j_;
   for (const uint8_t flags : states_.flags) {
     if ((flags & kPresent) != 0) ++statistics.bodies_present;
   }

@@ -130,7 +130,8 @@ class ExactRest {
   Model model_;               // without restitution
   double longest_s_;
   BodyStates states_;
-  std::vector<uint32_t> movable_;  // bodies in the engine that may ever move
+  std::vector<uint32_t> movable_;   // bodies in the engine that may ever move
+  double potential_of_deep_j_ = 0;  // of those that are left for good, outside the engine
   std::unique_ptr<ExactEngine> engine_;
   State state_;
   std::vector<BodyContact> contacts_;  // when they were last looked at

@@ -251,9 +251,12 @@ class FinishTest(CommandTest):
         )
         unmoved = sum(one == other for one, other in zip(before, after, strict=True))
         self.assertGreaterEqual(unmoved, figures["left_as_they_were"])
-        # The scene may ask for it, too.
+        # The scene may ask for it, too. The energy at its end is that of all bodies.
         self.succeed("simulate", "scene.json", "-o", "own", "--set",
                      '/finish={"visible_only": true}', "--fail-on", GATES)
+        potential = [self.report(name)["energy"]["potential_end_j"] for name in ("out", "own")]
+        heights = [sum(float(line.split(",")[5]) for line in lines) for lines in (before, after)]
+        self.assertAlmostEqual(potential[1] / potential[0], heights[1] / heights[0], delta=0.001)
         self.assertEqual(self.bytes_of("own", "trajectory.zarr/position"),
                          self.bytes_of("sound", "trajectory.zarr/position"))
 
