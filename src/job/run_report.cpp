@@ -34,8 +34,8 @@ SimulationReport begin_report(const std::string& command, const std::filesystem:
   report.seed = loaded.scene.seed;
   report.threads = thread_count();
   report.step_s = loaded.scene.actual_step_s();
-  report.dynamic_bodies = static_cast<uint64_t>(
-      std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role));
+  report.dynamic_bodies =
+      static_cast<uint64_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role));
   report.body_diameter_m = mean_diameter_m(model);
   for (const ModelShape& shape : model.shapes) {
     if (!shape.collision_report.empty()) {
