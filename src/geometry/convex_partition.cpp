@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
 
 #include "core/parallel_for.h"
 #include "geometry/cut_search.h"
@@ -64,18 +66,22 @@ class Partition {
     size_t first = 0, second = 0;
   };
 
+  using Ids = std::pair<uint64_t, uint64_t>;
+  Ids ids(size_t i, size_t j) const { return std::minmax(parts_[i].id, parts_[j].id); }
+
   void replace(size_t index, ConvexPart part) { parts_[index] = {std::move(part), ++last_id_, {}}; }
   void append(ConvexPart part) { parts_.push_back({std::move(part), ++last_id_, {}}); }
   void cut(size_t index);
   double gain(size_t index);
-  Merge cheapest_merge() const;
+  Merge cheapest_merge();
   void merge(const Merge& pair);
 
   PartitionOptions options_;
   double min_gain_;
   std::vector<Entry> parts_;
   uint64_t last_id_ = 0;
-  std::vector<std::pair<uint64_t, uint64_t>> settled_;  // pairs that no new cut improves
+  std::map<Ids, double> merge_costs_;  // m^3, of pairs that were looked at
+  std::set<Ids> settled_;              // pairs that no new cut improves
 };
 
 double Partition::excess() const {
@@ -112,22 +118,34 @@ void Partition::bisect() {
   }
 }
 
-Partition::Merge Partition::cheapest_merge() const {
-  std::vector<Merge> best(parts_.size());
-  parallel_for(parts_.size(), 1, [&](size_t begin, size_t end) {
+Partition::Merge Partition::cheapest_merge() {
+  struct Pair {
+    size_t first, second;
+  };
+  std::vector<Pair> unknown;
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    for (size_t j = i + 1; j < parts_.size(); ++j) {
+      if (!merge_costs_.contains(ids(i, j))) unknown.push_back({i, j});
+    }
+  }
+  std::vector<double> costs(unknown.size());
+  parallel_for(unknown.size(), 8, [&](size_t begin, size_t end) {
     HullVolume hull;
-    for (size_t i = begin; i < end; ++i) {
-      for (size_t j = i + 1; j < parts_.size(); ++j) {
-        const ConvexPart& a = parts_[i].part;
-        const ConvexPart& b = parts_[j].part;
-        const double cost = joint_hull_volume(a, b, hull) - a.hull_volume_m3 - b.hull_volume_m3;
-        if (cost < best[i].cost - min_gain_ || best[i].second == 0) best[i] = {cost, i, j};
-      }
+    for (size_t k = begin; k < end; ++k) {
+      const ConvexPart& a = parts_[unknown[k].first].part;
+      const ConvexPart& b = parts_[unknown[k].second].part;
+      costs[k] = joint_hull_volume(a, b, hull) - a.hull_volume_m3 - b.hull_volume_m3;
     }
   });
+  for (size_t k = 0; k < unknown.size(); ++k) {
+    merge_costs_[ids(unknown[k].first, unknown[k].second)] = costs[k];
+  }
   Merge cheapest;
-  for (const Merge& merge : best) {
-    if (merge.cost < cheapest.cost - min_gain_) cheapest = merge;
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    for (size_t j = i + 1; j < parts_.size(); ++j) {
+      const double cost = merge_costs_[ids(i, j)];
+      if (cost < cheapest.cost - min_gain_) cheapest = {cost, i, j};
+    }
   }
   return cheapest;
 }
@@ -159,8 +177,7 @@ void Partition::recut_neighbours() {
       const ConvexPart& a = parts_[i].part;
       const ConvexPart& b = parts_[j].part;
       if (a.excess() + b.excess() <= relevant) continue;
-      const std::pair<uint64_t, uint64_t> ids = std::minmax(parts_[i].id, parts_[j].id);
-      if (std::ranges::find(settled_, ids) != settled_.end()) continue;
+      if (settled_.contains(ids(i, j))) continue;
       const double hulls = a.hull_volume_m3 + b.hull_volume_m3;
       if (joint_hull_volume(a, b, hull) > kFarApart * hulls) continue;
       const FacetedSolid joint = united(a.solid, b.solid);
@@ -170,7 +187,7 @@ void Partition::recut_neighbours() {
         replace(i, make_part(std::move(halves.below)));
         replace(j, make_part(std::move(halves.above)));
       } else {
-        settled_.push_back(ids);
+        settled_.insert(ids(i, j));
       }
     }
   }

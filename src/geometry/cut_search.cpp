@@ -15,6 +15,10 @@ namespace {
 // so that the same shape at another scale is cut the same way.
 constexpr double kTie = 1e-9;
 constexpr int kOffsets = 11;  // planes tried along each direction
+constexpr int kOffsetsAhead = 3;
+// Where the best cut saves less of what the hull has too much, cuts are judged by what one more of
+// each side saves: of a ring, or a tube, the first cut saves nothing.
+constexpr double kFairShare = 0.35;
 constexpr size_t kReentrantEdges = 12;
 constexpr size_t kStarts = 6;        // candidates that are improved
 constexpr double kClearance = 1e-6;  // of the extent, between a plane and the face it extends
@@ -27,6 +31,7 @@ struct CutProblem {
   const std::vector<Vec3>& vertices;
   std::vector<FacetedSolid::Edge> edges;  // each once
   double extent = 0;
+  Vec3 centre;  // of its bounds
 };
 
 struct Scratch {
@@ -131,19 +136,25 @@ std::vector<ReentrantEdge> reentrant_edges(const FacetedSolid& solid, double ext
   return result;
 }
 
-std::vector<ClipPlane> candidate_planes(const FacetedSolid& solid, double extent) {
+// So many along each direction, in equal distances.
+std::vector<ClipPlane> planes_across(const std::vector<Vec3>& vertices, int offsets) {
   std::vector<ClipPlane> planes;
-  for (const Vec3& direction : cutting_directions(solid.vertices)) {
+  for (const Vec3& direction : cutting_directions(vertices)) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
-    for (const Vec3& vertex : solid.vertices) {
+    for (const Vec3& vertex : vertices) {
       low = std::min(low, direction.dot(vertex));
       high = std::max(high, direction.dot(vertex));
     }
-    for (int k = 1; k <= kOffsets; ++k) {
-      planes.push_back({direction, low + (high - low) * k / (kOffsets + 1)});
+    for (int k = 1; k <= offsets; ++k) {
+      planes.push_back({direction, low + (high - low) * k / (offsets + 1)});
     }
   }
+  return planes;
+}
+
+std::vector<ClipPlane> candidate_planes(const FacetedSolid& solid, double extent) {
+  std::vector<ClipPlane> planes = planes_across(solid.vertices, kOffsets);
   for (const ReentrantEdge& edge : reentrant_edges(solid, extent)) {
     for (const Vec3& normal : {edge.normal_a, edge.normal_b}) {
       for (const double side : {-1.0, 1.0}) {
@@ -167,7 +178,7 @@ ClipPlane tilted(const ClipPlane& plane, const Vec3& pivot, const Vec3& change) 
 }
 
 // Pattern search: small tilts and shifts, with steps that halve when none helps.
-Cut improved(const CutProblem& problem, Cut cut, const Vec3& pivot, Scratch& scratch) {
+Cut improved(const CutProblem& problem, Cut cut, Scratch& scratch) {
   double shift = 0.04 * problem.extent;
   double tilt = 0.15;
   for (int halvings = 0; halvings < 5;) {
@@ -175,9 +186,9 @@ Cut improved(const CutProblem& problem, Cut cut, const Vec3& pivot, Scratch& scr
     const Vec3 v = cut.plane.normal.cross(u);
     Cut best = cut;
     for (const double sign : {-1.0, 1.0}) {
-      for (const ClipPlane& plane :
-           {ClipPlane{cut.plane.normal, cut.plane.offset + sign * shift},
-            tilted(cut.plane, pivot, sign * tilt * u), tilted(cut.plane, pivot, sign * tilt * v)}) {
+      for (const ClipPlane& plane : {ClipPlane{cut.plane.normal, cut.plane.offset + sign * shift},
+                                     tilted(cut.plane, problem.centre, sign * tilt * u),
+                                     tilted(cut.plane, problem.centre, sign * tilt * v)}) {
         const double volume = hull_volume_of_cut(problem, plane, scratch);
         if (volume < best.hull_volume_m3 * (1 - kTie)) best = {plane, volume};
       }
@@ -212,15 +223,53 @@ std::vector<Cut> best_distinct(std::vector<Cut> cuts, double extent) {
   return chosen;
 }
 
-}  // namespace
-
-Cut best_cut(const FacetedSolid& solid) {
+CutProblem cut_problem(const FacetedSolid& solid) {
   Bounds bounds;
   for (const Vec3& vertex : solid.vertices) bounds.extend(vertex);
-  CutProblem problem{solid.vertices, {}, bounds.diagonal().norm()};
+  CutProblem problem{solid.vertices, {}, bounds.diagonal().norm(), bounds.center()};
   for (const auto& edge : solid.edges) {
     if (edge.from < edge.to) problem.edges.push_back(edge);
   }
+  return problem;
+}
+
+// The least volume of hulls after one more cut, by a few planes.
+double after_another_cut(const FacetedSolid& solid, Scratch& scratch) {
+  const CutProblem problem = cut_problem(solid);
+  double least = scratch.hull.compute(problem.vertices, kSearchCoarseness);
+  for (const ClipPlane& plane : planes_across(problem.vertices, kOffsetsAhead)) {
+    least = std::min(least, hull_volume_of_cut(problem, plane, scratch));
+  }
+  return least;
+}
+
+// Of each cut, when each of its sides is cut once more.
+std::vector<double> volumes_ahead(const FacetedSolid& solid, const std::vector<Cut>& cuts) {
+  std::vector<double> volumes(2 * cuts.size());
+  parallel_for(volumes.size(), 1, [&](size_t begin, size_t end) {
+    Scratch scratch;
+    for (size_t k = begin; k < end; ++k) {
+      const SplitSolid halves = split(solid, cuts[k / 2].plane);
+      volumes[k] = after_another_cut(k % 2 == 0 ? halves.below : halves.above, scratch);
+    }
+  });
+  for (size_t k = 0; k < cuts.size(); ++k) volumes[k] = volumes[2 * k] + volumes[2 * k + 1];
+  volumes.resize(cuts.size());
+  return volumes;
+}
+
+const Cut& least(const std::vector<Cut>& cuts, const std::vector<double>& volumes) {
+  size_t best = 0;
+  for (size_t k = 1; k < cuts.size(); ++k) {
+    if (volumes[k] < volumes[best] * (1 - kTie)) best = k;
+  }
+  return cuts[best];
+}
+
+}  // namespace
+
+Cut best_cut(const FacetedSolid& solid) {
+  const CutProblem problem = cut_problem(solid);
   std::vector<Cut> cuts;
   for (const ClipPlane& plane : candidate_planes(solid, problem.extent)) cuts.push_back({plane, 0});
   parallel_for(cuts.size(), 8, [&](size_t begin, size_t end) {
@@ -233,15 +282,22 @@ Cut best_cut(const FacetedSolid& solid) {
   parallel_for(starts.size(), 1, [&](size_t begin, size_t end) {
     Scratch scratch;
     for (size_t k = begin; k < end; ++k) {
-      starts[k] = improved(problem, starts[k], bounds.center(), scratch);
+      starts[k] = improved(problem, starts[k], scratch);
       starts[k].hull_volume_m3 = hull_volume_of_cut(problem, starts[k].plane, scratch, 0);
     }
   });
-  Cut best = starts.front();
-  for (const Cut& cut : starts) {
-    if (cut.hull_volume_m3 < best.hull_volume_m3 * (1 - kTie)) best = cut;
+  std::vector<double> volumes;
+  for (const Cut& cut : starts) volumes.push_back(cut.hull_volume_m3);
+  const Cut best = least(starts, volumes);
+  HullVolume hull;
+  const double whole = hull.compute(solid.vertices);
+  if (whole - best.hull_volume_m3 > kFairShare * (whole - solid.volume())) return best;
+  Scratch scratch;
+  for (const ClipPlane& plane : planes_across(problem.vertices, 1)) {
+    starts.push_back({plane, hull_volume_of_cut(problem, plane, scratch, 0)});
   }
-  return best;
+  std::erase_if(starts, [](const Cut& cut) { return !std::isfinite(cut.hull_volume_m3); });
+  return least(starts, volumes_ahead(solid, starts));
 }
 
 }  // namespace pilesim

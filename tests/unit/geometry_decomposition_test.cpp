@@ -83,6 +83,38 @@ TEST(Decomposition, TorusIsWithinTheErrorAskedFor) {
   expect_convex_pieces(result, options.max_piece_vertices);
 }
 
+// A tube with thin walls: no first cut of it, nor of a ring that is a slice of it, saves anything.
+TEST(Decomposition, TubesAreCutAlong) {
+  constexpr int kSides = 48;
+  constexpr double kInner = 0.85;
+  TriangleMesh tube;
+  for (const double y : {0.0, 2.0}) {
+    for (const double radius : {1.0, kInner}) {
+      for (int k = 0; k < kSides; ++k) {
+        const double angle = 2 * M_PI * k / kSides;
+        tube.vertices.emplace_back(radius * std::cos(angle), y, radius * std::sin(angle));
+      }
+    }
+  }
+  const auto quad = [&](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    tube.triangles.push_back({a, b, c});
+    tube.triangles.push_back({a, c, d});
+  };
+  for (uint32_t k = 0; k < kSides; ++k) {
+    const uint32_t next = (k + 1) % kSides, n = kSides;
+    quad(k, 2 * n + k, 2 * n + next, next);                  // outside
+    quad(n + k, n + next, 3 * n + next, 3 * n + k);          // inside
+    quad(k, next, n + next, n + k);                          // below
+    quad(2 * n + k, 3 * n + k, 3 * n + next, 2 * n + next);  // above
+  }
+  constexpr int kPieces = 12;
+  const Decomposition result = decompose(tube, {.max_pieces = kPieces}, std::nullopt);
+  // Of equal sectors, each with a flat inside where that misses least: a quarter of the arc's
+  // height.
+  const double height = kInner * (1 - std::cos(M_PI / kPieces));
+  EXPECT_LT(result.volume_error(), 1.5 * height / 4 / (1 - kInner));
+}
+
 TEST(Decomposition, MorePiecesFollowTheMeshMoreClosely) {
   const TriangleMesh blob = blob_mesh(2);
   double last_error = 1;
@@ -136,8 +168,7 @@ TEST(Decomposition, ScaleMakesNoDifference) {
 // A bar along x with `groups` named groups: two boxes, the second shifted by `shift`.
 TriangleMesh two_boxes(double shift) {
   const TriangleMesh box = box_mesh({1, 1, 1});
-  TriangleMesh mesh =
-      test::joined(box, test::moved(box, {.position = {shift, 0.1 * shift, 0}}));
+  TriangleMesh mesh = test::joined(box, test::moved(box, {.position = {shift, 0.1 * shift, 0}}));
   mesh.groups = {{"left", 0, 12}, {"right", 12, 12}};
   return mesh;
 }
