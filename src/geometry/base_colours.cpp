@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/isolated.h"
+#include "geometry/png_chunks.h"
 
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
@@ -28,6 +29,7 @@ namespace {
 constexpr int kMostPixels = 8192;               // a side
 constexpr int kLeastSteps = 2, kMostSteps = 8;  // along a triangle's side
 constexpr double kPixelsAStep = 4;
+constexpr char kBroken[] = "is broken";
 
 struct FreePixels {
   void operator()(stbi_uc* pixels) const { stbi_image_free(pixels); }
@@ -101,38 +103,50 @@ const std::optional<BaseColours::Texture>& BaseColours::texture_of(unsigned inde
   if (texture) return *texture;
   texture.emplace();
   const aiMaterial& material = *scene_.mMaterials[index];
+  std::string lost;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString name;
     if (*texture || material.GetTexture(type, 0, &name) != AI_SUCCESS) continue;
-    *texture = load(name.C_Str());
+    try {
+      *texture = load(name.C_Str());
+    } catch (const Unreadable& fault) {
+      lost = "texture \"" + std::string(name.C_Str()) + "\" of material \"" +
+             material.GetName().C_Str() + "\" " + fault.why;
+    }
   }
+  if (!*texture && !lost.empty()) lost_.push_back(lost);
   return *texture;
 }
 
-std::optional<BaseColours::Texture> BaseColours::load(const std::string& name) const {
+BaseColours::Texture BaseColours::load(const std::string& name) const {
   const stbi_uc* bytes = nullptr;
   size_t length = 0;
   if (const aiTexture* inside = scene_.GetEmbeddedTexture(name.c_str()); inside != nullptr) {
-    if (inside->mHeight != 0) return std::nullopt;  // uncompressed: of games long ago
+    if (inside->mHeight != 0) throw Unreadable{"is not compressed"};  // of games long ago
     bytes = reinterpret_cast<const stbi_uc*>(inside->pcData);
     length = inside->mWidth;
   } else if (const std::string* file = find_(name); file != nullptr) {
     bytes = reinterpret_cast<const stbi_uc*>(file->data());
     length = file->size();
   }
-  if (bytes == nullptr || length > INT32_MAX) return std::nullopt;
+  if (bytes == nullptr) throw Unreadable{"is not there"};
+  if (length > INT32_MAX) throw Unreadable{"is larger than 2 GiB"};
   Texture texture;
   int channels = 0;
   const auto size = static_cast<int>(length);
-  if (stbi_info_from_memory(bytes, size, &texture.width, &texture.height, &channels) == 0 ||
-      std::max(texture.width, texture.height) > kMostPixels) {
-    return std::nullopt;
+  if (stbi_info_from_memory(bytes, size, &texture.width, &texture.height, &channels) == 0) {
+    throw Unreadable{"is no picture of a known format"};
   }
+  if (std::max(texture.width, texture.height) > kMostPixels) {
+    throw Unreadable{"has " + std::to_string(texture.width) + " x " +
+                     std::to_string(texture.height) + " pixels"};
+  }
+  if (!may_be_decoded({reinterpret_cast<const char*>(bytes), length})) throw Unreadable{kBroken};
   const size_t count = 4 * static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);
   allow_isolated_memory(4 * count);  // for the decoder, too
   const std::unique_ptr<stbi_uc, FreePixels> pixels(
       stbi_load_from_memory(bytes, size, &texture.width, &texture.height, &channels, 4));
-  if (pixels == nullptr) return std::nullopt;
+  if (pixels == nullptr) throw Unreadable{kBroken};
   texture.rgba.assign(pixels.get(), pixels.get() + count);
   return texture;
 }

@@ -24,18 +24,25 @@ class BaseColours {
 
   // The mean over a triangle of what its material, its texture and its vertices say; of a texture
   // by its opaque part. Textures are pictures of at most 8192 pixels a side; others are as if they
-  // were not there.
+  // were not there, and lost() says so.
   Colour of(const aiMesh& mesh, const aiFace& face);
+  // Of each material that was asked for whose texture could not be read: which, and why. Names are
+  // those of the file.
+  const std::vector<std::string>& lost() const { return lost_; }
 
  private:
   struct Texture {
     int width = 0, height = 0;
     std::vector<uint8_t> rgba;
   };
+  struct Unreadable {
+    std::string why;
+  };
   using Linear = Eigen::Array3d;
 
   const std::optional<Texture>& texture_of(unsigned material);
-  std::optional<Texture> load(const std::string& name) const;
+  // Throws Unreadable.
+  Texture load(const std::string& name) const;
   Linear material_colour(unsigned material) const;
   Linear mean(const Texture& texture, const std::array<Eigen::Vector2d, 3>& corners) const;
 
@@ -43,7 +50,8 @@ class BaseColours {
   bool is_linear_;
   FindFile find_;
   std::vector<std::optional<std::optional<Texture>>> textures_;  // (material) once asked for
-  std::array<double, 256> linear_;                               // of sRGB
+  std::vector<std::string> lost_;
+  std::array<double, 256> linear_;  // of sRGB
 };
 
 }  // namespace pilesim

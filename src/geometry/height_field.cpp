@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "geometry/png_chunks.h"
 
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
@@ -35,23 +35,6 @@ Error refusal(const std::filesystem::path& png, std::string found) {
                               " pixels a side, grey"}};
 }
 
-uint32_t big_endian(std::string_view bytes, size_t at) {
-  uint32_t value = 0;
-  for (size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<uint8_t>(bytes[i]);
-  return value;
-}
-
-// Whether the first chunk of the picture has any bytes: stb_image copies none of them to nowhere.
-bool begins_with_bytes(std::string_view png) {
-  constexpr size_t kSignature = 8, kHead = 8, kChecksum = 4;
-  for (size_t at = kSignature; at + kHead <= png.size();) {
-    const size_t length = big_endian(png, at);
-    if (png.substr(at + 4, 4) == "IDAT") return length > 0;
-    at += kHead + length + kChecksum;
-  }
-  return false;
-}
-
 }  // namespace
 
 TriangleMesh height_field_mesh(const std::filesystem::path& png, double size_x_m, double size_z_m,
@@ -66,7 +49,7 @@ TriangleMesh height_field_mesh(const std::filesystem::path& png, double size_x_m
   if (std::min(columns, rows) < 2 || std::max(columns, rows) > kLargestHeightField) {
     throw refusal(png, "has " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels");
   }
-  if (!begins_with_bytes(bytes)) throw refusal(png, "has no bytes in its first IDAT chunk");
+  if (!may_be_decoded(bytes)) throw refusal(png, "has no bytes in its first IDAT chunk");
   const std::unique_ptr<stbi_us, FreePixels> pixels(
       stbi_load_16_from_memory(data, length, &columns, &rows, &channels, 1));
   if (!pixels) throw refusal(png, "is broken");

@@ -28,6 +28,9 @@ struct TriangleMesh {
   // How far the digits that the vertices were written with may have moved each of them, m; 0 where
   // nothing is known of it.
   double rounding_m = 0;
+  // Textures of the file that could not be read, one a material: which, and why; the colours are
+  // those without it. Names are as the file has them.
+  std::vector<std::string> lost_textures;
 
   Bounds bounds() const;
 };

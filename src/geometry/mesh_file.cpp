@@ -193,6 +193,9 @@ std::string pack(const TriangleMesh& mesh) {
   for (const MeshGroup& group : mesh.groups) counts.push_back(group.triangle_count);
   put(bytes, counts.data(), counts.size());
   for (const MeshGroup& group : mesh.groups) put(bytes, group.name.data(), group.name.size());
+  const uint64_t lost = mesh.lost_textures.size();
+  put(bytes, &lost, 1);
+  for (const std::string& text : mesh.lost_textures) put(bytes, text.data(), text.size());
   return bytes;
 }
 
@@ -211,6 +214,9 @@ TriangleMesh unpack(std::string_view bytes) {
     first += count;
   }
   for (MeshGroup& group : mesh.groups) group.name = parcel.take<std::string>();
+  for (const uint64_t lost : parcel.take<std::vector<uint64_t>>()) {
+    for (uint64_t i = 0; i < lost; ++i) mesh.lost_textures.push_back(parcel.take<std::string>());
+  }
   const bool in_range = std::ranges::all_of(mesh.triangles, [&](const Triangle& triangle) {
     return std::ranges::max(triangle) < mesh.vertices.size();
   });
@@ -287,6 +293,7 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
     gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
     TriangleMesh mesh = gatherer.take();
     if (is_plain(mesh.colours)) mesh.colours.clear();
+    mesh.lost_textures = colours.lost();
     return pack(mesh);
   } catch (const Refusal& refusal) {
     return kRefusal + refusal.found;

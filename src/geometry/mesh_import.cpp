@@ -111,6 +111,7 @@ TriangleMesh welded(const TriangleMesh& loose, const Vec3& corner, double tolera
   }
   mesh.vertices = welder.take();
   mesh.rounding_m = loose.rounding_m;
+  mesh.lost_textures = loose.lost_textures;
   return mesh;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "core/text.h"
 
@@ -202,16 +204,34 @@ void add_axis_hint(const Scene& scene, const MeshShape& source, const ModelShape
                   "; \"up\": \"z\" turns it, \"up\": \"y\" says that it is right");
 }
 
+// Of many textures of one file the first few are said.
+void add_lost_textures(const MeshShape& source, const TriangleMesh& mesh,
+                       std::vector<std::string>& hints) {
+  constexpr size_t kMostSaid = 4;
+  const size_t count = mesh.lost_textures.size();
+  for (size_t i = 0; i < std::min(count, kMostSaid); ++i) {
+    hints.push_back(source.file.string() + ": " + mesh.lost_textures[i] +
+                    ", and the material is drawn without it; expected a PNG, JPEG, BMP or TGA of "
+                    "at most 8192 pixels a side, beside the mesh or inside of it");
+  }
+  if (count > kMostSaid) {
+    hints.push_back(source.file.string() + ": " + std::to_string(count - kMostSaid) +
+                    " more textures that cannot be read");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Model& model) {
   const Surroundings around(model);
   std::vector<std::string> hints;
+  std::set<std::filesystem::path> files;
   for (const ModelShape& shape : model.shapes) {
     const auto* source = std::get_if<MeshShape>(&scene.shapes.at(shape.source));
     if (source == nullptr || shape.size != 1) continue;
     if (!source->size_m) add_unit_hint(scene, around, shape, hints);
     add_axis_hint(scene, *source, shape, hints);
+    if (files.insert(source->file).second) add_lost_textures(*source, shape.mesh, hints);
   }
   return hints;
 }

@@ -268,10 +268,35 @@ TEST_F(MeshImport, ATextureGivesEachTriangleItsMean) {
   file("a.mtl", "newmtl t\nKd 0.5 0.5 0.5\nmap_Kd four.png\n");
   EXPECT_THAT(import_mesh(file("a.obj", text)).colours,
               ElementsAre(Colour{255, 0, 0}, Colour{0, 0, 255}));
-  // One that is not there, or is none: the colour of the material.
-  for (const char* const name : {"none.png", "a.obj", "/dev/zero"}) {
-    file("a.mtl", std::string("newmtl t\nKd 0.2 0.4 0.6\nmap_Kd ") + name + '\n');
-    EXPECT_THAT(import_mesh(file("a.obj", text)).colours, Each(Colour{51, 102, 153})) << name;
+  EXPECT_THAT(import_mesh(file("a.obj", text)).lost_textures, IsEmpty());
+}
+
+TEST_F(MeshImport, ATextureThatCannotBeReadIsSaid) {
+  const std::string text =
+      "mtllib a.mtl\n" + kCorners +
+      "vt 0.1 0.9\nvt 0.4 0.9\nvt 0.1 0.6\nusemtl t\nf 1/1 3/2 2/3\nf 1/1 2/2 4/3\n";
+  const std::string whole = four_pixels_png();
+  file("half.png", whole.substr(0, whole.size() / 2));
+  // Its first IDAT chunk is empty: stb_image would copy from nowhere.
+  std::string empty = whole;
+  empty.insert(whole.find("IDAT") - 4, std::string("\0\0\0\0IDAT\x35\xaf\x06\x1e", 12));
+  file("empty.png", empty);
+  std::string wide = whole;
+  wide.replace(whole.find("IHDR") + 4, 4, std::string("\0\0\x40\0", 4));
+  file("wide.png", wide);
+  const std::vector<std::pair<std::string, std::string>> faults = {
+      {"none.png", "is not there"},
+      {"/dev/zero", "is not there"},
+      {"a.obj", "is no picture of a known format"},
+      {"half.png", "is broken"},
+      {"empty.png", "is broken"},
+      {"wide.png", "has 16384 x 2 pixels"}};
+  for (const auto& [name, why] : faults) {
+    file("a.mtl", "newmtl t\nKd 0.2 0.4 0.6\nmap_Kd " + name + '\n');
+    const TriangleMesh mesh = import_mesh(file("a.obj", text));
+    EXPECT_THAT(mesh.colours, Each(Colour{51, 102, 153})) << name;  // of the material
+    EXPECT_THAT(mesh.lost_textures,
+                ElementsAre("texture \"" + name + "\" of material \"t\" " + why));
   }
 }
 

@@ -48,6 +48,25 @@ class MeshHints : public testing::Test {
 constexpr char kTable[] =
     R"("bodies": [{"name": "t", "shape": "table", "material": "m", "role": "static"}])";
 
+// Once a file, however many shapes are of it.
+TEST_F(MeshHints, TexturesThatCannotBeReadAreNamed) {
+  std::ofstream(scratch_ / "box.mtl") << "newmtl wood\nKd 0.5 0.3 0.1\nmap_Kd planks.png\n";
+  std::ofstream mesh(scratch_ / "textured.obj");
+  mesh << "mtllib box.mtl\nvt 0 0\nvt 1 0\nvt 0 1\n"
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl wood\n"
+          "f 1/1 3/2 2/3\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 1/1 4/2 3/3\n";
+  mesh.close();
+  const std::string file = (scratch_ / "textured.obj").string();
+  EXPECT_THAT(hints(R"(}, "other": {"type": "mesh", "file": "textured.obj", "scale": 0.5)",
+                    R"("duration_s": 5, "bodies": [
+                       {"name": "a", "shape": "thing", "material": "m", "position": [0, 2, 0]},
+                       {"name": "b", "shape": "other", "material": "m", "position": [3, 2, 0]}])",
+                    "textured.obj"),
+              ElementsAre(AllOf(
+                  HasSubstr(file + ": texture \"planks.png\" of material \"wood\" is not there"),
+                  HasSubstr("expected a PNG"))));
+}
+
 TEST_F(MeshHints, ThingsOfAnyUsualSizeAreTakenAsTheyAre) {
   for (const double length : {0.003, 0.01, 0.1, 1.0, 4.0}) {
     EXPECT_THAT(poured(length, "\"duration_s\": 5"), IsEmpty()) << length;

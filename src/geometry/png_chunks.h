@@ -1,0 +1,12 @@
+// What stb_image does not look at before it copies the bytes of a PNG.
+#pragma once
+
+#include <string_view>
+
+namespace pilesim {
+
+// False of a PNG whose first IDAT chunk is empty, or that has none: the decoder would copy from
+// nowhere. True of what is no PNG.
+bool may_be_decoded(std::string_view picture);
+
+}  // namespace pilesim
