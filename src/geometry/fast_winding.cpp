@@ -11,6 +11,35 @@ namespace {
 constexpr double kFar = 2.0;
 constexpr double kMargin = 0.15;
 
+// A sum of angles as a product of complex numbers, which takes one arcus tangens in place of many.
+class AngleSum {
+ public:
+  // The angle of (x, y).
+  void add(double x, double y) {
+    const double size = std::abs(x) + std::abs(y);
+    if (size == 0) return;
+    const double scale = 1 / size;
+    const double product_x = scale * (x_ * x - y_ * y), product_y = scale * (x_ * y + y_ * x);
+    // Two of one sign that come out with the other have gone past half a turn.
+    if (y_ >= 0 && y >= 0 && product_y < 0) turns_ += 1;
+    if (y_ < 0 && y < 0 && product_y >= 0) turns_ -= 1;
+    x_ = product_x;
+    y_ = product_y;
+    // Each factor makes it shorter by up to a half.
+    if (std::abs(x_) + std::abs(y_) < kShort) {
+      x_ /= kShort;
+      y_ /= kShort;
+    }
+  }
+  double radians() const { return std::atan2(y_, x_) + 2 * kPi * turns_; }
+
+ private:
+  static constexpr double kShort = 0x1p-500;
+
+  double x_ = 1, y_ = 0;
+  int turns_ = 0;
+};
+
 }  // namespace
 
 FastWinding::FastWinding(const TriangleMesh& mesh) : tree_(mesh), exact_(mesh) {
@@ -38,7 +67,8 @@ double FastWinding::approximate(const Vec3& point) const {
   std::array<uint32_t, 128> stack;
   size_t size = 0;
   stack[size++] = 0;
-  double sum = 0;  // sr
+  double sum = 0;         // sr
+  AngleSum half_of_near;  // of triangles one by one
   while (size > 0) {
     const uint32_t index = stack[--size];
     const Dipole& dipole = dipoles_[index];
@@ -59,11 +89,11 @@ double FastWinding::approximate(const Vec3& point) const {
       const Vec3 a = corners[0] - point, b = corners[1] - point, c = corners[2] - point;
       const double la = a.norm(), lb = b.norm(), lc = c.norm();
       // Van Oosterom and Strackee 1983.
-      sum += 2 * std::atan2(a.dot(b.cross(c)),
-                            la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+      half_of_near.add(la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb,
+                       a.dot(b.cross(c)));
     }
   }
-  return sum / (4 * kPi);
+  return (sum + 2 * half_of_near.radians()) / (4 * kPi);
 }
 
 bool FastWinding::contains(const Vec3& point) const {
