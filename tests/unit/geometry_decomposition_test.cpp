@@ -112,7 +112,7 @@ TEST(Decomposition, TubesAreCutAlong) {
   // Of equal sectors, each with a flat inside where that misses least: a quarter of the arc's
   // height.
   const double height = kInner * (1 - std::cos(M_PI / kPieces));
-  EXPECT_LT(result.volume_error(), 1.5 * height / 4 / (1 - kInner));
+  EXPECT_LT(result.volume_error(), 1.1 * height / 4 / (1 - kInner));
 }
 
 TEST(Decomposition, MorePiecesFollowTheMeshMoreClosely) {

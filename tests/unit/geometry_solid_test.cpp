@@ -158,6 +158,18 @@ TEST(Decimation, KeepsABallWhole) {
   EXPECT_LT(last, ball.triangles.size() / 20);
 }
 
+// Three corners around: of two of them the third is a neighbour though the three are no triangle,
+// and where two become one there the tube is pinched.
+TEST(Decimation, PinchesNoTube) {
+  for (const double error : {0.01, 0.05, 0.2}) {
+    // That it touches itself is for its caller to see.
+    for (const MeshDefect& defect :
+         find_mesh_defects(decimated(test::torus_mesh(1, 0.1, 90, 3), error))) {
+      EXPECT_EQ(defect.kind, MeshDefectKind::self_touching) << defect.text;
+    }
+  }
+}
+
 // Boards that run through one another, as those of a chair: flat parts meet at steps of the grid.
 TEST(Wrap, OfFlatBoardsHasFewTriangles) {
   TriangleMesh boards = box_mesh({1, 0.1, 0.9});
