@@ -1,13 +1,16 @@
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
+#include "core/clock.h"
 #include "core/output_directory.h"
 #include "core/temporary_file.h"
 #include "core/text.h"
 #include "job/rest_drops.h"
 #include "numbers.h"
 #include "options.h"
+#include "packing/packing_measurement.h"
 #include "print.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
@@ -26,6 +29,7 @@ struct SampleSignatureArguments {
   int trials = 0;      // 0: the layout's own
   int exemplars = -1;  // -1: the layout's own
   uint32_t rest_drops = 0;
+  uint32_t pours = PackingSettings{}.pours;
 };
 
 // "60, or 30 in the dissertation's layout".
@@ -62,6 +66,23 @@ void warn_of_disagreement(const Signature& signature) {
   }
 }
 
+// What one sphere cannot do for this object is said.
+constexpr double kPilesAlike = 0.15;
+
+void warn_of_packing(const Signature& signature) {
+  if (!signature.packing) return;
+  const Packing& packing = *signature.packing;
+  const auto say = [](const char* pile, double measured, double spheres) {
+    if (std::abs(spheres / measured - 1) <= kPilesAlike) return;
+    warn(std::string("in the statistical mode ") + pile + " of it will lie " +
+         with_digits(100 * std::abs(spheres / measured - 1), 2) + "% " +
+         (spheres > measured ? "higher" : "lower") +
+         " than it does; simulate it in the impulse mode, or finish the pile");
+  };
+  say("heaps", packing.measured.heap_height, packing.spheres.heap_height);
+  say("fills", packing.measured.column_height, packing.spheres.column_height);
+}
+
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
   claim_output_file(output, options.run.force);
@@ -80,14 +101,24 @@ void sample(SampleSignatureArguments& options) {
   if (options.rest_drops > 0) {
     s.drop_to_rest = [&](const TriangleMesh& mesh) { return drop(options, mesh); };
   }
-  const SignatureRun run = sample_signature(s);
+  SignatureRun run = sample_signature(s);
+  const Stopwatch watch;
+  if (options.pours > 0) {
+    run.signature.packing =
+        measure_packing(poured_object(s, run.signature), run.signature,
+                        {.pours = options.pours, .seed = s.seed, .progress = s.progress});
+  }
+  const double pours_s = watch.seconds();
   write_signature(run.signature, output);
   remove_in_one_go(s.partial_file);
   warn_of_disagreement(run.signature);
+  warn_of_packing(run.signature);
   if (options.run.quiet) return;
-  print("%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s\n",
-        options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
-        run.sampling_s, run.accuracy_s, run.drops_s);
+  print(
+      "%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s, "
+      "poured in %.2f s\n",
+      options.output.c_str(), static_cast<double>(std::filesystem::file_size(output)) / 1e6,
+      run.sampling_s, run.accuracy_s, run.drops_s, pours_s);
   if (!run.solid.empty()) print("solid: %s\n", run.solid.c_str());
   print("%s", summary_text(run.signature).c_str());
 }
@@ -144,6 +175,11 @@ void add_sample_signature_command(CLI::App& app) {
       [options](uint64_t drops) { options->rest_drops = static_cast<uint32_t>(drops); },
       "Drop the object so often in a simulation, too, to find its rest poses; the dissertation: "
       "100");
+  add_whole_number(
+      *command, "--pours", {0, 1000},
+      [options](uint64_t pours) { options->pours = static_cast<uint32_t>(pours); },
+      "Pour the object so often in a simulation to find how it packs; default " +
+          std::to_string(options->pours) + "; with 0 no simulation takes the signature");
   command->add_flag("--no-accuracy", options->no_accuracy, "Leave the accuracy report out");
   add_whole_number(
       *command, "--seed", {}, [&s](uint64_t seed) { s.seed = seed; },

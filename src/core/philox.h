@@ -24,6 +24,7 @@ enum class Stream : uint32_t {
   batch = 20,
   picture = 21,
   mould = 22,
+  pour = 23,
   test = 100
 };
 

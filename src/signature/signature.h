@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "signature/accuracy.h"
+#include "signature/packing.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/spline/bspline_fit.h"
 #include "signature/table/collision_height.h"
@@ -43,6 +44,7 @@ struct Signature {
   SplineField height_fit;  // with `fit`: over (spin, tilt), mean and deviation, m
   std::vector<KnownRestPose> rest_poses;
   uint32_t rest_drops = 0;  // simulated, that came to rest; 0: poses are by geometry only
+  std::optional<Packing> packing;
   std::optional<AccuracyReport> accuracy;
 };
 

@@ -325,6 +325,53 @@ std::vector<KnownRestPose> rest_poses_of(const json& j, uint32_t drops) {
   return poses;
 }
 
+// --- Packing -------------------------------------------------------------------------------------
+
+std::vector<float> numbers_of(const PackingFigures& f) {
+  std::vector<float> numbers;
+  for (const double one : {f.heap_height, f.heap_spread, f.column_height, f.column_spread,
+                           f.column_fraction, f.time}) {
+    numbers.push_back(static_cast<float>(one));
+  }
+  return numbers;
+}
+
+PackingFigures packing_figures_of(const json& j, const char* name) {
+  const std::vector<float> numbers = from_array<float>(j, name, 6);
+  for (const float one : numbers) {
+    if (one < 0) damaged(std::string(name) + " of the packing has a number below 0", "none");
+  }
+  return {.heap_height = numbers[0],
+          .heap_spread = numbers[1],
+          .column_height = numbers[2],
+          .column_spread = numbers[3],
+          .column_fraction = numbers[4],
+          .time = numbers[5]};
+}
+
+json to_json(const Packing& packing) {
+  return {{"pours", packing.pours},
+          {"measured", to_array(numbers_of(packing.measured))},
+          {"error", to_array(numbers_of(packing.error))},
+          {"spheres", to_array(numbers_of(packing.spheres))},
+          {"radius_m", packing.radius_m},
+          {"wall_radius_m", packing.wall_radius_m},
+          {"rolling", packing.rolling}};
+}
+
+Packing packing_of(const json& j) {
+  Packing packing{.pours = whole_number_of<uint32_t>(j, "pours"),
+                  .measured = packing_figures_of(j, "measured"),
+                  .error = packing_figures_of(j, "error"),
+                  .spheres = packing_figures_of(j, "spheres"),
+                  .radius_m = number_of(j, "radius_m", 0, 1e30),
+                  .wall_radius_m = number_of(j, "wall_radius_m", 0, 1e30),
+                  .rolling = number_of(j, "rolling", 0, 1e3)};
+  if (!(packing.radius_m > 0 && packing.wall_radius_m > 0))
+    damaged("a sphere without a radius", "a radius above 0");
+  return packing;
+}
+
 // --- Accuracy ------------------------------------------------------------------------------------
 
 json to_json(const AccuracyReport& report) {
@@ -382,6 +429,7 @@ json signature_document(const Signature& signature) {
   }
   document["rest_poses"] = to_json(signature.rest_poses);
   document["rest_drops"] = signature.rest_drops;
+  if (signature.packing) document["packing"] = to_json(*signature.packing);
   if (signature.accuracy) document["accuracy"] = to_json(*signature.accuracy);
   return document;
 }
@@ -407,6 +455,7 @@ Signature signature_of(const json& document) {
   }
   signature.rest_drops = whole_number_of<uint32_t>(document, "rest_drops");
   signature.rest_poses = rest_poses_of(document.at("rest_poses"), signature.rest_drops);
+  if (document.contains("packing")) signature.packing = packing_of(document.at("packing"));
   if (document.contains("accuracy")) signature.accuracy = accuracy_of(document.at("accuracy"));
   return signature;
 }

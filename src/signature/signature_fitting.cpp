@@ -190,7 +190,8 @@ Signature fitted_signature(const Signature& table, const FitSettings& settings) 
                       .fit = fit_responses(table.responses, table.body.gyration_m, settings),
                       .height_fit = fit_heights(table.heights, table.body.outer_radius_m),
                       .rest_poses = table.rest_poses,
-                      .rest_drops = table.rest_drops};
+                      .rest_drops = table.rest_drops,
+                      .packing = table.packing};
   fitted.sampling.exemplars = 0;
   expand_heights(fitted.height_fit, fitted.heights);
   return fitted;

@@ -176,6 +176,27 @@ std::string rest_text(const Signature& s) {
          agreement_text(s);
 }
 
+std::string packing_text(const Signature& s) {
+  if (!s.packing) return "packing: not measured\n";
+  const Packing& p = *s.packing;
+  const double r = s.body.outer_radius_m;
+  const auto row = [&](const char* name, double PackingFigures::*figure, double unit,
+                       const char* unit_name) {
+    return format("  %-26s %.4g +- %.2g%s, spheres %.4g\n", name, unit * p.measured.*figure,
+                  unit * p.error.*figure, unit_name, unit * p.spheres.*figure);
+  };
+  return format("packing: poured %u times onto a plane and into a column\n", p.pours) +
+         row("heap, mean height", &PackingFigures::heap_height, r, " m") +
+         row("heap, mean radius", &PackingFigures::heap_spread, r, " m") +
+         row("column, mean height", &PackingFigures::column_height, r, " m") +
+         row("column, mean radius", &PackingFigures::column_spread, r, " m") +
+         row("column, solid share", &PackingFigures::column_fraction, 1, "") +
+         format(
+             "  among others a ball of %.4g m, against walls of %.4g m; resistance to rolling "
+             "%.3g\n",
+             p.radius_m, p.wall_radius_m, p.rolling);
+}
+
 }  // namespace
 
 std::string fit_report_text(const FitRun& run) {
@@ -218,7 +239,7 @@ std::string accuracy_text(const AccuracyReport& r) {
 std::string summary_text(const Signature& signature) {
   std::string text = body_text(signature) + heights_text(signature.heights) +
                      (signature.fit ? fit_text(signature) : responses_text(signature)) +
-                     rest_text(signature);
+                     rest_text(signature) + packing_text(signature);
   if (signature.accuracy) text += accuracy_text(*signature.accuracy);
   return text;
 }

@@ -35,6 +35,7 @@
 #include "inspect/pile_inspection.h"
 #include "job/rest_drops.h"
 #include "job/simulation_job.h"
+#include "packing/packing_measurement.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
@@ -163,7 +164,10 @@ fs::path signature_of(const Kind& kind, const Options& options) {
                                   .progress = ProgressMode::none})
         .rests;
   };
-  write_signature(sample_signature(sampling).signature, file);
+  Signature measured = sample_signature(sampling).signature;
+  measured.packing = measure_packing(poured_object(sampling, measured), measured,
+                                     {.progress = ProgressMode::none});
+  write_signature(measured, file);
   return file;
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/parallel_for.h"
+#include "packing/packing_measurement.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "signature/signature_file.h"
@@ -101,7 +102,10 @@ void run(int argc, char** argv) {
   options.sampling = default_sampling(options.layout);
   options.accuracy.reset();
   options.progress = ProgressMode::none;
-  write_signature(sample_signature(options).signature, signature);
+  Signature measured = sample_signature(options).signature;
+  measured.packing =
+      measure_packing(poured_object(options, measured), measured, {.progress = ProgressMode::none});
+  write_signature(measured, signature);
   for (int seed = 1; seed <= seeds; ++seed) {
     run_mode("statistical", rabbits(bodies, static_cast<uint64_t>(seed), mesh, signature), kFrames);
   }

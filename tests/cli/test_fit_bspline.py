@@ -14,7 +14,7 @@ class FitBspline(CommandTest):
         super().setUp()
         self.succeed(
             "sample-signature", BOX, "-o", "box.sig", "--trials", "6", "--exemplars", "0",
-            "--no-accuracy",
+            "--no-accuracy", "--pours", "0",
         )
 
     def test_a_fit_is_small_and_inspected_the_same(self):
@@ -44,7 +44,7 @@ class FitBspline(CommandTest):
         # 16 poses by geometry and as many by simulation.
         self.succeed(
             "sample-signature", STICK, "-o", "stick.sig", "--trials", "6", "--exemplars", "0",
-            "--no-accuracy", "--rest-drops", "400",
+            "--no-accuracy", "--pours", "0", "--rest-drops", "400",
         )
         self.succeed(
             "fit-bspline", "stick.sig", "-o", "stick.fit.sig", "--max-bytes", "5000", "--mesh", STICK

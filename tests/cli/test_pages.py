@@ -117,7 +117,7 @@ class Pages(CommandTest):
 
     def test_a_table(self):
         printed = self.walk("tutorial_researcher.md", [
-            ("--rest-drops 600", "--rest-drops 2 --trials 2 --no-accuracy"),
+            ("--rest-drops 600", "--rest-drops 2 --trials 2 --no-accuracy --pours 1"),
             ('"duration_s": 7', '"duration_s": 0.4'),
             ("[0, 1.4, 0]", "[0, 0.4, 0]"),
             ("[5, 4, 5]", "[2, 1, 2]"),
@@ -133,7 +133,7 @@ class Pages(CommandTest):
         plan = {"version": 1, "scene": "scene.json", "steps": [["simulate"]]}
         (work / "plan.json").write_text(json.dumps(plan))
         self.shell("pilesim batch plan.json -o out/jobs -q", "set-up")
-        self.walk("troubleshooting.md", [("--trials 20", "--trials 2")])
+        self.walk("troubleshooting.md", [("--trials 20", "--trials 2 --pours 1")])
 
     def run_commands(self, page, smaller=(), left_out=()):
         """Those of the page. `smaller`: what is added to commands that have these words. `left_out`: words of commands that do not run."""
@@ -169,7 +169,7 @@ class Pages(CommandTest):
             stl.append("facet normal 0 0 0 outer loop")
             stl += [f"vertex {' '.join(points[i : i + 3])}" for i in (0, 3, 6)] + ["endloop endfacet"]
         (work / "bolt.stl").write_text("\n".join([*stl, "endsolid bolt"]))
-        quick = "--trials 2 --rest-drops 2 --no-accuracy"
+        quick = "--trials 2 --rest-drops 2 --no-accuracy --pours 0"
         self.run_commands("docs/export.md")
         self.run_commands("docs/view.md")
         self.run_commands("docs/meshes.md", [("sample-signature", quick)])

@@ -8,7 +8,7 @@ import unittest
 from support import HANGING, PILESIM, SOURCE, CommandTest
 
 BOX = SOURCE / "assets" / "box.obj"
-QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
+QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy", "--pours", "0"]
 
 
 def write_fine_cube(file, n):
@@ -110,7 +110,7 @@ class SampleSignature(CommandTest):
         self.assertEqual((self.dir / "1.sig").read_bytes(), (self.dir / "3.sig").read_bytes())
 
     def test_an_interrupted_run_goes_on(self):
-        settings = ["--trials", "400", "--no-accuracy", "--exemplars", "0"]
+        settings = ["--trials", "400", "--no-accuracy", "--exemplars", "0", "--pours", "0"]
         command = [PILESIM, "sample-signature", str(BOX), "-o", "a.sig", *settings]
         process = subprocess.Popen(
             [*command, "--progress", "json"], cwd=self.dir, stderr=subprocess.PIPE

@@ -62,7 +62,7 @@ class Output(CommandTest):
         shutil.copy(SOURCE / "assets/box.obj", first / "meshes")
         self.succeed(
             "sample-signature", "meshes/box.obj", "-o", "box.sig", "--trials", "4",
-            "--exemplars", "2", "--no-accuracy", "--seed", "7",
+            "--exemplars", "2", "--no-accuracy", "--pours", "1", "--seed", "7",
             cwd=first,
         )  # fmt: skip
 

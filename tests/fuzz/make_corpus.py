@@ -111,7 +111,7 @@ def signatures(pilesim):
         table, fitted = f"{folder}/box.sig", f"{folder}/box.fit.sig"
         box = ROOT / "assets" / "box.obj"
         subprocess.run([pilesim, "sample-signature", box, "-o", table, "--trials", "2", "--exemplars",
-                        "0", "--no-accuracy", "--quiet"], check=True)
+                        "0", "--no-accuracy", "--pours", "0", "--quiet"], check=True)
         subprocess.run([pilesim, "fit-bspline", table, "-o", fitted, "--max-bytes", "2500",
                         "--quiet"], check=True)
         whole = pathlib.Path(fitted).read_bytes()

@@ -14,6 +14,7 @@
 #include "core/hash.h"
 #include "core/parallel_for.h"
 #include "core/state_stream.h"
+#include "geometry/mesh_import.h"
 #include "pile/guide/guided_simulator.h"
 #include "pile/guide/upside_down.h"
 #include "pile/repose/repose_director.h"
@@ -22,6 +23,7 @@
 #include "signature/signature_fitting.h"
 #include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
+#include "support/plain_packing.h"
 #include "support/scratch_directory.h"
 
 namespace pilesim::test {
@@ -170,7 +172,9 @@ class SmallRuns : public testing::Test {
   ~SmallRuns() override { set_thread_count(available_threads()); }
 
   std::string signature_file(Measured measured) {
-    Signature signature = sample_signature(coarse("l_shape.obj")).signature;
+    const SignatureOptions options = coarse("l_shape.obj");
+    Signature signature = sample_signature(options).signature;
+    signature.packing = plain_packing(signature, import_mesh(options.mesh));
     if (measured == Measured::splines) signature = fitted_signature(signature, FitSettings{});
     const std::filesystem::path file = directory_ / "l_shape.sig";
     write_signature(signature, file);

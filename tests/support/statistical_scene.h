@@ -8,6 +8,7 @@
 #include "geometry/primitives.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "support/plain_packing.h"
 #include "support/scene_run.h"
 #include "support/scratch_directory.h"
 
@@ -38,7 +39,9 @@ class StatisticalScene : public SceneRun {
     options.accuracy.reset();
     options.progress = ProgressMode::none;
     const std::filesystem::path signature = directory_ / (name + ".sig");
-    write_signature(sample_signature(options).signature, signature);
+    Signature measured = sample_signature(options).signature;
+    measured.packing = plain_packing(measured, mesh);
+    write_signature(measured, signature);
     MeshShape shape{.file = file};
     shape.signature = signature;
     scene_.shapes[name] = shape;

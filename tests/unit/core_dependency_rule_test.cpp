@@ -40,6 +40,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"simulate/modes",
      {"core", "scene", "model", "simulate", "simulate/bullet", "simulate/exact", "simulate/sphere",
       "simulate/dissertation", "simulate/mixed"}},
+    {"packing",
+     {"core", "scene", "model", "signature", "simulate", "simulate/modes", "simulate/sphere"}},
     {"trajectory", {"core", "json"}},
     {"inspect", {"core", "geometry", "model", "simulate"}},
     {"pile/repose", {"core", "geometry", "scene", "model", "simulate"}},

@@ -47,6 +47,14 @@ Signature small(size_t poses) {
     if (i < 6 * cells) s.responses.mean.push_back(0.5F - value);
   }
   s.responses.mean_error.assign(6 * cells, 0.01F);
+  const PackingFigures figures{0.5, 5, 3, 4, 0.55, 20};
+  s.packing = {.pours = 3,
+               .measured = figures,
+               .error = figures,
+               .spheres = figures,
+               .radius_m = 0.55,
+               .wall_radius_m = 0.7,
+               .rolling = 0.2};
   s.rest_drops = 200;
   for (size_t i = 0; i < 2 * poses; ++i) {
     const double angle = static_cast<double>(i % poses);
@@ -100,6 +108,10 @@ TEST_F(SignatureFile, ComesBack) {
   write_signature(signature, file_);
   const Signature back = read_signature(file_);
   EXPECT_EQ(encode_signature(back), encode_signature(signature));
+  ASSERT_TRUE(back.packing);
+  EXPECT_EQ(back.packing->wall_radius_m, 0.7);
+  EXPECT_EQ(back.packing->spheres.column_spread, 4);
+  EXPECT_EQ(back.packing->measured.time, 20);
   ASSERT_EQ(back.rest_poses.size(), 6u);
   EXPECT_EQ(back.rest_poses[0].source, "geometry");
   EXPECT_EQ(back.rest_poses[0].probability_high, 0.125);
@@ -129,7 +141,7 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   nlohmann::json document = {{"format", "pilesim signature"}, {"version", 3}};
   const std::vector<uint8_t> old = nlohmann::json::to_cbor(document);
   EXPECT_THAT(refusal(std::string(old.begin(), old.end())),
-              HasSubstr("format version 3; expected version 4"));
+              HasSubstr("format version 3; expected version 5"));
   const std::string whole = bytes_of(small(1));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }

@@ -77,6 +77,51 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
+// On a slope it lies as among others, on a wall as its signature has measured of walls.
+TEST_F(Statistical, WhatLeansOnAWallKeepsItsOwnDistance) {
+  add_shape("ball", sphere_mesh(0.1));
+  const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
+  Signature signature = read_signature(file);
+  signature.packing->wall_radius_m = 0.8 * signature.packing->radius_m;
+  write_signature(signature, file);
+  // Two planes make a trough in which the ball lies: how far from them, m.
+  const auto distance_m = [&](double slope) {
+    scene_.bodies.clear();
+    for (const double side : {-slope, slope}) {
+      scene_.bodies.push_back({.name = side < 0 ? "left" : "right",
+                               .shape = "ground",
+                               .material = "stuff",
+                               .role = Role::fixed});
+      scene_.bodies.back().pose.orientation = Quat(Eigen::AngleAxisd(side, Vec3::UnitZ()));
+    }
+    add_body("ball", {0, 0.5, 0});
+    start();
+    EXPECT_EQ(run(300).bodies_awake, 0U);
+    return states().position[2].y() * std::cos(slope);
+  };
+  const double radius_m = signature.packing->radius_m;
+  EXPECT_NEAR(distance_m(radians(30)), radius_m, 0.01 * radius_m);
+  EXPECT_NEAR(distance_m(radians(60)), 0.8 * radius_m, 0.01 * radius_m);
+}
+
+TEST_F(Statistical, ASignatureThatDoesNotSayHowItsObjectPacksIsRefused) {
+  add_shape("ball", sphere_mesh(0.1));
+  add_body("ball", {0, 1, 0});
+  const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
+  Signature signature = read_signature(file);
+  signature.packing.reset();
+  write_signature(signature, file);
+  try {
+    start();
+    FAIL() << "was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::input);
+    EXPECT_THAT(error.what(),
+                HasSubstr("a signature that does not say how its object packs; expected one "
+                          "with a packing (pilesim inspect shows it)"));
+  }
+}
+
 TEST_F(Statistical, WithoutRestControlBodiesStopAsTheyAre) {
   scene_.simulator.rest_control = false;
   add_ground();

@@ -36,6 +36,10 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
                std::to_string(signature.body.scale) + ")",
            "one of the shape's own mesh");
   }
+  if (!signature.packing) {
+    refuse("a signature that does not say how its object packs",
+           "one with a packing (pilesim inspect shows it)");
+  }
   if (std::abs(signature.material.restitution - material.restitution) > kSameMaterial ||
       std::abs(signature.material.friction - material.friction) > kSameMaterial) {
     refuse("a signature measured with restitution " +
@@ -46,33 +50,26 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
-// `lowest_m`: the height of the centre in the lowest rest pose.
-BodySignature make(const ModelShape& shape, double volume_m3, double outer_radius_m,
-                   double gyration_m, double lowest_m) {
+void set_sphere(BodySignature& body, double radius_m, double wall_radius_m, double rolling) {
+  body.packing_radius_m = static_cast<float>(radius_m);
+  body.wall_radius_m = static_cast<float>(wall_radius_m);
+  body.rolling = static_cast<float>(rolling);
+  body.interlocking = static_cast<float>(1 + kInterlocking * rolling);
+}
+
+// By geometry alone: of what has no signature.
+BodySignature particle(const ModelShape& shape) {
   BodySignature body;
-  body.gyration_m = static_cast<float>(gyration_m);
-  body.outer_radius_m = static_cast<float>(outer_radius_m);
+  const double volume_m3 = shape.mass.volume_m3;
+  // 3 k^2 = the sum of the moments
+  body.gyration_m = static_cast<float>(std::sqrt(shape.mass.inertia_m5.trace() / (3 * volume_m3)));
+  body.outer_radius_m = static_cast<float>(shape.bounding_radius);
   const double hull_m3 = mass_properties(convex_hull(shape.mesh.vertices)).volume_m3;
   // A concave body takes more room than its volume, but others reach into its hull.
   const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
-  body.packing_radius_m = static_cast<float>(std::cbrt(3 * packed_m3 / (4 * kPi)));
-  const double unlike_ball = 1 - lowest_m / outer_radius_m;
-  body.rolling = static_cast<float>(kRolling * unlike_ball);
-  body.interlocking = static_cast<float>(1 + kInterlocking * unlike_ball);
-  return body;
-}
-
-BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> signature) {
-  const auto& measured = signature->body;
-  double lowest_m = measured.outer_radius_m;
-  for (const KnownRestPose& pose : signature->rest_poses) {
-    lowest_m = std::min(lowest_m, pose.height_m);
-  }
-  BodySignature body =
-      make(shape, measured.volume_m3, measured.outer_radius_m, measured.gyration_m, lowest_m);
-  body.rest_targets = rest_targets(signature->rest_poses);
-  body.responses.emplace(*signature);
-  body.signature = std::move(signature);
+  const double unlike_ball = 1 - shape.smallest_extent / (2 * shape.bounding_radius);
+  const double radius_m = std::cbrt(3 * packed_m3 / (4 * kPi));
+  set_sphere(body, radius_m, radius_m, kRolling * unlike_ball);
   return body;
 }
 
@@ -81,14 +78,21 @@ BodySignature make(const ModelShape& shape, std::shared_ptr<const Signature> sig
 std::vector<BodySignature> particle_spheres(const Model& model) {
   std::vector<BodySignature> result(model.shapes.size());
   for (const ModelBody& body : model.bodies) {
-    const ModelShape& shape = model.shapes[body.shape];
     if (body.role != Role::dynamic || result[body.shape].outer_radius_m > 0) continue;
-    // 3 k^2 = the sum of the moments
-    const double gyration_m = std::sqrt(shape.mass.inertia_m5.trace() / (3 * shape.mass.volume_m3));
-    result[body.shape] = make(shape, shape.mass.volume_m3, shape.bounding_radius, gyration_m,
-                              shape.smallest_extent / 2);
+    result[body.shape] = particle(model.shapes[body.shape]);
   }
   return result;
+}
+
+BodySignature body_signature(std::shared_ptr<const Signature> signature, const Packing& packing) {
+  BodySignature body;
+  body.gyration_m = static_cast<float>(signature->body.gyration_m);
+  body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
+  set_sphere(body, packing.radius_m, packing.wall_radius_m, packing.rolling);
+  body.rest_targets = rest_targets(signature->rest_poses);
+  body.responses.emplace(*signature);
+  body.signature = std::move(signature);
+  return body;
 }
 
 std::vector<BodySignature> load_signatures(const Model& model) {
@@ -123,8 +127,9 @@ std::vector<BodySignature> load_signatures(const Model& model,
     if (!signature) {
       signature = std::make_shared<const Signature>(read_signature(shape.signature_file));
     }
-    if (!result[body.shape].signature) result[body.shape] = make(shape, signature);
     check(shape, model.materials[body.material], *signature);
+    if (result[body.shape].signature) continue;
+    result[body.shape] = body_signature(signature, *signature->packing);
   }
   return result;
 }

@@ -22,6 +22,7 @@ struct BodySignature {
   // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
   // up as high as the bodies do.
   float packing_radius_m = 0;
+  float wall_radius_m = 0;  // the same where it leans on walls
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
   // Bodies that are no balls catch on each other: how much more their spheres rub.
@@ -31,7 +32,7 @@ struct BodySignature {
 
 // One for each shape of `model` that dynamic bodies have for which `collides` holds, in the order
 // of shapes. Throws Error(input) for a shape without signature, and for a signature of another
-// mesh, another scale or another material.
+// mesh, another scale or another material, and for one that does not say how its object packs.
 std::vector<BodySignature> load_signatures(const Model& model,
                                            const std::function<bool(const ModelBody&)>& collides);
 // The same for all dynamic bodies.
@@ -40,6 +41,9 @@ std::vector<BodySignature> load_signatures(const Model& model);
 // For reports: a line a shape that collides by its signature.
 std::vector<std::string> describe_signatures(const Model& model,
                                              const std::vector<BodySignature>& objects);
+
+// Of a body that packs as `packing` says, whatever its signature says of that.
+BodySignature body_signature(std::shared_ptr<const Signature> signature, const Packing& packing);
 
 // The spheres of particles, by geometry alone: one for each shape, without signatures.
 std::vector<BodySignature> particle_spheres(const Model& model);

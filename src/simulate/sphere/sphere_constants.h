@@ -75,18 +75,20 @@ inline constexpr float kEaseSpeed = 0.1F;
 // half, twice: none (ten times either way: Statistical.WhatOthersLeanOnRocksTowardsAPose)
 inline constexpr float kRockRate = 0.05F;
 
-// --- What a body is as a sphere. Found: the first three together, so that 1,000 rabbits on a
-// plane, 1,008 in a crate, 300 L-shapes and 1,000 boxes come nearest to runs of the impulse mode in
-// height, radius, cone, energy, speeds and spins (docs/statistical.md).
+// --- What a body is as a sphere. A signature has measured its radius and its resistance to rolling
+// (packing/); what has none is told by its geometry. Found: the first two on rabbits, L-shapes and
+// boxes.
 
 // Power of hull over volume by which a concave body takes more room than its volume.
 // half, twice: none
 inline constexpr double kHullShare = 0.35;
-// Resistance to rolling and to sliding of what is unlike a ball: of 1 - lowest height / radius.
-// half: heap; twice: Structure.ASmallHitWakesOnlyWhatItCanMove
+// Resistance to rolling, in radii, of what is unlike a ball: of 1 - half its thickness / radius.
+// half, twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
+// What resists rolling catches on others, too: by so much of its resistance its spheres rub more.
 // half, twice: Statistical.WhatSlidesRubsMoreIfItIsNoBall
-inline constexpr double kInterlocking = 0.2;
+inline constexpr double kInterlocking = 4.0 / 7;
+
 // rad: a cube of a structure that has turned by more has corners where its neighbours have faces.
 // half, twice: none
 inline constexpr float kTurned = 0.3F;
@@ -105,6 +107,9 @@ inline constexpr float kFaceToFace = 0.3F;
 
 // --- Surfaces. Large enough that rounding decides nothing.
 
+// Cosine of the slope from which on a surface is a wall: 45 degrees. Between the slopes of the test
+// it is free: Statistical.WhatLeansOnAWallKeepsItsOwnDistance (30 and 60 degrees).
+inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
 inline constexpr double kSameSurface = 0.95;
 // Cosine of the slope up to which ground is level.

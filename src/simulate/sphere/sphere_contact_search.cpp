@@ -487,8 +487,12 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                 other, contact.level);
       continue;
     }
-    // What comes flying has the radius that it collides with; what lies keeps its own.
-    float radius = body.surface_radius_m;
+    // What comes flying has the radius that it collides with; what lies keeps its own, and what
+    // leans on a wall has one for that.
+    const bool leans = method == PairMethod::statistical && !body.shared &&
+                       std::abs(contact.normal.y()) < kWall &&
+                       input_.radius_m[index] == kind.radius_m;
+    float radius = leans ? object.wall_radius_m : body.surface_radius_m;
     if (method == PairMethod::statistical && body.touched == 0 && !body.shared &&
         closing > model_.impact_speed(radius)) {
       radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
@@ -497,7 +501,7 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
     }
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
-    if (!touches && body.touched == 0) body.surface_radius_m = radius;
+    if (!touches && !leans && body.touched == 0) body.surface_radius_m = radius;
     touches = true;
     if (collides(closing, gap, radius)) {
       batch_.impacts.push_back({p, 0, index, other, contact.normal, contact.velocity, gap, method});

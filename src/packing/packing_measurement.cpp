@@ -1,0 +1,211 @@
+#include "packing/packing_measurement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <vector>
+
+#include "core/error.h"
+#include "core/interrupt.h"
+#include "core/parallel_for.h"
+#include "simulate/modes/make_simulator.h"
+#include "simulate/sphere/sphere_simulator.h"
+#include "simulate/sphere/sphere_world.h"
+
+namespace pilesim {
+namespace {
+
+// The search is Gauss and Newton's, by the logarithms of figures and of what is sought, with slopes
+// that are about those of all objects; each round has starts of its own. From kSureRounds on its
+// steps become smaller, and the mean of the last ones is what comes of it: piles of one seed differ
+// by some per cent.
+constexpr uint32_t kRounds = 12, kSureRounds = 4, kAveraged = 5;
+constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
+
+// A figure that is met, how much it counts, and how it changes with the radius among others, the
+// one against walls and the resistance to rolling.
+struct Met {
+  double PackingFigures::*figure;
+  double weight;
+  std::array<double, 3> slopes;
+};
+constexpr std::array kMet = {
+    Met{&PackingFigures::heap_height, 1, {1.5, 0, 0.3}},
+    Met{&PackingFigures::heap_spread, 1, {0.25, 0, -0.04}},
+    Met{&PackingFigures::column_height, 1, {2.1, 0.35, 0}},
+    Met{&PackingFigures::column_spread, 1, {0, -0.16, 0}},
+    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0}},
+};
+constexpr std::array kMostChange = {0.12, 0.25, 0.8};  // of the three, in a round
+constexpr double kLeastRolling = 0.003, kMostRolling = 2;
+constexpr double kNearestWall = 0.5;  // of the radius among others
+constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
+constexpr double kLeastRadius = 0.5;  // of the first one
+constexpr double kFirstRolling = 0.2;
+constexpr int kSweeps = 8;  // of the statistical mode, by default
+
+// Seeds of spheres' pours begin here: none of them is one of the exact engine's.
+constexpr uint64_t kSphereSeeds = 1 << 16;
+
+constexpr std::array kFigures = {&PackingFigures::heap_height,     &PackingFigures::heap_spread,
+                                 &PackingFigures::column_height,   &PackingFigures::column_spread,
+                                 &PackingFigures::column_fraction, &PackingFigures::time};
+
+struct Spread {
+  PackingFigures mean, error;
+};
+
+Spread spread_of(const std::vector<PackingFigures>& all) {
+  Spread result;
+  const auto count = static_cast<double>(all.size());
+  for (double PackingFigures::*const figure : kFigures) {
+    double& mean = result.mean.*figure;
+    for (const PackingFigures& one : all) mean += one.*figure / count;
+    double squares = 0;
+    for (const PackingFigures& one : all) squares += std::pow(one.*figure - mean, 2);
+    if (count > 1) result.error.*figure = std::sqrt(squares / (count * (count - 1)));
+  }
+  return result;
+}
+
+struct Trials {
+  PourTrial heap, column;
+};
+
+// Of a trial and a model of its bodies.
+using MakeSimulator =
+    std::function<std::unique_ptr<Simulator>(const PourTrial& trial, const Model& model)>;
+
+Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const MakeSimulator& make,
+            const std::function<void()>& poured) {
+  std::vector<PackingFigures> figures(pours);
+  parallel_for(size_t{2} * pours, 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end && !interrupted(); ++i) {
+      const bool is_heap = i % 2 == 0;
+      const PourTrial& trial = is_heap ? trials.heap : trials.column;
+      const Model model = trial.starts(first_seed + i / 2);
+      const PourFigures came = trial.run(*make(trial, model));
+      PackingFigures& f = figures[i / 2];
+      if (is_heap) {
+        f.heap_height = came.height;
+        f.heap_spread = came.spread;
+        f.time = came.time;
+      } else {
+        f.column_height = came.height;
+        f.column_spread = came.spread;
+        f.column_fraction = came.fraction;
+      }
+      poured();
+    }
+  });
+  if (interrupted()) {
+    throw Error(ErrorKind::interrupted, {.found = "interrupted while bodies were poured"});
+  }
+  return spread_of(figures);
+}
+
+// What is sought, as logarithms: the radius among others, the one against walls and the resistance
+// to rolling.
+using Sought = Vec3;
+
+Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
+  Mat3 squares = Mat3::Zero();
+  Vec3 sum = Vec3::Zero();
+  for (const Met& met : kMet) {
+    // A figure may be nothing, such as the share of a column that is hardly higher than a body.
+    if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
+    const Vec3 slopes(met.slopes[0], met.slopes[1], met.slopes[2]);
+    squares += met.weight * slopes * slopes.transpose();
+    sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
+  }
+  return squares.ldlt().solve(sum);
+}
+
+// No radius is larger than `outer_m`, the object's own.
+Sought moved(const Sought& from, const Sought& step, double first_m, double outer_m) {
+  Sought to = from;
+  for (int i = 0; i < 3; ++i) {
+    const double most = kMostChange[static_cast<size_t>(i)];
+    to[i] += std::clamp(step[i], -most, most);
+  }
+  to[0] = std::clamp(to[0], std::log(kLeastRadius * first_m), std::log(outer_m));
+  to[1] = std::clamp(to[1], to[0] + std::log(kNearestWall), std::log(outer_m));
+  to[2] = std::clamp(to[2], std::log(kLeastRolling), std::log(kMostRolling));
+  return to;
+}
+
+Packing packing_of(const Sought& sought) {
+  return {.radius_m = std::exp(sought[0]),
+          .wall_radius_m = std::exp(sought[1]),
+          .rolling = std::exp(sought[2])};
+}
+
+}  // namespace
+
+PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature) {
+  MeshShape shape{.file = sampling.mesh, .scale = sampling.scale};
+  shape.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
+  shape.collision = CollisionKind::decomposition;
+  return {.shape = shape,
+          .material = {.restitution = sampling.material.restitution,
+                       .friction = sampling.material.friction},
+          .outer_radius_m = signature.body.outer_radius_m,
+          .volume_m3 = signature.body.volume_m3};
+}
+
+Packing measure_packing(const PouredObject& object, const Signature& signature,
+                        const PackingSettings& settings) {
+  const Trials trials{{object, PourKind::heap}, {object, PourKind::column}};
+  const uint32_t sphere_pours = kRounds * kPoursARound + kPoursOfResult;
+  Progress progress(settings.progress, "pouring", 2 * (settings.pours + sphere_pours), "pours");
+  std::mutex progress_mutex;
+  uint32_t done = 0;
+  const auto poured = [&] {
+    const std::lock_guard lock(progress_mutex);
+    progress.update(++done);
+  };
+  const Spread exact = pour(
+      trials, settings.seed, settings.pours,
+      [](const PourTrial& trial, const Model& model) {
+        return make_simulator(trial.scene(), model);
+      },
+      poured);
+
+  const auto shared = std::make_shared<const Signature>(signature);
+  Scene scenes[] = {trials.heap.scene(), trials.column.scene()};
+  for (Scene& scene : scenes) {
+    scene.step_s = 1 / scene.frame_rate;
+    scene.simulator.mode = SimulatorMode::statistical;
+    scene.simulator.solver_iterations = kSweeps;
+  }
+  const auto pour_spheres = [&](const Sought& sought, uint32_t first, uint32_t pours) {
+    const BodySignature body = body_signature(shared, packing_of(sought));
+    const auto make = [&](const PourTrial& trial, const Model& model) {
+      std::vector<BodySignature> objects(model.shapes.size());
+      objects[trial.shape()] = body;
+      return std::make_unique<SphereSimulator<SphereWorld>>(scenes[&trial == &trials.heap ? 0 : 1],
+                                                            model, std::move(objects));
+    };
+    return pour(trials, settings.seed + kSphereSeeds + first, pours, make, poured);
+  };
+  const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
+  const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
+  Sought sought = Vec3(first_m, first_m, kFirstRolling).array().log(), mean = Vec3::Zero();
+  for (uint32_t round = 0; round < kRounds; ++round) {
+    const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
+    const Spread now = pour_spheres(sought, round * kPoursARound, kPoursARound);
+    const Sought step = step_towards(exact.mean, now.mean) / (1 + late / 2);
+    sought = moved(sought, step, first_m, object.outer_radius_m);
+    if (round + kAveraged >= kRounds) mean += sought / kAveraged;
+  }
+  const Spread spheres = pour_spheres(mean, kRounds * kPoursARound, kPoursOfResult);
+  Packing packing = packing_of(mean);
+  packing.pours = settings.pours;
+  packing.measured = exact.mean;
+  packing.error = exact.error;
+  packing.spheres = spheres.mean;
+  return packing;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,30 @@
+// How an object packs, measured by pouring it, and spheres that come to lie as it does.
+#pragma once
+
+#include <memory>
+
+#include "core/progress.h"
+#include "packing/pour_trial.h"
+#include "signature/packing.h"
+#include "signature/signature.h"
+#include "signature/signature_sampling.h"
+
+namespace pilesim {
+
+struct PackingSettings {
+  uint32_t pours = 3;  // of each kind, by the exact engine
+  uint64_t seed = 1;
+  ProgressMode progress = ProgressMode::automatic;
+};
+
+// What a signature is of that was sampled so.
+PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
+
+// Pours the object onto a plane and into a column by the exact engine, and then spheres that
+// collide by its signature, whose radius and resistance to rolling are changed until column and
+// heap are as high as those of the object. The same for any number of threads. Throws
+// Error(interrupted) after Ctrl-C, and as build_model() does.
+Packing measure_packing(const PouredObject& object, const Signature& signature,
+                        const PackingSettings& settings);
+
+}  // namespace pilesim

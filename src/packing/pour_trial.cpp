@@ -1,0 +1,131 @@
+#include "packing/pour_trial.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/interrupt.h"
+#include "core/philox.h"
+
+namespace pilesim {
+namespace {
+
+// Starts, in R and sqrt(g / R): apart by more than they can reach, whatever their turn.
+constexpr double kSpacing = 2.1, kJitter = 0.04, kLowest = 1.5, kSpin = 0.3;
+constexpr int kHeapSide = 6;  // bodies each way
+// Of a column: how wide it is, in balls of the object's volume and at least in R, and how high, in
+// its width, it would be filled if half of it were solid.
+constexpr double kColumnWidth = 6, kLeastColumnWidth = 8, kColumnHeight = 0.65;
+constexpr double kLikelyFraction = 0.5;
+constexpr int kMostInColumn = 400;
+constexpr double kWalls = 2;  // R, how thick: nothing passes through
+// In sqrt(R / g).
+constexpr double kFrame = 1.0 / 8, kStep = 1.0 / 32, kLongest = 40;
+constexpr double kStillAwake = 0.03;  // of the bodies: with fewer a pile is at rest
+// The bulk of a column, in R: what is farther from walls and ground, and below this height.
+constexpr double kFromWalls = 1.2, kFromGround = 1.5, kBulkByMean = 1.6, kLeastBulk = 1;
+
+int bodies_in_column(double width_m, double volume_m3) {
+  const double bodies = kLikelyFraction * kColumnHeight * std::pow(width_m, 3) / volume_m3;
+  return static_cast<int>(std::min<double>(kMostInColumn, bodies));
+}
+
+Body fixed_body(const std::string& shape) {
+  return {.name = shape, .shape = shape, .material = "stuff", .role = Role::fixed};
+}
+
+}  // namespace
+
+PourTrial::PourTrial(const PouredObject& object, PourKind kind)
+    : volume_m3_(object.volume_m3),
+      radius_m_(object.outer_radius_m),
+      time_s_(std::sqrt(object.outer_radius_m / scene_.gravity.norm())) {
+  scene_.name = "pour";
+  scene_.frame_rate = 1 / (kFrame * time_s_);
+  scene_.step_s = kStep * time_s_;
+  scene_.materials["stuff"] = object.material;
+  scene_.shapes["object"] = object.shape;
+  std::array<int, 3> count = {kHeapSide, kHeapSide, kHeapSide};
+  if (kind == PourKind::column) {
+    const double ball_m = std::cbrt(6 * volume_m3_ / kPi);
+    const double width_m = std::max(kColumnWidth * ball_m, kLeastColumnWidth * radius_m_);
+    half_width_ = width_m / 2 / radius_m_;
+    const int across = static_cast<int>(2 * (half_width_ - 1 - kJitter) / kSpacing) + 1;
+    const int layers = std::max(1, bodies_in_column(width_m, volume_m3_) / (across * across));
+    count = {across, layers, across};
+    const double height_m = (kLowest + kSpacing * (layers + 1)) * radius_m_;
+    scene_.shapes["walls"] = BinShape{{width_m, height_m, width_m}, kWalls * radius_m_};
+    scene_.bodies.push_back(fixed_body("walls"));
+    // Its floor is the ground.
+    scene_.bodies.back().pose.position.y() = -kWalls * radius_m_;
+  } else {
+    scene_.shapes["ground"] = PlaneShape{};
+    scene_.bodies.push_back(fixed_body("ground"));
+  }
+  const Vec3 middle(0.5 * (count[0] - 1), 0, 0.5 * (count[2] - 1));
+  for (int y = 0; y < count[1]; ++y) {
+    for (int z = 0; z < count[2]; ++z) {
+      for (int x = 0; x < count[0]; ++x) {
+        const Vec3 place = kSpacing * (Vec3(x, y, z) - middle) + Vec3(0, kLowest, 0);
+        places_.emplace_back(radius_m_ * place);
+        scene_.bodies.push_back(
+            {.name = std::to_string(places_.size()), .shape = "object", .material = "stuff"});
+        scene_.bodies.back().pose.position = places_.back();
+      }
+    }
+  }
+  model_ = build_model(scene_);
+  for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
+    if (model_.bodies[i].role == Role::dynamic) poured_.push_back(i);
+  }
+  shape_ = model_.bodies[poured_.front()].shape;
+}
+
+Model PourTrial::starts(uint64_t seed) const {
+  Model model = model_;
+  for (size_t i = 0; i < poured_.size(); ++i) {
+    Philox random(seed, Stream::pour, i);
+    const double x = random.uniform(-1, 1), y = random.uniform(-1, 1), z = random.uniform(-1, 1);
+    ModelBody& body = model.bodies[poured_[i]];
+    body.pose.position = places_[i] + kJitter * radius_m_ * Vec3(x, y, z);
+    body.pose.orientation = random.rotation();
+    const Vec3 axis = random.direction();
+    body.angular_velocity = random.uniform() * kSpin / time_s_ * axis;
+  }
+  return model;
+}
+
+PourFigures PourTrial::run(Simulator& simulator) const {
+  const int frames = static_cast<int>(kLongest / kFrame);
+  int frame = 0;
+  for (double awake = 1; frame < frames && awake > kStillAwake && !interrupted(); ++frame) {
+    awake = simulator.step_frame().bodies_awake / static_cast<double>(poured_.size());
+  }
+  PourFigures figures{.time = kFrame * frame};
+  std::vector<Vec3> places;  // R
+  for (const uint32_t body : poured_) {
+    const Vec3 place = simulator.states().position[body] / radius_m_;
+    // Needles and sheets that hit hard may leave through a wall: they are no part of the pile.
+    const double across = std::max(std::abs(place.x()), std::abs(place.z()));
+    if (place.y() > 0 && (half_width_ == 0 || across < half_width_)) places.push_back(place);
+  }
+  const auto count = static_cast<double>(places.size());
+  for (const Vec3& place : places) {
+    figures.height += place.y() / count;
+    figures.spread += std::hypot(place.x(), place.z()) / count;
+  }
+  if (half_width_ == 0) return figures;
+  const double half = half_width_ - kFromWalls;
+  const double high = kBulkByMean * figures.height;
+  if (high < kFromGround + kLeastBulk) return figures;
+  double amid = 0;
+  for (const Vec3& place : places) {
+    const bool away = std::max(std::abs(place.x()), std::abs(place.z())) < half;
+    amid += away && place.y() > kFromGround && place.y() < high ? 1 : 0;
+  }
+  const double room = 4 * half * half * (high - kFromGround);
+  figures.fraction = amid * volume_m3_ / (room * std::pow(radius_m_, 3));
+  return figures;
+}
+
+}  // namespace pilesim

@@ -1,0 +1,55 @@
+// Bodies of one kind that are poured onto a plane, or into a column of walls, in any mode: what of
+// them comes to rest says how the object packs. Rigid bodies under friction have no scale of their
+// own, so lengths are told in R, the radius of the ball that holds the object, and times in
+// sqrt(R / g).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "model/model.h"
+#include "scene/scene.h"
+#include "simulate/simulator.h"
+
+namespace pilesim {
+
+struct PouredObject {
+  MeshShape shape;    // its file, scale, axis and solid, and how it collides where it is solved
+  Material material;  // of it, of the ground and of the walls
+  double outer_radius_m = 0;  // R
+  double volume_m3 = 0;
+};
+
+enum class PourKind { heap, column };
+
+struct PourFigures {
+  double height = 0;    // R, the mean of the centres above the ground
+  double spread = 0;    // R, their mean distance from the axis
+  double fraction = 0;  // of a column away from its ends and walls: how much of it is solid; 0: it
+                        // is too low to say
+  double time = 0;      // sqrt(R / g), until it is at rest
+};
+
+class PourTrial {
+ public:
+  // Loads the mesh. Throws as build_model() does.
+  PourTrial(const PouredObject& object, PourKind kind);
+
+  const Scene& scene() const { return scene_; }  // of the impulse mode
+  uint32_t shape() const { return shape_; }      // of the object, in the model
+  // A model whose bodies start anew, keyed by the seed.
+  Model starts(uint64_t seed) const;
+  // Steps a simulator of such a model until it is at rest, or the time is up.
+  PourFigures run(Simulator& simulator) const;
+
+ private:
+  Scene scene_;
+  double volume_m3_, radius_m_, time_s_;
+  double half_width_ = 0;  // R, of the column; 0: a heap
+  Model model_;
+  uint32_t shape_ = 0;
+  std::vector<uint32_t> poured_;  // bodies
+  std::vector<Vec3> places_;      // m, at which they start
+};
+
+}  // namespace pilesim

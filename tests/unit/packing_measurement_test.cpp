@@ -1,0 +1,91 @@
+#include "packing/packing_measurement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/parallel_for.h"
+#include "geometry/obj_writer.h"
+#include "geometry/primitives.h"
+#include "support/scratch_directory.h"
+
+namespace pilesim {
+namespace {
+
+class PackingMeasurement : public testing::Test {
+ protected:
+  ~PackingMeasurement() override { set_thread_count(available_threads()); }
+
+  // With a signature of few trials.
+  void take(const TriangleMesh& mesh) {
+    sampling_.mesh = directory_ / "object.obj";
+    write_obj(mesh, sampling_.mesh);
+    sampling_.material = {.restitution = 0.3, .friction = 0.5};
+    sampling_.sampling = {.trials_per_cell = 3, .exemplars = 3};
+    sampling_.accuracy.reset();
+    sampling_.progress = ProgressMode::none;
+    signature_ = sample_signature(sampling_).signature;
+  }
+  PouredObject object() const { return poured_object(sampling_, signature_); }
+  Packing measure() const {
+    return measure_packing(object(), signature_, {.pours = 1, .progress = ProgressMode::none});
+  }
+
+  test::ScratchDirectory directory_;
+  SignatureOptions sampling_;
+  Signature signature_;
+};
+
+TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
+  take(box_mesh({0.4, 0.1, 0.2}));
+  for (const PourKind kind : {PourKind::heap, PourKind::column}) {
+    const PourTrial trial(object(), kind);
+    const Model first = trial.starts(1), again = trial.starts(1), other = trial.starts(2);
+    std::vector<Vec3> places;
+    for (size_t i = 0; i < first.bodies.size(); ++i) {
+      if (first.bodies[i].role != Role::dynamic) continue;
+      const Pose& pose = first.bodies[i].pose;
+      EXPECT_EQ(pose.position, again.bodies[i].pose.position);
+      EXPECT_NE(pose.position, other.bodies[i].pose.position);
+      EXPECT_GT(pose.position.y(), object().outer_radius_m);
+      for (const Vec3& place : places) {
+        ASSERT_GT((pose.position - place).norm(), 2 * object().outer_radius_m);
+      }
+      places.push_back(pose.position);
+    }
+    EXPECT_GT(places.size(), 100U);
+    EXPECT_LE(places.size(), 400U);
+  }
+}
+
+// A ball packs as itself, to what the engines pack otherwise: loosely, as balls do that were poured.
+// It rolls, so its heap is flat.
+TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
+  take(sphere_mesh(0.05, 2));
+  set_thread_count(3);
+  const Packing packing = measure();
+  EXPECT_NEAR(packing.radius_m, 0.05, 0.004);
+  EXPECT_LT(packing.rolling, 0.05);
+  EXPECT_NEAR(packing.measured.column_fraction, 0.52, 0.08);
+  EXPECT_NEAR(packing.spheres.column_height / packing.measured.column_height, 1, 0.05);
+  set_thread_count(1);
+  const Packing alone = measure();
+  EXPECT_EQ(alone.radius_m, packing.radius_m);
+  EXPECT_EQ(alone.wall_radius_m, packing.wall_radius_m);
+  EXPECT_EQ(alone.rolling, packing.rolling);
+  EXPECT_EQ(alone.spheres.time, packing.spheres.time);
+}
+
+// Plates lie flat: they keep farther from walls than from each other, and hardly roll.
+TEST_F(PackingMeasurement, SpheresLieAsPlatesDo) {
+  take(box_mesh({1, 0.2, 1}));
+  const Packing packing = measure();
+  const PackingFigures &exact = packing.measured, &spheres = packing.spheres;
+  EXPECT_NEAR(spheres.heap_height / exact.heap_height, 1, 0.15);
+  EXPECT_NEAR(spheres.column_height / exact.column_height, 1, 0.1);
+  EXPECT_NEAR(spheres.column_fraction / exact.column_fraction, 1, 0.25);
+  EXPECT_GT(packing.wall_radius_m, 1.1 * packing.radius_m);
+  EXPECT_GT(packing.rolling, 0.05);
+}
+
+}  // namespace
+}  // namespace pilesim
