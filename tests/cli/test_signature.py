@@ -48,7 +48,7 @@ class SampleSignature(CommandTest):
     def test_the_help_names_the_defaults_that_are_taken(self):
         text = " ".join(self.succeed("sample-signature", "--help").stdout.split())
         for layout in ("scale-free", "dissertation"):
-            sampled = self.succeed("sample-signature", BOX, "-o", f"{layout}.sig", "--no-accuracy",
+            sampled = self.succeed("sample-signature", BOX, "-o", f"{layout}.sig", "--no-accuracy", "--pours", "0",
                                    "--micro", "--layout", layout).stdout
             trials = re.search(r" (\d+) \.\. \1 effective trials a cell", sampled)
             exemplars = re.search(r"(\d+) exemplars a cell", sampled)
