@@ -73,11 +73,11 @@ void warn_of_packing(const Signature& signature) {
   if (!signature.packing) return;
   const Packing& packing = *signature.packing;
   const auto say = [](const char* pile, double measured, double spheres) {
-    if (std::abs(spheres / measured - 1) <= kPilesAlike) return;
+    if (!(measured > 0) || std::abs(spheres / measured - 1) <= kPilesAlike) return;
     warn(std::string("in the statistical mode ") + pile + " of it will lie " +
          with_digits(100 * std::abs(spheres / measured - 1), 2) + "% " +
          (spheres > measured ? "higher" : "lower") +
-         " than it does; simulate it in the impulse mode, or finish the pile");
+         " than they do; simulate it in the impulse mode, or finish the pile");
   };
   say("heaps", packing.measured.heap_height, packing.spheres.heap_height);
   say("fills", packing.measured.column_height, packing.spheres.column_height);
@@ -191,7 +191,8 @@ Examples:
   pilesim sample-signature rabbit.obj -o rabbit.sig --restitution 0.5 --target-error 0.01
   pilesim inspect ring.sig --plot ring-pictures
 
-Ctrl-C keeps what was measured in NAME.sig.partial; the same command goes on from there.)");
+Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and drops and
+pours anew.)");
   command->callback([options] { sample(*options); });
 }
 

@@ -1,6 +1,7 @@
 #include "packing/packing_measurement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <mutex>
@@ -52,6 +53,7 @@ constexpr std::array kFigures = {&PackingFigures::heap_height,     &PackingFigur
                                  &PackingFigures::column_height,   &PackingFigures::column_spread,
                                  &PackingFigures::column_fraction, &PackingFigures::time};
 
+// A figure that some pours do not tell is 0 in both.
 struct Spread {
   PackingFigures mean, error;
 };
@@ -60,6 +62,8 @@ Spread spread_of(const std::vector<PackingFigures>& all) {
   Spread result;
   const auto count = static_cast<double>(all.size());
   for (double PackingFigures::*const figure : kFigures) {
+    const auto tells = [&](const PackingFigures& one) { return one.*figure > 0; };
+    if (!std::ranges::all_of(all, tells)) continue;
     double& mean = result.mean.*figure;
     for (const PackingFigures& one : all) mean += one.*figure / count;
     double squares = 0;
@@ -100,7 +104,9 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
     }
   });
   if (interrupted()) {
-    throw Error(ErrorKind::interrupted, {.found = "interrupted while bodies were poured"});
+    throw Error(ErrorKind::interrupted,
+                Problem{.found = "interrupted while bodies were poured",
+                        .remedy = "The same command samples no trial again"});
   }
   return spread_of(figures);
 }

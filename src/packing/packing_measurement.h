@@ -21,8 +21,8 @@ struct PackingSettings {
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
 // Pours the object onto a plane and into a column by the exact engine, and then spheres that
-// collide by its signature, whose radius and resistance to rolling are changed until column and
-// heap are as high as those of the object. The same for any number of threads. Throws
+// collide by its signature, whose two radii and resistance to rolling are changed until heap and
+// column lie as those of the object do, by all figures but the time. The same for any number of threads. Throws
 // Error(interrupted) after Ctrl-C, and as build_model() does.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);

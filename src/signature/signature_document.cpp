@@ -359,16 +359,17 @@ json to_json(const Packing& packing) {
           {"rolling", packing.rolling}};
 }
 
-Packing packing_of(const json& j) {
+// A radius is a float where bodies are stepped, and found within the object's own.
+Packing packing_of(const json& j, double outer_radius_m) {
+  const double least_m = 1e-3 * outer_radius_m, most_m = 1.001 * outer_radius_m;
   Packing packing{.pours = whole_number_of<uint32_t>(j, "pours"),
                   .measured = packing_figures_of(j, "measured"),
                   .error = packing_figures_of(j, "error"),
                   .spheres = packing_figures_of(j, "spheres"),
-                  .radius_m = number_of(j, "radius_m", 0, 1e30),
-                  .wall_radius_m = number_of(j, "wall_radius_m", 0, 1e30),
-                  .rolling = number_of(j, "rolling", 0, 1e3)};
-  if (!(packing.radius_m > 0 && packing.wall_radius_m > 0))
-    damaged("a sphere without a radius", "a radius above 0");
+                  .radius_m = number_of(j, "radius_m", least_m, most_m),
+                  .wall_radius_m = number_of(j, "wall_radius_m", least_m, most_m),
+                  .rolling = number_of(j, "rolling", 0, 10)};
+  if (packing.pours == 0) damaged("a packing of no pours", "some");
   return packing;
 }
 
@@ -455,7 +456,9 @@ Signature signature_of(const json& document) {
   }
   signature.rest_drops = whole_number_of<uint32_t>(document, "rest_drops");
   signature.rest_poses = rest_poses_of(document.at("rest_poses"), signature.rest_drops);
-  if (document.contains("packing")) signature.packing = packing_of(document.at("packing"));
+  if (document.contains("packing")) {
+    signature.packing = packing_of(document.at("packing"), signature.body.outer_radius_m);
+  }
   if (document.contains("accuracy")) signature.accuracy = accuracy_of(document.at("accuracy"));
   return signature;
 }

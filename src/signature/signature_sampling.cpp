@@ -116,6 +116,10 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
                                          .found = "interrupted; what was measured is kept there",
                                          .remedy = "The same command goes on from it"});
   }
+  // Drops, pours and accuracy take as long again.
+  if (!options.partial_file.empty()) {
+    write_partial_sampling({print, sampler.state()}, options.partial_file);
+  }
   return sampler.table();
 }
 

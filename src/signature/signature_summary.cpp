@@ -182,8 +182,10 @@ std::string packing_text(const Signature& s) {
   const double r = s.body.outer_radius_m;
   const auto row = [&](const char* name, double PackingFigures::*figure, double unit,
                        const char* unit_name) {
-    return format("  %-26s %.4g +- %.2g%s, spheres %.4g\n", name, unit * p.measured.*figure,
-                  unit * p.error.*figure, unit_name, unit * p.spheres.*figure);
+    if (p.measured.*figure == 0) return format("  %-26s not told: too few lie there\n", name);
+    const std::string error = p.pours > 1 ? format(" +- %.2g", unit * p.error.*figure) : "";
+    return format("  %-26s %.4g%s%s, spheres %.4g\n", name, unit * p.measured.*figure,
+                  error.c_str(), unit_name, unit * p.spheres.*figure);
   };
   return format("packing: poured %u times onto a plane and into a column\n", p.pours) +
          row("heap, mean height", &PackingFigures::heap_height, r, " m") +

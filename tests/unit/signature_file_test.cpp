@@ -146,6 +146,27 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }
 
+TEST_F(SignatureFile, SpheresThatAreNoneAreRefused) {
+  const auto refusal_of = [&](double Packing::*figure, double value) {
+    Signature signature = small(1);
+    *signature.packing.*figure = value;
+    return refusal(bytes_of(signature));
+  };
+  for (double Packing::*figure : {&Packing::radius_m, &Packing::wall_radius_m}) {
+    EXPECT_THAT(refusal_of(figure, 1e-300), HasSubstr("1e-300"));
+    EXPECT_THAT(refusal_of(figure, 1.1), HasSubstr("1.1"));  // the object's own is 0.9
+  }
+  EXPECT_THAT(refusal_of(&Packing::rolling, 11), HasSubstr("11"));
+}
+
+TEST_F(SignatureFile, AFitPacksAsItsTable) {
+  write_signature(small(1), file_);
+  const FitRun run = fit_signature({.signature = file_, .max_bytes = 4000});
+  ASSERT_TRUE(run.fitted.packing);
+  EXPECT_EQ(run.fitted.packing->radius_m, 0.55);
+  EXPECT_EQ(run.fitted.packing->measured.column_spread, 4);
+}
+
 TEST_F(SignatureFile, NestingWithoutEndIsRefused) {
   EXPECT_THAT(refusal(std::string(200'000, '\x81')), HasSubstr("is nested too deeply"));
 }

@@ -118,7 +118,8 @@ TEST_F(Statistical, ASignatureThatDoesNotSayHowItsObjectPacksIsRefused) {
     EXPECT_EQ(error.kind(), ErrorKind::input);
     EXPECT_THAT(error.what(),
                 HasSubstr("a signature that does not say how its object packs; expected one "
-                          "with a packing (pilesim inspect shows it)"));
+                          "with a packing (pilesim inspect shows it). Measure it again with "
+                          "pilesim sample-signature, without --pours 0"));
   }
 }
 

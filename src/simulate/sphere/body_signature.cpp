@@ -22,14 +22,15 @@ using namespace sphere_constants;
 constexpr double kSameMaterial = 1e-3;
 
 void check(const ModelShape& shape, const Material& material, const Signature& signature) {
-  const auto refuse = [&](const std::string& found, const std::string& expected) {
-    throw Error(ErrorKind::input,
-                {.file = shape.signature_file.string(),
-                 .pointer = shape_pointer(shape.name) + "/signature",
-                 .found = found,
-                 .expected = expected,
-                 .remedy = "Measure one with pilesim sample-signature, with the shape's scale and "
-                           "the material's restitution and friction"});
+  const auto refuse = [&](const std::string& found, const std::string& expected,
+                          const std::string& remedy =
+                              "Measure one with pilesim sample-signature, with the shape's scale "
+                              "and the material's restitution and friction") {
+    throw Error(ErrorKind::input, {.file = shape.signature_file.string(),
+                                   .pointer = shape_pointer(shape.name) + "/signature",
+                                   .found = found,
+                                   .expected = expected,
+                                   .remedy = remedy});
   };
   if (signature.body.mesh_hash != shape.mesh_hash) {
     refuse("a signature of another mesh or scale (" + signature.body.mesh + ", scale " +
@@ -38,7 +39,8 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
   if (!signature.packing) {
     refuse("a signature that does not say how its object packs",
-           "one with a packing (pilesim inspect shows it)");
+           "one with a packing (pilesim inspect shows it)",
+           "Measure it again with pilesim sample-signature, without --pours 0");
   }
   if (std::abs(signature.material.restitution - material.restitution) > kSameMaterial ||
       std::abs(signature.material.friction - material.friction) > kSameMaterial) {

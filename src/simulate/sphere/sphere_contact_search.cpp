@@ -488,10 +488,9 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
       continue;
     }
     // What comes flying has the radius that it collides with; what lies keeps its own, and what
-    // leans on a wall has one for that.
-    const bool leans = method == PairMethod::statistical && !body.shared &&
-                       std::abs(contact.normal.y()) < kWall &&
-                       input_.radius_m[index] == kind.radius_m;
+    // leans on a wall has one for that, and flies still.
+    const bool leans =
+        model_.leans(index, body, input_.radius_m[index], contact.body, contact.normal);
     float radius = leans ? object.wall_radius_m : body.surface_radius_m;
     if (method == PairMethod::statistical && body.touched == 0 && !body.shared &&
         closing > model_.impact_speed(radius)) {
@@ -501,8 +500,10 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
     }
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
-    if (!touches && !leans && body.touched == 0) body.surface_radius_m = radius;
-    touches = true;
+    if (!leans) {
+      if (!touches && body.touched == 0) body.surface_radius_m = radius;
+      touches = true;
+    }
     if (collides(closing, gap, radius)) {
       batch_.impacts.push_back({p, 0, index, other, contact.normal, contact.velocity, gap, method});
     }
@@ -623,8 +624,9 @@ void SphereContactSearch::read_contact(uint32_t a, uint32_t b, const SphereState
 void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState& state,
                                                 std::vector<BodyContact>& contacts) const {
   const Vec3f& centre = state.bodies[body].position;
-  const float radius = state.bodies[body].surface_radius_m;
-  const float reach = radius * (1 + kNearby);
+  const float lying_m = state.bodies[body].surface_radius_m;
+  const float leaning_m = model_.kind(body).object->wall_radius_m;
+  const float reach = std::max(lying_m, leaning_m) * (1 + kNearby);
   thread_local std::vector<uint32_t> near;
   thread_local std::vector<SurfaceContact> found;
   surfaces_.select({centre, centre}, reach, near);
@@ -632,6 +634,10 @@ void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState
   surfaces_.find(near, centre, 0, reach, found);
   for (const SurfaceContact& contact : found) {
     if (!by_spheres(model_.method(body, contact.body))) continue;
+    const bool leans =
+        model_.leans(body, state.bodies[body], state.radius_m[body], contact.body, contact.normal);
+    const float radius = leans ? leaning_m : lying_m;
+    if (contact.gap > radius * (1 + kNearby)) continue;
     contacts.push_back({.a = body,
                         .b = contact.body,
                         .point = (centre - contact.gap * contact.normal).cast<double>(),

@@ -12,6 +12,7 @@
 #include "simulate/sphere/dispatch_table.h"
 #include "simulate/sphere/face_patch.h"
 #include "simulate/sphere/sphere_constants.h"
+#include "simulate/sphere/sphere_state.h"
 
 namespace pilesim {
 
@@ -58,6 +59,13 @@ struct SphereModel {
   // m/s; what is slower may sleep
   float rest_speed(const SphereKind& kind) const {
     return sphere_constants::kRestSpeed * std::sqrt(settings.gravity.norm() * kind.outer_m);
+  }
+  // Whether a body meets a surface with this normal as a wall: with wall_radius_m, but where it
+  // stands in a structure, `radius_m` being that of its sphere, or another engine moves it, too.
+  bool leans(uint32_t body, const SphereBody& state, float radius_m, uint32_t surface,
+             const Vec3f& normal) const {
+    return std::abs(normal.y()) < sphere_constants::kWall && !state.shared &&
+           radius_m == kind(body).radius_m && method(body, surface) == PairMethod::statistical;
   }
   // m/s; what approaches faster collides
   float impact_speed(float radius_m) const {
