@@ -38,7 +38,8 @@ void add_new_command(CLI::App& app) {
   add_whole_number(
       *command, "--count", {1, 100'000},
       [options](uint64_t count) { options->job.count = static_cast<int>(count); },
-      "Bodies (default: 60)");
+      "Bodies (default: 60); of a guide about so many, and at least what fills one five of them "
+      "wide");
   add_real_number(
       *command, "--scale", {.least = 0, .excludes_least = true},
       [options](double scale) { options->job.scale = scale; },
