@@ -288,7 +288,7 @@ Cut best_cut(const FacetedSolid& solid) {
   });
   std::vector<double> volumes;
   for (const Cut& cut : starts) volumes.push_back(cut.hull_volume_m3);
-  const Cut best = least(starts, volumes);
+  Cut best = least(starts, volumes);
   HullVolume hull;
   const double whole = hull.compute(solid.vertices);
   if (whole - best.hull_volume_m3 > kFairShare * (whole - solid.volume())) return best;

@@ -164,7 +164,8 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings) {
   const Trials trials{{object, PourKind::heap}, {object, PourKind::column}};
   const uint32_t sphere_pours = kRounds * kPoursARound + kPoursOfResult;
-  Progress progress(settings.progress, "pouring", 2 * (settings.pours + sphere_pours), "pours");
+  Progress progress(settings.progress, "pouring", uint64_t{2} * (settings.pours + sphere_pours),
+                    "pours");
   std::mutex progress_mutex;
   uint32_t done = 0;
   const auto poured = [&] {
