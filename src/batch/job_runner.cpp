@@ -93,18 +93,16 @@ class Job {
 
   // False where it was interrupted.
   bool run() {
-    for (;;) {
-      const auto tries = static_cast<int>(record_.attempts.size());
+    while (!has_ended()) {
       const std::optional<Attempt> attempt =
           run_attempt(scene_seed(place_.plan, job_, record_.verdicts()));
       if (!attempt) return false;
       record_.attempts.push_back(*attempt);
       record_.steps_done = 0;
       save();
-      const bool may_help = attempt->end != AttemptEnd::failed && tries + 1 < place_.plan.tries;
-      if (attempt->end == AttemptEnd::done || !may_help) return true;
-      clear(directory_);
+      if (!has_ended()) clear(directory_);
     }
+    return true;
   }
 
   // Nothing but its directory's name is still to do afterwards.
@@ -126,6 +124,14 @@ class Job {
   }
 
  private:
+  // So, too, where an earlier process was killed before it could name the directory.
+  bool has_ended() const {
+    if (record_.attempts.empty()) return false;
+    const AttemptEnd end = record_.attempts.back().end;
+    return end == AttemptEnd::done || end == AttemptEnd::failed ||
+           static_cast<int>(record_.attempts.size()) >= place_.plan.tries;
+  }
+
   // What is there of an earlier process, if it was the same job.
   void begin() {
     const fs::path file = directory_ / kJobFile;

@@ -184,6 +184,23 @@ TEST_F(BatchRunTest, EndsWithTheSameBytesHoweverOftenItIsKilled) {
   EXPECT_EQ(index("killed"), index("whole"));
 }
 
+// Killed when all was done but the name of the directory.
+TEST_F(BatchRunTest, WhatHasEndedIsNotTriedAgain) {
+  run("a");
+  const std::string whole = index("a");
+  const fs::path jobs = scratch_ / "a/jobs/0000";
+  for (const char* job : {"0000003", "0000004", "0000005"}) {
+    fs::rename(jobs / job, jobs / ("." + std::string(job) + ".part"));
+  }
+  int steps = 0;
+  run("a", [&](const StepCommand& command) {
+    ++steps;
+    return leave_a_file(command);
+  });
+  EXPECT_EQ(steps, 0);
+  EXPECT_EQ(index("a"), whole);
+}
+
 TEST_F(BatchRunTest, WhatDiedInAShardAndWasDoneInAnotherIsDone) {
   run("whole");
   const auto run_shard = [&](uint64_t i, uint64_t count, int exit_status) {
