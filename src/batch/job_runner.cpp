@@ -107,6 +107,7 @@ class Job {
 
   // Nothing but its directory's name is still to do afterwards.
   JobRecord finish() {
+    save();  // over what a process left that was killed while it did: it is no result
     if (record_.is_done()) {
       for (const std::string& path : place_.plan.drop) {
         if (fs::exists(directory_ / path)) remove_in_one_go(directory_ / path);
