@@ -297,6 +297,7 @@ Cut best_cut(const FacetedSolid& solid) {
     starts.push_back({plane, hull_volume_of_cut(problem, plane, scratch, 0)});
   }
   std::erase_if(starts, [](const Cut& cut) { return !std::isfinite(cut.hull_volume_m3); });
+  if (starts.empty()) return best;
   return least(starts, volumes_ahead(solid, starts));
 }
 

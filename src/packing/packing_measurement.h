@@ -22,8 +22,8 @@ PouredObject poured_object(const SignatureOptions& sampling, const Signature& si
 
 // Pours the object onto a plane and into a column by the exact engine, and then spheres that
 // collide by its signature, whose two radii and resistance to rolling are changed until heap and
-// column lie as those of the object do, by all figures but the time. The same for any number of threads. Throws
-// Error(interrupted) after Ctrl-C, and as build_model() does.
+// column lie as those of the object do, by all figures but the time. The same for any number of
+// threads. Throws Error(interrupted) after Ctrl-C, and as build_model() does.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);
 

@@ -35,13 +35,11 @@
 #include "inspect/pile_inspection.h"
 #include "job/rest_drops.h"
 #include "job/simulation_job.h"
-#include "packing/packing_measurement.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
-#include "signature/signature_file.h"
-#include "signature/signature_sampling.h"
 #include "support/measured_profiles.h"
+#include "support/measured_signature.h"
 #include "support/packed_solids.h"
 #include "support/packing.h"
 #include "trajectory/trajectory.h"
@@ -151,12 +149,8 @@ fs::path signature_of(const Kind& kind, const Options& options) {
   const fs::path file =
       options.output / "shapes" / (kind.name + "_" + with_digits(options.friction, 3) + ".sig");
   if (fs::exists(file)) return file;
-  SignatureOptions sampling;
-  sampling.mesh = mesh;
+  SignatureOptions sampling{.mesh = mesh};
   sampling.material = {.restitution = kRestitution, .friction = options.friction};
-  sampling.sampling = default_sampling(sampling.layout);
-  sampling.accuracy.reset();
-  sampling.progress = ProgressMode::none;
   sampling.drop_to_rest = [&](const TriangleMesh& checked) {
     return drop_to_rest(checked, {.drops = 300,
                                   .material = sampling.material,
@@ -164,10 +158,7 @@ fs::path signature_of(const Kind& kind, const Options& options) {
                                   .progress = ProgressMode::none})
         .rests;
   };
-  Signature measured = sample_signature(sampling).signature;
-  measured.packing = measure_packing(poured_object(sampling, measured), measured,
-                                     {.progress = ProgressMode::none});
-  write_signature(measured, file);
+  measure_signature(sampling, file);
   return file;
 }
 
@@ -331,7 +322,7 @@ Bed measure(const Case& one, const Scene& scene, const Model& model, TrajectoryR
   states.flags = frame.state;
 
   Bed bed;
-  const Packing packing(model, states.position, states.orientation, states.flags);
+  const PackedBodies packing(model, states.position, states.orientation, states.flags);
   const double height = bed_height_m(packing, 0);
   const double margin = kMargin * kDiameter;
   Column whole{one.tube * kDiameter / 2, margin, height - margin};

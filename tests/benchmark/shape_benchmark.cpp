@@ -13,23 +13,19 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <map>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "core/body_flags.h"
 #include "core/error.h"
-#include "core/parallel_for.h"
 #include "geometry/mesh_import.h"
 #include "geometry/obj_writer.h"
-#include "packing/packing_measurement.h"
 #include "report_errors.h"
 #include "signature/signature_file.h"
-#include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
+#include "support/measured_signature.h"
 #include "support/solid_families.h"
 
 namespace pilesim {
@@ -203,25 +199,17 @@ Spread spread_of(const std::vector<Figures>& runs, double Figures::*figure) {
 // By scene and figure, of each shape: the size of its error.
 using Errors = std::map<std::string, std::array<std::vector<double>, kJudged.size()>>;
 
-void measure_signature(const fs::path& mesh, const fs::path& file) {
-  SignatureOptions sampling{.mesh = mesh};
-  sampling.material = {.restitution = kRestitution, .friction = kFriction};
-  sampling.sampling = default_sampling(sampling.layout);
-  sampling.accuracy.reset();
-  sampling.progress = ProgressMode::none;
-  Signature signature = sample_signature(sampling).signature;
-  signature.packing = measure_packing(poured_object(sampling, signature), signature,
-                                      {.progress = ProgressMode::none});
-  write_signature(signature, file);
-}
-
 void judge(const NamedSolid& solid, const Options& options, Reference& reference, Errors& errors) {
   const fs::path mesh = fs::absolute(options.output / (solid.name + ".obj"));
   TriangleMesh scaled = solid.mesh;
   for (Vec3& v : scaled.vertices) v *= kRadius;
   write_obj(scaled, mesh);
   const fs::path signature = fs::absolute(options.output / (solid.name + ".sig"));
-  if (!fs::exists(signature)) measure_signature(mesh, signature);
+  if (!fs::exists(signature)) {
+    SignatureOptions sampling{.mesh = mesh};
+    sampling.material = {.restitution = kRestitution, .friction = kFriction};
+    measure_signature(sampling, signature);
+  }
   const Packing packing = *read_signature(signature).packing;
   std::printf("%s: a ball of %.3f R, against walls of %.3f R, resistance to rolling %.3f\n",
               solid.name.c_str(), packing.radius_m / kRadius, packing.wall_radius_m / kRadius,

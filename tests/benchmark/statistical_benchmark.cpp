@@ -13,13 +13,11 @@
 #include <vector>
 
 #include "core/parallel_for.h"
-#include "packing/packing_measurement.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
-#include "signature/signature_file.h"
-#include "signature/signature_sampling.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
+#include "support/measured_signature.h"
 
 namespace pilesim {
 namespace {
@@ -99,13 +97,7 @@ void run(int argc, char** argv) {
       fs::temp_directory_path() / ("pilesim_benchmark." + std::to_string(bodies) + ".sig");
   SignatureOptions options{.mesh = mesh};
   options.material = {.restitution = kRestitution, .friction = kFriction};
-  options.sampling = default_sampling(options.layout);
-  options.accuracy.reset();
-  options.progress = ProgressMode::none;
-  Signature measured = sample_signature(options).signature;
-  measured.packing =
-      measure_packing(poured_object(options, measured), measured, {.progress = ProgressMode::none});
-  write_signature(measured, signature);
+  measure_signature(options, signature);
   for (int seed = 1; seed <= seeds; ++seed) {
     run_mode("statistical", rabbits(bodies, static_cast<uint64_t>(seed), mesh, signature), kFrames);
   }

@@ -43,12 +43,12 @@ inline Vec3 even_point(uint64_t n) {
   return {mirrored(2), mirrored(3), mirrored(5)};
 }
 
-class Packing {
+class PackedBodies {
  public:
   // The dynamic bodies of `model` that are present, by their poses of the body frame; arrays over
   // all bodies of the model. Shapes with pieces only. `model` must outlive it.
-  Packing(const Model& model, const std::vector<Vec3>& position,
-          const std::vector<Quat>& orientation, const std::vector<uint8_t>& flags)
+  PackedBodies(const Model& model, const std::vector<Vec3>& position,
+               const std::vector<Quat>& orientation, const std::vector<uint8_t>& flags)
       : model_(model) {
     for (const ModelShape& shape : model.shapes) shapes_.push_back(pieces_of(shape));
     Bounds bounds;
@@ -181,7 +181,7 @@ class Packing {
 };
 
 // By `points` points in the ring between two radii of a column, even over its volume.
-inline Fill fill_of_ring(const Packing& packing, double inner_m, const Column& column,
+inline Fill fill_of_ring(const PackedBodies& packing, double inner_m, const Column& column,
                          uint64_t points) {
   std::atomic<uint64_t> held = 0, covered = 0;  // whole numbers: their order does not matter
   parallel_for(points, 4096, [&](size_t begin, size_t end) {
@@ -208,12 +208,12 @@ inline Fill fill_of_ring(const Packing& packing, double inner_m, const Column& c
   return fill;
 }
 
-inline Fill fill_of(const Packing& packing, const Column& column, uint64_t points) {
+inline Fill fill_of(const PackedBodies& packing, const Column& column, uint64_t points) {
   return fill_of_ring(packing, 0, column, points);
 }
 
 // The share of a column that is empty, in `bins` rings of equal width from its wall inwards.
-inline std::vector<double> porosity_from_wall(const Packing& packing, const Column& column,
+inline std::vector<double> porosity_from_wall(const PackedBodies& packing, const Column& column,
                                               int bins, uint64_t points_a_bin) {
   std::vector<double> porosity;
   for (int bin = 0; bin < bins; ++bin) {
@@ -226,7 +226,7 @@ inline std::vector<double> porosity_from_wall(const Packing& packing, const Colu
 }
 
 // A bed that stands on y = `floor_m` is about twice as high as its bodies' mean centre, m.
-inline double bed_height_m(const Packing& packing, double floor_m) {
+inline double bed_height_m(const PackedBodies& packing, double floor_m) {
   double sum = 0;
   for (size_t i = 0; i < packing.size(); ++i) sum += packing.position(i).y() - floor_m;
   return packing.size() > 0 ? 2 * sum / static_cast<double>(packing.size()) : 0;

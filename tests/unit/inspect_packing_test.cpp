@@ -44,7 +44,7 @@ struct Arrangement {
     orientation.push_back(turn);
     flags.push_back(flag);
   }
-  Packing packing() const { return {model, position, orientation, flags}; }
+  PackedBodies packing() const { return {model, position, orientation, flags}; }
 };
 
 TEST(Packing, ASphereInAColumn) {

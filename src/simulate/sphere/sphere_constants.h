@@ -107,8 +107,9 @@ inline constexpr float kFaceToFace = 0.3F;
 
 // --- Surfaces. Large enough that rounding decides nothing.
 
-// Cosine of the slope to the horizontal from which on a surface is a wall: 45 degrees. Between the slopes of the test
-// it is free: Statistical.WhatLeansOnAWallKeepsItsOwnDistance (30 and 60 degrees).
+// Cosine of the slope to the horizontal from which on a surface is a wall: 45 degrees. Between the
+// slopes of the test it is free: Statistical.WhatLeansOnAWallKeepsItsOwnDistance (30 and 60
+// degrees).
 inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
 inline constexpr double kSameSurface = 0.95;
