@@ -11,10 +11,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace pilesim {
@@ -45,6 +47,52 @@ class Patience {
 
  private:
   int spins_ = 0;
+};
+
+// Threads that wait for the next loop, awake.
+class Team {
+ public:
+  Team() = default;  // of one
+  explicit Team(size_t members) : parts_(members) {}
+  void help(size_t member);  // until it is over
+  void end() { is_over_.store(true, std::memory_order_release); }
+  void run_chunks(size_t chunks, const std::function<void(size_t)>& chunk);
+
+ private:
+  static constexpr size_t kCacheLine = 64;
+  // A member's own part of a loop. What threads write stands on cache lines of its own.
+  struct alignas(kCacheLine) Part {
+    // The last loop in which somebody has taken a chunk of it in the upper half, the chunk that
+    // comes next in the lower.
+    std::atomic<uint64_t> taken = 0;
+  };
+  uint32_t take_chunks(size_t member, uint64_t under_way);
+  void run(size_t chunk);
+
+  // Loops are numbered from 1. The number of the one under way in the upper half, its chunks in the
+  // lower; what is below is of that loop until all its chunks are done.
+  alignas(kCacheLine) std::atomic<uint64_t> under_way_ = 0;
+  const std::function<void(size_t)>* chunk_ = nullptr;
+  std::atomic<bool> is_over_ = false;
+  std::vector<Part> parts_;                             // one a member; empty: there is but one
+  alignas(kCacheLine) std::atomic<uint32_t> done_ = 0;  // chunks, by helpers
+  std::atomic<bool> has_failed_ = false;
+  std::exception_ptr failure_;  // of the first chunk that threw, by time
+};
+
+// The one whose loops this thread begins.
+thread_local Team* team_here = nullptr;
+
+// Of this thread, for a while.
+class TeamHere {
+ public:
+  explicit TeamHere(Team* team) : before_(std::exchange(team_here, team)) {}
+  ~TeamHere() { team_here = before_; }
+  TeamHere(const TeamHere&) = delete;
+  TeamHere& operator=(const TeamHere&) = delete;
+
+ private:
+  Team* before_;
 };
 
 // Debian's oneTBB is not built for ThreadSanitizer, which sees races in all that it hands out.
@@ -112,6 +160,75 @@ void run_beside(size_t helpers, const std::function<void(size_t)>& help,
   }
 }
 #endif
+void Team::run(size_t chunk) {
+  try {
+    (*chunk_)(chunk);
+  } catch (...) {
+    if (!has_failed_.exchange(true, std::memory_order_acq_rel)) failure_ = std::current_exception();
+  }
+}
+
+// A chunk that nobody has taken yet keeps the loop from ending: so it is that loop's, even if it
+// was taken late. How many it has taken.
+uint32_t Team::take_chunks(size_t member, uint64_t under_way) {
+  const uint64_t loop = under_way >> 32;
+  const size_t chunks = static_cast<uint32_t>(under_way), members = parts_.size();
+  uint32_t taken = 0;
+  for (size_t i = 0; i < members; ++i) {
+    const size_t whose = member + i < members ? member + i : member + i - members;
+    const size_t first = chunks * whose / members, end = chunks * (whose + 1) / members;
+    std::atomic<uint64_t>& part = parts_[whose].taken;
+    uint64_t before = part.load(std::memory_order_relaxed);
+    for (;;) {
+      if (before >> 32 > loop) return taken;  // it is over
+      const size_t chunk = before >> 32 == loop ? static_cast<uint32_t>(before) : first;
+      if (chunk >= end) break;
+      if (!part.compare_exchange_weak(before, loop << 32 | (chunk + 1),
+                                      std::memory_order_acq_rel)) {
+        continue;
+      }
+      before = loop << 32 | (chunk + 1);
+      run(chunk);
+      ++taken;
+    }
+  }
+  return taken;
+}
+
+void Team::help(size_t member) {
+  const TeamHere alone(nullptr);
+  Patience patience;
+  uint64_t last = 0;
+  while (!is_over_.load(std::memory_order_acquire)) {
+    const uint64_t under_way = under_way_.load(std::memory_order_acquire);
+    if (under_way == last) {
+      patience.wait();
+      continue;
+    }
+    const uint32_t taken = take_chunks(member, under_way);
+    if (taken > 0) done_.fetch_add(taken, std::memory_order_release);
+    last = under_way;
+    patience = {};
+  }
+}
+
+void Team::run_chunks(size_t chunks, const std::function<void(size_t)>& chunk) {
+  if (parts_.empty()) {
+    for (size_t i = 0; i < chunks; ++i) chunk(i);
+    return;
+  }
+  const TeamHere busy(nullptr);
+  done_.store(0, std::memory_order_relaxed);
+  chunk_ = &chunk;
+  const uint64_t loop = (under_way_.load(std::memory_order_relaxed) >> 32) + 1;
+  const uint64_t under_way = loop << 32 | chunks;
+  under_way_.store(under_way, std::memory_order_release);
+  const size_t others = chunks - take_chunks(0, under_way);
+  for (Patience patience; done_.load(std::memory_order_acquire) != others;) patience.wait();
+  if (has_failed_.exchange(false, std::memory_order_acq_rel)) {
+    std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+}
 }  // namespace
 
 int available_threads() {
@@ -144,90 +261,30 @@ void parallel_for(size_t count, size_t grain,
     if (count > 0) body(0, count);
     return;
   }
-  run_chunks(chunks,
-             [&](size_t chunk) { body(chunk * grain, std::min(count, (chunk + 1) * grain)); });
+  const auto chunk = [&](size_t i) { body(i * grain, std::min(count, (i + 1) * grain)); };
+  team_here != nullptr ? team_here->run_chunks(chunks, chunk) : run_chunks(chunks, chunk);
 }
 
-void on_one_thread(const std::function<void()>& work) { tbb::task_arena(1).execute(work); }
+void on_one_thread(const std::function<void()>& work) {
+  Team alone;
+  const TeamHere here(&alone);
+  tbb::task_arena(1).execute(work);
+}
 
-void Team::gather(const std::function<void(Team&)>& work) {
-  Team team;
+void with_threads_awake(const std::function<void()>& work) {
   const auto members = static_cast<size_t>(thread_count());
-  if (members == 1) return work(team);
-  team.parts_ = std::vector<Part>(members);
+  if (members == 1 || team_here != nullptr) return work();
+  Team team(members);
   run_beside(
       members - 1, [&](size_t member) { team.help(member); },
       [&] {
         const struct End {
-          std::atomic<bool>& is_over;
-          ~End() { is_over.store(true, std::memory_order_release); }
-        } end{team.is_over_};
-        work(team);
+          Team& team;
+          ~End() { team.end(); }
+        } end{team};
+        const TeamHere here(&team);
+        work();
       });
-}
-
-// A chunk that nobody has taken yet keeps the loop from ending: so it is that loop's, even if it
-// was taken late. How many it has taken.
-uint32_t Team::take_chunks(size_t member, uint64_t under_way) {
-  const uint64_t loop = under_way >> 32;
-  const size_t chunks = static_cast<uint32_t>(under_way), members = parts_.size();
-  uint32_t taken = 0;
-  for (size_t i = 0; i < members; ++i) {
-    const size_t whose = member + i < members ? member + i : member + i - members;
-    const size_t first = chunks * whose / members, end = chunks * (whose + 1) / members;
-    std::atomic<uint64_t>& part = parts_[whose].taken;
-    uint64_t before = part.load(std::memory_order_relaxed);
-    for (;;) {
-      if (before >> 32 > loop) return taken;  // it is over
-      const size_t chunk = before >> 32 == loop ? static_cast<uint32_t>(before) : first;
-      if (chunk >= end) break;
-      if (!part.compare_exchange_weak(before, loop << 32 | (chunk + 1),
-                                      std::memory_order_acq_rel)) {
-        continue;
-      }
-      before = loop << 32 | (chunk + 1);
-      const size_t begin = chunk * grain_;
-      (*body_)(begin, std::min(count_, begin + grain_));
-      ++taken;
-    }
-  }
-  return taken;
-}
-
-void Team::help(size_t member) {
-  Patience patience;
-  uint64_t last = 0;
-  while (!is_over_.load(std::memory_order_acquire)) {
-    const uint64_t under_way = under_way_.load(std::memory_order_acquire);
-    if (under_way == last) {
-      patience.wait();
-      continue;
-    }
-    const uint32_t taken = take_chunks(member, under_way);
-    if (taken > 0) done_.fetch_add(taken, std::memory_order_release);
-    last = under_way;
-    patience = {};
-  }
-}
-
-void Team::parallel_for(size_t count, size_t grain,
-                        const std::function<void(size_t begin, size_t end)>& body) {
-  const size_t chunks = (count + grain - 1) / grain;
-  if (parts_.empty() || chunks <= 1) {
-    for (size_t begin = 0; begin < count; begin += grain) {
-      body(begin, std::min(count, begin + grain));
-    }
-    return;
-  }
-  done_.store(0, std::memory_order_relaxed);
-  count_ = count;
-  grain_ = grain;
-  body_ = &body;
-  const uint64_t loop = (under_way_.load(std::memory_order_relaxed) >> 32) + 1;
-  const uint64_t under_way = loop << 32 | chunks;
-  under_way_.store(under_way, std::memory_order_release);
-  const size_t others = chunks - take_chunks(0, under_way);
-  for (Patience patience; done_.load(std::memory_order_acquire) != others;) patience.wait();
 }
 
 }  // namespace pilesim

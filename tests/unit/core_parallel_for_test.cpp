@@ -56,16 +56,16 @@ TEST(ParallelFor, ThrowsWhatAChunkThrowsWithMoreThreadsThanProcessors) {
 }
 
 // Each loop reads what the loop before has written.
-TEST(Team, ComesToEachIndexOnceInEachOfManyLoops) {
+TEST(ThreadsAwake, ComeToEachIndexOnceInEachOfManyLoops) {
   constexpr int kLoops = 2000;
   for (const int threads : {1, 2, 5}) {
     set_thread_count(threads);
     std::vector<int> visits(97, 0), before(97, 0);
     int wrong = 0;
-    Team::gather([&](Team& team) {
+    with_threads_awake([&] {
       for (int loop = 0; loop < kLoops; ++loop) {
         const size_t count = 1 + static_cast<size_t>(loop) % visits.size();
-        team.parallel_for(count, 4, [&](size_t begin, size_t end) {
+        parallel_for(count, 4, [&](size_t begin, size_t end) {
           for (size_t i = begin; i < end; ++i) visits[i] = before[count - 1 - i] + 1;
         });
         for (size_t i = 0; i < count; ++i) wrong += visits[i] != before[count - 1 - i] + 1 ? 1 : 0;
@@ -77,13 +77,13 @@ TEST(Team, ComesToEachIndexOnceInEachOfManyLoops) {
   set_thread_count(available_threads());
 }
 
-TEST(Team, HasMoreThanOneThread) {
+TEST(ThreadsAwake, AreMoreThanOne) {
   set_thread_count(3);
   std::mutex mutex;
   std::set<std::thread::id> seen;
-  Team::gather([&](Team& team) {
+  with_threads_awake([&] {
     for (int round = 0; round < 500 && seen.size() < 3; ++round) {
-      team.parallel_for(9, 1, [&](size_t, size_t) {
+      parallel_for(9, 1, [&](size_t, size_t) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         const std::lock_guard lock(mutex);
         seen.insert(std::this_thread::get_id());
@@ -94,10 +94,54 @@ TEST(Team, HasMoreThanOneThread) {
   set_thread_count(available_threads());
 }
 
-TEST(Team, EndsWhenItsWorkThrows) {
+TEST(ThreadsAwake, EndWhenTheirWorkThrows) {
   set_thread_count(3);
-  const auto fail = [](Team&) { throw std::runtime_error("no more"); };
-  EXPECT_THROW(Team::gather(fail), std::runtime_error);
+  const auto fail = [] { throw std::runtime_error("no more"); };
+  EXPECT_THROW(with_threads_awake(fail), std::runtime_error);
+  set_thread_count(available_threads());
+}
+
+TEST(ThreadsAwake, ThrowWhatAChunkThrowsAndGoOn) {
+  set_thread_count(3);
+  with_threads_awake([] {
+    for (int round = 0; round < 100; ++round) {
+      std::vector<int> visits(20, 0);
+      const auto fail = [&] {
+        parallel_for(20, 1, [&](size_t begin, size_t) {
+          ++visits[begin];
+          if (begin % 7 == 3) throw std::runtime_error("3");
+        });
+      };
+      EXPECT_THROW(fail(), std::runtime_error);
+      EXPECT_EQ(visits, std::vector<int>(20, 1));
+    }
+  });
+  set_thread_count(available_threads());
+}
+
+TEST(ThreadsAwake, RunLoopsWithinChunks) {
+  for (const int threads : {1, 3}) {
+    set_thread_count(threads);
+    std::vector<int> visits(60, 0);
+    with_threads_awake([&] {
+      parallel_for(6, 1, [&](size_t i, size_t) {
+        parallel_for(10, 2, [&](size_t begin, size_t end) {
+          for (size_t k = begin; k < end; ++k) ++visits[10 * i + k];
+        });
+      });
+    });
+    EXPECT_EQ(visits, std::vector<int>(60, 1)) << threads;
+  }
+  set_thread_count(available_threads());
+}
+
+TEST(OneThread, HasAllChunks) {
+  set_thread_count(3);
+  std::set<std::thread::id> seen;
+  on_one_thread([&] {
+    parallel_for(50, 1, [&](size_t, size_t) { seen.insert(std::this_thread::get_id()); });
+  });
+  EXPECT_EQ(seen, std::set<std::thread::id>{std::this_thread::get_id()});
   set_thread_count(available_threads());
 }
 

@@ -11,7 +11,7 @@ using namespace exact_constants;
 // Those that bounce are few, with those that a blow has reached: so only they are visited, and
 // again only when what they have found no longer holds.
 template <typename T>
-void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
+void ContactSolver<T>::bounce_all(const SolverSettings& settings) {
   if (std::ranges::none_of(blocks_, [](const Block& block) { return block.bounces; })) return;
   blows_.assign(points_.size(), {});
   struck_.assign(motions_.size(), 0);
@@ -26,17 +26,10 @@ void ContactSolver<T>::bounce_all(Team& team, const SolverSettings& settings) {
   for (int sweep = 0; sweep < kBounceSweeps; ++sweep) {
     std::ranges::fill(has_changed, 0);
     const auto begin = static_cast<uint32_t>(static_cast<size_t>(sweep) * blocks_.size() + 1);
-    for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
-      const uint32_t first = stage_first_[k];
-      team.parallel_for(stage_first_[k + 1] - first, 1, [&](size_t from, size_t to) {
-        for (size_t n = first + from; n < first + to; ++n) {
-          for (uint32_t m = batches_[n].first; m < batches_[n].end; ++m) {
-            if (!is_to_bounce(blocks_[m])) continue;
-            if (bounce(blocks_[m], per_step, begin + m)) has_changed[n] = 1;
-          }
-        }
-      });
-    }
+    for_blocks([&](size_t batch, Block& block) {
+      const auto now = begin + static_cast<uint32_t>(&block - blocks_.data());
+      if (is_to_bounce(block) && bounce(block, per_step, now)) has_changed[batch] = 1;
+    });
     if (std::ranges::find(has_changed, 1) == has_changed.end()) break;
   }
 }
@@ -142,8 +135,8 @@ bool ContactSolver<T>::bounce(Block& block, T inverse_step, uint32_t now) {
   return has_changed_any;
 }
 
-template void ContactSolver<float>::bounce_all(Team&, const SolverSettings&);
-template void ContactSolver<double>::bounce_all(Team&, const SolverSettings&);
+template void ContactSolver<float>::bounce_all(const SolverSettings&);
+template void ContactSolver<double>::bounce_all(const SolverSettings&);
 template bool ContactSolver<float>::is_to_bounce(const Block&) const;
 template bool ContactSolver<double>::is_to_bounce(const Block&) const;
 template bool ContactSolver<float>::bounce(Block&, float, uint32_t);

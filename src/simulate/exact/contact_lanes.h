@@ -1,9 +1,26 @@
 // What the parts of the contact solver do with the lanes of a block.
 #pragma once
 
+#include <algorithm>
+
+#include "core/parallel_for.h"
 #include "simulate/exact/contact_solver.h"
 
 namespace pilesim::exact {
+
+// By visit(batch, block), each stage after the one before.
+template <typename T>
+template <typename Visit>
+void ContactSolver<T>::for_blocks(const Visit& visit) {
+  for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
+    const uint32_t first = stage_first_[k], count = stage_first_[k + 1] - first;
+    parallel_for(count, is_small_ ? std::max(count, 1U) : 1, [&](size_t begin, size_t end) {
+      for (size_t n = first + begin; n < first + end; ++n) {
+        for (uint32_t m = batches_[n].first; m < batches_[n].end; ++m) visit(n, blocks_[m]);
+      }
+    });
+  }
+}
 
 template <typename T>
 struct ContactSolver<T>::Gathered {

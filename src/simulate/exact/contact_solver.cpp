@@ -17,7 +17,7 @@ using namespace exact_constants;
 namespace {
 
 constexpr size_t kGrain = 16;
-// With fewer one thread is as fast.
+// To go over fewer one thread is as fast.
 constexpr size_t kLeastContacts = 300;
 constexpr size_t kBodyGrain = 128;
 // m: what is as far does not touch.
@@ -54,13 +54,13 @@ void ContactSolver<T>::gather_weights(Block& block) const {
 }
 
 template <typename T>
-void ContactSolver<T>::fill(Team& team, std::span<const ContactRange> contacts, size_t bodies,
+void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies,
                             double substep_s) {
   const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
   const Softness rigid{0, 1, 0};
-  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
       block.bounces = false;
@@ -157,20 +157,6 @@ void ContactSolver<T>::fill(Team& team, std::span<const ContactRange> contacts, 
   });
 }
 
-template <typename T>
-template <typename Visit>
-void ContactSolver<T>::for_blocks(Team& team, const Visit& visit) {
-  for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
-    const uint32_t first = stage_first_[k];
-    team.parallel_for(stage_first_[k + 1] - first, 1, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        const Batch& batch = batches_[first + i];
-        for (uint32_t m = batch.first; m < batch.end; ++m) visit(blocks_[m]);
-      }
-    });
-  }
-}
-
 // What contacts gave in the step before.
 template <typename T>
 void ContactSolver<T>::apply_forces(Block& block) {
@@ -215,13 +201,12 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
   for (Torque& torque : torques_) {
     for (Row& row : torque.given) scale(row);
   }
-  Team alone;  // the partner has parallel loops of its own
-  for_blocks(alone, [&](Block& block) { apply_forces(block); });
+  for_blocks([&](size_t, Block& block) { apply_forces(block); });
   for (const SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);
     for (SolverJoint& joint : joints) hold(joint, bodies, step, false);
-    for_blocks(alone, [&](Block& block) { sweep<false>(block, 1 / step); });
+    for_blocks([&](size_t, Block& block) { sweep<false>(block, 1 / step); });
   }
   motions_ = motions;
   points_ = points;
@@ -420,9 +405,9 @@ void ContactSolver<T>::add_velocity(uint32_t body, const Vec3& linear, const Vec
 }
 
 template <typename T>
-void ContactSolver<T>::store(Team& team, std::span<const ContactRange> contacts, double substep_s) {
+void ContactSolver<T>::store(std::span<const ContactRange> contacts, double substep_s) {
   const auto per_second = static_cast<T>(1 / substep_s);
-  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       const Block& block = blocks_[m];
       for (size_t i = 0; i < kLanes; ++i) {
@@ -444,24 +429,24 @@ void ContactSolver<T>::store(Team& team, std::span<const ContactRange> contacts,
 }
 
 template <typename T>
-void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
+void ContactSolver<T>::make_substeps(const SolverSettings& settings,
                                      std::vector<SolverBody>& bodies,
                                      std::span<SolverJoint> joints) {
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
-  bounce_all(team, settings);
+  bounce_all(settings);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    team.parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
+    parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
     });
     if (substep == 0) {
-      for_blocks(team, [&](Block& block) { apply_forces(block); });
+      for_blocks([&](size_t, Block& block) { apply_forces(block); });
       for (const SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
     }
     for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
-    for_blocks(team, [&](Block& block) { sweep<true>(block, per_substep); });
-    team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });
+    parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
     });
     // What has just met finds its forces from nothing.
@@ -469,7 +454,7 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
         substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
     for (int i = 0; i < relaxations; ++i) {
       for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
-      for_blocks(team, [&](Block& block) {
+      for_blocks([&](size_t, Block& block) {
         if (i == 0) measure(block, substep + 1 == settings.substeps);
         sweep<false>(block, per_substep);
       });
@@ -479,7 +464,7 @@ void ContactSolver<T>::make_substeps(Team& team, const SolverSettings& settings,
 
 // Bodies and contacts as sweeps have them.
 template <typename T>
-void ContactSolver<T>::prepare(Team& team, const SolverSettings& settings,
+void ContactSolver<T>::prepare(const SolverSettings& settings,
                                const std::vector<SolverBody>& bodies,
                                std::span<const ContactRange> contacts) {
   motions_.resize(bodies.size() + 1);  // the last for empty lanes
@@ -492,7 +477,7 @@ void ContactSolver<T>::prepare(Team& team, const SolverSettings& settings,
   Shift none{};
   none.v[6] = 1;
   shifts_.back() = none;
-  team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const SolverBody& body = bodies[i];
       const Mat3& inertia = body.inverse_inertia;
@@ -511,17 +496,16 @@ void ContactSolver<T>::prepare(Team& team, const SolverSettings& settings,
   });
   arrange(contacts);
   const double substep_s = settings.step_s / settings.substeps;
-  fill(team, contacts, bodies.size(), substep_s);
+  fill(contacts, bodies.size(), substep_s);
   torques_.clear();
-  if (settings.has_torques) fill_torques(team, contacts, substep_s);
+  if (settings.has_torques) fill_torques(contacts, substep_s);
 }
 
 // What sweeps have made of them.
 template <typename T>
-void ContactSolver<T>::take_over(Team& team, const SolverSettings& settings,
-                                 std::vector<SolverBody>& bodies,
+void ContactSolver<T>::take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                                  std::span<const ContactRange> contacts) {
-  team.parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto place = static_cast<uint32_t>(i);
       bodies[i].velocity = velocity(place);
@@ -532,8 +516,8 @@ void ContactSolver<T>::take_over(Team& team, const SolverSettings& settings,
     }
   });
   const double substep_s = settings.step_s / settings.substeps;
-  store(team, contacts, substep_s);
-  if (!torques_.empty()) store_torques(team, contacts, substep_s);
+  store(contacts, substep_s);
+  if (!torques_.empty()) store_torques(contacts, substep_s);
 }
 
 template <typename T>
@@ -542,26 +526,13 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
                              std::span<SolverJoint> joints) {
   moving_ = moving;
   is_thorough_ = settings.is_thorough;
+  is_small_ = contacts.size() < kLeastContacts;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
   fastest_ = static_cast<T>(settings.push_speed);
-  const auto gather = [&](const std::function<void(Team&)>& work) {
-    if (contacts.size() >= kLeastContacts) return Team::gather(work);
-    Team alone;
-    work(alone);
-  };
-  const auto finish = [&](Team& team) {
-    make_substeps(team, settings, bodies, joints);
-    take_over(team, settings, bodies, contacts);
-  };
-  if (!settings.partner) {
-    return gather([&](Team& team) {
-      prepare(team, settings, bodies, contacts);
-      finish(team);
-    });
-  }
-  gather([&](Team& team) { prepare(team, settings, bodies, contacts); });
-  take_turns(settings, bodies, joints);
-  gather(finish);
+  prepare(settings, bodies, contacts);
+  if (settings.partner) take_turns(settings, bodies, joints);
+  make_substeps(settings, bodies, joints);
+  take_over(settings, bodies, contacts);
 }
 
 template class ContactSolver<float>;

@@ -12,7 +12,6 @@
 #include <span>
 #include <vector>
 
-#include "core/parallel_for.h"
 #include "core/types.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
@@ -180,23 +179,23 @@ class ContactSolver {
   void pack(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
   void colour(std::span<const ContactRange> contacts, std::span<const uint32_t> which);
   void add_block(std::span<const ContactRange> contacts, std::span<const uint32_t> lanes);
-  void prepare(Team& team, const SolverSettings& settings, const std::vector<SolverBody>& bodies,
+  void prepare(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                std::span<const ContactRange> contacts);
-  void take_over(Team& team, const SolverSettings& settings, std::vector<SolverBody>& bodies,
+  void take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                  std::span<const ContactRange> contacts);
-  void fill(Team& team, std::span<const ContactRange> contacts, size_t bodies, double substep_s);
+  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s);
   template <typename Visit>
-  void for_blocks(Team& team, const Visit& visit);
+  void for_blocks(const Visit& visit);
   void measure(Block& block, bool is_last);
   void take_turns(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
                   std::span<SolverJoint> joints);
-  void make_substeps(Team& team, const SolverSettings& settings, std::vector<SolverBody>& bodies,
+  void make_substeps(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                      std::span<SolverJoint> joints);
   void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
   void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
                     double substep_s);
-  void bounce_all(Team& team, const SolverSettings& settings);
+  void bounce_all(const SolverSettings& settings);
   bool is_to_bounce(const Block& block) const;
   bool bounce(Block& block, T inverse_step, uint32_t now);
   template <bool kSoft>
@@ -204,17 +203,17 @@ class ContactSolver {
   Gathered gather(const Block& block) const;
   void gather_weights(Block& block) const;
   void scatter(const Block& block, const Gathered& gathered);
-  void fill_torques(Team& team, std::span<const ContactRange> contacts, double substep_s);
+  void fill_torques(std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
   void hold_turning(const Block& block, bool of_blow);
-  void store_torques(Team& team, std::span<const ContactRange> contacts, double substep_s) const;
+  void store_torques(std::span<const ContactRange> contacts, double substep_s) const;
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
   void hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step,
                  const Softness& s);
   void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
-  void store(Team& team, std::span<const ContactRange> contacts, double substep_s);
+  void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;
   T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
@@ -240,6 +239,7 @@ class ContactSolver {
   std::vector<uint32_t> changed_;
   T least_blow_ = 0;
   bool is_thorough_ = false;
+  bool is_small_ = false;  // for one thread
 };
 
 extern template class ContactSolver<float>;

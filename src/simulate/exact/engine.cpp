@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
 #include "simulate/exact/narrow_phase.h"
 #include "simulate/exact/pair_list.h"
@@ -17,6 +18,9 @@ namespace exact {
 using namespace exact_constants;
 
 namespace {
+
+// Of fewer a step is as fast on one thread.
+constexpr size_t kLeastPairs = 64;
 
 class Engine final : public ExactEngine {
  public:
@@ -66,6 +70,7 @@ class Engine final : public ExactEngine {
   double momentum_behind(const Hit& hit, const Vec3& way,
                          std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
+  void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
   void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
 
@@ -268,6 +273,11 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 }
 
 void Engine::step(StageTimer& timer, const std::function<void()>& before_solver) {
+  const auto step = [&] { make_step(timer, before_solver); };
+  partner_ || state_.pairs.size() >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
+}
+
+void Engine::make_step(StageTimer& timer, const std::function<void()>& before_solver) {
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
     pairs_.update(step_s_, gravity_.norm());

@@ -1,4 +1,5 @@
 // The part of the contact solver that holds back rolling and spinning.
+#include "core/parallel_for.h"
 #include "simulate/exact/contact_solver.h"
 
 namespace pilesim::exact {
@@ -67,11 +68,10 @@ HWY_INLINE Lanes3<T> in_world(const Lanes3<T>& n, const Lanes3<T>& u, const Lane
 
 // Once fill() has filled blocks and points.
 template <typename T>
-void ContactSolver<T>::fill_torques(Team& team, std::span<const ContactRange> contacts,
-                                    double substep_s) {
+void ContactSolver<T>::fill_torques(std::span<const ContactRange> contacts, double substep_s) {
   using L = Lanes<T>;
   torques_.assign(points_.size(), {});
-  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
       Row rolling{}, spinning{};
@@ -186,10 +186,10 @@ void ContactSolver<T>::hold_turning(const Block& block, bool of_blow) {
 }
 
 template <typename T>
-void ContactSolver<T>::store_torques(Team& team, std::span<const ContactRange> contacts,
+void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
                                      double substep_s) const {
   const auto per_second = static_cast<T>(1 / substep_s);
-  team.parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       const Block& block = blocks_[m];
       if (!block.holds_turning) continue;
@@ -212,15 +212,13 @@ void ContactSolver<T>::store_torques(Team& team, std::span<const ContactRange> c
   });
 }
 
-template void ContactSolver<float>::fill_torques(Team&, std::span<const ContactRange>, double);
-template void ContactSolver<double>::fill_torques(Team&, std::span<const ContactRange>, double);
+template void ContactSolver<float>::fill_torques(std::span<const ContactRange>, double);
+template void ContactSolver<double>::fill_torques(std::span<const ContactRange>, double);
 template void ContactSolver<float>::apply_torques(const Block&);
 template void ContactSolver<double>::apply_torques(const Block&);
 template void ContactSolver<float>::hold_turning(const Block&, bool);
 template void ContactSolver<double>::hold_turning(const Block&, bool);
-template void ContactSolver<float>::store_torques(Team&, std::span<const ContactRange>,
-                                                  double) const;
-template void ContactSolver<double>::store_torques(Team&, std::span<const ContactRange>,
-                                                   double) const;
+template void ContactSolver<float>::store_torques(std::span<const ContactRange>, double) const;
+template void ContactSolver<double>::store_torques(std::span<const ContactRange>, double) const;
 
 }  // namespace pilesim::exact
