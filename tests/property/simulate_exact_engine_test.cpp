@@ -281,8 +281,9 @@ TEST(ExactEngine, CrossedSticksTouchWithTheirFaces) {
   }
 }
 
-// All pairs whose boxes meet are listed, however bodies move, come and go.
-TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
+// All pairs whose boxes meet, and the balls about their centres, are listed, however bodies move,
+// come and go.
+TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
   Philox random(4, Stream::test, 0);
   SmallModel m;
   const uint32_t shape = m.box({0.4, 0.6, 0.8});
@@ -325,12 +326,18 @@ TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
           Bounds(Vec3(box.min() + kStep * body.velocity), Vec3(box.max() + kStep * body.velocity)));
       return box;
     };
+    const auto balls_meet = [&](const Body& a, const Body& b) {
+      const Vec3 between = b.position - a.position, way = kStep * (b.velocity - a.velocity);
+      const double nearest =
+          way.isZero(0) ? 0 : std::clamp(-between.dot(way) / way.squaredNorm(), 0.0, 1.0);
+      return (between + nearest * way).norm() <= 2 * Vec3(0.2, 0.3, 0.4).norm();
+    };
     for (uint32_t i = 0; i < state.bodies.size(); ++i) {
       for (uint32_t j = i + 1; j < state.bodies.size(); ++j) {
         const Body &a = state.bodies[i], &b = state.bodies[j];
         if (a.moves == Moves::not_there || b.moves == Moves::not_there) continue;
         if (a.moves == Moves::never && b.moves == Moves::never) continue;
-        if (!reached(a).intersects(reached(b))) continue;
+        if (!reached(a).intersects(reached(b)) || !balls_meet(a, b)) continue;
         EXPECT_TRUE(listed.contains({i, j})) << i << ' ' << j;
       }
     }
@@ -338,6 +345,25 @@ TEST(ExactEngine, PairsAreThoseOfAllBoxes) {
       body.position += kStep * body.velocity;
       body.moved = kStep * body.velocity;
     }
+  }
+}
+
+TEST(ExactEngine, BallsWhoseBoxesMeetAtACornerAreNoPair) {
+  for (const double apart : {0.95, 1.2}) {  // of their diameter; boxes meet to 1.7
+    SmallModel m;
+    m.sphere(0.5);
+    std::vector<CollisionShape> shapes;
+    shapes.emplace_back(m.model.shapes.back());
+    EngineState state;
+    state.bodies.resize(2);
+    PairList list(shapes, state);
+    for (uint32_t i = 0; i < 2; ++i) {
+      state.bodies[i].moves = Moves::by_contacts;
+      state.bodies[i].position = i * apart * Vec3::Ones().normalized();
+      list.add(i);
+    }
+    list.update(0.01, 9.81);
+    EXPECT_EQ(state.pairs.size(), apart < 1 ? 1U : 0U) << apart;
   }
 }
 

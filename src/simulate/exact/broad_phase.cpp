@@ -28,12 +28,17 @@ float next_above(float value) {
 
 }  // namespace
 
-WideBox WideBox::around(const Bounds& box) {
+WideBox WideBox::around(const Bounds& box, const Vec3& centre, double radius_m) {
+  // Of the centre, and of distances when they are compared.
+  constexpr double kRounding = 1e-6;
   WideBox wide;
+  wide.radius = next_above(static_cast<float>((1 + kRounding) * radius_m +
+                                              kRounding * centre.lpNorm<Eigen::Infinity>()));
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<size_t>(k);
     wide.low[i] = -next_above(-static_cast<float>(box.min()[k]));
     wide.high[i] = next_above(static_cast<float>(box.max()[k]));
+    wide.centre[i] = static_cast<float>(centre[k]);
   }
   return wide;
 }
@@ -46,7 +51,7 @@ void WideTree::set(Node& node, size_t lane, const WideBox& box) {
 }
 
 WideBox WideTree::bounds(const Node& node) const {
-  WideBox box;
+  WideBox box{};
   for (size_t k = 0; k < 3; ++k) {
     box.low[k] = *std::ranges::min_element(node.sides[k]);
     box.high[k] = *std::ranges::max_element(node.sides[k + 3]);
@@ -94,7 +99,7 @@ void WideTree::build(std::span<const WideBox> boxes, std::vector<uint32_t> items
 }
 
 void WideTree::refit(std::span<const WideBox> boxes) {
-  WideBox none;
+  WideBox none{};
   none.low.fill(kInfinite);
   none.high.fill(-kInfinite);
   for (size_t level = 0; level < levels_.size(); ++level) {

@@ -1,7 +1,7 @@
-// Which bodies may touch: pairs whose boxes meet.
+// Which bodies may touch: pairs whose boxes meet, and the balls beside them.
 //
-// Boxes are wider than what they hold, so that most of them hold it for several steps; a box that
-// no longer does is made anew and looked up in a tree of all boxes, eight to a node.
+// Both are wider than what they hold, so that most of them hold it for several steps; those that no
+// longer do are made anew and looked up in a tree of all boxes, eight to a node.
 #pragma once
 
 #include <array>
@@ -13,22 +13,33 @@
 
 namespace pilesim::exact {
 
-// Rounded outward from doubles, m.
+// A box and a ball that both hold a body; rounded outward from doubles, m. What is nearly round
+// meets half as many others by its ball, what is long by its box.
 struct WideBox {
   static constexpr bool kStoredAsItLies = true;
   std::array<float, 3> low, high;
-  static WideBox around(const Bounds& box);
+  std::array<float, 3> centre;
+  float radius;
+  static WideBox around(const Bounds& box, const Vec3& centre, double radius_m);
   bool meets(const WideBox& other) const {
-    bool meets = true;
+    bool meets = distance2(other) <= (radius + other.radius) * (radius + other.radius);
     for (size_t k = 0; k < 3; ++k) {
       meets &= low[k] <= other.high[k] && other.low[k] <= high[k];
     }
     return meets;
   }
   bool holds(const WideBox& other) const {
-    bool holds = true;
+    const float left = radius - other.radius;
+    bool holds = left >= 0 && distance2(other) <= left * left;
     for (size_t k = 0; k < 3; ++k) holds &= low[k] <= other.low[k] && other.high[k] <= high[k];
     return holds;
+  }
+  float distance2(const WideBox& other) const {  // of the centres
+    float sum = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      sum += (centre[k] - other.centre[k]) * (centre[k] - other.centre[k]);
+    }
+    return sum;
   }
 };
 
@@ -38,7 +49,7 @@ class WideTree {
   // `boxes` are indexed by `items`.
   void build(std::span<const WideBox> boxes, std::vector<uint32_t> items);
   void refit(std::span<const WideBox> boxes);  // boxes have changed, items not
-  // Appends all items whose box meets `box`; in the order of the tree.
+  // Appends all items whose box, without its ball, meets `box`; in the order of the tree.
   void find(const WideBox& box, std::vector<uint32_t>& found) const;
   bool empty() const { return items_.empty(); }
 

@@ -18,7 +18,7 @@ constexpr int kRebuild = 16;
 constexpr size_t kGrain = 64;
 constexpr size_t kBodyGrain = 256;
 constexpr size_t kPairGrain = 1024;
-constexpr WideBox kNothing = {{1, 1, 1}, {-1, -1, -1}};
+constexpr WideBox kNothing = {{1, 1, 1}, {-1, -1, -1}, {0, 0, 0}, 0};
 
 bool is_none(const WideBox& box) { return box.low[0] > box.high[0]; }
 
@@ -29,14 +29,10 @@ Bounds box_of(const CollisionShape& shape, const Body& body) {
   return {Vec3(centre - half), Vec3(centre + half)};
 }
 
-Bounds wider(const Bounds& box, double by) {
-  return {Vec3(box.min().array() - by), Vec3(box.max().array() + by)};
-}
-
-// What the box passes on its `way`.
+// What the box passes on its `way`, wider by `around`.
 Bounds swept(const Bounds& box, const Vec3& way, double around) {
-  return wider(Bounds(Vec3(box.min() + way.cwiseMin(0)), Vec3(box.max() + way.cwiseMax(0))),
-               around);
+  return {Vec3((box.min() + way.cwiseMin(0)).array() - around),
+          Vec3((box.max() + way.cwiseMax(0)).array() + around)};
 }
 
 }  // namespace
@@ -93,20 +89,25 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
   const Bounds tight = box_of(shape, body);
   WideBox renewed;
   if (!body.may_move()) {
-    renewed = WideBox::around(tight);
+    renewed = WideBox::around(tight, body.position, shape.radius_m);
     if (!is_fresh && box.holds(renewed)) return false;
   } else {
     const Vec3 way = step_s * body.velocity;
-    const double around = step_s * (body.spin.norm() * shape.radius_m + step_s * gravity);
+    const double fall = step_s * step_s * gravity;
+    const double turning = step_s * body.spin.norm() * shape.radius_m;
     const double extent = shape.smallest_extent_m;
-    const Bounds needed = swept(tight, way, around + kContactMargin * extent);
-    const Bounds wide = swept(tight, (1 + kBoxSteps) * way,
-                              (1 + kBoxSteps) * around + (kContactMargin + kBoxMargin) * extent);
-    if (!is_fresh && box.holds(WideBox::around(needed)) &&
-        WideBox::around(wider(wide, kBoxLoose * extent)).holds(box)) {
+    // After so many steps, and so much wider.
+    const auto reached = [&](double steps, double margin) {
+      const Bounds passed = swept(tight, steps * way, steps * (turning + fall) + margin);
+      const double radius = shape.radius_m + steps * (way.norm() / 2 + fall) + margin;
+      return WideBox::around(passed, body.position + steps / 2 * way, radius);
+    };
+    const double margin = (kContactMargin + kBoxMargin) * extent;
+    if (!is_fresh && box.holds(reached(1, kContactMargin * extent)) &&
+        reached(1 + kBoxSteps, margin + kBoxLoose * extent).holds(box)) {
       return false;
     }
-    renewed = WideBox::around(wide);
+    renewed = reached(1 + kBoxSteps, margin);
   }
   former_[i] = box;
   box = renewed;
@@ -182,7 +183,8 @@ void PairList::look_up(std::span<const uint32_t> moved, bool all) {
         }
       }
       for (const uint32_t j : near) {
-        if (i != j && (all || !is_known(i, j)) && may_meet(i, j)) add(i, j);
+        if (i == j || !state_.boxes[i].meets(state_.boxes[j])) continue;
+        if ((all || !is_known(i, j)) && may_meet(i, j)) add(i, j);
       }
     }
   });
