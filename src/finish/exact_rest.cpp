@@ -187,7 +187,8 @@ void ExactRest::part() {
 void ExactRest::settle() {
   state_.time_s += settling_.actual_step_s();
   ++state_.settling_steps;
-  if (kStep * state_.settling_steps < kCalmTime) slow_down();
+  const double time = kStep * state_.settling_steps;
+  if (time < kCalmTime || time > kLateTime) slow_down();
   static const int kLookSteps = static_cast<int>(std::lround(kStillTime / kStep));
   if (state_.settling_steps % kLookSteps == 0) look();
 }

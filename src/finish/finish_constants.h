@@ -29,6 +29,9 @@ inline constexpr double kStep = 0.07;
 // heaps do not flow.
 inline constexpr double kCalmTime = 3;
 inline constexpr double kCalmShare = 0.9;
+// From here on it is so again: what still moves swings between two others, or rolls, and nothing
+// that is modelled would stop it.
+inline constexpr double kLateTime = 40;
 // A body is still if for this time ...
 inline constexpr double kStillTime = 1;
 // ... it has not strayed by more, in its own r, ends slower than this, in its own sqrt(g r), ...

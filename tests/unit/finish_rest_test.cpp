@@ -175,6 +175,18 @@ TEST(FinishRest, EndsAtTheLongestTimeAndSaysSo) {
   EXPECT_EQ(rest.states().flags[1] & kAsleep, 0);
 }
 
+// As a body does that is pinched by two others: points hold back no turning about their line.
+TEST(FinishRest, WhatNothingStopsComesToRestTooWhereItHangs) {
+  Pile pile;
+  pile.add({0.5, 2, 0});
+  pile.model.bodies.back().hinge = {.axis = Vec3::UnitZ(), .anchor = Vec3(0, 2, 0)};
+  ExactRest rest(pile.scene, pile.model, pile.states());
+  finish(rest);
+  EXPECT_TRUE(rest.is_at_rest());
+  EXPECT_NEAR(rest.states().position[1].x(), 0, 0.02);
+  EXPECT_NEAR(rest.states().position[1].y(), 1.5, 0.01);
+}
+
 // The far ones are kept: what fell from a table is not drawn through it.
 TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
   Pile pile;
