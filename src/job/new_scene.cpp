@@ -177,9 +177,20 @@ constexpr const char* kGuide = R"(  "materials": {
 $camera}
 )";
 
+// A place of the camera, and what it looks at.
+std::string view(double away, double above, double target) {
+  return "\"position\": [" + number(0.5 * away) + ", " + number(above) + ", " + number(away) +
+         "], \"target\": [0, " + number(target) + ", 0]";
+}
+
 std::string camera(double away, double above, double target) {
-  return "  \"camera\": {\"position\": [" + number(0.5 * away) + ", " + number(above) + ", " +
-         number(away) + "], \"target\": [0, " + number(target) + ", 0]}\n";
+  return "  \"camera\": {" + view(away, above, target) + "}\n";
+}
+
+// From what falls to where it comes to lie.
+std::string camera(const std::string& first, const std::string& last, double until_s) {
+  return "  \"camera\": {\"keys\": [{\"time_s\": 0, " + first + "},\n" +
+         "                      {\"time_s\": " + number(until_s) + ", " + last + "}]}\n";
 }
 
 // A cone without its tip, its base on the ground.
@@ -205,8 +216,10 @@ void size_pile(const Measured& body, int count, Values& values) {
   values["radius"] = number(radius);
   values["height"] = number(height);
   values["centre"] = number(height / 2 + 1.5 * r);
-  const double away = 1.8 * (height + 3 * r);
-  values["camera"] = camera(away, 0.45 * away, 0.4 * height);
+  const double far = 1.8 * (height + 3 * r), near = 2 * (radius + 3 * r);
+  // Twice as long as the highest falls.
+  values["camera"] = camera(view(far, 0.45 * far, 0.4 * height), view(near, 0.6 * near, r),
+                            2 * std::sqrt(2 * (height + r) / kGravity));
 }
 
 void size_bin(const Measured& body, int count, Values& values) {
@@ -224,7 +237,7 @@ void size_bin(const Measured& body, int count, Values& values) {
   // What the mouth lets through while a body falls by its diameter.
   const double leaves_s = std::sqrt(4 * r / kGravity);
   values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
-  const double away = 2.6 * (side + r);
+  const double away = 2.1 * (side + r);
   values["away"] = number(0.8 * away);
   values["above"] = number(0.9 * away);
   values["target"] = number(0.5 * depth);
