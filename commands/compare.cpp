@@ -1,16 +1,10 @@
 #include <cmath>
-#include <filesystem>
 #include <memory>
-#include <optional>
 
-#include "core/temporary_file.h"
 #include "job/comparison_job.h"
 #include "numbers.h"
 #include "options.h"
 #include "print.h"
-#include "render/image_output.h"
-#include "report/html.h"
-#include "trajectory/trajectory.h"
 
 namespace pilesim {
 namespace {
@@ -32,22 +26,6 @@ void print_mode(const ComparisonSummary::Line& line) {
   print("\n");
 }
 
-// The end of each mode's first run, by one camera, as pictures of the page.
-void put_pictures(const ComparisonSummary& summary, const std::filesystem::path& output) {
-  const RenderSettings settings{.size = {640, 360}, .samples = 4};
-  std::optional<CameraKey> camera;
-  for (const ComparisonSummary::Line& line : summary.lines) {
-    TrajectoryReader trajectory(line.run);
-    if (!camera) camera = frame_action(trajectory, 16.0 / 9);
-    TrajectoryFrame frame;
-    trajectory.read(trajectory.frame_count() - 1, frame);
-    SceneRenderer renderer(trajectory.header(), settings);
-    const TemporaryFile picture(output / "picture.png");
-    write_png(renderer.draw(frame, *camera), picture.name());
-    put_picture(output / "compare.html", escaped(line.mode), picture.name());
-  }
-}
-
 void compare(CompareArguments& options) {
   ComparisonJob& job = options.job;
   job.scene_file = options.scene.file;
@@ -57,7 +35,6 @@ void compare(CompareArguments& options) {
   job.force = options.run.force;
   job.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
   const ComparisonSummary summary = run_comparison(job);
-  put_pictures(summary, job.output);
   if (options.run.quiet) return;
   for (const std::string& line : summary.warnings) warn(line);
   print("mode, speed-up, largest error (1: as far as the reference is from itself)\n");

@@ -12,7 +12,7 @@ namespace {
 struct FinishOptions {
   RunOptions run;
   ResumeOptions resume;
-  JudgingOptions judging;
+  ReportOptions report;
   std::string input, output;
   std::optional<std::string> scene;
   std::optional<double> longest_s;
@@ -27,8 +27,9 @@ void finish(const FinishOptions& options) {
                 .checkpoint_period_s = options.resume.checkpoint_period_s,
                 .longest_s = options.longest_s,
                 .visible_only = options.visible_only,
-                .gates = options.judging.gates(),
-                .inspect_every = options.judging.inspect_every,
+                .gates = options.report.gates(),
+                .inspect_every = options.report.inspect_every,
+                .picture = !options.report.no_picture,
                 .progress = options.run.quiet ? ProgressMode::none : options.run.progress};
   if (options.scene) job.scene_file = *options.scene;
   const SimulationSummary summary = run_finish(job);
@@ -63,7 +64,7 @@ void add_finish_command(CLI::App& app) {
       ->check(CLI::Range(1e-3, 1e6), "");
   command->add_flag("--visible-only", options->visible_only,
                     "Leave what lies too deep in the pile to be seen as it is, fixed");
-  add_judging_options(*command, options->judging);
+  add_report_options(*command, options->report);
   add_run_options(*command, options->run);
   add_resume_options(*command, options->resume);
   command->footer(R"(

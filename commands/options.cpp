@@ -122,11 +122,11 @@ CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options) {
       ->excludes(command.get_option("--force"));
 }
 
-std::vector<QualityGate> JudgingOptions::gates() const {
+std::vector<QualityGate> ReportOptions::gates() const {
   return fail_on ? parse_quality_gates(*fail_on) : std::vector<QualityGate>{};
 }
 
-void add_judging_options(CLI::App& command, JudgingOptions& options) {
+void add_report_options(CLI::App& command, ReportOptions& options) {
   command
       .add_option("--fail-on", options.fail_on,
                   "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
@@ -139,6 +139,8 @@ void add_judging_options(CLI::App& command, JudgingOptions& options) {
                   "frame, too, not only at the end: quality_of_run in report.json")
       ->type_name("N")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+  command.add_flag("--no-picture", options.no_picture,
+                   "Leave out the picture that report.html opens with");
 }
 
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {

@@ -76,15 +76,16 @@ struct ResumeOptions {
 // --resume, which excludes --force, and --checkpoint. After add_run_options().
 CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options);
 
-// How a pile is judged.
-struct JudgingOptions {
+// How a pile is judged and shown at the end.
+struct ReportOptions {
   std::optional<std::string> fail_on;
   uint64_t inspect_every = 0;
+  bool no_picture = false;
 
   std::vector<QualityGate> gates() const;  // throws as parse_quality_gates()
 };
-// --fail-on and --inspect-every, for commands that end with a pile.
-void add_judging_options(CLI::App& command, JudgingOptions& options);
+// --fail-on, --inspect-every and --no-picture, for commands that end with a pile.
+void add_report_options(CLI::App& command, ReportOptions& options);
 
 // One function a subcommand: it adds itself to `app` with a callback that does the work.
 void add_schema_command(CLI::App& app);

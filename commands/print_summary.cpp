@@ -6,11 +6,11 @@
 namespace pilesim {
 
 void print_summary(const std::string& output, const SimulationSummary& summary) {
+  for (const std::string& line : summary.warnings) warn(line);
   if (summary.was_complete) {
     print("%s: the run is complete; nothing was left to do\n", output.c_str());
     return;
   }
-  for (const std::string& line : summary.warnings) warn(line);
   for (const std::string& line : summary.beginning) print_line(line);
   for (const std::string& line : summary.collision_shapes) print_line(line);
   for (const std::string& line : summary.signatures) print_line(line);

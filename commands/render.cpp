@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/atomic_file.h"
 #include "core/counted.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -16,7 +17,6 @@
 #include "render/dataset/dataset_job.h"
 #include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
-#include "report/figure_text.h"
 #include "report/html.h"
 #include "scene/picture_limits.h"
 #include "scene/scene.h"
@@ -142,15 +142,20 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
   return work;
 }
 
+// So well that the report of the run opens with it.
+bool shows_end(const TrajectoryReader& trajectory, const RenderJob& job) {
+  constexpr int64_t kMostReportPixels = 1920 * 1080;
+  const auto [width, height] = job.settings.size;
+  return job.beside == nullptr && job.frames.back() + 1 == trajectory.frame_count() &&
+         int64_t{width} * height <= kMostReportPixels;
+}
+
 void draw(TrajectoryReader& trajectory, const RenderArguments& options, const CameraWork& work) {
   const ProgressMode mode = options.run.quiet ? ProgressMode::none : options.run.progress;
   const RenderSummary summary = run_render(trajectory, work.pictures, mode);
-  if (!summary.last_picture.empty()) {
-    const uint64_t last = work.pictures.frames.back();
-    const double time_s = static_cast<double>(last) / trajectory.header().frame_rate;
-    put_picture(work.pictures.output / "report.html", "end", summary.last_picture,
-                "The pile at " +
-                    (last + 1 == trajectory.frame_count() ? "its end" : duration_text(time_s)));
+  if (shows_end(trajectory, work.pictures) && !summary.last_picture.empty()) {
+    put_picture(work.pictures.output / "report.html", kEndPicture, read_file(summary.last_picture),
+                kEndLabel);
   }
   if (options.dataset.any()) run_dataset(trajectory, work.dataset, mode);
   if (options.run.quiet) return;

@@ -15,7 +15,7 @@ namespace {
 struct Options {
   SceneOptions scene;
   RunOptions run;
-  JudgingOptions judging;
+  ReportOptions report;
   std::string output;
   std::optional<std::string> from;
   std::optional<uint64_t> take;
@@ -38,11 +38,12 @@ void run(const Options& options) {
                       .checkpoint_period_s = options.resume.checkpoint_period_s,
                       .from = options.from,
                       .take = options.take,
-                      .gates = options.judging.gates(),
-                      .inspect_every = options.judging.inspect_every,
+                      .gates = options.report.gates(),
+                      .inspect_every = options.report.inspect_every,
                       .warn = options.run.quiet ? std::function<void(const std::string&)>() : warn,
                       .progress = options.run.quiet ? ProgressMode::none : options.run.progress,
-                      .direct_piles = options.direct_piles});
+                      .direct_piles = options.direct_piles,
+                      .picture = !options.report.no_picture});
   if (!options.run.quiet) print_summary(options.output, summary);
 }
 
@@ -60,7 +61,7 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");
   print->excludes(output);
-  add_judging_options(*command, options->judging);
+  add_report_options(*command, options->report);
   CLI::Option* from =
       command
           ->add_option(

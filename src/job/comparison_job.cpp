@@ -16,11 +16,13 @@
 #include "core/subprocess.h"
 #include "core/temporary_file.h"
 #include "inspect/pile_inspection.h"
+#include "job/end_picture.h"
 #include "job/mode_spec.h"
 #include "json/json_text.h"
 #include "model/model.h"
 #include "pile/guide/upside_down.h"
 #include "report/comparison_writer.h"
+#include "report/html.h"
 #include "report/report_json.h"
 #include "scene/overrides.h"
 #include "scene/scene_files.h"
@@ -168,6 +170,7 @@ void simulate(const ComparisonJob& job, const PlannedRun& run) {
                                       run.directory.string(),
                                       "--quiet",
                                       "--force",
+                                      "--no-picture",
                                       "--threads",
                                       std::to_string(thread_count())};
   for (const std::string& one : run.overrides) {
@@ -276,6 +279,15 @@ Comparison evaluate(const ComparisonJob& job, const Plan& plan) {
   return comparison;
 }
 
+// The end of each mode's first run.
+std::string put_pictures(const Plan& plan, const fs::path& page) {
+  std::vector<EndPicture> pictures;
+  for (size_t i = 0; i < plan.modes.size(); ++i) {
+    pictures.push_back({.run = plan.runs[i].directory, .place = escaped(plan.modes[i].name)});
+  }
+  return put_end_pictures(page, plan.scene.scene, pictures);
+}
+
 ComparisonSummary summarise(const nlohmann::ordered_json& figures) {
   const auto number = [](const nlohmann::ordered_json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
@@ -312,10 +324,12 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   make_output_directory(job.output);
   simulate_all(job, plan);
   const Comparison comparison = evaluate(job, plan);
-  const std::string missing = write_comparison(comparison, job.output);
+  const std::string no_charts = write_comparison(comparison, job.output);
+  const std::string no_pictures = put_pictures(plan, job.output / "compare.html");
   ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
-  for (size_t i = 0; i < summary.lines.size(); ++i) summary.lines[i].run = plan.runs[i].directory;
-  if (!missing.empty()) summary.warnings.push_back(missing);
+  for (const std::string& missing : {no_charts, no_pictures}) {
+    if (!missing.empty()) summary.warnings.push_back(missing);
+  }
   return summary;
 }
 

@@ -27,7 +27,6 @@ struct ComparisonJob {
 struct ComparisonSummary {
   struct Line {
     std::string mode;
-    std::filesystem::path run;  // of the first seed
     double speed_up, speed_up_low, speed_up_high;
     double error, error_low, error_high;  // the largest normalised one; not finite: none
     std::string quantity;                 // that has it

@@ -9,6 +9,7 @@
 #include "core/interrupt.h"
 #include "core/output_directory.h"
 #include "inspect/pile_inspection.h"
+#include "job/end_picture.h"
 #include "job/finish_stage.h"
 #include "job/run_model.h"
 #include "job/run_report.h"
@@ -101,8 +102,10 @@ SimulationSummary run_finish(const FinishJob& job) {
   const CheckpointKey key = key_of(report.scene_hash, source, start, settings);
   if (job.resume) {
     if (is_complete(job, replaced, key)) {
+      SimulationSummary nothing_left{.was_complete = true};
+      if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, loaded.scene));
       require_gates(job.output, job.gates);
-      return {.was_complete = true};
+      return nothing_left;
     }
     std::erase(replaced, job.output / kFinishingFile);
   }
@@ -129,11 +132,12 @@ SimulationSummary run_finish(const FinishJob& job) {
   report.peak_memory_bytes = peak_memory_bytes();
   TimingCsv timing(job.output / "timing.csv");
   for (const FrameRow& row : report.rows) timing.append(row);
-  const std::string missing = write_report(report, job.output);
+  const std::string no_charts = write_report(report, job.output);
   write_last_states(job.output, key, scene_file, pile.states);
+  if (!report.interrupted) forget_finishing(job.output);
+  const std::string no_picture = job.picture ? put_end_picture(job.output, loaded.scene) : "";
 
   if (report.interrupted) throw_interrupted(job, pile.figures, frames);
-  forget_finishing(job.output);
   throw_failed_gates(job.output, report.gates);
   SimulationSummary summary{
       .frames = frames,
@@ -145,7 +149,8 @@ SimulationSummary run_finish(const FinishJob& job) {
       .collision_shapes = report.collision_shapes};
   if (pile.steps_before > 0) summary.beginning.push_back(resumed_after(pile));
   summary.piles.push_back(describe(pile.figures));
-  if (!missing.empty()) summary.warnings.push_back(missing);
+  summary.warn(no_charts);
+  summary.warn(no_picture);
   for (const FrameQuality& inspected : report.inspections) {
     summary.deepest_inspected_m =
         std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);

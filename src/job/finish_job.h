@@ -26,6 +26,7 @@ struct FinishJob {
   bool visible_only = false;        // or the scene says so
   std::vector<QualityGate> gates;
   uint64_t inspect_every = 0;  // frames; 0: the end only
+  bool picture = false;        // of the end, in report.html
   ProgressMode progress = ProgressMode::automatic;
 };
 

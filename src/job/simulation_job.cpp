@@ -12,6 +12,7 @@
 #include "core/parallel_for.h"
 #include "inspect/pile_inspection.h"
 #include "job/direction.h"
+#include "job/end_picture.h"
 #include "job/finish_stage.h"
 #include "job/guide_direction.h"
 #include "job/last_state.h"
@@ -278,8 +279,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     checkpoint->require(key);
     if (checkpoint->is_done()) {
       forget_finishing(job.output);
+      SimulationSummary nothing_left{.was_complete = true};
+      if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, scene));
       require_gates(job.output, job.gates);
-      return {.was_complete = true};
+      return nothing_left;
     }
     restore_simulated(job.output);
     before = checkpoint->load(*simulator);
@@ -334,12 +337,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   DirectedRun directed = direction->finish(*simulator, job.output);
   report.piles = std::move(directed.figures);
   if (is_finished) take_finish(*finished, report);
-  const std::string missing = write_report(report, job.output);
+  const std::string no_charts = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.
   if (!report.interrupted) {
     recorder.write_end(end);
     forget_finishing(job.output);
   }
+  const std::string no_picture = job.picture ? put_end_picture(job.output, scene) : "";
 
   if (report.interrupted) {
     throw Error(
@@ -375,8 +379,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     if (finished->steps_before > 0) summary.beginning.push_back(resumed_after(*finished));
     summary.piles.push_back(describe(finished->figures));
   }
-  if (!missing.empty()) summary.warnings.push_back(missing);
-  summary.warnings.insert(summary.warnings.end(), notes.begin(), notes.end());
+  summary.warn(no_charts);
+  summary.warn(no_picture);
+  for (const std::string& note : notes) summary.warn(note);
   for (const FrameQuality& inspected : report.inspections) {
     summary.deepest_inspected_m =
         std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);

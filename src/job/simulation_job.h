@@ -30,10 +30,11 @@ struct SimulationJob {
   std::function<void(const std::string&)> warn;  // before frame 0, of what starts inside others
   ProgressMode progress = ProgressMode::automatic;
   bool direct_piles = false;  // by the scene's guide, or by the angles of repose of its piles
+  bool picture = false;       // of the end, in report.html
 };
 
 struct SimulationSummary {
-  bool was_complete = false;  // nothing was left to resume; all below is empty
+  bool was_complete = false;  // nothing was left to resume; all below but warnings is empty
   uint64_t frames = 0;
   uint64_t bodies = 0;
   double simulated_s = 0;
@@ -47,6 +48,11 @@ struct SimulationSummary {
   std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> signatures;        // one line a shape that collides by one
   std::vector<std::string> warnings;          // what is not as it should be, one line each
+
+  // Empty: nothing to warn of.
+  void warn(const std::string& line) {
+    if (!line.empty()) warnings.push_back(line);
+  }
 };
 
 // An `output` with results in it is refused first of all. Loads and checks everything before it is
@@ -56,7 +62,8 @@ struct SimulationSummary {
 // Error(interrupted). A gate that the pile fails throws Error(quality), with all results written.
 // Any other fault leaves the frames written so far and says how many they are. checkpoint.bin is
 // written every few seconds; a run that is killed or interrupted is resumed from it and ends with
-// the same bytes but for times. Error(usage) where there is nothing to resume, Error(input) where
+// the same bytes but for times. The picture comes last of all, when the run is whole; what goes
+// wrong with it is a warning. Error(usage) where there is nothing to resume, Error(input) where
 // the checkpoint is of another scene, command, program or start.
 SimulationSummary run_simulation(const SimulationJob& job);
 

@@ -12,6 +12,9 @@
 
 namespace pilesim {
 
+// The bytes of its file. Throws Error(internal) where memory runs out.
+std::string png_of(const Image& image);
+
 // Written beside its place and renamed. Throws Error(io).
 void write_png(const Image& image, const std::filesystem::path& file);
 

@@ -57,15 +57,18 @@ bool configure_stb() {
 
 }  // namespace
 
-void write_png(const Image& image, const std::filesystem::path& file) {
+std::string png_of(const Image& image) {
   static const bool configured = configure_stb();
   std::string bytes;
   if (!configured || stbi_write_png_to_func(append_bytes, &bytes, image.width, image.height, 3,
                                             image.rgb.data(), 3 * image.width) == 0) {
-    throw Error(ErrorKind::internal,
-                Problem{.file = file.string(), .found = "not enough memory to compress a picture"});
+    throw Error(ErrorKind::internal, Problem{.found = "not enough memory to compress a picture"});
   }
-  write_file_atomically(file, bytes);
+  return bytes;
+}
+
+void write_png(const Image& image, const std::filesystem::path& file) {
+  write_file_atomically(file, png_of(image));
 }
 
 std::optional<Image> read_png(const std::filesystem::path& file, std::array<int, 2> size) {

@@ -101,8 +101,8 @@ std::string picture_place(const std::string& name, const std::string& label) {
          kPictureEnd + "\n";
 }
 
-void put_picture(const std::filesystem::path& page, const std::string& name,
-                 const std::filesystem::path& png, const std::string& label) {
+void put_picture(const std::filesystem::path& page, const std::string& name, const std::string& png,
+                 const std::string& label) {
   if (!std::filesystem::exists(page)) return;
   std::string html = read_file(page);
   const size_t place = html.find(picture_mark(name));
@@ -113,10 +113,15 @@ void put_picture(const std::filesystem::path& page, const std::string& name,
   const std::string below = label.empty() && caption < end
                                 ? html.substr(caption, end - caption)
                                 : "<figcaption>" + label + "</figcaption></figure>";
-  html.replace(first, end - first,
-               "<figure><img alt=\"The pile\" src=\"data:image/png;base64," +
-                   base64(read_file(png)) + "\">" + below);
+  html.replace(
+      first, end - first,
+      "<figure><img alt=\"The pile\" src=\"data:image/png;base64," + base64(png) + "\">" + below);
   write_file_atomically(page, html);
+}
+
+bool lacks_picture(const std::filesystem::path& page, const std::string& name) {
+  return std::filesystem::exists(page) &&
+         read_file(page).find(picture_mark(name) + "<figure><figcaption>") != std::string::npos;
 }
 
 }  // namespace pilesim

@@ -20,10 +20,15 @@ std::string html_chart(const std::string& title, const std::string& svg);
 
 // Where a picture goes that is drawn later; `label` is HTML.
 std::string picture_place(const std::string& name, const std::string& label);
-// Puts a PNG file there, as part of the page, under `label` (empty: what stands there). `page` is
-// one that pilesim wrote; one that is missing or has no such place stays as it is. Throws
-// Error(io).
-void put_picture(const std::filesystem::path& page, const std::string& name,
-                 const std::filesystem::path& png, const std::string& label = {});
+// Of the end of a run in its report.html, and what stands under it.
+inline constexpr const char* kEndPicture = "end";
+inline constexpr const char* kEndLabel = "The pile at its end";
+// Puts the bytes of a PNG file there, as part of the page, under `label` (empty: what stands
+// there). `page` is one that pilesim wrote; one that is missing or has no such place stays as it
+// is. Throws Error(io).
+void put_picture(const std::filesystem::path& page, const std::string& name, const std::string& png,
+                 const std::string& label = {});
+// Whether that place of `page` is still without one; false where there is no such page or place.
+bool lacks_picture(const std::filesystem::path& page, const std::string& name);
 
 }  // namespace pilesim

@@ -117,8 +117,8 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
                      " mode, seed " + text_of(figures["seed"]) + "; pilesim " +
                      text_of(figures["command"]) + " of <code>" +
                      text_of(figures["scene"]["file"]) + "</code></p>\n";
-  html +=
-      picture_place("end", "The pile: none yet, <code>pilesim render</code> puts a picture here");
+  html += picture_place(kEndPicture,
+                        "No picture yet: <code>pilesim render --frames last</code> puts one here");
   html += verdict_panel(figures) + key_figures(figures);
   if (!missing.empty()) html += "<p>" + escaped(missing) + "</p>\n";
   for (const Chart& chart : charts) html += html_chart(chart.title, chart.svg);

@@ -59,7 +59,8 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"view", {"core", "scene", "trajectory", "render", "export"}},
     {"job",
      {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
-      "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report"}},
+      "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report",
+      "render"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {
