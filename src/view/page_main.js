@@ -24,8 +24,8 @@ class Page {
       () => { this.stale = true; this.follow = false; }, (x, y) => this.pickAt(x, y));
     this.colourings = colourings(trajectory, ABOUT);
     this.colouring = this.colourings[0];
-    this.shownSigns = new Set(["guide", "constraints", "layers"]);
-    this.signs = makeSigns(trajectory.overlays);
+    this.shownSigns = new Set(["guide", "constraints", "glue", "layers"]);
+    this.signs = makeSigns(trajectory);
     this.makeText();
     this.makeControls();
     this.takeAddress();
@@ -195,7 +195,10 @@ class Page {
     for (const [name, changes] of Object.entries(this.signs)) {
       if (!this.shownSigns.has(name)) continue;
       const now = changes.filter(([from]) => from <= this.frame + 1e-6).at(-1);
-      if (now) signs.push(...now[1]);
+      for (const sign of now?.[1] ?? []) {
+        sign.follow?.(this.frame, this.renderer.floats);
+        signs.push(sign);
+      }
     }
     return signs;
   }
@@ -279,17 +282,43 @@ class Page {
 }
 
 // name -> [[first frame, signs]]
-function makeSigns(overlays) {
-  const signs = {};
+function makeSigns(trajectory) {
+  const signs = {}, { overlays } = trajectory;
   if (overlays.guide) signs.guide = [[0, [{ kind: "triangles", points: new Float32Array(overlays.guide), ink: [0.25, 0.5, 0.62, 0.16] }]]];
   if (overlays.constraints) {
     signs.constraints = overlays.constraints.map(([frame, points]) => [frame, points.length
-      ? [{ kind: "points", points: new Float32Array(points), ink: [0.78, 0.2, 0.16, 0.85] }] : []]);
+      ? [{ kind: "points", through: true, points: new Float32Array(points), ink: [0.78, 0.2, 0.16, 0.85] }] : []]);
   }
+  if (overlays.glue) signs.glue = [[0, [new Glue(overlays.glue, trajectory)]]];
   if (overlays.layers) {
     signs.layers = overlays.layers.map(([frame, layers]) => [frame, layers.flatMap((layer, i) => layerSigns(layer, i))]);
   }
   return signs;
+}
+
+// Lines from the centre of each of two bodies to where they are glued, while they are.
+class Glue {
+  constructor(pairs, trajectory) {
+    const bodies = new Map(Array.from(trajectory.id, (id, body) => [id, body]));
+    Object.assign(this, { kind: "lines", through: true, moves: true, ink: [0.78, 0.16, 0.1, 0.6] });
+    this.pairs = pairs.map(([a, b, x, y, z, from, until]) =>
+      ({ a: bodies.get(a), b: b < 0 ? -1 : bodies.get(b), arm: [x, y, z], from, until: until ?? Infinity }))
+      .filter(({ a, b }) => a !== undefined && b !== undefined);
+  }
+
+  // `instances`: the bodies as they are at `frame`.
+  follow(frame, instances) {
+    const points = [];
+    for (const { a, b, arm, from, until } of this.pairs) {
+      if (frame < from || frame >= until) continue;
+      const centre = (body) => instances.subarray(INSTANCE * body, INSTANCE * body + 3);
+      const turn = instances.subarray(INSTANCE * a + 3, INSTANCE * a + 7);
+      const place = add(centre(a), turned(arm, turn));
+      points.push(...centre(a), ...place);
+      if (b >= 0) points.push(...centre(b), ...place);
+    }
+    this.points = new Float32Array(points);
+  }
 }
 
 // A layer of a pile: [bottom, top, x, z, x, z, ...].

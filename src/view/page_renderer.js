@@ -306,7 +306,8 @@ class Renderer {
     this.drawSigns(signs);
   }
 
-  // Translucent: {kind: "triangles" | "lines" | "points", points: Float32Array, ink: [r, g, b, a]}
+  // Translucent: {kind: "triangles" | "lines" | "points", points: Float32Array, ink: [r, g, b, a]}, also:
+  // `through` bodies, with points that it `moves`.
   drawSigns(signs) {
     if (signs.length === 0) return;
     const gl = this.gl, { id, at } = this.programs.sign;
@@ -318,17 +319,15 @@ class Renderer {
     gl.uniformMatrix4fv(at.clip, false, this.clip);
     gl.uniform1f(at.size, 5 * this.canvas.width / this.canvas.clientWidth);
     for (const sign of signs) {
-      if (!sign.buffer) {
-        sign.buffer = gl.createBuffer();
-        gl.bindBuffer(gl.ARRAY_BUFFER, sign.buffer);
-        gl.bufferData(gl.ARRAY_BUFFER, sign.points, gl.STATIC_DRAW);
-      }
+      const isNew = !sign.buffer;
+      if (isNew) sign.buffer = gl.createBuffer();
       gl.bindBuffer(gl.ARRAY_BUFFER, sign.buffer);
+      if (isNew || sign.moves) gl.bufferData(gl.ARRAY_BUFFER, sign.points, sign.moves ? gl.DYNAMIC_DRAW : gl.STATIC_DRAW);
       gl.enableVertexAttribArray(0);
       gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
       gl.uniform4fv(at.ink, sign.ink);
       gl.uniform1i(at.round, sign.kind === "points" ? 1 : 0);
-      if (sign.kind === "points") gl.disable(gl.DEPTH_TEST);
+      if (sign.through) gl.disable(gl.DEPTH_TEST);
       gl.drawArrays({ triangles: gl.TRIANGLES, lines: gl.LINES, points: gl.POINTS }[sign.kind], 0, sign.points.length / 3);
       gl.enable(gl.DEPTH_TEST);
     }

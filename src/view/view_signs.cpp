@@ -20,11 +20,26 @@ void append(Json& list, const Vec3& point) {
 }
 
 // A frame of the trajectory as one of the page; before its first one it is that.
-double frame_of_page(uint64_t frame, const ExportSource& source, const ViewData& data) {
+double frame_of_page(double frame, const ExportSource& source, const ViewData& data) {
   const auto first = static_cast<double>(source.frame(0));
   const double apart =
       data.frames > 1 ? (static_cast<double>(source.frame(data.every)) - first) : 1;
-  return std::max(0.0, rounded((static_cast<double>(frame) - first) / apart));
+  return std::max(0.0, rounded((frame - first) / apart));
+}
+double frame_of_page(uint64_t frame, const ExportSource& source, const ViewData& data) {
+  return frame_of_page(static_cast<double>(frame), source, data);
+}
+
+// [body, other or -1 where that stands, place in the frame of the first, from, until or null]
+Json glue_of(const PairLine& line, const ExportSource& source, const ViewData& data) {
+  const double rate = source.header().frame_rate;
+  Json glue = {line.a, line.b_stands ? -1 : static_cast<int64_t>(line.b)};
+  append(glue, line.arm);
+  glue.push_back(frame_of_page(rate * line.from_s, source, data));
+  glue.push_back(std::isfinite(line.until_s)
+                     ? Json(frame_of_page(rate * line.until_s, source, data))
+                     : Json());
+  return glue;
 }
 
 Json layers_of(const PileLayersChange& change) {
@@ -57,12 +72,17 @@ std::string view_signs(const std::filesystem::path& directory, const ExportSourc
     }
     if (!triangles.empty()) signs["guide"] = std::move(triangles);
     Json constraints = Json::array();
+    bool is_held = false;
     for (const GuideConstraints& change : guide.constraints) {
       Json points = Json::array();
       for (const Vec3& point : change.points) append(points, point);
+      is_held = is_held || !points.empty();
       constraints.push_back({frame_of_page(change.frame, source, data), std::move(points)});
     }
-    if (!constraints.empty()) signs["constraints"] = std::move(constraints);
+    if (is_held) signs["constraints"] = std::move(constraints);
+    Json glue = Json::array();
+    for (const PairLine& line : guide.glue) glue.push_back(glue_of(line, source, data));
+    if (!glue.empty()) signs["glue"] = std::move(glue);
   }
   if (std::filesystem::exists(directory / "piles.json")) {
     Json layers = Json::array();

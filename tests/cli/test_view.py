@@ -13,7 +13,7 @@ import zlib
 import numpy
 import zarr
 
-from support import HANGING, CommandTest
+from support import BOX_OBJ, HANGING, CommandTest
 
 CHROMIUM = shutil.which("chromium")
 
@@ -137,6 +137,31 @@ class View(CommandTest):
         self.assertEqual(self.page("--overlaps", "--frames", "4-12x2", "--only", "falls").depth.tolist(), [[0] * 5])
         self.assertEqual(self.page().depth.size, 0)
 
+    def test_has_the_glue_of_a_guided_pile_while_it_holds(self):
+        def leaning(scene):
+            scene.update(duration_s=0.3, guide={"file": "guide.obj"})
+            scene["emitters"] = [{"name": "boxes", "type": "mould", "shape": "box", "material": "wood"}]
+
+        (self.dir / "guide.obj").write_text(re.sub(r"v (\S+) 0.9", lambda m: f"v {float(m[1]) + 0.8} 0.9", BOX_OBJ))
+        self.succeed("direct-pile", self.write_scene(leaning), "-o", "out/a", "--force")
+        written = json.loads((self.dir / "out/a/guide.json").read_text())["glue"]
+        self.assertGreater(len(written), 10)
+        signs = self.page().signs
+        self.assertNotIn("constraints", signs)  # none is held but by glue
+        self.assertEqual(len(signs["glue"]), len(written))
+        for (a, b, *arm, begins, ends), pair in zip(signs["glue"], written):
+            self.assertEqual((a, b), (pair["a"], -1 if pair["b_stands"] else pair["b"]))
+            self.assertEqual(arm, pair["arm"])
+            self.assertAlmostEqual(begins, 30 * pair["from_s"], 3)
+            self.assertAlmostEqual(ends or -1, 30 * pair.get("until_s", -1 / 30), 3)
+        # Of a page that begins later, in its own frames.
+        later = self.page("--frames", "2-9x2").signs["glue"]
+        self.assertEqual(later[0][5], 0)
+        if CHROMIUM:
+            shown = self.shown_when_drawn("page.html#frame=3")
+            self.assertNotIn("data-fault", shown)
+            self.assertIn("Glue</label>", shown)
+
     def test_overlaps_need_the_scene(self):
         (self.dir / "scene.json").rename(self.dir / "moved.json")
         self.succeed("view", "out/a", "--overlaps", "--scene", "moved.json")
@@ -173,14 +198,47 @@ class View(CommandTest):
                 capture_output=True, text=True, timeout=HANGING,
             ).stdout  # fmt: skip
 
+    def shown_when_drawn(self, page):
+        # Time in the page is not the clock's: what it unpacks in other threads may take longer.
+        for budget in (1000, 4000, 16000, 64000):
+            shown = self.shown_by_browser(page, budget)
+            if "data-drawn=" in shown:
+                break
+        return shown
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed")
+    def test_on_a_phone_nothing_lies_over_a_long_title(self):
+        def named(scene):
+            scene["name"] = "Boxes that fall, in a scene whose name is longer than a phone is wide"
+
+        self.succeed("simulate", self.write_scene(named), "-o", "out/a", "--force")
+        self.page("--bodies", "3")
+        page = self.dir / "page.html"
+        measure = """<script>setInterval(() => {
+            if (!document.documentElement.dataset.drawn) return;
+            parent.postMessage(["#about", "#show", "#bar"].flatMap((name) => {
+              const box = document.querySelector(name).getBoundingClientRect();
+              return [box.left, box.top, box.right, box.bottom];
+            }), "*");
+          }, 50)</script>"""
+        page.write_text(page.read_text().replace("</body>", measure + "</body>"))
+        # Windows are 500 pixels wide at least.
+        (self.dir / "phone.html").write_text("""<iframe src="page.html#frame=7&colours=speed" style="width: 390px; height: 844px; border: 0">
+            </iframe><script>onmessage = (told) => { document.documentElement.dataset.drawn = told.data; }</script>""")
+        shown = self.shown_when_drawn("phone.html")
+        places = [float(number) for number in re.search(r'data-drawn="([^"]*)"', shown)[1].split(",")]
+        about, show, bar = places[:4], places[4:8], places[8:]
+        self.assertGreater(about[3] - about[1], 100)
+        for above, below in ((about, show), (show, bar)):
+            self.assertGreater(below[1], above[3])
+        for left, _, right, _ in (about, show, bar):
+            self.assertGreater(left, 0)
+            self.assertLess(right, 390)
+
     @unittest.skipUnless(CHROMIUM, "chromium is not installed")
     def test_plays_in_a_browser(self):
         self.page("--overlaps")
-        # Time in the page is not the clock's: what it unpacks in other threads may take longer.
-        for budget in (1000, 4000, 16000, 64000):
-            shown = self.shown_by_browser("page.html#frame=7&body=3&colours=overlap", budget)
-            if "data-drawn=" in shown:
-                break
+        shown = self.shown_when_drawn("page.html#frame=7&body=3&colours=overlap")
         self.assertIn('data-drawn="7"', shown)
         self.assertNotIn("data-fault", shown)
         self.assertIn(f"<h2>{self.store.attrs['body_name'][3]}</h2>", shown)
