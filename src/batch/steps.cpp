@@ -35,8 +35,8 @@ const Command* command_of(const BatchStep& step) {
   return found == std::end(kCommands) ? nullptr : found;
 }
 
-// A tenth of the time of a small bin, and most of its report: who wants pictures of a batch draws
-// them in a step of their own.
+// 0.2 s of each job, and most of its report: who wants pictures of a batch draws them in a step of
+// their own.
 constexpr const char* kNoPicture = "--no-picture";
 
 // With options that the batch does not say.

@@ -185,7 +185,9 @@ class Pages(CommandTest):
             ("--passes", "--frames 3-5"),
             ("view out/a", "--force"),
             ("export out/a", "--force"),
-        ], ["new bin", "--resume", "direct-pile", "--overlay", "fit-bspline", "compare scene.json", "batch", "out/views"])  # fmt: skip
+            ("direct-pile", "--set /duration_s=0.1"),
+            ("--overlay", "--frames last --no-video --size 64x36"),
+        ], ["new bin", "heart", "out/mixed", "compare scene.json", "batch"])  # fmt: skip
         self.run_commands("docs/authoring.md", [("new pile", "--force")])
         self.run_commands("docs/install.md", [("simulate rabbits_in", "--set /duration_s=0.1 --force")])
 
