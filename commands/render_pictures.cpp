@@ -1,0 +1,183 @@
+#include "render_pictures.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "core/atomic_file.h"
+#include "core/counted.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "print.h"
+#include "render/cameras.h"
+#include "render/dataset/dataset_job.h"
+#include "render/rays/rays_renderer.h"
+#include "render/render_job.h"
+#include "report/html.h"
+#include "scene/scene_loader.h"
+
+namespace pilesim {
+namespace {
+
+std::string directory_name(const std::string& path) {
+  if (path.empty()) return "";  // which std::filesystem::absolute() refuses
+  const std::filesystem::path full = std::filesystem::absolute(path).lexically_normal();
+  return (full.has_filename() ? full : full.parent_path()).filename().string();
+}
+
+std::unique_ptr<TrajectoryReader> open_beside(const RenderArguments& options,
+                                              const TrajectoryReader& trajectory) {
+  if (!options.compare_with) return nullptr;
+  auto beside = std::make_unique<TrajectoryReader>(*options.compare_with);
+  const double rate = trajectory.header().frame_rate, other = beside->header().frame_rate;
+  if (rate != other) {
+    throw Error(ErrorKind::input,
+                Problem{.file = *options.compare_with,
+                        .found = with_digits(other, 6) + " frames a second",
+                        .expected = with_digits(rate, 6) + ", as " + options.input + " has",
+                        .remedy = "Simulate both scenes with the same frame_rate"});
+  }
+  return beside;
+}
+
+Scene scene_of(const TrajectoryHeader& header, const std::string& directory,
+               const std::vector<std::string>& overrides) {
+  return parse_scene(header.resolved_scene, std::filesystem::path(directory) / "trajectory.zarr",
+                     overrides)
+      .scene;
+}
+
+// What --renderer, --quality and --samples are short for.
+void add_render_overrides(const TrajectoryHeader& header, RenderArguments& options) {
+  Overrides& overrides = options.overrides;
+  if (options.renderer) {
+    const std::string word = *options.renderer == Renderer::rays ? "rays" : "raster";
+    overrides.add("/render/renderer=\"" + word + "\"", "--renderer", word);
+  }
+  if (options.quality) {
+    static const std::array<std::string, 3> kWords = {"preview", "good", "final"};
+    const std::string& word = kWords[static_cast<size_t>(*options.quality)];
+    if (options.renderer == Renderer::raster) {
+      throw Error(ErrorKind::usage,
+                  Problem{.found = "--quality " + word + " with --renderer raster",
+                          .expected = "--renderer rays",
+                          .remedy = "Leave one of them out"});
+    }
+    options.renderer = Renderer::rays;
+    overrides.add("/render/renderer=\"rays\"", "--quality", word);
+    overrides.add("/render/rays/quality=\"" + word + "\"", "--quality", word);
+  }
+  if (options.samples) {
+    const Renderer renderer =
+        options.renderer.value_or(scene_of(header, options.input, overrides.texts).render.renderer);
+    const std::string number = std::to_string(*options.samples);
+    overrides.add(
+        (renderer == Renderer::rays ? "/render/rays/samples=" : "/render/samples=") + number,
+        "--samples", number);
+  }
+}
+
+// Surfaces look as the scene of each trajectory says.
+MakeRenderer by_rays(const RenderArguments& options) {
+  return [&options](const TrajectoryHeader& header, const RenderSettings& settings,
+                    BodyColours colours) {
+    return std::make_unique<RaysRenderer>(header, settings,
+                                          scene_of(header, options.input, {}).materials, colours);
+  };
+}
+
+// What one camera shows; without a camera yet.
+struct CameraWork {
+  RenderJob pictures;
+  DatasetJob dataset;
+
+  void set_camera(const Camera& camera) { pictures.camera = dataset.camera = camera; }
+};
+
+CameraWork work_of(const RenderArguments& options, const Scene& scene,
+                   const std::vector<uint64_t>& frames, const std::filesystem::path& output) {
+  CameraWork work{
+      .pictures = {.output = output,
+                   .frames = frames,
+                   .sheet = options.sheet,
+                   .settings = scene.render,
+                   .make_renderer =
+                       scene.render.renderer == Renderer::rays ? by_rays(options) : nullptr,
+                   .labels = {directory_name(options.input),
+                              directory_name(options.compare_with.value_or(""))},
+                   .video = !options.no_video,
+                   .force = options.run.force,
+                   .resume = options.resume},
+      .dataset = {.output = output,
+                  .frames = frames,
+                  .size = scene.render.size,
+                  .passes = options.dataset.passes,
+                  .coco = options.dataset.coco}};
+  if (options.overlay) {
+    work.pictures.overlay = options.overlay;
+    work.pictures.overlay_source = options.input;
+  }
+  return work;
+}
+
+// So well that the report of the run opens with it.
+bool shows_end(const TrajectoryReader& trajectory, const RenderJob& job) {
+  constexpr int64_t kMostReportPixels = 1920 * 1080;
+  const auto [width, height] = job.settings.size;
+  return job.beside == nullptr && job.frames.back() + 1 == trajectory.frame_count() &&
+         int64_t{width} * height <= kMostReportPixels;
+}
+
+void draw(TrajectoryReader& trajectory, const RenderArguments& options, const CameraWork& work) {
+  const ProgressMode mode = options.run.quiet ? ProgressMode::none : options.run.progress;
+  const RenderSummary summary = run_render(trajectory, work.pictures, mode);
+  if (shows_end(trajectory, work.pictures) && !summary.last_picture.empty()) {
+    put_picture(work.pictures.output / "report.html", kEndPicture, read_file(summary.last_picture),
+                kEndLabel);
+  }
+  if (options.dataset.any()) run_dataset(trajectory, work.dataset, mode);
+  if (options.run.quiet) return;
+  const std::string kept =
+      summary.kept > 0 ? " (" + std::to_string(summary.kept) + " of them drawn before)" : "";
+  print("%s: %s%s in %.1f s\n", summary.result.c_str(), counted(summary.frames, "frame").c_str(),
+        kept.c_str(), summary.wall_s);
+}
+
+}  // namespace
+
+void render(RenderArguments& options) {
+  check_picture_overrides(options.overrides.texts);
+  TrajectoryReader trajectory(options.input);
+  std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
+  add_render_overrides(trajectory.header(), options);
+  const Scene scene = scene_of(trajectory.header(), options.input, options.overrides.texts);
+  const std::vector<uint64_t> frames = selected_frames(
+      options.frames,
+      beside ? std::min(trajectory.frame_count(), beside->frame_count()) : trajectory.frame_count(),
+      trajectory.header().frame_rate);
+  const std::filesystem::path output = options.output.value_or(options.input);
+  std::vector<CameraWork> work;
+  if (options.camera) {
+    for (const ChosenCamera& chosen : choose_cameras(trajectory, scene, *options.camera)) {
+      work.push_back(work_of(options, scene, frames, output / "cameras" / chosen.name));
+      work.back().set_camera(chosen.camera);
+    }
+  } else {
+    work.push_back(work_of(options, scene, frames, output));
+  }
+  for (size_t i = 0; i < work.size(); ++i) {
+    work[i].pictures.beside = beside.get();
+    if (options.dataset.bop) {
+      work[i].dataset.bop = output / "bop";
+      work[i].dataset.bop_scene = static_cast<int>(i);
+    }
+    check_render(work[i].pictures);
+    claim_dataset(work[i].dataset, options.run.force || options.resume);
+  }
+  // Which reads the trajectory: only now, when nothing is refused.
+  if (!options.camera) work.front().set_camera(main_camera(trajectory, scene));
+  for (const CameraWork& each : work) draw(trajectory, options, each);
+}
+
+}  // namespace pilesim
