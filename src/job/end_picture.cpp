@@ -50,33 +50,36 @@ std::string isolated_png(const std::function<std::string()>& draw_png) {
   return result.bytes.substr(1);
 }
 
-void draw(const EndPicture& picture, const RenderSettings& settings, const Scene& scene,
-          std::optional<Camera>& camera, const std::filesystem::path& page) {
+std::string draw(const EndPicture& picture, const RenderSettings& settings, const Scene& scene,
+                 std::optional<Camera>& camera) {
   TrajectoryReader trajectory(picture.run);
   if (!camera) camera = main_camera(trajectory, scene);
   const uint64_t last = trajectory.frame_count() - 1;
   TrajectoryFrame frame;
   trajectory.read(last, frame);
   const double time_s = static_cast<double>(last) / trajectory.header().frame_rate;
-  put_picture(page, picture.place, isolated_png([&] {
-                SceneRenderer renderer(trajectory.header(), settings);
-                return png_of(renderer.draw(frame, camera_at(*camera, time_s)));
-              }),
-              picture.label);
+  return isolated_png([&] {
+    SceneRenderer renderer(trajectory.header(), settings);
+    return png_of(renderer.draw(frame, camera_at(*camera, time_s)));
+  });
 }
 
 }  // namespace
 
 std::string put_end_pictures(const std::filesystem::path& page, const Scene& scene,
                              std::span<const EndPicture> runs) {
-  try {
-    const RenderSettings settings = small(scene.render);
-    std::optional<Camera> camera;
-    for (const EndPicture& picture : runs) draw(picture, settings, scene, camera, page);
-    return {};
-  } catch (const std::exception& error) {
-    return page.filename().string() + " lacks a picture of the pile: " + error.what();
+  const RenderSettings settings = small(scene.render);
+  std::optional<Camera> camera;
+  for (const EndPicture& picture : runs) {
+    std::string png;
+    try {
+      png = draw(picture, settings, scene, camera);
+    } catch (const std::exception& error) {
+      return page.filename().string() + " lacks a picture of the pile: " + error.what();
+    }
+    put_picture(page, picture.place, png, picture.label);
   }
+  return {};
 }
 
 std::string put_end_picture(const std::filesystem::path& run, const Scene& scene) {

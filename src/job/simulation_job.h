@@ -62,9 +62,9 @@ struct SimulationSummary {
 // Error(interrupted). A gate that the pile fails throws Error(quality), with all results written.
 // Any other fault leaves the frames written so far and says how many they are. checkpoint.bin is
 // written every few seconds; a run that is killed or interrupted is resumed from it and ends with
-// the same bytes but for times. The picture comes last of all, when the run is whole; what goes
-// wrong with it is a warning. Error(usage) where there is nothing to resume, Error(input) where
-// the checkpoint is of another scene, command, program or start.
+// the same bytes but for times. The picture comes last of all, when the run is whole; where
+// it cannot be drawn that is a warning. Error(usage) where there is nothing to resume, Error(input)
+// where the checkpoint is of another scene, command, program or start.
 SimulationSummary run_simulation(const SimulationJob& job);
 
 }  // namespace pilesim
