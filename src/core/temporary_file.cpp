@@ -57,11 +57,14 @@ void remove_if_abandoned(const fs::path& path) {
   close(descriptor);
 }
 
+// About once: a process that writes into a million directories does not remember them all.
 void remove_abandoned_once(const fs::path& directory) {
+  constexpr size_t kMostRemembered = 1000;
   static std::mutex mutex;
-  static std::set<fs::path> done;
+  static std::set<std::string> done;
   const std::lock_guard guard(mutex);
-  if (!done.insert(directory).second) return;
+  if (done.size() >= kMostRemembered) done.clear();
+  if (!done.insert(directory.string()).second) return;
   std::error_code missing;
   for (const auto& entry : fs::directory_iterator(directory.empty() ? "." : directory, missing)) {
     if (is_temporary_name(entry.path().filename().native())) remove_if_abandoned(entry.path());

@@ -143,9 +143,8 @@ class MeshShapeBuilder {
   void note_overlap_of_groups() {
     constexpr double kNoticed = 1e-3;  // solid_difference errs by half of it
     if (find_mesh_defects(solid_).empty()) return;
-    const std::vector<TriangleMesh> groups = convex_groups(solid_);
-    const double sum_m3 = mass_properties(solid_).volume_m3;
-    const double overlap = 1 - solid_difference(solid_, groups).union_volume_m3 / sum_m3;
+    const Decomposition groups = decompose(solid_, decomposition_options(), user_cache_directory());
+    const double overlap = 1 - groups.union_volume_m3 / groups.mesh_volume_m3;
     if (overlap > kNoticed) {
       note_ = "; its groups overlap: " + percent(overlap) + " of its mass is counted twice";
     }
@@ -174,12 +173,15 @@ class MeshShapeBuilder {
     shape_.pieces.push_back(hull_piece(std::move(hull)));
   }
 
+  DecompositionOptions decomposition_options() const {
+    return {.max_pieces = source_.decomposition_max_pieces,
+            .max_volume_error = source_.decomposition_max_volume_error,
+            .max_piece_vertices = std::max(kFewestPieceVertices, source_.hull_max_vertices)};
+  }
+
   void add_decomposition() {
-    const DecompositionOptions options = {
-        .max_pieces = source_.decomposition_max_pieces,
-        .max_volume_error = source_.decomposition_max_volume_error,
-        .max_piece_vertices = std::max(kFewestPieceVertices, source_.hull_max_vertices)};
-    Decomposition decomposition = decompose(solid_, options, user_cache_directory());
+    Decomposition decomposition =
+        decompose(solid_, decomposition_options(), user_cache_directory());
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
                               errors(decomposition.volume_error(), decomposition.surface_error_m,
