@@ -2,16 +2,17 @@
 // sides.
 
 uniform vec3 to_light;        // unit
+uniform vec3 key_radiance;
+uniform float sky;            // what comes from all sides: times as bright as below
 uniform float fade_distance;  // m, where the ground has largely melted into the background
 
-const vec3 kKeyRadiance = vec3(2.55, 2.43, 2.25);
 const vec3 kSkyRadiance = vec3(0.74, 0.82, 0.95);
 const vec3 kBounceRadiance = vec3(0.36, 0.33, 0.30);
 
 // Linear radiance from a surface towards the eye, to which `view` points (unit). `key_share` and
 // `open_share`: what reaches it of the key light and of what comes from all sides.
 vec3 shade(vec3 normal, vec3 albedo, float gloss, vec3 view, float key_share, float open_share) {
-  vec3 key = kKeyRadiance * (key_share * max(dot(normal, to_light), 0.0));
+  vec3 key = key_radiance * (key_share * max(dot(normal, to_light), 0.0));
 
   vec3 middle = normalize(view + to_light);
   float highlight = pow(max(dot(normal, middle), 0.0), 48.0) * 6.0;
@@ -26,13 +27,13 @@ vec3 shade(vec3 normal, vec3 albedo, float gloss, vec3 view, float key_share, fl
 
   vec3 from_key = key * (albedo + vec3(highlight * reflectance));
   vec3 from_all_sides = fill * albedo + surroundings * reflectance;
-  return from_key + open_share * from_all_sides;
+  return from_key + open_share * sky * from_all_sides;
 }
 
 // Linear radiance along a view ray of length `away` (m).
 vec3 radiance(vec3 normal, vec4 material, vec3 ray, float away, float key_share,
               float open_share) {
-  vec3 behind = background(ray);
+  vec3 behind = sky * background(ray);
   float gloss = is_body(material.a) ? 1.0 : 0.0;
   vec3 lit = shade(normal, material.rgb * material.rgb, gloss, -ray, key_share, open_share);
   float far = away / fade_distance;

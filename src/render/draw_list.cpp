@@ -83,7 +83,8 @@ Range robust_range(std::vector<float>& values) {
 // Where shadows end: on the planes, and at the lowest body.
 class ShadowReach {
  public:
-  ShadowReach(const RenderScene& scene, const TrajectoryFrame& frame) {
+  ShadowReach(const RenderScene& scene, const TrajectoryFrame& frame, const Vec3f& to_light)
+      : light_(to_light) {
     for (size_t body = 0; body < scene.shape.size(); ++body) {
       if (scene.drawn(frame, body)) {
         lowest_ = std::min(lowest_, frame.position[body].y() - scene.radius(body));
@@ -104,7 +105,7 @@ class ShadowReach {
 
  private:
   using Plane = Eigen::Hyperplane<float, 3>;
-  const Vec3f light_ = key_light_direction();
+  const Vec3f light_;
   float lowest_ = std::numeric_limits<float>::max();
   std::vector<Plane> planes_;
 };
@@ -178,9 +179,9 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
 }
 
 LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
-                         int resolution) {
-  const Eigen::Matrix3f rotation = light_from_world();
-  const ShadowReach shadow_reach(scene, frame);
+                         const Vec3f& to_light, int resolution) {
+  const Eigen::Matrix3f rotation = light_from_world(to_light);
+  const ShadowReach shadow_reach(scene, frame, to_light);
   // What the camera looks at: a landscape is not worth the shadows of what stands in it.
   const Vec3f focus = rotation * (view.eye + view.focus_m * view.forward);
   const float reach = 2 * view.focus_m * std::max(view.tan_half_width, view.tan_half_height);
@@ -201,7 +202,7 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
     }
   }
   if (moving[0].empty() && fixed[0].empty()) {
-    return make_light_view(Vec3f::Constant(-1), Vec3f::Constant(1));
+    return make_light_view(to_light, Vec3f::Constant(-1), Vec3f::Constant(1));
   }
   std::array<Range, 3> range;
   for (int axis = 0; axis < 3; ++axis) {
@@ -227,7 +228,7 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
   }
   low.z() = range[2].low - margin - 8 * texel;
   high.z() = range[2].high + margin + 8 * texel;
-  LightView light = make_light_view(low, high);
+  LightView light = make_light_view(to_light, low, high);
   light.margin_m = margin;
   return light;
 }

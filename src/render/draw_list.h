@@ -69,8 +69,9 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
 
 // The box along the light that holds what is seen and casts shadows: the same for the same frame
 // and view, and moving in whole texels of a map of `resolution` so that edges do not crawl.
+// `to_light`: unit.
 LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
-                         int resolution);
+                         const Vec3f& to_light, int resolution);
 
 // Bodies that cast shadows into `light`.
 void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,

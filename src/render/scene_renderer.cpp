@@ -11,6 +11,7 @@
 #include "render/draw_list.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
+#include "render/lighting.h"
 #include "render/mesh_buffers.h"
 #include "render/scene_view.h"
 #include "render/shaders.h"
@@ -130,6 +131,7 @@ void average(Image& a, const Image& b) {
 
 struct SceneRenderer::State {
   RenderScene scene;
+  Lighting lighting;
   int width, height;
   int samples;  // of the multisample targets, 0: none
   // Each is drawn with its own offset of the picture (pixels): more samples than the driver has.
@@ -162,6 +164,7 @@ struct SceneRenderer::State {
 SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings& settings,
                             BodyColours colours)
     : scene(header, settings.analysis ? BodyColours::analysis : colours),
+      lighting(make_lighting(settings.light)),
       width(settings.size[0]),
       height(settings.size[1]),
       samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0) {
@@ -190,7 +193,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
 
 void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const View& view) {
   const int size = targets->shadow_size;
-  light = fit_light_view(scene, frame, view, size);
+  light = fit_light_view(scene, frame, view, lighting.to_sun, size);
   list_shadow_casters(scene, frame, light, size, casters);
   glBindFramebuffer(GL_FRAMEBUFFER, targets->shadow_frame.name());
   glViewport(0, 0, size, size);
@@ -311,7 +314,7 @@ void SceneRenderer::State::draw_key_light(const View& view) {
   const GlProgram& program = programs->key_light;
   set_scene_view(program, view);
   glUniform2fv(program.uniform("first_sample"), 1, first_sample.data());
-  set(program.uniform("to_light"), key_light_direction());
+  set(program.uniform("to_light"), lighting.to_sun);
   set(program.uniform("shadow_from_world"), light.shadow_from_world);
   set(program.uniform("shadow_extent"), light.extent);
   glUniform1f(program.uniform("shadow_reach"), scene.typical_radius_m);
@@ -325,7 +328,9 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
                                         Image& result) {
   const GlProgram& program = programs->picture;
   set_scene_view(program, view);
-  set(program.uniform("to_light"), key_light_direction());
+  set(program.uniform("to_light"), lighting.to_sun);
+  set(program.uniform("key_radiance"), lighting.sun);
+  glUniform1f(program.uniform("sky"), lighting.sky);
   glUniform1f(program.uniform("fade_distance"), fade_distance(scene, frame, view));
   glUniform1i(program.uniform("key_light"), kFourthUnit);
   glUniform1i(program.uniform("occlusion"), kFifthUnit);

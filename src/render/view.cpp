@@ -91,10 +91,8 @@ View make_view(const CameraKey& camera, float aspect, float near_m, float far_m)
   return view;
 }
 
-Vec3f key_light_direction() { return Vec3f(-0.62f, 1.0f, 0.52f).normalized(); }
-
-Eigen::Matrix3f light_from_world() {
-  const Vec3f away = -key_light_direction();
+Eigen::Matrix3f light_from_world(const Vec3f& to_light) {
+  const Vec3f away = -to_light;
   const Vec3f right = away.cross(Vec3f(0, 1, 0)).normalized();
   Eigen::Matrix3f rotation;
   rotation.row(0) = right.transpose();
@@ -103,12 +101,12 @@ Eigen::Matrix3f light_from_world() {
   return rotation;
 }
 
-LightView make_light_view(const Vec3f& low, const Vec3f& high) {
+LightView make_light_view(const Vec3f& to_light, const Vec3f& low, const Vec3f& high) {
   LightView light;
   light.extent = high - low;
   const Vec3f scale = light.extent.cwiseInverse();
   light.shadow_from_world.setIdentity();
-  light.shadow_from_world.block<3, 3>(0, 0) = scale.asDiagonal() * light_from_world();
+  light.shadow_from_world.block<3, 3>(0, 0) = scale.asDiagonal() * light_from_world(to_light);
   light.shadow_from_world.block<3, 1>(0, 3) = -low.cwiseProduct(scale);
   return light;
 }

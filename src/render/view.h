@@ -43,11 +43,10 @@ struct LightView {
   float margin_m = 1;                 // from the box's sides to what was fitted: shadows fade there
 };
 
-// Unit, from the scene to the key light.
-Vec3f key_light_direction();
 // World to the light's axes (x right, y up, z away from the light: left-handed, as depth is).
-Eigen::Matrix3f light_from_world();
+// `to_light`: unit, not y itself.
+Eigen::Matrix3f light_from_world(const Vec3f& to_light);
 // `low` and `high` in the light's axes.
-LightView make_light_view(const Vec3f& low, const Vec3f& high);
+LightView make_light_view(const Vec3f& to_light, const Vec3f& low, const Vec3f& high);
 
 }  // namespace pilesim

@@ -399,12 +399,20 @@ struct RaySettings {
   std::optional<double> focus_distance_m;  // along the optical axis; none: the camera's target
 };
 
+// Angles as those of cameras: azimuth 0 is in the direction of z, 90 degrees in that of x.
+struct Light {
+  double azimuth = radians(-50), elevation = radians(51);  // of the sun, as seen from the scene
+  double sun = 1, sky = 1;                                 // times as bright as by itself, >= 0
+  Colour sun_colour = {255, 255, 255};                     // times its own, a little warm
+};
+
 struct RenderSettings {
   std::array<int, 2> size = {960, 540};  // pixels
   int samples = 4;                       // anti-aliasing: 1, 2, 4 or 8
   bool analysis = false;                 // colour bodies by their equilibrium
   Renderer renderer = Renderer::raster;
   RaySettings rays;
+  Light light;
 };
 
 // The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).

@@ -131,6 +131,23 @@ Codec<RaySettings> rays_codec() {
        }});
 }
 
+Codec<Light> light_codec() {
+  using L = Light;
+  return object<L>(
+      {.noun = "the light",
+       .fields = {
+           field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
+                    "Where the sun is: 0 is in the direction of z, 90 in that of x."),
+           field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
+                    "Height of the sun, degrees."),
+           field<L>("sun", &L::sun, number(between(0, 10)), "How bright, times the usual."),
+           field<L>("sky", &L::sky, number(between(0, 10)),
+                    "How bright what comes from all sides is, times the usual."),
+           field<L>("sun_colour", &L::sun_colour, colour(),
+                    "Colour of the sun's light; white is a little warm already."),
+       }});
+}
+
 Codec<RenderSettings> render_codec() {
   using R = RenderSettings;
   return object<R>(
@@ -152,6 +169,7 @@ Codec<RenderSettings> render_codec() {
                    "raster: fast; rays: slow, with all detail and light from surface to "
                    "surface.")),
                newer(field<R>("rays", &R::rays, rays_codec(), "How to draw by rays.")),
+               newer(field<R>("light", &R::light, light_codec(), "What lights the scene.")),
            },
        .finish = [](const Json&, const Path& path, R& settings, ReadContext& context) {
          const auto [width, height] = settings.size;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/philox.h"
+#include "render/lighting.h"
 #include "render/overlay.h"
 #include "support/render_fixture.h"
 
@@ -14,6 +15,7 @@ namespace {
 using test::DrawnScene;
 
 constexpr float kHeight = 540;  // pixels
+const Vec3f kToLight = make_lighting().to_sun;
 
 View view_from(const Vec3& position, const Vec3& target) {
   return make_view({.position = position, .target = target}, 16.0f / 9, 0.05f, 1000);
@@ -133,7 +135,7 @@ TEST(LightViewFit, HoldsWhatStandsStillInView) {
     }
     const RenderScene scene(with.header);
     const LightView light =
-        fit_light_view(scene, with.frame, view_from({0, 3, 8}, {0, 0.5, 0}), 1024);
+        fit_light_view(scene, with.frame, view_from({0, 3, 8}, {0, 0.5, 0}), kToLight, 1024);
     EXPECT_TRUE(in_map(light, {2, 0.5f, 0}, 0.5f)) << moving << " moving bodies";
     if (moving > 0) {
       EXPECT_TRUE(in_map(light, {-1, 0.2f, 0}, 0.3f)) << moving << " moving bodies";
@@ -147,7 +149,8 @@ TEST(LightViewFit, IsNotStretchedByALandscape) {
   drawn.add(3, {0, -500, 0}, test::kGrey, false);
   drawn.add(2, {0, 0.2f, 0}, test::kRed, true);
   const RenderScene scene(drawn.header);
-  const LightView light = fit_light_view(scene, drawn.frame, view_from({0, 2, 5}, {0, 0, 0}), 1024);
+  const LightView light =
+      fit_light_view(scene, drawn.frame, view_from({0, 2, 5}, {0, 0, 0}), kToLight, 1024);
   EXPECT_LT(light.extent.x(), 30);
   EXPECT_TRUE(in_map(light, {0, 0.2f, 0}, 0.35f));
 }
@@ -159,9 +162,9 @@ TEST(LightViewFit, StandsStillWhileBodiesMoveALittle) {
   const RenderScene scene(drawn.header);
   const View view = view_from({0, 3, 8}, {0, 0.5, 0});
   constexpr int kTexels = 1024;
-  const LightView before = fit_light_view(scene, drawn.frame, view, kTexels);
+  const LightView before = fit_light_view(scene, drawn.frame, view, kToLight, kTexels);
   drawn.frame.position[2].x() += 0.003f;
-  const LightView after = fit_light_view(scene, drawn.frame, view, kTexels);
+  const LightView after = fit_light_view(scene, drawn.frame, view, kToLight, kTexels);
   EXPECT_EQ(before.extent.x(), after.extent.x());
   // A fixed point moves by whole texels.
   const Vec3f moved =
@@ -175,7 +178,7 @@ TEST(ShadowCasters, AreThoseOverTheMap) {
   drawn.add(1, {0, 0.5f, 0}, test::kRed, true);
   drawn.add(1, {100, 0.5f, 0}, test::kRed, true);
   const RenderScene scene(drawn.header);
-  const LightView light = make_light_view(Vec3f::Constant(-2), Vec3f::Constant(2));
+  const LightView light = make_light_view(kToLight, Vec3f::Constant(-2), Vec3f::Constant(2));
   DrawList list;
   list_shadow_casters(scene, drawn.frame, light, 512, list);
   EXPECT_EQ(list.instances.size(), 1u);

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "core/philox.h"
+#include "render/lighting.h"
 #include "render/scene_renderer.h"
 #include "render/view.h"
 #include "support/render_fixture.h"
@@ -34,9 +35,9 @@ struct Picture {
   }
 };
 
-Picture draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 2> size,
-             int samples) {
-  SceneRenderer renderer(scene.header, {.size = size, .samples = samples});
+Picture draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 2> size, int samples,
+             const Light& light = {}) {
+  SceneRenderer renderer(scene.header, {.size = size, .samples = samples, .light = light});
   return {camera, renderer.draw(scene.frame, camera)};
 }
 
@@ -49,7 +50,7 @@ DrawnScene red_sphere(bool moves) {
 
 // On the ground, `distance` from the sphere's foot along the shadow's direction.
 Vec3f along_shadow(float distance) {
-  Vec3f away = -key_light_direction();
+  Vec3f away = -make_lighting().to_sun;
   away.y() = 0;
   return distance * away.normalized();
 }
@@ -63,7 +64,7 @@ TEST_P(PictureOfASphere, ShowsItOnItsShadowBelowTheSky) {
         draw(red_sphere(moves), test::front_camera({0, 0.5, 0}, 6), {160, 120}, GetParam());
     EXPECT_TRUE(is_red(picture.at({0, 0.5f, 0.5f}))) << picture.at({0, 0.5f, 0.5f}).transpose();
     // The sphere's shadow centre is where the light ray through its centre meets the ground.
-    const Vec3f light = key_light_direction();
+    const Vec3f light = make_lighting().to_sun;
     const float reach = 0.5f * std::sqrt(1 - light.y() * light.y()) / light.y();
     const Colour shadow = picture.at(along_shadow(reach + 0.35f));
     const Colour lit = picture.at(along_shadow(-1.2f));
@@ -72,6 +73,23 @@ TEST_P(PictureOfASphere, ShowsItOnItsShadowBelowTheSky) {
     const Colour sky = pixel(picture.image, 80, 2);
     EXPECT_GT(sky.z(), sky.x());
   }
+}
+
+TEST(LightOfAPicture, IsWhereTheSceneSaysAndAsBright) {
+  const auto draw_by = [](const Light& light) {
+    return draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 6), {160, 120}, 1, light);
+  };
+  const Picture usual = draw_by({}), opposite = draw_by({.azimuth = radians(130)});
+  const Vec3f near_it = along_shadow(0.75f), beyond = along_shadow(-0.75f);
+  EXPECT_LT(brightness(usual.at(near_it)), 0.9f * brightness(usual.at(beyond)));
+  EXPECT_LT(brightness(opposite.at(beyond)), 0.9f * brightness(opposite.at(near_it)));
+  // Without a sun no shadow, without a sky nothing else.
+  const Picture dull = draw_by({.sun = 0}), dark = draw_by({.sun = 0, .sky = 0});
+  EXPECT_NEAR(brightness(dull.at(along_shadow(1.2f))), brightness(dull.at(along_shadow(-1.2f))),
+              0.02f);
+  EXPECT_EQ(*std::ranges::max_element(dark.image.rgb), 0);
+  const Colour blue = draw_by({.sun = 2, .sun_colour = {0, 0, 255}}).at(along_shadow(-1.2f));
+  EXPECT_GT(blue.z(), 1.2f * blue.x());
 }
 
 // What a shadow takes of the light on the ground, everywhere.
@@ -87,7 +105,7 @@ class ShadowOnTheGround : public testing::TestWithParam<std::tuple<float, float>
       scene.add(3, Vec3f(0, height, 0) + apart * corner, test::kRed, true);
     }
     // From the side that the shadow falls to, above it: the boxes are not in the way.
-    const Vec3f light = key_light_direction();
+    const Vec3f light = make_lighting().to_sun;
     const Vec3f middle = -height / light.y() * Vec3f(light.x(), 0, light.z());
     const float size = edge + apart;
     const Vec3f eye = middle + 7 * size * Vec3f(-light.x(), 1.3f * light.y(), -light.z());
@@ -152,7 +170,7 @@ TEST(Picture, ABallFromAfarHasNoShadowsOfItsOwn) {
     for (int i = 0; i < 1000; ++i) {
       const Vec3f normal = draws.direction().cast<float>();
       const Vec3f aside = 0.2f * normal.unitOrthogonal(), across = normal.cross(aside);
-      if (normal.dot(key_light_direction()) < 0.5f) continue;
+      if (normal.dot(make_lighting().to_sun) < 0.5f) continue;
       if (normal.dot(to_eye.normalized()) < 0.5f) continue;
       const auto at = [&](const Vec3f& direction) {
         return brightness(picture.at(centre + 0.5f * direction.normalized()));
@@ -168,7 +186,7 @@ TEST(Picture, TheLitSideIsBrighter) {
   const Picture picture = draw(red_sphere(true), test::front_camera({0, 0.5, 0}, 4), {160, 120}, 4);
   const Vec3f centre(0, 0.5f, 0);
   const Vec3f to_eye(0, 0.25f, 1);
-  const Vec3f light = key_light_direction();
+  const Vec3f light = make_lighting().to_sun;
   const Vec3f lit = centre + 0.45f * (light + to_eye.normalized()).normalized();
   const Vec3f dark =
       centre + 0.45f * (Vec3f(-light.x(), -light.y(), light.z()) + to_eye).normalized();

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/parallel_for.h"
+#include "render/lighting.h"
 #include "render/rays/path_tracer.h"
 #include "render/rays/rays_renderer.h"
 #include "render/rays/sample_points.h"
@@ -88,7 +89,16 @@ TEST(RaysOnASphere, MeetItWhereTheSphereIs) {
 
 // Of a sphere in the open, matt: the sun by the cosine, sky and ground by how much of them it
 // faces.
-TEST(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
+class PathsOnASphere : public testing::TestWithParam<Light> {};
+INSTANTIATE_TEST_SUITE_P(Lights, PathsOnASphere,
+                         testing::Values(Light{}, Light{.azimuth = radians(60),
+                                                        .elevation = radians(30),
+                                                        .sun = 0.5,
+                                                        .sky = 1.5,
+                                                        .sun_colour = {255, 200, 100}}));
+
+TEST_P(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
+  const Lighting lighting = make_lighting(GetParam());
   DrawnScene scene = scene_of(1, {0, 0, 0});
   scene.frame.state[0] = 0;  // no ground
   const Traced traced(scene, test::front_camera({0, 0, 0}, 4), 40, 40);
@@ -100,7 +110,7 @@ TEST(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
   paths.world_from_image.fill(traced.view.world_from_image(40, 40));
   Film film;
   film.begin(40, 40);
-  trace_paths(paths, {.bounces = 1, .fade_distance_m = 100}, 256, film);
+  trace_paths(paths, {.bounces = 1, .fade_distance_m = 100, .light = lighting}, 256, film);
   int compared = 0;
   for (int row = 0; row < 40; ++row) {
     for (int column = 0; column < 40; ++column) {
@@ -109,11 +119,11 @@ TEST(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
       const RayHit hit = traced.hit(ray);
       const Vec3f normal = Vec3f(film.normal_x[i], film.normal_y[i], film.normal_z[i]) / 256;
       if (hit.body != 1 || normal.norm() < 0.995f) continue;  // edges
-      const float sun = normal.dot(key_light_direction());
+      const float sun = normal.dot(lighting.to_sun);
       if (std::abs(sun) < 0.1f) continue;
       const float up = 0.5f + 0.5f * normal.y();
-      const Vec3f light =
-          std::max(0.0f, sun) * kKeyRadiance + up * kSkyRadiance + (1 - up) * kBounceRadiance;
+      const Vec3f light = std::max(0.0f, sun) * lighting.sun +
+                          lighting.sky * (up * kSkyRadiance + (1 - up) * kBounceRadiance);
       const Vec3f expected = albedo.cwiseProduct(light);
       EXPECT_NEAR(film.red[i] / 256, expected.x(), 0.03f * expected.x() + 0.01f);
       EXPECT_NEAR(film.blue[i] / 256, expected.z(), 0.03f * expected.z() + 0.01f);
@@ -150,7 +160,7 @@ TEST(ShadowRays, AreBlockedWithinTheProjectionOfABox) {
   const Vec3f centre(0.1f, 0.7f, 0.2f);
   const Quatf turn(Eigen::AngleAxisf(0.6f, Vec3f(1, 2, 3).normalized()));
   const Traced traced(scene_of(2, centre, turn), test::front_camera({0, 0, 0}, 4), 16, 16);
-  const Vec3f light = key_light_direction();
+  const Vec3f light = make_lighting().to_sun;
   const Vec3f direction = turn.conjugate() * light;
   int dark = 0;
   for (float x = -1.5f; x < 1.5f; x += 0.037f) {
@@ -171,7 +181,7 @@ TEST(ShadowRays, AreBlockedWithinTheProjectionOfABox) {
 }
 
 TEST(SunSamples, FillADiscOfItsAngle) {
-  const Vec3f sun = key_light_direction();
+  const Vec3f sun = make_lighting().to_sun;
   const float half = 0.1f;
   double sum = 0;
   float widest = 0;

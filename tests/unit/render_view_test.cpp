@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/philox.h"
+#include "render/lighting.h"
 #include "support/random_vectors.h"
 
 namespace pilesim {
@@ -90,8 +91,9 @@ TEST(View, LooksStraightDown) {
 
 TEST(LightView, MapsItsBoxToTheUnitCube) {
   const Vec3f low(-1, -2, -3), high(4, 3, 5);
-  const LightView light = make_light_view(low, high);
-  const Eigen::Matrix3f to_light_axes = light_from_world();
+  const Vec3f to_light = make_lighting().to_sun;
+  const LightView light = make_light_view(to_light, low, high);
+  const Eigen::Matrix3f to_light_axes = light_from_world(to_light);
   EXPECT_NEAR((to_light_axes * to_light_axes.transpose() - Eigen::Matrix3f::Identity()).norm(), 0,
               1e-6);
   EXPECT_NEAR(to_light_axes.determinant(), -1, 1e-6);
@@ -102,7 +104,7 @@ TEST(LightView, MapsItsBoxToTheUnitCube) {
   EXPECT_NEAR(map(low).norm(), 0, 1e-5);
   EXPECT_NEAR((map(high) - Vec3f::Ones()).norm(), 0, 1e-5);
   // Nearer to the light is less deep.
-  const Vec3f toward = light.shadow_from_world.block<3, 3>(0, 0) * key_light_direction();
+  const Vec3f toward = light.shadow_from_world.block<3, 3>(0, 0) * to_light;
   EXPECT_LT(toward.z(), 0);
   EXPECT_NEAR(toward.head<2>().norm(), 0, 1e-6);
 }

@@ -52,7 +52,7 @@ std::vector<std::array<int, 2>> tile_order() {
 class Tile {
  public:
   Tile(const PathScene& scene, const PathSettings& settings, Film& film, int left, int top)
-      : scene_(scene), settings_(settings), film_(film), sun_basis_(to_sun_) {
+      : scene_(scene), settings_(settings), film_(film), sun_basis_(light_.to_sun) {
     static const std::vector<std::array<int, 2>> kOrder = tile_order();
     for (const auto& [x, y] : kOrder) {
       const int column = left + x;
@@ -161,7 +161,7 @@ class Tile {
       pixel.radiance.setZero();
       const Vec3f direction = path.ray.direction.normalized();
       if (path.hit.body == kNoBody) {
-        pixel.radiance = background(direction);
+        pixel.radiance = light_.sky * background(direction);
         pixel.albedo.setOnes();
         pixel.normal.setZero();
         pixel.nearness = 0;
@@ -185,7 +185,7 @@ class Tile {
     const Vec3f from_eye = path.surface.position - scene_.views[1].eye;
     const float far = from_eye.norm() / settings_.fade_distance_m;
     const float stays = std::exp(-far * far);
-    pixel.radiance = (1 - stays) * background(path.ray.direction);
+    pixel.radiance = (1 - stays) * light_.sky * background(path.ray.direction);
     pixel.albedo = stays * pixel.albedo + Vec3f::Constant(1 - stays);
     path.throughput *= stays;
   }
@@ -194,7 +194,7 @@ class Tile {
     shadow_rays_.clear();
     shadow_light_.clear();
     for (const Path& path : paths_) {
-      const Vec3f light = sun_sample(to_sun_, sun_basis_, settings_.sun_cosine,
+      const Vec3f light = sun_sample(light_.to_sun, sun_basis_, settings_.sun_cosine,
                                      draw(path, PathSquare::sun_0, bounce));
       const RaySurface& at = path.surface;
       const float cosine = at.normal.dot(light);
@@ -212,7 +212,7 @@ class Tile {
       }
       shadow_rays_.push_back({.origin = at.start, .direction = light, .time = path.ray.time});
       shadow_light_.push_back(
-          {path.pixel, path.throughput.cwiseProduct(answer).cwiseProduct(kKeyRadiance) * cosine});
+          {path.pixel, path.throughput.cwiseProduct(answer).cwiseProduct(light_.sun) * cosine});
     }
     blocked_.resize(shadow_rays_.size());
     scene_.scene->blocked(shadow_rays_, blocked_, bounce == 0);
@@ -269,7 +269,7 @@ class Tile {
     std::erase_if(paths_, [&](const Path& path) {
       if (path.hit.body == kNoBody) {
         pixels_[path.pixel].radiance +=
-            path.throughput.cwiseProduct(surroundings(path.ray.direction));
+            light_.sky * path.throughput.cwiseProduct(surroundings(path.ray.direction));
         return true;
       }
       return path.surface.inside;  // where bodies overlap
@@ -287,7 +287,8 @@ class Tile {
       const Path& path = paths_[i];
       Vec3f light;
       if (blocked_[i] != 0) {
-        light = kFromNeighbours * surroundings(path.surface.normal).cwiseProduct(albedo(path));
+        light = kFromNeighbours * light_.sky *
+                surroundings(path.surface.normal).cwiseProduct(albedo(path));
       } else {
         light = open_light(path.ray);
       }
@@ -297,10 +298,10 @@ class Tile {
 
   Vec3f open_light(const Ray& ray) const {
     const uint32_t plane = scene_.scene->plane_before(ray);
-    if (plane == kNoBody) return surroundings(ray.direction);
-    const float cosine = std::max(0.0f, scene_.scene->plane_normal(plane).dot(to_sun_));
-    return scene_.materials[plane].albedo.cwiseProduct(kSunnyPlane * cosine * kKeyRadiance +
-                                                       kSkyRadiance);
+    if (plane == kNoBody) return light_.sky * surroundings(ray.direction);
+    const float cosine = std::max(0.0f, scene_.scene->plane_normal(plane).dot(light_.to_sun));
+    return scene_.materials[plane].albedo.cwiseProduct(kSunnyPlane * cosine * light_.sun +
+                                                       light_.sky * kSkyRadiance);
   }
 
   void keep(const TilePixel& pixel) {
@@ -331,7 +332,7 @@ class Tile {
   const PathScene& scene_;
   const PathSettings& settings_;
   Film& film_;
-  const Vec3f to_sun_ = key_light_direction();
+  const Lighting& light_ = settings_.light;
   const Basis sun_basis_;
   const bool moves_ = scene_.moves;
   const std::array<Eigen::Matrix3f, 3>& world_from_image_ = scene_.world_from_image;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "render/lighting.h"
 #include "render/rays/film.h"
 #include "render/rays/ray_light.h"
 #include "render/rays/ray_scene.h"
@@ -20,6 +21,7 @@ struct PathSettings {
   float lens_radius_m = 0;    // 0: all is sharp
   float focus_m = 1;          // along the optical axis
   float fade_distance_m = 1;  // of planes, as in lighting.glsl
+  Lighting light = make_lighting();
 };
 
 // How a body's surface answers light.

@@ -1,7 +1,5 @@
-// What lights a scene, and how its surfaces answer: the rasteriser's key light, sky and ground
-// (shaders/lighting.glsl, background.glsl) as a sun with an angular size and an environment.
-// Radiance is linear RGB in the units of the shaders: a white surface that faces the key light is
-// as bright as its radiance.
+// What lights a scene (lighting.h), and how its surfaces answer: a sun with an angular size and an
+// environment.
 #pragma once
 
 #include "core/types.h"
@@ -9,7 +7,6 @@
 namespace pilesim {
 
 // Of the shaders.
-inline const Vec3f kKeyRadiance{2.55f, 2.43f, 2.25f};
 inline const Vec3f kSkyRadiance{0.74f, 0.82f, 0.95f};
 inline const Vec3f kBounceRadiance{0.36f, 0.33f, 0.30f};
 

@@ -131,7 +131,8 @@ const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
       .lens_radius_m = static_cast<float>(0.5 * rays.lens_diameter_m),
       .focus_m = rays.focus_distance_m ? static_cast<float>(*rays.focus_distance_m)
                                        : scene.views[1].focus_m,
-      .fade_distance_m = fade_distance(s.scene, *drawn.frame, scene.views[1])};
+      .fade_distance_m = fade_distance(s.scene, *drawn.frame, scene.views[1]),
+      .light = make_lighting(s.settings.light)};
   s.film.begin(s.image.width, s.image.height);
   trace_paths(scene, settings, s.plan.samples, s.film);
   if (s.plan.denoise) {
