@@ -30,7 +30,7 @@ try:
 except ImportError:
     Image = None
 
-__all__ = ["Batch", "Bop", "Coco", "Job", "Pictures", "Samples", "read_png", "unpack_mask"]
+__all__ = ["Batch", "Bop", "Coco", "Job", "Pictures", "Samples", "read_exr", "read_png", "unpack_mask"]
 
 
 def read_png(file):
@@ -44,6 +44,51 @@ def read_png(file):
         is_deep = array.dtype == numpy.int32
         return array.astype(numpy.uint16) if is_deep else array
     return _decode_png(data)
+
+
+def read_exr(file, only=None):
+    """The layers of an EXR file of passes, by its path or its bytes: depth (m), ids and shapes (height,
+    width), normals (height, width, 3), motion (height, width, 2); those that `only` names, where given."""
+    data = file if isinstance(file, bytes) else Path(file).read_bytes()
+    at, header = 8, {}
+    while data[at]:
+        name, kind, rest = data[at:].split(b"\0", 2)
+        at += len(name) + len(kind) + 2
+        size = struct.unpack_from("<I", data, at)[0]
+        header[name] = data[at + 4:at + 4 + size]
+        at += 4 + size
+    if data[:4] != b"\x76\x2f\x31\x01" or header[b"compression"] != b"\3":
+        raise ValueError("is an EXR of a kind that is not written by pilesim")
+    left, top, right, bottom = struct.unpack("<4i", header[b"dataWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    channels, listed = [], header[b"channels"]
+    while listed[0]:
+        name, listed = listed.split(b"\0", 1)
+        channels.append((name.decode(), {0: "<u4", 2: "<f4"}[struct.unpack_from("<I", listed)[0]]))
+        listed = listed[16:]
+    names = [name.split(".")[0] for name, _ in channels]
+    if only is not None and not set(names) & set(only):
+        return {}
+    blocks = (height + 15) // 16
+    rows = []
+    for offset in struct.unpack_from(f"<{blocks}Q", data, at + 1):
+        first, size = struct.unpack_from("<iI", data, offset)
+        count = min(16, bottom + 1 - first)
+        packed = data[offset + 8:offset + 8 + size]
+        if size < count * width * 4 * len(channels):
+            steps = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).copy()
+            steps[1:] -= 128
+            halves = numpy.cumsum(steps, dtype=numpy.uint8)
+            whole = numpy.empty_like(halves)
+            whole[0::2], whole[1::2] = numpy.split(halves, [(halves.size + 1) // 2])
+            packed = whole.tobytes()
+        rows.append(numpy.frombuffer(packed, "<u4").reshape(count, len(channels), width))
+    values = numpy.concatenate(rows)
+    layers = {}
+    for number, (name, (_, kind)) in enumerate(zip(names, channels)):
+        if only is None or name in only:
+            layers.setdefault(name, []).append(numpy.ascontiguousarray(values[:, number]).view(kind))
+    return {name: planes[0] if len(planes) == 1 else numpy.stack(planes, -1) for name, planes in layers.items()}
 
 
 def unpack_mask(segmentation):
@@ -190,7 +235,7 @@ class Batch:
 class Pictures:
     """Every picture of every job that is done, as dicts: image (height, width, 3) uint8, K, R and t of
     its camera, and the passes that were drawn: depth (m, infinity where nothing is), ids, shapes
-    (uint16). `transform` is called with each."""
+    (uint16), normals, motion (float32). `transform` is called with each."""
 
     def __init__(self, batch, transform=None):
         self.transform = transform
@@ -228,13 +273,16 @@ class Pictures:
         if depth.is_file():
             unit = next(e["depth_unit_mm"] for e in cameras["frames"] if e["frame"] == frame)
             sample["depth"] = _metres(read_png(depth), unit)
+        layers = view / "passes" / f"frame.{number}.exr"
+        if layers.is_file():
+            sample |= read_exr(layers, only=("normals", "motion"))
         return self.transform(sample) if self.transform else sample
 
 
 class Samples:
     """Every picture of a batch's tar files (DIRECTORY/tar, of a plan with "collect": ["tar"]), one after
-    another, as Pictures gives them: "key", "image", "depth", "ids", "K", "R", "t" and what the file tells
-    of it, such as "annotations". An iterable dataset: `part` of `parts` takes the files that are its own,
+    another, as Pictures gives them: "key", "image", "depth", "ids", "motion", "K", "R", "t" and what the
+    file tells of it, such as "annotations". An iterable dataset: `part` of `parts` takes the files that are its own,
     for several workers; `transform` is called with each sample."""
 
     def __init__(self, directory, transform=None, part=0, parts=1):
@@ -261,6 +309,8 @@ class Samples:
             name, kind = extension.rsplit(".", 1)
             if kind == "png":
                 sample[name] = read_png(data)
+        if "passes.exr" in parts:
+            sample |= read_exr(parts["passes.exr"], only=("normals", "motion"))
         sample["image"] = sample.pop("rgb")[..., :3]
         if "depth" in sample:
             sample["depth"] = _metres(sample["depth"], sample["depth_unit_mm"])

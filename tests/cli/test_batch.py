@@ -235,6 +235,52 @@ class CollectionTest(CommandTest):
         self.assertEqual(times_left_out(self.dir / "out"), whole)
         self.assertEqual((self.dir / "out/tar/000000.tar").stat().st_mtime_ns, kept)
 
+    def test_what_only_exr_has_is_in_tar_files(self):
+        import numpy
+        import pilesim_batch
+
+        steps = [VIEWS[0], ["render", "--frames", "5", "--camera", "views", "--no-video",
+                            "--passes", "depth,ids,normals,motion"]]
+        self.write("plan.json", self.plan | {"steps": steps, "vary": [], "collect": ["tar"]})
+        self.batch("out")
+        batch = pilesim_batch.Batch(self.dir / "out")
+        samples = list(pilesim_batch.Samples(self.dir / "out"))
+        pictures = pilesim_batch.Pictures(batch)
+        self.assertEqual(len(samples), 2)
+        for sample, picture, view in zip(samples, pictures, batch[0].views().values()):
+            for name in ("normals", "motion"):
+                numpy.testing.assert_array_equal(sample[name], picture[name])
+            seen = sample["ids"] > 1  # 1 is the ground
+            self.assertGreater(seen.sum(), 0)
+            self.assertGreater(numpy.mean(sample["motion"][seen, 1]), 1)  # pixels: they fall
+            numpy.testing.assert_allclose(numpy.linalg.norm(sample["normals"][seen], axis=-1), 1, atol=1e-5)
+            layers = pilesim_batch.read_exr(view / "passes/frame.0005.exr")
+            numpy.testing.assert_array_equal(layers["ids"], sample["ids"])
+            numpy.testing.assert_allclose(layers["depth"][seen], sample["depth"][seen], atol=1e-3)
+            png = pilesim_batch.read_png(view / "passes/normals.0005.png")
+            numpy.testing.assert_allclose((png[seen] - 32768.) / 32767, layers["normals"][seen], atol=1e-4)
+
+    def test_lights_and_materials_anew(self):
+        import pilesim_batch
+
+        light = {"azimuth_deg": {"random": {"from": 0, "to": 360}}}
+        self.write("scene.json", self.scene | {"render": {"size": [32, 24], "light": light}})
+        last = ["render", "--frames", "last", "--no-video"]
+        steps = [["simulate"], last,
+                 [*last, "-o", "low", "--set", "/render/light/azimuth_deg={from}", "--set", "/render/light/sun=0.5"],
+                 ["simulate", "--set", "/duration_s=0.1", "--set", "/emitters/0/colour={look}"], last]
+        self.write("plan.json", {"version": 1, "scene": "scene.json", "steps": steps, "count": 2, "vary": [
+            {"set": "from", "uniform": [0, 360]}, {"set": "look", "choice": ["#aa2200"]}]})
+        self.batch("out")
+        suns = set()
+        for job in pilesim_batch.Batch(self.dir / "out"):
+            shown = {str(name): next(view.glob("frames/*.png")).read_bytes() for name, view in job.views().items()}
+            self.assertEqual(len(set(shown.values())), 3)
+            for run in job.runs:
+                resolved = json.loads((run / "trajectory.zarr/.zattrs").read_text())
+                suns.add(json.dumps(resolved["scene"]["render"]["light"]["azimuth_deg"]))
+        self.assertEqual(len(suns), 4)  # drawn anew for each run of each job
+
     def test_what_is_packed_may_be_dropped(self):
         import pilesim_batch
 
