@@ -1,13 +1,18 @@
 #include "geometry/convex_decomposition.h"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 
 #include "../geometry_shapes.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "geometry/convex_hull.h"
+#include "geometry/decomposition_cache.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_check.h"
 #include "geometry/primitives.h"
@@ -340,6 +345,30 @@ TEST_F(DecompositionCacheTest, DamagedFilesAreMadeAnew) {
     expect_same(computed, again);
     EXPECT_EQ(read_file(only_file()), whole);
   }
+}
+
+// The system ends it at the byte that makes a file larger than it may be.
+TEST_F(DecompositionCacheTest, ProcessThatDiesWhileItWritesLeavesNothingByHalf) {
+  const Decomposition computed = run();
+  const std::string whole = read_file(only_file());
+  const DecompositionCache cache(directory_ / "deep", mesh_, options_);
+  std::filesystem::remove(cache.file());
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit half{whole.size() / 2, whole.size() / 2}, none{0, 0};
+    setrlimit(RLIMIT_FSIZE, &half);
+    setrlimit(RLIMIT_CORE, &none);
+    std::signal(SIGXFSZ, SIG_DFL);
+    cache.store(computed);
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGXFSZ);
+  EXPECT_EQ(std::filesystem::file_size(only_file()), whole.size() / 2);
+  EXPECT_FALSE(std::filesystem::exists(cache.file()));
+  EXPECT_FALSE(run().from_cache);
+  EXPECT_EQ(read_file(cache.file()), whole);
 }
 
 TEST_F(DecompositionCacheTest, DirectoryThatCannotBeMadeIsAnError) {
