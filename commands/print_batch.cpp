@@ -10,6 +10,9 @@
 namespace pilesim {
 namespace {
 
+// A second, by the fastest servers of names that clusters share (docs/lab/batch.md).
+constexpr double kMostFiles = 20'000;
+
 // "2.5 h", "40 s".
 std::string duration_text(double seconds) {
   char text[32];
@@ -17,7 +20,7 @@ std::string duration_text(double seconds) {
     std::snprintf(text, sizeof text, "%.3g s", seconds);
   } else if (seconds < 7200) {
     std::snprintf(text, sizeof text, "%.3g min", seconds / 60);
-  } else if (seconds < 1e6) {
+  } else if (seconds < 3 * 86400) {
     std::snprintf(text, sizeof text, "%.4g h", seconds / 3600);
   } else {
     std::snprintf(text, sizeof text, "%.4g days", seconds / 86400);
@@ -35,6 +38,20 @@ std::string bytes_text(double bytes) {
     std::snprintf(text, sizeof text, "%.4g TB", bytes / 1e12);
   }
   return text;
+}
+
+// Three digits: "225,000", "7,640", "0.4".
+std::string count_text(double count) {
+  char text[32];
+  if (count < 1000) {
+    std::snprintf(text, sizeof text, "%.3g", count);
+    return text;
+  }
+  const double digit = std::pow(10, std::floor(std::log10(count)) - 2);
+  std::snprintf(text, sizeof text, "%.0f", std::round(count / digit) * digit);
+  std::string grouped = text;
+  for (size_t at = grouped.size(); at > 3; at -= 3) grouped.insert(at - 3, ",");
+  return grouped;
 }
 
 void print_collected(const BatchSummary& summary) {
@@ -66,11 +83,12 @@ void print_forecast(const std::string& output, const BatchForecast& forecast) {
   }
   if (forecast.sample == 0 || forecast.jobs == forecast.done) return;
   print(
-      "  by %s: %s of processor time (%s a job), %s here, %s of disk in %.0f files, %s of memory a "
+      "  by %s: %s of processor time (%s a job), %s here, %s of disk in %s files, %s of memory a "
       "job\n",
       counted(forecast.sample, "job that was measured", "jobs that were measured").c_str(),
       duration_text(forecast.processor_s).c_str(), duration_text(forecast.processor_s_each).c_str(),
-      duration_text(forecast.wall_s).c_str(), bytes_text(forecast.bytes).c_str(), forecast.files,
+      duration_text(forecast.wall_s).c_str(), bytes_text(forecast.bytes).c_str(),
+      count_text(forecast.files).c_str(),
       bytes_text(static_cast<double>(forecast.peak_memory_bytes)).c_str());
 }
 
@@ -80,11 +98,19 @@ void print_cluster(uint64_t nodes, uint64_t cores_each, const BatchForecast& for
   const double to_do = static_cast<double>(forecast.jobs - forecast.done);
   // No job is shared.
   const double wall_s = std::ceil(to_do / cores) * forecast.processor_s_each;
-  print("  on %s of %s: %s; %s of memory a node; %.3g files and %s a second into the shared disk\n",
+  const double files = forecast.files / wall_s;
+  print("  on %s of %s: %s; %s of memory a node; %s files and %s a second onto the shared disk\n",
         counted(nodes, "node").c_str(), counted(cores_each, "core").c_str(),
         duration_text(wall_s).c_str(),
         bytes_text(static_cast<double>(forecast.peak_memory_bytes * cores_each)).c_str(),
-        forecast.files / wall_s, bytes_text(forecast.bytes / wall_s).c_str());
+        count_text(files).c_str(), bytes_text(forecast.bytes / wall_s).c_str());
+  if (files > kMostFiles) {
+    print(
+        "    more files than a shared disk makes, some thousands to %s a second: annotations of "
+        "coco "
+        "in\n    place of bop, tar files and \"drop_packed\" leave fewer (docs/batch.md)\n",
+        count_text(kMostFiles).c_str());
+  }
 }
 
 void print_batch(const std::string& output, const BatchSummary& summary, bool has_run) {
