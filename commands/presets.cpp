@@ -125,31 +125,37 @@ std::map<std::string, fs::path> files_of(const fs::path& preset) {
   return files;
 }
 
+// The preset and all files that it names, and that those name, as they are to be: side by side.
+void gather(const fs::path& file, std::map<fs::path, std::string>& texts) {
+  if (texts.contains(file)) return;
+  std::string& text = texts[file] = read_file(file);
+  if (file.extension() != ".json") return;
+  for (const auto& [named, source] : files_of(file)) {
+    gather(source, texts);
+    const std::string before = Json(named).dump(), after = Json(source.filename().string()).dump();
+    for (size_t at = text.find(before); at != std::string::npos;
+         at = text.find(before, at + after.size())) {
+      text.replace(at, before.size(), after);
+    }
+  }
+}
+
 void copy_preset(const PresetArguments& options) {
   const auto presets = find_presets(presets_directory());
   const auto& [name, file] = chosen(presets, options.name);
   const fs::path directory = options.directory;
-  std::string scene = read_file(file);
-  const auto files = files_of(file);
-  const fs::path copy = directory / file.filename();
+  std::map<fs::path, std::string> texts;
+  gather(file, texts);
   if (fs::exists(directory)) {
-    claim_output_file(copy, options.force);
-    for (const auto& [text, source] : files) {
+    for (const auto& [source, text] : texts) {
       claim_output_file(directory / source.filename(), options.force);
     }
   }
   make_output_directory(directory);
-  for (const auto& [text, source] : files) {
-    write_file_atomically(directory / source.filename(), read_file(source));
-    const std::string before = Json(text).dump(), after = Json(source.filename().string()).dump();
-    for (size_t at = scene.find(before); at != std::string::npos;
-         at = scene.find(before, at + after.size())) {
-      scene.replace(at, before.size(), after);
-    }
+  for (const auto& [source, text] : texts) {
+    write_file_atomically(directory / source.filename(), text);
     print("%s\n", (directory / source.filename()).c_str());
   }
-  write_file_atomically(copy, scene);
-  print("%s\n", copy.c_str());
 }
 
 }  // namespace

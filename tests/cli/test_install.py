@@ -25,6 +25,12 @@ class Presets(CommandTest):
         self.assertNotIn("../", (self.dir / "mine/rabbits_in_a_crate.json").read_text())
         self.succeed("validate", "mine/rabbits_in_a_crate.json")
 
+    def test_a_copy_of_a_plan_has_what_its_scene_names(self):
+        printed = self.succeed("presets", "copy", "bins.plan", "mine").stdout.split()
+        names = ["bin.json", "bins.plan.json", "cross.obj", "l_shape.obj", "ring.obj"]
+        self.assertEqual(sorted(printed), [f"mine/{name}" for name in names])
+        self.succeed("validate", "mine/bin.json")
+
     def test_refuses(self):
         for name, found in (("rabbits_in_a_crate", "is the name of several"), ("nothing", "is not there")):
             result = self.run_pilesim("presets", "copy", name)
