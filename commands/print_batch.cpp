@@ -106,9 +106,8 @@ void print_cluster(uint64_t nodes, uint64_t cores_each, const BatchForecast& for
         count_text(files).c_str(), bytes_text(forecast.bytes / wall_s).c_str());
   if (files > kMostFiles) {
     print(
-        "    more files than a shared disk makes, some thousands to %s a second: annotations of "
-        "coco "
-        "in\n    place of bop, tar files and \"drop_packed\" leave fewer (docs/batch.md)\n",
+        "    more files than a shared disk makes, some thousands to %s a second: fewer are left\n"
+        "    by coco in place of bop, tar files and \"drop_packed\" (docs/batch.md)\n",
         count_text(kMostFiles).c_str());
   }
 }

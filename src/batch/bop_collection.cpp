@@ -121,7 +121,7 @@ class BopCollection {
   const BatchPlace& place_;
   CollectionSummary& summary_;
   fs::path root_;
-  Numbers numbers_;          // of models, by their content
+  NameNumbers numbers_;      // of models, by their content
   std::vector<Json> infos_;  // of each
 };
 

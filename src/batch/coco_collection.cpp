@@ -20,7 +20,7 @@ class CocoCollection {
         annotations_(place.directory / kCocoFile) {}
 
   void add(const BatchJob& job) {
-    for (const View& view : views_of(place_, job)) {
+    for (const JobView& view : views_of(place_, job)) {
       const fs::path file = view.directory / kCocoFile;
       if (fs::exists(file)) read_own(file, [&](const Json& coco) { add(job, view, coco); });
     }
@@ -40,7 +40,7 @@ class CocoCollection {
     has_head_ = true;
   }
 
-  void add(const BatchJob& job, const View& view, const Json& coco) {
+  void add(const BatchJob& job, const JobView& view, const Json& coco) {
     if (!has_head_) add_head(coco.at("info"));
     std::map<Json, uint64_t> category, image;
     for (Json entry : coco.at("categories")) {
@@ -71,7 +71,7 @@ class CocoCollection {
   CollectionSummary& summary_;
   AppendedFile images_, annotations_;
   bool has_head_ = false;
-  Numbers numbers_;
+  NameNumbers numbers_;
   Json categories_ = Json::array();
 };
 

@@ -35,9 +35,9 @@ std::vector<fs::path> sorted_entries(const fs::path& directory) {
   return entries;
 }
 
-std::vector<View> views_of(const BatchPlace& place, const BatchJob& job) {
+std::vector<JobView> views_of(const BatchPlace& place, const BatchJob& job) {
   const fs::path directory = job_directory(place.directory, job);
-  std::vector<View> views;
+  std::vector<JobView> views;
   for (const std::string& name : picture_directories(place.plan, job)) {
     const fs::path pictures = directory / name;
     if (fs::exists(pictures / "frames")) views.push_back({name, pictures});

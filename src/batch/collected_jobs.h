@@ -20,11 +20,11 @@ std::string six_digits(uint64_t value);
 std::vector<std::filesystem::path> sorted_entries(const std::filesystem::path& directory);
 
 // What one camera of a job has drawn: "run", "run/cameras/left".
-struct View {
+struct JobView {
   std::string name;
   std::filesystem::path directory;
 };
-std::vector<View> views_of(const BatchPlace& place, const BatchJob& job);
+std::vector<JobView> views_of(const BatchPlace& place, const BatchJob& job);
 
 // Jobs that are done, in order. Throws Error(interrupted), naming `made`, after Ctrl-C.
 void each_done(const JobRecords& records, uint64_t begin, uint64_t end,
@@ -36,7 +36,7 @@ void each_done(const JobRecords& records, uint64_t begin, uint64_t end,
 void read_own(const std::filesystem::path& file, const std::function<void(const Json&)>& use);
 
 // Names get numbers from 1 on, in the order in which they come.
-class Numbers {
+class NameNumbers {
  public:
   struct Given {
     uint64_t number = 0;

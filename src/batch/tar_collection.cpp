@@ -26,7 +26,7 @@ constexpr int kTarVersion = 2;
 // The pictures of one view of a job, each with all that is told of it.
 class ViewSamples {
  public:
-  ViewSamples(const BatchJob& job, const JobRecord& record, const View& view, TarWriter& tar)
+  ViewSamples(const BatchJob& job, const JobRecord& record, const JobView& view, TarWriter& tar)
       : job_(job), record_(record), view_(view), tar_(tar) {}
 
   uint64_t add_all() {
@@ -95,7 +95,7 @@ class ViewSamples {
 
   const BatchJob& job_;
   const JobRecord& record_;
-  const View& view_;
+  const JobView& view_;
   TarWriter& tar_;
   Json size_ = Json::object();
   std::map<uint64_t, Json> cameras_, annotations_;  // by frame
@@ -165,7 +165,7 @@ class TarFile {
     TarWriter tar(tar_);
     uint64_t samples = 0;
     each_done(records_, begin_, end_, tar_, [&](const BatchJob& job, const JobRecord& record) {
-      for (const View& view : views_of(place_, job)) {
+      for (const JobView& view : views_of(place_, job)) {
         samples += ViewSamples(job, record, view, tar).add_all();
       }
       for (const std::string& path : place_.plan.drop_packed) require(job, path);
