@@ -112,11 +112,13 @@ class ShadowReach {
 
 }  // namespace
 
-RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told)
+RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshUse use)
     : shape(header.body_shape), moves(header.body_moves), colours(told) {
   meshes.reserve(header.shapes.size());
   for (const TrajectoryShape& source : header.shapes) {
-    meshes.push_back(make_render_mesh(source.vertices, source.triangles, source.colours));
+    meshes.push_back(use == MeshUse::hits
+                         ? make_plain_mesh(source.vertices, source.triangles)
+                         : make_render_mesh(source.vertices, source.triangles, source.colours));
     is_plane.push_back(source.is_plane ? 1 : 0);
   }
   material.reserve(header.body_count());

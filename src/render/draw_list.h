@@ -43,6 +43,10 @@ struct DrawList {
   uint64_t triangle_count = 0;
 };
 
+// What meshes are made ready for: pictures, or finding which triangle of the trajectory is in
+// front.
+enum class MeshUse : uint8_t { pictures, hits };
+
 // The scene as the renderer keeps it, one entry a body or a shape of the trajectory.
 struct RenderScene {
   std::vector<RenderMesh> meshes;        // (shape) without levels' triangles for planes
@@ -53,7 +57,8 @@ struct RenderScene {
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
   BodyColours colours;
 
-  explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own);
+  explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own,
+                       MeshUse use = MeshUse::pictures);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.

@@ -11,12 +11,23 @@
 
 namespace pilesim {
 
+// The near plane, m along the optical axis: what is nearer to the eye is not seen. By the smallest
+// body.
+double nearest_depth(const TrajectoryHeader& header);
+
+// The frame's bodies as they lie in the camera frame.
+TrajectoryFrame in_camera(const TrajectoryFrame& frame, const Pinhole& camera);
+
 // What a body covers if nothing else is there, in the picture and up to its width and height beyond
 // each of its sides.
 struct Silhouette {
   PixelBox box;  // holds all that is covered; may begin at negative columns and rows
   std::vector<uint8_t> covered;  // (box.height, box.width) 1 or 0
 };
+
+// Where pixels lie that a body may cover whose origin is at `centre` in the camera frame and which
+// reaches `radius` m from there. Empty where none is in the picture: of such a body nobody asks.
+PixelBox silhouette_box(const Pinhole& camera, const Vec3& centre, double radius, double near_m);
 
 class HitRenderer {
  public:

@@ -13,9 +13,6 @@
 namespace pilesim {
 namespace {
 
-// The near plane, in radii of the smallest body: what is nearer to the eye is not drawn.
-constexpr double kNearRadii = 1e-3;
-
 // OpenGL takes offsets into a bound buffer where pointers were once.
 // NOLINTNEXTLINE(performance-no-int-to-ptr)
 const void* offset(size_t bytes) { return reinterpret_cast<const void*>(bytes); }
@@ -38,25 +35,6 @@ struct ShapeRange {
   double radius_m = 0;  // about the body's origin
 };
 
-// Columns or rows, from `first` up to `last`, not including it.
-struct Span {
-  int first = 0, last = 0;
-};
-
-// Of pixels whose middles a sphere at (aside, z) may cover, within [low, high). `centre` and
-// `focal` in pixels.
-Span covered_span(double aside, double z, double radius, double focal, double centre, int low,
-                  int high) {
-  if (z - radius <= 0) return {low, high};
-  // Of the box about the sphere.
-  const double nearest = focal / (z - radius), farthest = focal / (z + radius);
-  const auto project = [&](double at) { return at * (at > 0 ? nearest : farthest) + centre; };
-  const auto project_low = [&](double at) { return at * (at > 0 ? farthest : nearest) + centre; };
-  const double first = std::clamp<double>(std::floor(project_low(aside - radius)) - 1, low, high);
-  const double last = std::clamp<double>(std::ceil(project(aside + radius)) + 2, low, high);
-  return {static_cast<int>(first), std::max(static_cast<int>(first), static_cast<int>(last))};
-}
-
 }  // namespace
 
 struct RasterHits::State {
@@ -70,7 +48,7 @@ struct RasterHits::State {
   GlVertexArray array;
   GlBuffer vertices, indices, instances;
   std::vector<ShapeRange> shapes;
-  double near_m = 1e-4;
+  double near_m;
   Pinhole camera;
   std::vector<PlacedBody> placed;  // those present with a mesh, ordered by body
   std::vector<size_t> place;       // (B) into `placed`, its size: none
@@ -82,12 +60,11 @@ struct RasterHits::State {
   // `count` bodies of one shape.
   void draw(size_t first, size_t count) const;
   void read(const PixelBox& box, GLenum format, size_t channels);
-  PixelBox box_of(const PlacedBody& body, double radius) const;
   void outline_tile(size_t at, int tile_column, int tile_row, Silhouette& silhouette);
 };
 
 RasterHits::State::State(const TrajectoryHeader& told, int told_width, int told_height)
-    : header(told), width(told_width), height(told_height) {
+    : header(told), width(told_width), height(told_height), near_m(nearest_depth(told)) {
   check_limits(width, height, 0);
   hits = make_target(GL_RG32UI, width, height);
   depth = make_target(GL_DEPTH_COMPONENT32F, width, height);
@@ -101,7 +78,6 @@ RasterHits::State::State(const TrajectoryHeader& told, int told_width, int told_
 void RasterHits::State::fill_shapes() {
   std::vector<Vec3f> all_vertices;
   std::vector<std::array<uint32_t, 3>> all_triangles;
-  double smallest = std::numeric_limits<double>::infinity();
   for (const TrajectoryShape& shape : header.shapes) {
     ShapeRange range{.first_vertex = static_cast<uint32_t>(all_vertices.size()),
                      .first_index = static_cast<uint32_t>(3 * all_triangles.size()),
@@ -109,12 +85,10 @@ void RasterHits::State::fill_shapes() {
     for (const Vec3f& vertex : shape.vertices) {
       range.radius_m = std::max<double>(range.radius_m, vertex.norm());
     }
-    if (range.radius_m > 0) smallest = std::min(smallest, range.radius_m);
     all_vertices.insert(all_vertices.end(), shape.vertices.begin(), shape.vertices.end());
     all_triangles.insert(all_triangles.end(), shape.triangles.begin(), shape.triangles.end());
     shapes.push_back(range);
   }
-  if (std::isfinite(smallest)) near_m = kNearRadii * smallest;
   glBindVertexArray(array.name());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices.name());
   fill(GL_ELEMENT_ARRAY_BUFFER, all_triangles, GL_STATIC_DRAW);
@@ -161,15 +135,6 @@ void RasterHits::State::read(const PixelBox& box, GLenum format, size_t channels
   glReadPixels(box.column, box.row, box.width, box.height, format, GL_UNSIGNED_INT, texels.data());
 }
 
-// Within the nine tiles.
-PixelBox RasterHits::State::box_of(const PlacedBody& body, double radius) const {
-  const Vec3 p = body.position.cast<double>();
-  if (p.z() + radius <= near_m) return {};
-  const Span columns = covered_span(p.x(), p.z(), radius, camera.fx, camera.cx, -width, 2 * width);
-  const Span rows = covered_span(p.y(), p.z(), radius, camera.fy, camera.cy, -height, 2 * height);
-  return {columns.first, rows.first, columns.last - columns.first, rows.last - rows.first};
-}
-
 void RasterHits::State::outline_tile(size_t at, int tile_column, int tile_row,
                                      Silhouette& silhouette) {
   const PixelBox& box = silhouette.box;
@@ -206,15 +171,14 @@ void RasterHits::look(const TrajectoryFrame& frame, const Pinhole& camera) {
   state.placed.clear();
   const size_t bodies = state.header.body_count();
   state.place.assign(bodies, bodies);
-  const Quat to_camera(camera.rotation);
+  const TrajectoryFrame seen = in_camera(frame, camera);
   for (size_t body = 0; body < bodies; ++body) {
     if ((frame.state[body] & kPresent) == 0) continue;
     if (state.shapes[state.header.body_shape[body]].index_count == 0) continue;
-    const Quatf q = (to_camera * frame.orientation[body].cast<double>().normalized()).cast<float>();
+    const Quatf& q = seen.orientation[body];
     state.place[body] = state.placed.size();
-    state.placed.push_back({camera.in_camera(frame.position[body].cast<double>()).cast<float>(),
-                            {q.x(), q.y(), q.z(), q.w()},
-                            static_cast<uint32_t>(body + 1)});
+    state.placed.push_back(
+        {seen.position[body], {q.x(), q.y(), q.z(), q.w()}, static_cast<uint32_t>(body + 1)});
   }
   glBindVertexArray(state.array.name());
   glBindBuffer(GL_ARRAY_BUFFER, state.instances.name());
@@ -256,14 +220,11 @@ void RasterHits::outline(size_t body, Silhouette& silhouette) {
   const size_t at = state.place[body];
   if (at >= state.placed.size()) return;
   const PlacedBody& placed = state.placed[at];
-  silhouette.box = state.box_of(placed, state.shapes[state.header.body_shape[body]].radius_m);
+  silhouette.box =
+      silhouette_box(state.camera, placed.position.cast<double>(),
+                     state.shapes[state.header.body_shape[body]].radius_m, state.near_m);
   const PixelBox& box = silhouette.box;
-  // Of what does not reach into the picture nobody asks.
-  if (box.column >= state.width || box.row >= state.height || box.column + box.width <= 0 ||
-      box.row + box.height <= 0) {
-    silhouette.box = {};
-    return;
-  }
+  if (box.width == 0) return;
   silhouette.covered.assign(static_cast<size_t>(box.width) * static_cast<size_t>(box.height), 0);
   state.context.make_current();
   glBindFramebuffer(GL_FRAMEBUFFER, state.covered_frame.name());

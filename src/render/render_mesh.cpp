@@ -229,4 +229,18 @@ RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
   return mesh;
 }
 
+RenderMesh make_plain_mesh(std::span<const Vec3f> vertices,
+                           std::span<const std::array<uint32_t, 3>> triangles) {
+  RenderMesh mesh;
+  mesh.vertices.reserve(vertices.size());
+  for (const Vec3f& p : vertices) mesh.vertices.push_back({{p.x(), p.y(), p.z()}, {}});
+  mesh.indices.reserve(3 * triangles.size());
+  for (const auto& triangle : triangles) {
+    mesh.indices.insert(mesh.indices.end(), triangle.begin(), triangle.end());
+  }
+  for (const uint32_t i : mesh.indices) mesh.radius_m = std::max(mesh.radius_m, vertices[i].norm());
+  mesh.levels.push_back({.index_count = static_cast<uint32_t>(mesh.indices.size())});
+  return mesh;
+}
+
 }  // namespace pilesim

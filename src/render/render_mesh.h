@@ -46,6 +46,10 @@ RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
                             std::span<const std::array<uint32_t, 3>> triangles,
                             std::span<const Colour> colours = {});
 
+// The triangles as they are told, in their order: one level, with no normals to shade by.
+RenderMesh make_plain_mesh(std::span<const Vec3f> vertices,
+                           std::span<const std::array<uint32_t, 3>> triangles);
+
 // Angle between faces above which their common edge is drawn sharp.
 inline constexpr double kCreaseAngle = radians(38);
 

@@ -262,6 +262,22 @@ class Dataset(CommandTest):
         for name in pictures:
             self.assertEqual(plain[name], whole[name], name)
 
+    def test_both_renderers_tell_the_same(self):
+        self.simulate()
+        every = ["--passes", "depth,ids,shapes,normals,motion,visibility", "--annotations", "coco,bop"]
+        raster = self.draw(*every, output="raster")
+        rays = self.draw(*every, "--quality", "preview", "--threads", "1", output="rays")
+        again = self.draw(*every, "--quality", "preview", "--threads", "2", output="again")
+        self.assertEqual(tree_bytes(rays), tree_bytes(again))
+        self.assertEqual(set(tree_bytes(raster)), set(tree_bytes(rays)))
+        for name in ("cameras.json", "passes/passes.json", "bop/models/models_info.json"):
+            self.assertEqual((raster / name).read_bytes(), (rays / name).read_bytes())
+        for frame in FRAMES:
+            for told in ("ids", "shapes", "depth", "normals"):
+                a, b = (read_png(out / f"passes/{told}.{frame:04d}.png")[2] for out in (raster, rays))
+                same = sum(x == y for one, other in zip(a, b) for x, y in zip(one, other))
+                self.assertGreaterEqual(same, 0.99 * SIZE[0] * SIZE[1], told)
+
     def test_several_cameras(self):
         self.simulate()
         cameras = "/cameras=" + json.dumps([

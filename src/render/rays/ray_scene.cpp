@@ -128,6 +128,20 @@ RTCIntersectContext context_of(bool coherent) {
   return context;
 }
 
+void find_blocked(const TracedScene& scene, std::span<const Ray> rays, std::span<uint8_t> result,
+                  bool coherent) {
+  RTCIntersectContext context = context_of(coherent);
+  Packet packet;
+  for (size_t first = 0; first < rays.size(); first += kLanes) {
+    const auto some = rays.subspan(first, std::min(kLanes, rays.size() - first));
+    packet.fill(some);
+    rtcOccluded8(packet.valid, scene.get(), &context, &packet.rays.ray);
+    for (size_t lane = 0; lane < some.size(); ++lane) {
+      result[first + lane] = packet.rays.ray.tfar[lane] < 0 ? 1 : 0;
+    }
+  }
+}
+
 Vec3f at(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
@@ -139,7 +153,7 @@ struct RayScene::State {
   std::vector<Geometry> instances;                        // (body) made when the body first appears
   std::vector<std::array<Placement, kTimeSteps>> placed;  // (body) as Embree has it
   std::vector<uint8_t> steps;                             // (body) 0: not in the scene, 1 or 3
-  TracedScene top;
+  TracedScene top, alone;
   std::vector<TracedPlane> planes;
 
   explicit State(const RenderScene& drawn) : scene(drawn), device(rtcNewDevice(kDeviceSettings)) {
@@ -298,16 +312,26 @@ void RayScene::closest(std::span<const Ray> rays, std::span<RayHit> hits, bool c
 }
 
 void RayScene::blocked(std::span<const Ray> rays, std::span<uint8_t> result, bool coherent) const {
-  const State& s = *state_;
-  RTCIntersectContext context = context_of(coherent);
-  Packet packet;
-  for (size_t first = 0; first < rays.size(); first += kLanes) {
-    const auto some = rays.subspan(first, std::min(kLanes, rays.size() - first));
-    packet.fill(some);
-    rtcOccluded8(packet.valid, s.top.get(), &context, &packet.rays.ray);
-    for (size_t lane = 0; lane < some.size(); ++lane) {
-      result[first + lane] = packet.rays.ray.tfar[lane] < 0 ? 1 : 0;
-    }
+  find_blocked(state_->top, rays, result, coherent);
+}
+
+void RayScene::single_out(uint32_t body) {
+  State& s = *state_;
+  s.alone = TracedScene();
+  if (s.steps[body] == 0) return;
+  s.alone = TracedScene(rtcNewScene(s.device.get()));
+  // Its one box is met whenever the body is.
+  rtcSetSceneFlags(s.alone.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcAttachGeometryByID(s.alone.get(), s.instances[body].get(), body);
+  on_one_thread([&] { rtcJoinCommitScene(s.alone.get()); });
+  s.require(true);
+}
+
+void RayScene::meets(std::span<const Ray> rays, std::span<uint8_t> result) const {
+  if (state_->alone) {
+    find_blocked(state_->alone, rays, result, true);
+  } else {
+    std::fill(result.begin(), result.end(), uint8_t{0});
   }
 }
 

@@ -66,6 +66,11 @@ class RayScene {
   void closest(std::span<const Ray> rays, std::span<RayHit> hits, bool coherent) const;
   // 1 where a body is between `nearest` and `farthest`, 0 otherwise. Planes block nothing.
   void blocked(std::span<const Ray> rays, std::span<uint8_t> result, bool coherent) const;
+  // Whom meets() is about, until something is placed or singled out again.
+  void single_out(uint32_t body);
+  // 1 where the body singled out is between `nearest` and `farthest`, whatever else is there: where
+  // closest() would meet it if it were alone. 0 everywhere of planes and of what is not placed.
+  void meets(std::span<const Ray> rays, std::span<uint8_t> result) const;
   // Of a ray that has met something.
   RaySurface surface(const Ray& ray, const RayHit& hit) const;
   // The plane that a ray comes to if no body is in its way, or kNoBody.
