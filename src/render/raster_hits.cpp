@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "render/gl_context.h"
 #include "render/gl_objects.h"

@@ -66,6 +66,7 @@ void RayHits::outline(size_t body, Silhouette& silhouette) {
   silhouette.box = silhouette_box(s.camera, s.seen.position[body].cast<double>(),
                                   s.scene.radius(body), s.near_m);
   const PixelBox& box = silhouette.box;
+  if (box.width == 0) return;
   const auto width = static_cast<size_t>(box.width), height = static_cast<size_t>(box.height);
   silhouette.covered.resize(width * height);
   s.traced.single_out(static_cast<uint32_t>(body));

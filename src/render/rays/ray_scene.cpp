@@ -262,6 +262,7 @@ RayScene::~RayScene() = default;
 
 void RayScene::place(const TrajectoryFrame& frame, const Shutter& shutter) {
   State& s = *state_;
+  s.alone = TracedScene();
   s.planes.clear();
   const auto neighbour = [&](const TrajectoryFrame* other, uint32_t body) {
     Placement here = placement(frame, body);
