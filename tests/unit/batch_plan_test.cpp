@@ -218,15 +218,17 @@ TEST_F(BatchPlanTest, EachStepTakesWhatTheOneBeforeItLeft) {
               ["render", "-o", "{night}"], ["export", "-o", "a.npz"]]})");
   const BatchPlan plan = load_batch_plan(scratch_ / "plan.json");
   const std::string scene = (scratch_ / "scene.json").string();
-  EXPECT_THAT(words_of(plan, 1, 0), ElementsAre("simulate", scene, "-o", "run", "--resume", "--set",
-                                                "/duration_s=2", "--seed", "5", "--threads", "2"));
+  EXPECT_THAT(words_of(plan, 1, 0),
+              ElementsAre("simulate", scene, "-o", "run", "--resume", "--no-picture", "--set",
+                          "/duration_s=2", "--seed", "5", "--threads", "2"));
   EXPECT_THAT(words_of(plan, 1, 1), ElementsAre("finish", "run", "-o", "finished", "--scene", scene,
-                                                "--resume", "--threads", "2"));
+                                                "--resume", "--no-picture", "--threads", "2"));
   EXPECT_THAT(words_of(plan, 1, 2),
               ElementsAre("render", "finished", "--resume", "--threads", "2"));
-  EXPECT_THAT(words_of(plan, 1, 3), ElementsAre("simulate", scene, "-o", "run_2", "--resume",
-                                                "--from", "finished", "--set", "/duration_s=2",
-                                                "--seed", "6", "--threads", "2", "--take", "3"));
+  EXPECT_THAT(words_of(plan, 1, 3),
+              ElementsAre("simulate", scene, "-o", "run_2", "--resume", "--no-picture", "--from",
+                          "finished", "--set", "/duration_s=2", "--seed", "6", "--threads", "2",
+                          "--take", "3"));
   EXPECT_THAT(words_of(plan, 1, 4),
               ElementsAre("render", "run_2", "--resume", "--threads", "2", "-o", "light"));
   EXPECT_THAT(words_of(plan, 1, 5), ElementsAre("export", "run_2", "--force", "-o", "a.npz"));
