@@ -160,6 +160,7 @@ void run_beside(size_t helpers, const std::function<void(size_t)>& help,
   }
 }
 #endif
+
 void Team::run(size_t chunk) {
   try {
     (*chunk_)(chunk);
