@@ -1,12 +1,12 @@
 // Fits the cost model of the mixed mode (simulate/mixed/cost_model.h) and says how well it
 // predicts:
 //   budget_benchmark SCENE[+/POINTER=VALUE]...
-// Steps each scene and takes the processor time of its frames, of all threads, beside the work that
-// the simulator counts. Costs of at least zero are fitted to all frames by least squares of the
-// error over the scene's mean, scenes counting alike. Prints them as they stand in
-// mixed_constants.h, and for each scene the time of all frames as predicted by the costs that the
-// program has, by those fitted here, and by those fitted to the other scenes alone, over the time
-// measured; and of how many frames it is within 30 %.
+// Steps each scene and takes the processor time of its frames beside the work that the simulator
+// counts. On one thread: more would be awake while they wait for each other. Costs of at least zero
+// are fitted to all frames by least squares of the error over the scene's mean, scenes counting
+// alike. Prints them as they stand in mixed_constants.h, and for each scene the time of all frames
+// as predicted by the costs that the program has, by those fitted here, and by those fitted to the
+// other scenes alone, over the time measured; and of how many frames it is within 30 %.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -142,6 +142,7 @@ void run(int argc, char** argv) {
   if (argc < 2) {
     throw Error(ErrorKind::usage, {.found = "budget_benchmark SCENE[+/POINTER=VALUE]..."});
   }
+  set_thread_count(1);
   const MachineInfo machine = machine_info();
   std::printf("%s, %s, %d threads\n", machine.cpu.c_str(), machine.system.c_str(), thread_count());
   std::vector<Measured> scenes;

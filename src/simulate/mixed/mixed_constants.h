@@ -34,12 +34,12 @@ inline constexpr double kLeastTurn = 1e-5;  // rad
 // --- The budget
 
 // Microseconds of one core, in a step. Found: by tests/benchmark/budget_benchmark.cpp on the scenes
-// of docs/lab/mixed.md; zeros too: what comes with them stands for them. half, twice: none
-inline constexpr double kSphereUs = 0;            // a body, what is solved too
-inline constexpr double kSphereContactUs = 1.35;  // of them
-inline constexpr double kBlockUs = 1.6;           // a sphere that lies by faces, more
-inline constexpr double kPieceUs = 1;             // a convex piece of what the exact engine moves
-inline constexpr double kSolvedUs = 12.7;    // a body whose pairs with its like are solved, more
+// of docs/lab/mixed.md; the zero too: what comes with it stands for it. half, twice: none
+inline constexpr double kSphereUs = 0.17;         // a body, what is solved too
+inline constexpr double kSphereContactUs = 0.59;  // of them
+inline constexpr double kBlockUs = 1.1;           // a sphere that lies by faces, more
+inline constexpr double kPieceUs = 0.68;          // a convex piece of what the exact engine moves
+inline constexpr double kSolvedUs = 6.2;     // a body whose pairs with its like are solved, more
 inline constexpr double kSolvedPieceUs = 0;  // each of its pieces, more
 // Contacts that carry something, of a sphere in the mean, while nobody is awake. half, twice: none
 inline constexpr double kSphereContacts = 2;
