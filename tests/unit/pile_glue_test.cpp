@@ -78,6 +78,22 @@ TEST(Glue, ACantileverNeedsItsCouple) {
   EXPECT_NEAR(pile.glue_kg(), 1.5 * kArm / (2 * kHalfHeight), 1e-3);
 }
 
+// A beam of many blocks, each glued to the next: what m of them need is their weight times half
+// their length over the height. The largest force is a hundred thousand weights, and rounding
+// leaves more of it than of a weight.
+TEST(Glue, ALongBeamNeedsTheSumOfItsCouples) {
+  constexpr int kBlocks = 500;
+  GluePile pile;
+  uint32_t before = 0;
+  for (int i = 0; i < kBlocks; ++i) {
+    const uint32_t block = pile.add(Vec3(2 * i + 1, 0, 0), 1, std::sqrt(3));
+    pile.touch(block, before, Vec3(2 * i, 0, 0), kY, kZ, 2.5);
+    before = block;
+  }
+  const double wanted = kBlocks * (kBlocks + 1) * (2 * kBlocks + 1) / 12.0;
+  EXPECT_NEAR(pile.glue_kg(), wanted, 1e-4 * wanted);
+}
+
 // One contact carries no torque but by a patch, at a tenth of the radius.
 TEST(Glue, ASingleContactHoldsByAPatch) {
   GluePile pile;

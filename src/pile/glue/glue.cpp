@@ -264,13 +264,14 @@ double Program::gap() const {
 }
 
 bool Program::is_done() const {
-  double dual = 0, cost = 0;
+  double dual = 0, cost = 0, largest = 0;
   for (const Variable& v : variables_) {
     dual = std::max(dual, v.dual_left.cwiseAbs().maxCoeff());
     cost += v.cost.dot(v.x);
+    largest = std::max(largest, v.x[0]);
   }
   const double tolerance = settings_.tolerance;
-  return left_.cwiseAbs().maxCoeff() <= tolerance && dual <= tolerance &&
+  return left_.cwiseAbs().maxCoeff() <= tolerance * (1 + largest) && dual <= tolerance &&
          gap() <= tolerance * (1 + cost);
 }
 

@@ -39,7 +39,9 @@ struct GlueContact {
 struct GlueSettings {
   double patch = 0.1;       // radius of the glue that carries a torque, in the smaller body's
   double push_cost = 1e-4;  // of a contact's push, where glue costs 1
-  double tolerance = 1e-6;  // of the glue in all, relative; and of balance, in mean weights
+  // Of the glue in all, relative; of balance, in the mean weight and the largest force: where a
+  // foot carries a thousand weights rounding alone leaves more than 1e-6 of one.
+  double tolerance = 1e-6;
   int most_iterations = 100;
 };
 
