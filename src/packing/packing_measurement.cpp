@@ -24,23 +24,21 @@ namespace {
 constexpr uint32_t kRounds = 12, kSureRounds = 4, kAveraged = 5;
 constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
 
-// A figure that is met, how much it counts, and how it changes with the radius among others, the
-// one against walls and the resistance to rolling.
+// A figure that is met, how much it counts, and how it changes with the radius and the resistance
+// to rolling.
 struct Met {
   double PackingFigures::*figure;
   double weight;
-  std::array<double, 3> slopes;
+  std::array<double, 2> slopes;
 };
 constexpr std::array kMet = {
-    Met{&PackingFigures::heap_height, 1, {1.5, 0, 0.3}},
-    Met{&PackingFigures::heap_spread, 1, {0.25, 0, -0.04}},
-    Met{&PackingFigures::column_height, 1, {2.1, 0.35, 0}},
-    Met{&PackingFigures::column_spread, 1, {0, -0.16, 0}},
-    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0}},
+    Met{&PackingFigures::heap_height, 1, {1.5, 0.3}},
+    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04}},
+    Met{&PackingFigures::column_height, 1, {2.1, 0}},
+    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0}},
 };
-constexpr std::array kMostChange = {0.12, 0.25, 0.8};  // of the three, in a round
+constexpr std::array kMostChange = {0.12, 0.8};  // of the two, in a round
 constexpr double kLeastRolling = 0.003, kMostRolling = 2;
-constexpr double kNearestWall = 0.5;  // of the radius among others
 constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
 constexpr double kLeastRadius = 0.5;  // of the first one
 constexpr double kFirstRolling = 0.2;
@@ -111,17 +109,16 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
   return spread_of(figures);
 }
 
-// What is sought, as logarithms: the radius among others, the one against walls and the resistance
-// to rolling.
-using Sought = Vec3;
+// What is sought, as logarithms: the radius and the resistance to rolling.
+using Sought = Eigen::Vector2d;
 
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
-  Mat3 squares = Mat3::Zero();
-  Vec3 sum = Vec3::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Sought sum = Sought::Zero();
   for (const Met& met : kMet) {
     // A figure may be nothing, such as the share of a column that is hardly higher than a body.
     if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
-    const Vec3 slopes(met.slopes[0], met.slopes[1], met.slopes[2]);
+    const Sought slopes(met.slopes[0], met.slopes[1]);
     squares += met.weight * slopes * slopes.transpose();
     sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
   }
@@ -131,20 +128,17 @@ Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
 // No radius is larger than `outer_m`, the object's own.
 Sought moved(const Sought& from, const Sought& step, double first_m, double outer_m) {
   Sought to = from;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 2; ++i) {
     const double most = kMostChange[static_cast<size_t>(i)];
     to[i] += std::clamp(step[i], -most, most);
   }
   to[0] = std::clamp(to[0], std::log(kLeastRadius * first_m), std::log(outer_m));
-  to[1] = std::clamp(to[1], to[0] + std::log(kNearestWall), std::log(outer_m));
-  to[2] = std::clamp(to[2], std::log(kLeastRolling), std::log(kMostRolling));
+  to[1] = std::clamp(to[1], std::log(kLeastRolling), std::log(kMostRolling));
   return to;
 }
 
 Packing packing_of(const Sought& sought) {
-  return {.radius_m = std::exp(sought[0]),
-          .wall_radius_m = std::exp(sought[1]),
-          .rolling = std::exp(sought[2])};
+  return {.radius_m = std::exp(sought[0]), .rolling = std::exp(sought[1])};
 }
 
 }  // namespace
@@ -198,7 +192,7 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   };
   const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
   const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
-  Sought sought = Vec3(first_m, first_m, kFirstRolling).array().log(), mean = Vec3::Zero();
+  Sought sought = Sought(first_m, kFirstRolling).array().log(), mean = Sought::Zero();
   for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
     const Spread now = pour_spheres(sought, round * kPoursARound, kPoursARound);

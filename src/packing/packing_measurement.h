@@ -21,9 +21,10 @@ struct PackingSettings {
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
 // Pours the object onto a plane and into a column by the exact engine, and then spheres that
-// collide by its signature, whose two radii and resistance to rolling are changed until heap and
-// column lie as those of the object do, by all figures but the time. The same for any number of
-// threads. Throws Error(interrupted) after Ctrl-C, and as build_model() does.
+// collide by its signature, whose radius and resistance to rolling are changed until heap and
+// column lie as those of the object do, by their heights, the spread of the heap and the solid
+// share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C, and as
+// build_model() does.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);
 

@@ -17,13 +17,12 @@ struct PackingFigures {
 };
 
 struct Packing {
-  uint32_t pours = 0;        // of each kind, by the exact engine:
-  PackingFigures measured;   // their mean,
-  PackingFigures error;      // and its standard error
-  PackingFigures spheres;    // what spheres come to with the three below
-  double radius_m = 0;       // of the sphere that stands for a body among others,
-  double wall_radius_m = 0;  // against walls,
-  double rolling = 0;        // and its resistance to rolling, in the first radius
+  uint32_t pours = 0;       // of each kind, by the exact engine:
+  PackingFigures measured;  // their mean,
+  PackingFigures error;     // and its standard error
+  PackingFigures spheres;   // what spheres come to with the three below
+  double radius_m = 0;      // of the sphere that stands for a body among others,
+  double rolling = 0;       // and its resistance to rolling, in that radius
 };
 
 }  // namespace pilesim

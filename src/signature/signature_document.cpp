@@ -355,7 +355,6 @@ json to_json(const Packing& packing) {
           {"error", to_array(numbers_of(packing.error))},
           {"spheres", to_array(numbers_of(packing.spheres))},
           {"radius_m", packing.radius_m},
-          {"wall_radius_m", packing.wall_radius_m},
           {"rolling", packing.rolling}};
 }
 
@@ -367,7 +366,6 @@ Packing packing_of(const json& j, double outer_radius_m) {
                   .error = packing_figures_of(j, "error"),
                   .spheres = packing_figures_of(j, "spheres"),
                   .radius_m = number_of(j, "radius_m", least_m, most_m),
-                  .wall_radius_m = number_of(j, "wall_radius_m", least_m, most_m),
                   .rolling = number_of(j, "rolling", 0, 10)};
   if (packing.pours == 0) damaged("a packing of no pours", "some");
   return packing;

@@ -193,10 +193,8 @@ std::string packing_text(const Signature& s) {
          row("column, mean height", &PackingFigures::column_height, r, " m") +
          row("column, mean radius", &PackingFigures::column_spread, r, " m") +
          row("column, solid share", &PackingFigures::column_fraction, 1, "") +
-         format(
-             "  among others a ball of %.4g m, against walls of %.4g m; resistance to rolling "
-             "%.3g\n",
-             p.radius_m, p.wall_radius_m, p.rolling);
+         format("  among others a ball of %.4g m; resistance to rolling %.3g\n", p.radius_m,
+                p.rolling);
 }
 
 }  // namespace

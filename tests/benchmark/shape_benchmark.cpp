@@ -211,9 +211,8 @@ void judge(const NamedSolid& solid, const Options& options, Reference& reference
     measure_signature(sampling, signature);
   }
   const Packing packing = *read_signature(signature).packing;
-  std::printf("%s: a ball of %.3f R, against walls of %.3f R, resistance to rolling %.3f\n",
-              solid.name.c_str(), packing.radius_m / kRadius, packing.wall_radius_m / kRadius,
-              packing.rolling);
+  std::printf("%s: a ball of %.3f R, resistance to rolling %.3f\n", solid.name.c_str(),
+              packing.radius_m / kRadius, packing.rolling);
   const double volume = mass_properties(scaled).volume_m3;
   for (const std::string& name : options.scenes) {
     const Layout layout = layout_of(name, volume);

@@ -65,7 +65,7 @@ def table_signature():
             axis("alpha", [0.0, 1.0])]
     return {
         "format": "pilesim signature",
-        "version": 5,
+        "version": 6,
         "body": {"mesh": "a.obj", "mesh_hash": "0", "scale": 1.0, "hull_vertices": 8,
                  "volume_m3": 1.0, "centre_of_mass_m": [0.0, 0.0, 0.0],
                  "principal_inertia_m2": [1.0, 1.0, 1.0], "principal_axes_wxyz": [1.0, 0.0, 0.0, 0.0],
@@ -86,7 +86,7 @@ def table_signature():
                        "family": Typed("I", [0])},
         "rest_drops": 100,
         "packing": {"pours": 3, "measured": floats(6), "error": floats(6), "spheres": floats(6),
-                    "radius_m": 0.5, "wall_radius_m": 0.6, "rolling": 0.2},
+                    "radius_m": 0.5, "rolling": 0.2},
     }
 
 
@@ -102,7 +102,7 @@ def signatures(pilesim):
     put("signature", "nested_tags", b"\xc1" * 5000)
     put("signature", "length", b"\x9b\x00\x00\x00\xff\xff\xff\xff\xff" + bytes(20))
     put("signature", "version_3", cbor({"format": "pilesim signature", "version": 3}))
-    partial = {"format": "pilesim partial signature", "version": 5, "fingerprint": "0", "cells": 2,
+    partial = {"format": "pilesim partial signature", "version": 6, "fingerprint": "0", "cells": 2,
                "trials": 1, "launched": Typed("I", [1, 2]), "wanted": Typed("I", [2, 2]),
                "first_node": Typed("I", [0]), "keys": Typed("f", [0.1] * 3),
                "responses": Typed("f", [0.1] * 6)}

@@ -53,7 +53,6 @@ Signature small(size_t poses) {
                .error = figures,
                .spheres = figures,
                .radius_m = 0.55,
-               .wall_radius_m = 0.7,
                .rolling = 0.2};
   s.rest_drops = 200;
   for (size_t i = 0; i < 2 * poses; ++i) {
@@ -109,7 +108,7 @@ TEST_F(SignatureFile, ComesBack) {
   const Signature back = read_signature(file_);
   EXPECT_EQ(encode_signature(back), encode_signature(signature));
   ASSERT_TRUE(back.packing);
-  EXPECT_EQ(back.packing->wall_radius_m, 0.7);
+  EXPECT_EQ(back.packing->radius_m, 0.55);
   EXPECT_EQ(back.packing->spheres.column_spread, 4);
   EXPECT_EQ(back.packing->measured.time, 20);
   ASSERT_EQ(back.rest_poses.size(), 6u);
@@ -141,7 +140,7 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   nlohmann::json document = {{"format", "pilesim signature"}, {"version", 3}};
   const std::vector<uint8_t> old = nlohmann::json::to_cbor(document);
   EXPECT_THAT(refusal(std::string(old.begin(), old.end())),
-              HasSubstr("format version 3; expected version 5"));
+              HasSubstr("format version 3; expected version 6"));
   const std::string whole = bytes_of(small(1));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }
@@ -152,10 +151,8 @@ TEST_F(SignatureFile, SpheresThatAreNoneAreRefused) {
     *signature.packing.*figure = value;
     return refusal(bytes_of(signature));
   };
-  for (double Packing::*figure : {&Packing::radius_m, &Packing::wall_radius_m}) {
-    EXPECT_THAT(refusal_of(figure, 1e-300), HasSubstr("1e-300"));
-    EXPECT_THAT(refusal_of(figure, 1.1), HasSubstr("1.1"));  // the object's own is 0.9
-  }
+  EXPECT_THAT(refusal_of(&Packing::radius_m, 1e-300), HasSubstr("1e-300"));
+  EXPECT_THAT(refusal_of(&Packing::radius_m, 1.1), HasSubstr("1.1"));  // the object's own is 0.9
   EXPECT_THAT(refusal_of(&Packing::rolling, 11), HasSubstr("11"));
 }
 

@@ -77,12 +77,12 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
-// On a slope it lies as among others, on a wall as its signature has measured of walls.
-TEST_F(Statistical, WhatLeansOnAWallKeepsItsOwnDistance) {
-  add_shape("ball", sphere_mesh(0.1));
+// Whatever the radius that it has among others.
+TEST_F(Statistical, SurfacesAreMetByWhatABodyReaches) {
+  add_shape("ball", sphere_mesh(0.1, 4));
   const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
   Signature signature = read_signature(file);
-  signature.packing->wall_radius_m = 0.8 * signature.packing->radius_m;
+  signature.packing->radius_m = 0.08;
   write_signature(signature, file);
   // Two planes make a trough in which the ball lies: how far from them, m.
   const auto distance_m = [&](double slope) {
@@ -99,9 +99,35 @@ TEST_F(Statistical, WhatLeansOnAWallKeepsItsOwnDistance) {
     EXPECT_EQ(run(300).bodies_awake, 0U);
     return states().position[2].y() * std::cos(slope);
   };
-  const double radius_m = signature.packing->radius_m;
-  EXPECT_NEAR(distance_m(radians(30)), radius_m, 0.01 * radius_m);
-  EXPECT_NEAR(distance_m(radians(60)), 0.8 * radius_m, 0.01 * radius_m);
+  EXPECT_NEAR(distance_m(radians(30)), 0.1, 0.002);
+  EXPECT_NEAR(distance_m(radians(60)), 0.1, 0.002);
+}
+
+// A heap in a bin: no corner that is drawn is in its floor or its walls.
+TEST_F(Statistical, AtRestNothingReachesThroughAWall) {
+  const Vec3 size(0.3, 0.12, 0.06);
+  constexpr double kInside = 0.8, kFloor = 0.05;
+  scene_.shapes["bin"] = BinShape{{kInside, 1.5, kInside}, kFloor};
+  scene_.bodies.push_back(
+      {.name = "bin", .shape = "bin", .material = "stuff", .role = Role::fixed});
+  add_shape("plank", box_mesh(size));
+  add_grid("plank", {2, 20, 2}, {0.35, 0.35, 0.35}, {0, 4, 0});
+  start();
+  EXPECT_EQ(run(600).bodies_awake, 0U);
+  const double most = 0.02 * size.norm();
+  int beside_walls = 0;
+  for (size_t i = 1; i < states().size(); ++i) {
+    double lowest = 1, across = 0;
+    for (const Vec3& corner : box_mesh(size).vertices) {
+      const Vec3 at = states().position[i] + states().orientation[i] * corner;
+      lowest = std::min(lowest, at.y());
+      across = std::max({across, std::abs(at.x()), std::abs(at.z())});
+    }
+    EXPECT_GE(lowest, kFloor - most) << i;
+    EXPECT_LE(across, kInside / 2 + most) << i;
+    beside_walls += across > kInside / 2 - most ? 1 : 0;
+  }
+  EXPECT_GE(beside_walls, 10);
 }
 
 TEST_F(Statistical, ASignatureThatDoesNotSayHowItsObjectPacksIsRefused) {
@@ -252,26 +278,30 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
 }
 
-// Down a slope too steep to roll on: g (sin - mu cos), and what is no ball catches.
-TEST_F(Statistical, WhatSlidesRubsMoreIfItIsNoBall) {
+// Down a slope too steep to roll on: g (sin - mu cos), and what resists rolling catches. Balls, so
+// that they keep touching while they turn.
+TEST_F(Statistical, WhatSlidesRubsMoreIfItResistsRolling) {
+  constexpr double kRolling = 0.3;
   const double slope = radians(80), gravity = 9.81, seconds = 0.5;
   scene_.step_s = 1.0 / 60;
   add_ground();
   scene_.bodies[0].pose.orientation = Quat(Eigen::AngleAxisd(slope, Vec3::UnitZ()));
   const Vec3 up = scene_.bodies[0].pose.orientation * Vec3::UnitY();
   add_shape("ball", sphere_mesh(0.1, 4));
-  add_shape("cube", box_mesh(Vec3::Constant(0.2)));
-  add_body("ball", 0.11 * up);
-  add_body("cube", 0.13 * up + Vec3(0, 0, 2));
+  add_shape("burr", sphere_mesh(0.1, 4));
+  const auto& file = *std::get<MeshShape>(scene_.shapes["burr"]).signature;
+  Signature signature = read_signature(file);
+  signature.packing->rolling = kRolling;
+  write_signature(signature, file);
+  add_body("ball", 0.1 * up);
+  add_body("burr", 0.1 * up + Vec3(0, 0, 2));
   start();
   run(static_cast<int>(std::lround(seconds * scene_.frame_rate)));
-  const double lowest = 0.1, outer = 0.1 * std::sqrt(3.0);
-  const double catching = 1 + 0.2 * (1 - lowest / outer);
   const auto speed = [&](double friction) {
     return gravity * seconds * (std::sin(slope) - friction * std::cos(slope));
   };
   EXPECT_NEAR(states().linear_velocity[1].norm(), speed(kFriction), 0.01);
-  EXPECT_NEAR(states().linear_velocity[2].norm(), speed(kFriction * catching), 0.01);
+  EXPECT_NEAR(states().linear_velocity[2].norm(), speed(kFriction * (1 + 4 * kRolling / 7)), 0.01);
 }
 
 TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {

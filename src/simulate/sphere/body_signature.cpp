@@ -52,9 +52,8 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
-void set_sphere(BodySignature& body, double radius_m, double wall_radius_m, double rolling) {
+void set_sphere(BodySignature& body, double radius_m, double rolling) {
   body.packing_radius_m = static_cast<float>(radius_m);
-  body.wall_radius_m = static_cast<float>(wall_radius_m);
   body.rolling = static_cast<float>(rolling);
   body.interlocking = static_cast<float>(1 + kInterlocking * rolling);
 }
@@ -71,7 +70,7 @@ BodySignature particle(const ModelShape& shape) {
   const double packed_m3 = volume_m3 * std::pow(hull_m3 / volume_m3, kHullShare);
   const double unlike_ball = 1 - shape.smallest_extent / (2 * shape.bounding_radius);
   const double radius_m = std::cbrt(3 * packed_m3 / (4 * kPi));
-  set_sphere(body, radius_m, radius_m, kRolling * unlike_ball);
+  set_sphere(body, radius_m, kRolling * unlike_ball);
   return body;
 }
 
@@ -90,7 +89,7 @@ BodySignature body_signature(std::shared_ptr<const Signature> signature, const P
   BodySignature body;
   body.gyration_m = static_cast<float>(signature->body.gyration_m);
   body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
-  set_sphere(body, packing.radius_m, packing.wall_radius_m, packing.rolling);
+  set_sphere(body, packing.radius_m, packing.rolling);
   body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);

@@ -22,7 +22,6 @@ struct BodySignature {
   // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
   // up as high as the bodies do.
   float packing_radius_m = 0;
-  float wall_radius_m = 0;  // the same where it leans on walls
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
   // Bodies that are no balls catch on each other: how much more their spheres rub.

@@ -6,8 +6,6 @@
 #include <bit>
 #include <cmath>
 
-#include "signature/table/collision_height.h"
-
 namespace pilesim {
 namespace {
 
@@ -42,6 +40,12 @@ void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& othe
 // Of two in one place the order decides.
 Vec3f normal_between(const Vec3f& apart, float distance) {
   return distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
+}
+
+// m: how far a body reaches towards a surface, as it is turned.
+float extent_m(const SphereKind& kind, const Quatf& orientation, const SurfaceContact& contact) {
+  const Vec3f down = orientation.conjugate() * -contact.normal;
+  return contact.face ? kind.support_m(down) : kind.extent_m(down);
 }
 
 }  // namespace
@@ -487,21 +491,14 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                 other, contact.level);
       continue;
     }
-    // What comes flying has the radius that it collides with; what lies keeps its own, and what
-    // leans on a wall has one for that, and flies still.
-    const bool leans =
-        model_.leans(index, body, input_.radius_m[index], contact.body, contact.normal);
-    float radius = leans ? object.wall_radius_m : body.surface_radius_m;
-    if (method == PairMethod::statistical && body.touched == 0 && !body.shared &&
-        closing > model_.impact_speed(radius)) {
-      radius = collision_height(object.signature->heights, object.gyration_m, contact.normal,
-                                velocity - contact.velocity, step_.motion[p].spin)
-                   .mean_m;
-    }
+    const float radius = model_.has_extent(index, body, input_.radius_m[index], contact.body)
+                             ? extent_m(kind, body.orientation, contact)
+                             : body.surface_radius_m;
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
-    if (!leans) {
-      if (!touches && body.touched == 0) body.surface_radius_m = radius;
+    // What leans on a wall flies still.
+    if (std::abs(contact.normal.y()) > kWall) {
+      if (!touches) body.surface_radius_m = radius;
       touches = true;
     }
     if (collides(closing, gap, radius)) {
@@ -625,8 +622,8 @@ void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState
                                                 std::vector<BodyContact>& contacts) const {
   const Vec3f& centre = state.bodies[body].position;
   const float lying_m = state.bodies[body].surface_radius_m;
-  const float leaning_m = model_.kind(body).object->wall_radius_m;
-  const float reach = std::max(lying_m, leaning_m) * (1 + kNearby);
+  const SphereKind& kind = model_.kind(body);
+  const float reach = kind.outer_m * (1 + kNearby);
   thread_local std::vector<uint32_t> near;
   thread_local std::vector<SurfaceContact> found;
   surfaces_.select({centre, centre}, reach, near);
@@ -634,9 +631,10 @@ void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState
   surfaces_.find(near, centre, 0, reach, found);
   for (const SurfaceContact& contact : found) {
     if (!by_spheres(model_.method(body, contact.body))) continue;
-    const bool leans =
-        model_.leans(body, state.bodies[body], state.radius_m[body], contact.body, contact.normal);
-    const float radius = leans ? leaning_m : lying_m;
+    const bool has_extent =
+        model_.has_extent(body, state.bodies[body], state.radius_m[body], contact.body);
+    const float radius =
+        has_extent ? extent_m(kind, state.bodies[body].orientation, contact) : lying_m;
     if (contact.gap > radius * (1 + kNearby)) continue;
     contacts.push_back({.a = body,
                         .b = contact.body,

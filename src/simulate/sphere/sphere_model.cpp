@@ -3,10 +3,27 @@
 #include <map>
 #include <tuple>
 
+#include "geometry/convex_hull.h"
+
 namespace pilesim {
 namespace {
 
 using namespace sphere_constants;
+
+void set_hull(std::span<const Vec3> vertices, SphereKind& kind) {
+  const TriangleMesh hull = convex_hull(vertices);
+  kind.corners.resize(3, static_cast<Eigen::Index>(hull.vertices.size()));
+  for (Eigen::Index i = 0; i < kind.corners.cols(); ++i) {
+    kind.corners.col(i) = hull.vertices[static_cast<size_t>(i)].cast<float>().array();
+  }
+  kind.faces.resize(3, static_cast<Eigen::Index>(hull.triangles.size()));
+  for (Eigen::Index i = 0; i < kind.faces.cols(); ++i) {
+    const auto& triangle = hull.triangles[static_cast<size_t>(i)];
+    const Vec3& a = hull.vertices[triangle[0]];
+    const Vec3 normal = (hull.vertices[triangle[1]] - a).cross(hull.vertices[triangle[2]] - a);
+    kind.faces.col(i) = (normal / normal.dot(a)).cast<float>().array();
+  }
+}
 
 SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
                         const ModelBody& body, const BodySignature* object) {
@@ -27,6 +44,7 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
   kind.inverse_mass = 1 / kind.mass_kg;
   kind.inverse_inertia = kind.inverse_mass / (k * k);
   const ModelShape& shape = model.shapes[body.shape];
+  if (object->signature) set_hull(shape.mesh.vertices, kind);
   if (settings.blocks) kind.block = block_shape(shape.mesh, shape.mass.volume_m3);
   return kind;
 }

@@ -41,6 +41,20 @@ struct SphereKind {
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
   std::optional<BlockShape> block;              // where structures are of blocks
+  // Of the convex hull of what has a signature, body frame: its corners (m), and of its faces the
+  // normals over their distances from the centre (1/m). A row a coordinate.
+  using Points = Eigen::Array<float, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  Points corners, faces;
+
+  // m: how far the hull reaches towards a plane whose normal is `-down`, and how far its surface is
+  // from the centre where it meets an edge. `down`: unit, body frame.
+  float support_m(const Vec3f& down) const { return greatest(corners, down); }
+  float extent_m(const Vec3f& down) const { return 1 / greatest(faces, down); }
+
+ private:
+  static float greatest(const Points& points, const Vec3f& way) {
+    return (way.x() * points.row(0) + way.y() * points.row(1) + way.z() * points.row(2)).maxCoeff();
+  }
 };
 
 struct SphereModel {
@@ -60,12 +74,12 @@ struct SphereModel {
   float rest_speed(const SphereKind& kind) const {
     return sphere_constants::kRestSpeed * std::sqrt(settings.gravity.norm() * kind.outer_m);
   }
-  // Whether a body meets a surface with this normal as a wall: with wall_radius_m, but where it
-  // stands in a structure, `radius_m` being that of its sphere, or another engine moves it, too.
-  bool leans(uint32_t body, const SphereBody& state, float radius_m, uint32_t surface,
-             const Vec3f& normal) const {
-    return std::abs(normal.y()) < sphere_constants::kWall && !state.shared &&
-           radius_m == kind(body).radius_m && method(body, surface) == PairMethod::statistical;
+  // Whether a body meets this surface by what its hull reaches; else it has the radius that it lies
+  // with. Not so what stands in a structure, `radius_m` being that of its sphere, nor what another
+  // engine moves, too.
+  bool has_extent(uint32_t body, const SphereBody& state, float radius_m, uint32_t surface) const {
+    return !state.shared && kind(body).corners.size() > 0 && radius_m == kind(body).radius_m &&
+           method(body, surface) == PairMethod::statistical;
   }
   // m/s; what approaches faster collides
   float impact_speed(float radius_m) const {

@@ -21,7 +21,7 @@ struct alignas(64) SphereBody {
   Vec3f position = Vec3f::Zero();         // m, world
   Vec3f velocity = Vec3f::Zero();         // m/s
   Vec3f spin = Vec3f::Zero();             // rad/s
-  float surface_radius_m = 0;             // of the sphere against surfaces: h_coll, later h_rest
+  float surface_radius_m = 0;             // of the sphere where it lies on a surface
   uint32_t kept = kKeepsNone;             // the last of the impulses that it keeps, or none
   uint16_t slow_steps = 0;                // for how long it has hardly moved
   uint8_t touched : 1 = 0;                // a surface that is no wall, in the step before
