@@ -1,5 +1,6 @@
 #include "geometry/base_colours.h"
 
+#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 
 #include <algorithm>
@@ -47,7 +48,7 @@ BaseColours::BaseColours(const aiScene& scene, bool colours_are_linear, FindFile
     : scene_(scene),
       is_linear_(colours_are_linear),
       find_(std::move(find)),
-      textures_(scene.mNumMaterials) {
+      skins_(scene.mNumMaterials) {
   for (size_t i = 0; i < linear_.size(); ++i) {
     linear_[i] = linear_from_srgb(static_cast<uint8_t>(i));
   }
@@ -66,21 +67,95 @@ Colour BaseColours::of(const aiMesh& mesh, const aiFace& face) {
     }
   }
   if (mesh.mMaterialIndex < scene_.mNumMaterials) {
-    const std::optional<Texture>& texture = texture_of(mesh.mMaterialIndex);
-    if (texture && mesh.mTextureCoords[0] != nullptr) {
+    const Skin& skin = skin_of(mesh.mMaterialIndex);
+    if (const aiVector3D* places = coordinates(mesh, skin); places != nullptr) {
       std::array<Eigen::Vector2d, 3> corners;
       for (unsigned k = 0; k < 3; ++k) {
-        const aiVector3D& at = mesh.mTextureCoords[0][face.mIndices[k]];
+        const aiVector3D& at = places[face.mIndices[k]];
         corners[k] = {at.x, at.y};
       }
-      colour *= mean(*texture, corners);
-      // Of OBJ and FBX a texture stands in place of the colour.
-      if (is_linear_) colour *= material_colour(mesh.mMaterialIndex);
+      colour *= mean(*skin.picture, corners) * factor(mesh.mMaterialIndex);
     } else {
       colour *= material_colour(mesh.mMaterialIndex);
     }
   }
   return {srgb_from_linear(colour[0]), srgb_from_linear(colour[1]), srgb_from_linear(colour[2])};
+}
+
+void BaseColours::place(const aiMesh& mesh, const aiFace& face, bool mirrored) {
+  uint32_t& texture = map_.texture.emplace_back(0);
+  TextureCorners& corners = map_.corners.emplace_back();
+  if (mesh.mMaterialIndex >= scene_.mNumMaterials) return;
+  Skin& skin = skin_of(mesh.mMaterialIndex);
+  const aiVector3D* places = coordinates(mesh, skin);
+  if (places == nullptr) return;
+  for (size_t k = 0; k < 3; ++k) {
+    const unsigned vertex = face.mIndices[mirrored ? (3 - k) % 3 : k];
+    if (mesh.mColors[0] != nullptr) {
+      const aiColor4D& own = mesh.mColors[0][vertex];
+      if (std::min({own.r, own.g, own.b}) < 1) return;
+    }
+    // Theirs are counted from the lower edge.
+    const std::array<float, 2> at = {places[vertex].x, 1 - places[vertex].y};
+    if (!std::isfinite(at[0]) || !std::isfinite(at[1])) return;
+    corners[k] = at;
+  }
+  if (skin.texture == 0) skin.texture = keep(*skin.picture, factor(mesh.mMaterialIndex));
+  texture = skin.texture;
+}
+
+const aiVector3D* BaseColours::coordinates(const aiMesh& mesh, const Skin& skin) const {
+  return skin.picture && skin.channel < AI_MAX_NUMBER_OF_TEXTURECOORDS
+             ? mesh.mTextureCoords[skin.channel]
+             : nullptr;
+}
+
+// Of OBJ and FBX a texture stands in place of the colour.
+BaseColours::Linear BaseColours::factor(unsigned material) const {
+  return is_linear_ ? material_colour(material) : Linear(Linear::Ones());
+}
+
+uint32_t BaseColours::keep(const Picture& picture, const Linear& factor) {
+  Linear sum = Linear::Zero();
+  double weight = 0;
+  for (size_t i = 0; i < picture.rgba.size(); i += 4) {
+    const uint8_t* pixel = &picture.rgba[i];
+    sum += pixel[3] * Linear(linear_[pixel[0]], linear_[pixel[1]], linear_[pixel[2]]);
+    weight += pixel[3];
+  }
+  Texture texture{.width = picture.width, .height = picture.height, .pixels = {}};
+  texture.pixels.reserve(picture.rgba.size() / 4);
+  const bool is_plain = (factor == 1).all();
+  for (size_t i = 0; i < picture.rgba.size(); i += 4) {
+    const uint8_t* pixel = &picture.rgba[i];
+    if (is_plain && (pixel[3] == 255 || weight == 0)) {
+      texture.pixels.push_back({pixel[0], pixel[1], pixel[2]});
+      continue;
+    }
+    Linear colour(linear_[pixel[0]], linear_[pixel[1]], linear_[pixel[2]]);
+    if (weight > 0) {
+      const double opaque = pixel[3] / 255.0;
+      colour = opaque * colour + (1 - opaque) * sum / weight;
+    }
+    colour *= factor;
+    texture.pixels.push_back({nearest_srgb(static_cast<float>(colour[0])),
+                              nearest_srgb(static_cast<float>(colour[1])),
+                              nearest_srgb(static_cast<float>(colour[2]))});
+  }
+  const int longest = std::max(texture.width, texture.height);
+  if (longest > kLargestTexture) {
+    const auto smaller = [&](int side) { return std::max(1, side * kLargestTexture / longest); };
+    texture = shrunk(texture, smaller(texture.width), smaller(texture.height));
+  }
+  // Materials may share one.
+  const auto same = std::ranges::find_if(
+      map_.textures,
+      [&](const std::shared_ptr<const Texture>& other) { return *other == texture; });
+  const auto index = static_cast<uint32_t>(same - map_.textures.begin());
+  if (same == map_.textures.end()) {
+    map_.textures.push_back(std::make_shared<const Texture>(std::move(texture)));
+  }
+  return index + 1;
 }
 
 BaseColours::Linear BaseColours::material_colour(unsigned index) const {
@@ -98,27 +173,36 @@ BaseColours::Linear BaseColours::material_colour(unsigned index) const {
   return linear;
 }
 
-const std::optional<BaseColours::Texture>& BaseColours::texture_of(unsigned index) {
-  std::optional<std::optional<Texture>>& texture = textures_[index];
-  if (texture) return *texture;
-  texture.emplace();
+BaseColours::Skin& BaseColours::skin_of(unsigned index) {
+  std::optional<Skin>& skin = skins_[index];
+  if (skin) return *skin;
+  skin.emplace();
   const aiMaterial& material = *scene_.mMaterials[index];
+  aiString alpha;
+  const bool is_opaque = material.Get(AI_MATKEY_GLTF_ALPHAMODE, alpha) == AI_SUCCESS &&
+                         std::string_view(alpha.C_Str()) == "OPAQUE";
   std::string lost;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString name;
-    if (*texture || material.GetTexture(type, 0, &name) != AI_SUCCESS) continue;
+    if (skin->picture ||
+        material.GetTexture(type, 0, &name, nullptr, &skin->channel) != AI_SUCCESS) {
+      continue;
+    }
     try {
-      *texture = load(name.C_Str());
+      skin->picture = load(name.C_Str());
     } catch (const Unreadable& fault) {
       lost = "texture \"" + std::string(name.C_Str()) + "\" of material \"" +
              material.GetName().C_Str() + "\" " + fault.why;
     }
   }
-  if (!*texture && !lost.empty()) lost_.push_back(lost);
-  return *texture;
+  if (!skin->picture && !lost.empty()) lost_.push_back(lost);
+  if (skin->picture && is_opaque) {
+    for (size_t i = 3; i < skin->picture->rgba.size(); i += 4) skin->picture->rgba[i] = 255;
+  }
+  return *skin;
 }
 
-BaseColours::Texture BaseColours::load(const std::string& name) const {
+BaseColours::Picture BaseColours::load(const std::string& name) const {
   const stbi_uc* bytes = nullptr;
   size_t length = 0;
   if (const aiTexture* inside = scene_.GetEmbeddedTexture(name.c_str()); inside != nullptr) {
@@ -131,29 +215,29 @@ BaseColours::Texture BaseColours::load(const std::string& name) const {
   }
   if (bytes == nullptr) throw Unreadable{"is not there"};
   if (length > INT32_MAX) throw Unreadable{"is larger than 2 GiB"};
-  Texture texture;
+  Picture picture;
   int channels = 0;
   const auto size = static_cast<int>(length);
-  if (stbi_info_from_memory(bytes, size, &texture.width, &texture.height, &channels) == 0) {
+  if (stbi_info_from_memory(bytes, size, &picture.width, &picture.height, &channels) == 0) {
     throw Unreadable{"is no picture of a known format"};
   }
-  if (std::max(texture.width, texture.height) > kMostPixels) {
-    throw Unreadable{"has " + std::to_string(texture.width) + " x " +
-                     std::to_string(texture.height) + " pixels"};
+  if (std::max(picture.width, picture.height) > kMostPixels) {
+    throw Unreadable{"has " + std::to_string(picture.width) + " x " +
+                     std::to_string(picture.height) + " pixels"};
   }
   if (!may_be_decoded({reinterpret_cast<const char*>(bytes), length})) throw Unreadable{kBroken};
-  const size_t count = 4 * static_cast<size_t>(texture.width) * static_cast<size_t>(texture.height);
-  allow_isolated_memory(4 * count);  // for the decoder, too
+  const size_t count = 4 * static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height);
+  allow_isolated_memory(8 * count);  // for the decoder, too, and what is kept of it
   const std::unique_ptr<stbi_uc, FreePixels> pixels(
-      stbi_load_from_memory(bytes, size, &texture.width, &texture.height, &channels, 4));
+      stbi_load_from_memory(bytes, size, &picture.width, &picture.height, &channels, 4));
   if (pixels == nullptr) throw Unreadable{kBroken};
-  texture.rgba.assign(pixels.get(), pixels.get() + count);
-  return texture;
+  picture.rgba.assign(pixels.get(), pixels.get() + count);
+  return picture;
 }
 
-BaseColours::Linear BaseColours::mean(const Texture& texture,
+BaseColours::Linear BaseColours::mean(const Picture& picture,
                                       const std::array<Eigen::Vector2d, 3>& corners) const {
-  const Eigen::Array2d size(texture.width, texture.height);
+  const Eigen::Array2d size(picture.width, picture.height);
   double longest = 0;
   for (size_t k = 0; k < 3; ++k) {
     const Eigen::Array2d side = (corners[(k + 1) % 3] - corners[k]).array() * size;
@@ -167,9 +251,9 @@ BaseColours::Linear BaseColours::mean(const Texture& texture,
   // The middles of equal parts: those that stand like the triangle, and those upside down.
   const auto add = [&](double u, double v) {
     const Eigen::Vector2d at = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2];
-    const int column = wrapped(at.x(), texture.width), row = wrapped(1 - at.y(), texture.height);
+    const int column = wrapped(at.x(), picture.width), row = wrapped(1 - at.y(), picture.height);
     const uint8_t* pixel =
-        &texture.rgba[4 * (static_cast<size_t>(row) * static_cast<size_t>(texture.width) +
+        &picture.rgba[4 * (static_cast<size_t>(row) * static_cast<size_t>(picture.width) +
                            static_cast<size_t>(column))];
     const Linear colour(linear_[pixel[0]], linear_[pixel[1]], linear_[pixel[2]]);
     sum += pixel[3] * colour;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "core/texture.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -25,6 +26,7 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;  // (T) indices below V
   std::vector<MeshGroup> groups;    // disjoint, ordered, covering all triangles; empty: one unnamed
   std::vector<Colour> colours;      // (T) of what is drawn; empty: the file says nothing of them
+  TextureMap texture_map;           // what is drawn in place of colours, where there are any
   // How far the digits that the vertices were written with may have moved each of them, m; 0 where
   // nothing is known of it.
   double rounding_m = 0;

@@ -92,6 +92,7 @@ class Gatherer {
       if (mirrors) std::swap(triangle[1], triangle[2]);
       mesh_.triangles.push_back(triangle);
       mesh_.colours.push_back(colours_.of(mesh, face));
+      colours_.place(mesh, face, mirrors);
     }
   }
 
@@ -189,6 +190,15 @@ std::string pack(const TriangleMesh& mesh) {
   put(bytes, mesh.vertices.data(), mesh.vertices.size());
   put(bytes, mesh.triangles.data(), mesh.triangles.size());
   put(bytes, mesh.colours.data(), mesh.colours.size());
+  const TextureMap& map = mesh.texture_map;
+  put(bytes, map.texture.data(), map.texture.size());
+  put(bytes, map.corners.data(), map.corners.size());
+  std::vector<int> widths;
+  for (const auto& texture : map.textures) widths.push_back(texture->width);
+  put(bytes, widths.data(), widths.size());
+  for (const auto& texture : map.textures) {
+    put(bytes, texture->pixels.data(), texture->pixels.size());
+  }
   std::vector<uint32_t> counts;
   for (const MeshGroup& group : mesh.groups) counts.push_back(group.triangle_count);
   put(bytes, counts.data(), counts.size());
@@ -197,6 +207,25 @@ std::string pack(const TriangleMesh& mesh) {
   put(bytes, &lost, 1);
   for (const std::string& text : mesh.lost_textures) put(bytes, text.data(), text.size());
   return bytes;
+}
+
+TextureMap unpack_textures(Parcel& parcel) {
+  TextureMap map;
+  map.texture = parcel.take<std::vector<uint32_t>>();
+  map.corners = parcel.take<std::vector<TextureCorners>>();
+  for (const int width : parcel.take<std::vector<int>>()) {
+    Texture texture{.width = width, .height = 0, .pixels = parcel.take<std::vector<Colour>>()};
+    const auto pixels = static_cast<int>(
+        std::min<size_t>(texture.pixels.size(), size_t{kLargestTexture} * kLargestTexture));
+    if (width < 1 || width > kLargestTexture) throw Refusal{Parcel::kBroken};
+    texture.height = pixels / width;
+    if (texture.height < 1 || texture.height > kLargestTexture ||
+        texture.pixels.size() != size_t{1} * texture.width * texture.height) {
+      throw Refusal{Parcel::kBroken};
+    }
+    map.textures.push_back(std::make_shared<const Texture>(std::move(texture)));
+  }
+  return map;
 }
 
 TriangleMesh unpack(std::string_view bytes) {
@@ -208,6 +237,7 @@ TriangleMesh unpack(std::string_view bytes) {
   mesh.vertices = parcel.take<std::vector<Vec3>>();
   mesh.triangles = parcel.take<std::vector<Triangle>>();
   mesh.colours = parcel.take<std::vector<Colour>>();
+  mesh.texture_map = unpack_textures(parcel);
   uint64_t first = 0;
   for (const uint32_t count : parcel.take<std::vector<uint32_t>>()) {
     mesh.groups.push_back({"", static_cast<uint32_t>(first), count});
@@ -223,8 +253,10 @@ TriangleMesh unpack(std::string_view bytes) {
   const bool finite =
       std::ranges::all_of(mesh.vertices, [](const Vec3& v) { return v.allFinite(); });
   const bool coloured = mesh.colours.empty() || mesh.colours.size() == mesh.triangles.size();
-  if (!in_range || !finite || !coloured || first != mesh.triangles.size())
+  if (!in_range || !finite || !coloured || !is_sound(mesh.texture_map, mesh.triangles.size()) ||
+      first != mesh.triangles.size()) {
     throw Refusal{Parcel::kBroken};
+  }
   return mesh;
 }
 
@@ -292,7 +324,11 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
     Gatherer gatherer(*scene, colours);
     gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
     TriangleMesh mesh = gatherer.take();
-    if (is_plain(mesh.colours)) mesh.colours.clear();
+    if (!colours.map().textures.empty()) {
+      mesh.texture_map = std::move(colours.map());
+    } else if (is_plain(mesh.colours)) {
+      mesh.colours.clear();
+    }
     mesh.lost_textures = colours.lost();
     return pack(mesh);
   } catch (const Refusal& refusal) {

@@ -105,11 +105,15 @@ TriangleMesh welded(const TriangleMesh& loose, const Vec3& corner, double tolera
       if (a == b || b == c || c == a) continue;
       mesh.triangles.push_back(triangle);
       if (!loose.colours.empty()) mesh.colours.push_back(loose.colours[group.first_triangle + i]);
+      if (!loose.texture_map.empty()) {
+        mesh.texture_map.add(loose.texture_map, group.first_triangle + i);
+      }
     }
     const auto count = static_cast<uint32_t>(mesh.triangles.size()) - first;
     if (count > 0) mesh.groups.push_back({group.name, first, count});
   }
   mesh.vertices = welder.take();
+  mesh.texture_map.textures = loose.texture_map.textures;
   mesh.rounding_m = loose.rounding_m;
   mesh.lost_textures = loose.lost_textures;
   return mesh;

@@ -161,6 +161,18 @@ TEST_F(MeshImport, ReadsStlAndPly) {
   EXPECT_NEAR(mass_properties(ply).volume_m3, 1.0 / 6, 1e-12);
 }
 
+std::string glb_of(std::string json, const std::string& binary) {
+  while (json.size() % 4 != 0) json += ' ';
+  std::string glb;
+  const auto append = [&](uint32_t word) { glb.append(reinterpret_cast<const char*>(&word), 4); };
+  append(0x46546C67), append(2),
+      append(static_cast<uint32_t>(12 + 8 + json.size() + 8 + binary.size()));
+  append(static_cast<uint32_t>(json.size())), append(0x4E4F534A);
+  glb += json;
+  append(static_cast<uint32_t>(binary.size())), append(0x004E4942);
+  return glb + binary;
+}
+
 // A binary glTF of one tetrahedron, used by two nodes: one moved, one mirrored. `material`: of
 // both.
 std::string two_tetrahedra_glb(const std::string& material = "") {
@@ -181,15 +193,47 @@ std::string two_tetrahedra_glb(const std::string& material = "") {
     json.insert(json.find("\"indices\":1}") + 11, ",\"material\":0");
     json.insert(json.rfind('}'), ",\"materials\":[" + material + "]");
   }
-  while (json.size() % 4 != 0) json += ' ';
-  std::string glb;
-  const auto append = [&](uint32_t word) { glb.append(reinterpret_cast<const char*>(&word), 4); };
-  append(0x46546C67), append(2),
-      append(static_cast<uint32_t>(12 + 8 + json.size() + 8 + binary.size()));
-  append(static_cast<uint32_t>(json.size())), append(0x4E4F534A);
-  glb += json;
-  append(static_cast<uint32_t>(binary.size())), append(0x004E4942);
-  return glb + binary;
+  return glb_of(json, binary);
+}
+
+// A triangle in z = 0 with the picture in the file, its colour, and colours of vertices where there
+// are any; `mirrored`: its x.
+std::string textured_triangle_glb(const std::string& picture, bool mirrored = false,
+                                  const std::vector<float>& colour = {}) {
+  std::string binary, views, accessors;
+  const auto add_view = [&](const void* data, size_t size) {
+    views += (views.empty() ? "" : ",") + std::string(R"({"buffer":0,"byteOffset":)") +
+             std::to_string(binary.size()) + R"(,"byteLength":)" + std::to_string(size) + "}";
+    binary.append(static_cast<const char*>(data), size);
+    binary.append((4 - size % 4) % 4, '\0');
+  };
+  add_view(picture.data(), picture.size());
+  int view = 0;
+  const auto add_accessor = [&](const std::vector<float>& values, const std::string& more) {
+    add_view(values.data(), values.size() * sizeof(float));
+    accessors += (accessors.empty() ? "" : ",") + std::string(R"({"bufferView":)") +
+                 std::to_string(++view) + R"(,"componentType":5126,"count":3,)" + more + "}";
+  };
+  add_accessor({0, 0, 0, 1, 0, 0, 0, 1, 0}, R"("type":"VEC3","min":[0,0,0],"max":[1,1,0])");
+  add_accessor({0, 0, 0.5f, 0.25f, 0, 3}, R"("type":"VEC2")");
+  std::string attributes = R"("POSITION":0,"TEXCOORD_0":1)";
+  if (!colour.empty()) {
+    std::vector<float> three;
+    for (int k = 0; k < 3; ++k) three.insert(three.end(), colour.begin(), colour.end());
+    add_accessor(three, R"("type":"VEC3")");
+    attributes += R"(,"COLOR_0":2)";
+  }
+  return glb_of(R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+"nodes":[{"mesh":0)" +
+                    std::string(mirrored ? R"(,"scale":[-1,1,1])" : "") +
+                    R"(}],"meshes":[{"primitives":[{"attributes":{)" + attributes +
+                    R"(},"material":0}]}],
+"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0},"baseColorFactor":[0.5,1,0.25,1]}}],
+"textures":[{"source":0}],"images":[{"bufferView":0,"mimeType":"image/png"}],
+"buffers":[{"byteLength":)" +
+                    std::to_string(binary.size()) + R"(}],"bufferViews":[)" + views +
+                    R"(],"accessors":[)" + accessors + "]}",
+                binary);
 }
 
 TEST_F(MeshImport, AppliesNodeTransformsAndKeepsMirroredNodesOutward) {
@@ -207,17 +251,20 @@ using testing::Each;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-// Two by two pixels, red and green above, blue and see-through black below.
-std::string four_pixels_png() {
-  const uint8_t rgba[] = {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 0, 0, 0, 0};
+std::string png(int width, int height, const std::vector<uint8_t>& rgba) {
   std::string png;
   stbi_write_png_to_func(
       [](void* to, void* data, int size) {
         static_cast<std::string*>(to)->append(static_cast<const char*>(data),
                                               static_cast<size_t>(size));
       },
-      &png, 2, 2, 4, rgba, 8);
+      &png, width, height, 4, rgba.data(), 4 * width);
   return png;
+}
+
+// Two by two pixels, red and green above, blue and see-through black below.
+std::string four_pixels_png() {
+  return png(2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 0, 0, 0, 0});
 }
 
 TEST_F(MeshImport, KeepsTheColoursOfMaterials) {
@@ -271,6 +318,97 @@ TEST_F(MeshImport, ATextureGivesEachTriangleItsMean) {
   EXPECT_THAT(import_mesh(file("a.obj", text)).lost_textures, IsEmpty());
 }
 
+// Corners of a triangle, by the x and y of its vertices.
+std::array<float, 2> uv_at(const TriangleMesh& mesh, double x, double y) {
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      const Vec3& v = mesh.vertices[mesh.triangles[i][k]];
+      if (v.head<2>().isApprox(Eigen::Vector2d(x, y))) return mesh.texture_map.corners[i][k];
+    }
+  }
+  return {-1e9f, -1e9f};
+}
+
+TEST_F(MeshImport, KeepsTexturesAndWhereTheyLie) {
+  file("four.png", four_pixels_png());
+  file("a.mtl", "newmtl t\nmap_Kd four.png\nnewmtl again\nmap_Kd four.png\nnewmtl red\nKd 1 0 0\n");
+  const TriangleMesh mesh = import_mesh(
+      file("a.obj",
+           "mtllib a.mtl\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 1 2 0\nv 5 5 5\n"
+           "vt -0.25 0\nvt 2.5 0.25\nvt 1 1\nusemtl t\nf 1/1 2/2 3/3\nusemtl red\nf 1 3 4\n"
+           "usemtl again\nf 1/1 3/3 5/1\n"));
+  ASSERT_EQ(mesh.triangles.size(), 3u);
+  // Materials that have the same one share it.
+  const TextureMap& map = mesh.texture_map;
+  ASSERT_EQ(map.textures.size(), 1u);
+  EXPECT_THAT(map.texture, testing::UnorderedElementsAre(0u, 1u, 1u));
+  EXPECT_TRUE(is_sound(map, 3));
+  // From the upper edge, whatever lies beyond it.
+  EXPECT_EQ(uv_at(mesh, 1, 1), (std::array<float, 2>{-0.25f, 1}));
+  EXPECT_EQ(uv_at(mesh, 2, 1), (std::array<float, 2>{2.5f, 0.75f}));
+  EXPECT_EQ(uv_at(mesh, 2, 2), (std::array<float, 2>{1, 0}));
+  // What is see-through has the mean of the others.
+  const Texture& texture = *map.textures[0];
+  EXPECT_EQ(texture.width, 2);
+  EXPECT_EQ(texture.height, 2);
+  const uint8_t third = srgb_from_linear(1.0 / 3);
+  EXPECT_THAT(texture.pixels, ElementsAre(Colour{255, 0, 0}, Colour{0, 255, 0}, Colour{0, 0, 255},
+                                          Colour{third, third, third}));
+}
+
+TEST_F(MeshImport, ATextureInAGlbIsMultipliedByItsMaterialsColour) {
+  const TriangleMesh mesh = import_mesh(file("a.glb", textured_triangle_glb(four_pixels_png())));
+  ASSERT_EQ(mesh.texture_map.textures.size(), 1u);
+  // Linear 0.5, 1 and 0.25; nothing of the picture is see-through, for the material says so.
+  EXPECT_THAT(
+      mesh.texture_map.textures[0]->pixels,
+      ElementsAre(Colour{188, 0, 0}, Colour{0, 255, 0}, Colour{0, 0, 137}, Colour{0, 0, 0}));
+  EXPECT_NEAR(uv_at(mesh, 1, 0)[0], 0.5f, 1e-6);
+  EXPECT_NEAR(uv_at(mesh, 1, 0)[1], 0.25f, 1e-6);
+  EXPECT_NEAR(uv_at(mesh, 0, 1)[1], 3, 1e-6);
+  // A mirrored node turns its triangles: corners keep their places.
+  const TriangleMesh mirrored =
+      import_mesh(file("m.glb", textured_triangle_glb(four_pixels_png(), true)));
+  EXPECT_NEAR(uv_at(mirrored, -1, 0)[0], 0.5f, 1e-6);
+  EXPECT_NEAR(uv_at(mirrored, 0, 1)[1], 3, 1e-6);
+}
+
+TEST_F(MeshImport, ShrinksALargeTexture) {
+  std::vector<uint8_t> rgba(size_t{4} * 5000 * 3, 255);
+  for (size_t i = 0; i < rgba.size(); i += 8) rgba[i] = rgba[i + 1] = rgba[i + 2] = 0;
+  file("wide.png", png(5000, 3, rgba));
+  file("a.mtl", "newmtl t\nmap_Kd wide.png\n");
+  const TriangleMesh mesh = import_mesh(file(
+      "a.obj", "mtllib a.mtl\n" + kCorners + "vt 0 0\nvt 1 0\nvt 0 1\nusemtl t\nf 1/1 2/2 3/3\n"));
+  ASSERT_EQ(mesh.texture_map.textures.size(), 1u);
+  const Texture& texture = *mesh.texture_map.textures[0];
+  EXPECT_EQ(texture.width, kLargestTexture);
+  EXPECT_EQ(texture.height, 1);
+  double light = 0;
+  for (const Colour& pixel : texture.pixels) light += linear_from_srgb(pixel[0]) / texture.width;
+  EXPECT_NEAR(light, 0.5, 0.005);
+}
+
+TEST_F(MeshImport, WhereVerticesHaveColoursATextureIsItsMean) {
+  const TriangleMesh white =
+      import_mesh(file("a.glb", textured_triangle_glb(four_pixels_png(), false, {1, 1, 1})));
+  EXPECT_THAT(white.texture_map.texture, ElementsAre(1u));
+  const TriangleMesh grey = import_mesh(
+      file("b.glb", textured_triangle_glb(four_pixels_png(), false, {0.5f, 0.5f, 0.5f})));
+  EXPECT_TRUE(grey.texture_map.empty());
+  EXPECT_EQ(grey.colours.size(), 1u);
+}
+
+TEST_F(MeshImport, AGreyTextureIsMoreThanOneGrey) {
+  file("grey.png", png(2, 1, {90, 90, 90, 255, 210, 210, 210, 255}));
+  file("a.mtl", "newmtl t\nmap_Kd grey.png\n");
+  const TriangleMesh mesh = import_mesh(
+      file("a.obj", "mtllib a.mtl\n" + kCorners +
+                        "vt 0 0\nvt 2 0\nvt 2 2\nusemtl t\nf 1/1 2/2 3/3\nf 1/1 3/2 4/3\n"));
+  EXPECT_EQ(mesh.texture_map.textures.size(), 1u);
+  EXPECT_EQ(mesh.colours.size(), 2u);
+}
+
 TEST_F(MeshImport, ATextureThatCannotBeReadIsSaid) {
   const std::string text =
       "mtllib a.mtl\n" + kCorners +
@@ -295,6 +433,7 @@ TEST_F(MeshImport, ATextureThatCannotBeReadIsSaid) {
     file("a.mtl", "newmtl t\nKd 0.2 0.4 0.6\nmap_Kd " + name + '\n');
     const TriangleMesh mesh = import_mesh(file("a.obj", text));
     EXPECT_THAT(mesh.colours, Each(Colour{51, 102, 153})) << name;  // of the material
+    EXPECT_TRUE(mesh.texture_map.empty()) << name;
     EXPECT_THAT(mesh.lost_textures,
                 ElementsAre("texture \"" + name + "\" of material \"t\" " + why));
   }
