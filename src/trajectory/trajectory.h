@@ -14,6 +14,9 @@
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
 //   shapes/<i>/triangles (T, 3)   u4
 //   shapes/<i>/colours   (T, 3)   u1  sRGB; where its file has them
+//   shapes/<i>/texture   (T)      u4  1 + index into textures, 0: none; where it has one
+//   shapes/<i>/uv     (T, 3, 2)   f4  where each corner lies in it: to the right, downward, 1: all
+//   textures/<k>      (rows, columns, 3) u1  sRGB, rows from top to bottom; .zattrs has their sizes
 // Arrays over frames are cut into chunks of frames compressed with zstd. A chunk is complete or
 // absent and the frame count in `.zarray` moves after the chunk is there, so a killed run leaves a
 // valid shorter trajectory. The same frames give the same files, whenever they were written.
@@ -29,6 +32,7 @@
 
 #include "core/body_flags.h"
 #include "core/colour.h"
+#include "core/texture.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -39,6 +43,7 @@ struct TrajectoryShape {
   std::vector<Vec3f> vertices;  // (V) m, body frame
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Colour> colours;  // (T) of its file, for the bodies that are painted; or empty
+  TextureMap texture_map;       // what these are drawn with in place of colours
   // How the body frame lies in the shape's own frame, that of its mesh file or of its primitive: a
   // point f of the file is at scale f - centre_of_mass in the body frame; of a file whose z is up
   // (x, z, -y) of it is f.

@@ -25,9 +25,16 @@ ZarrLayout body_moves() { return {"|u1", {}}; }
 ZarrLayout vertices() { return {"<f4", {3}}; }
 ZarrLayout triangles() { return {"<u4", {3}}; }
 ZarrLayout colours() { return {"|u1", {3}}; }
+ZarrLayout texture_of() { return {"<u4", {}}; }
+ZarrLayout texture_corners() { return {"<f4", {3, 2}}; }
+ZarrLayout texture(uint64_t columns) { return {"|u1", {columns, 3}}; }
 
 std::filesystem::path shape_directory(const std::filesystem::path& store, size_t index) {
   return store / "shapes" / std::to_string(index);
+}
+
+std::filesystem::path texture_directory(const std::filesystem::path& store, size_t index) {
+  return store / "textures" / std::to_string(index);
 }
 
 }  // namespace pilesim::trajectory_layout

@@ -26,7 +26,11 @@ ZarrLayout body_moves();
 ZarrLayout vertices();
 ZarrLayout triangles();
 ZarrLayout colours();
+ZarrLayout texture_of();
+ZarrLayout texture_corners();
+ZarrLayout texture(uint64_t columns);
 
 std::filesystem::path shape_directory(const std::filesystem::path& store, size_t index);
+std::filesystem::path texture_directory(const std::filesystem::path& store, size_t index);
 
 }  // namespace pilesim::trajectory_layout

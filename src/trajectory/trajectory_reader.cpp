@@ -74,13 +74,61 @@ void check_indices(const fs::path& array, const std::vector<uint32_t>& indices, 
          "indices below " + std::to_string(end) + ", the number of " + of_what);
 }
 
-void check_size(const fs::path& array, size_t found, size_t bodies) {
-  if (found == bodies) return;
+void check_size(const fs::path& array, size_t found, size_t wanted, const std::string& of_what) {
+  if (found == wanted) return;
   reject(array, "has " + counted(found, "entry", "entries"),
-         std::to_string(bodies) + ", the number of bodies");
+         std::to_string(wanted) + ", the number of " + of_what);
 }
 
-TrajectoryShape read_shape(const fs::path& directory) {
+using Textures = std::vector<std::shared_ptr<const Texture>>;
+
+Textures read_textures(const fs::path& store, const ordered_json& attributes) {
+  Textures textures;
+  if (!attributes.contains("textures")) return textures;
+  const fs::path file = store / ".zattrs";
+  const auto sizes = attribute<std::vector<ordered_json>>(file, attributes, "textures", "a list");
+  for (const ordered_json& size : sizes) {
+    Texture texture;
+    const auto side = [&](const char* key) {
+      const auto pixels = attribute<int64_t>(file, size, key, "a number of pixels");
+      if (pixels < 1 || pixels > kLargestTexture) {
+        reject(file, std::string("the ") + key + " of a texture is " + std::to_string(pixels),
+               "1 to " + std::to_string(kLargestTexture));
+      }
+      return static_cast<int>(pixels);
+    };
+    texture.width = side("width");
+    texture.height = side("height");
+    const fs::path directory = layout::texture_directory(store, textures.size());
+    const ZarrArray array =
+        open_whole_zarr_array(directory, layout::texture(static_cast<uint64_t>(texture.width)));
+    if (array.rows != static_cast<uint64_t>(texture.height)) {
+      reject(directory, "has " + counted(array.rows, "row"), std::to_string(texture.height));
+    }
+    texture.pixels = read_zarr_values<Colour>(array, true);
+    textures.push_back(std::make_shared<const Texture>(std::move(texture)));
+  }
+  return textures;
+}
+
+TextureMap read_texture_map(const fs::path& directory, size_t triangles, const Textures& textures) {
+  const auto rows = [&](const char* name, const ZarrLayout& layout) {
+    const ZarrArray array = open_whole_zarr_array(directory / name, layout);
+    check_size(directory / name, array.rows, triangles, "triangles");
+    return array;
+  };
+  TextureMap map{
+      .textures = textures,
+      .texture = read_zarr_values<uint32_t>(rows("texture", layout::texture_of()), true),
+      .corners = read_zarr_values<TextureCorners>(rows("uv", layout::texture_corners()), true)};
+  check_indices(directory / "texture", map.texture, textures.size() + 1, "textures, and one");
+  if (!is_sound(map, triangles)) {
+    reject(directory / "uv", "holds a number that is not finite", "places in a texture");
+  }
+  return map;
+}
+
+TrajectoryShape read_shape(const fs::path& directory, const Textures& textures) {
   TrajectoryShape shape;
   const auto vertices = read_zarr_values<std::array<float, 3>>(
       open_whole_zarr_array(directory / "vertices", layout::vertices()), false);
@@ -94,8 +142,11 @@ TrajectoryShape read_shape(const fs::path& directory) {
   check_indices(directory / "triangles", corners, vertices.size(), "vertices");
   if (fs::exists(directory / "colours")) {
     const ZarrArray array = open_whole_zarr_array(directory / "colours", layout::colours());
-    check_size(directory / "colours", array.rows, shape.triangles.size());
-    shape.colours = read_zarr_values<Colour>(array, false);
+    check_size(directory / "colours", array.rows, shape.triangles.size(), "triangles");
+    shape.colours = read_zarr_values<Colour>(array, true);
+  }
+  if (fs::exists(directory / "texture")) {
+    shape.texture_map = read_texture_map(directory, shape.triangles.size(), textures);
   }
   return shape;
 }
@@ -119,8 +170,9 @@ TrajectoryHeader read_header(const fs::path& store) {
   header.materials =
       attribute<std::vector<std::string>>(file, attributes, "materials", "a list of names");
   const auto shapes = attribute<std::vector<ordered_json>>(file, attributes, "shapes", "a list");
+  const Textures textures = read_textures(store, attributes);
   for (size_t i = 0; i < shapes.size(); ++i) {
-    TrajectoryShape shape = read_shape(layout::shape_directory(store, i));
+    TrajectoryShape shape = read_shape(layout::shape_directory(store, i), textures);
     shape.name = attribute<std::string>(file, shapes[i], "name", "a name");
     shape.is_plane = attribute<bool>(file, shapes[i], "plane", "true or false");
     shape.type = attribute<std::string>(file, shapes[i], "type", "a type of shapes");
@@ -140,7 +192,7 @@ TrajectoryHeader read_header(const fs::path& store) {
   const auto per_body = [&]<typename T>(const char* name, const ZarrLayout& rows,
                                         std::vector<T>& values) {
     const ZarrArray array = open_whole_zarr_array(store / name, rows);
-    check_size(store / name, array.rows, bodies);
+    check_size(store / name, array.rows, bodies, "bodies");
     values = read_zarr_values<T>(array, true);
   };
   per_body("body_shape", layout::body_shape(), header.body_shape);

@@ -15,7 +15,26 @@ using nlohmann::ordered_json;
 
 namespace {
 
-ordered_json attributes(const TrajectoryHeader& header) {
+using Textures = std::vector<std::shared_ptr<const Texture>>;
+
+size_t index_in(const Textures& textures, const Texture& texture) {
+  const auto found = std::ranges::find_if(
+      textures, [&](const std::shared_ptr<const Texture>& other) { return *other == texture; });
+  return static_cast<size_t>(found - textures.begin());
+}
+
+// Those of all shapes, each once: shapes share them where they are of one file, or of one picture.
+Textures all_textures(const TrajectoryHeader& header) {
+  Textures textures;
+  for (const TrajectoryShape& shape : header.shapes) {
+    for (const std::shared_ptr<const Texture>& texture : shape.texture_map.textures) {
+      if (index_in(textures, *texture) == textures.size()) textures.push_back(texture);
+    }
+  }
+  return textures;
+}
+
+ordered_json attributes(const TrajectoryHeader& header, const Textures& textures) {
   ordered_json json;
   json["format"] = layout::kFormat;
   json["format_version"] = layout::kVersion;
@@ -40,6 +59,9 @@ ordered_json attributes(const TrajectoryHeader& header) {
                               {"centre_of_mass", {c.x(), c.y(), c.z()}},
                               {"principal_axes", {q.w(), q.x(), q.y(), q.z()}}});
   }
+  for (const std::shared_ptr<const Texture>& texture : textures) {
+    json["textures"].push_back({{"width", texture->width}, {"height", texture->height}});
+  }
   json["materials"] = header.materials;
   json["body_name"] = header.body_name;
   return json;
@@ -49,15 +71,30 @@ template <typename Row>
 void write_whole_array(const fs::path& directory, const ZarrLayout& rows_layout,
                        const std::vector<Row>& rows, const std::vector<std::string>& dimensions,
                        const std::string& meaning) {
+  const uint64_t count = rows.size() * sizeof(Row) / rows_layout.row_bytes();
   const ZarrArray array{.directory = directory,
                         .layout = rows_layout,
-                        .rows_per_chunk = std::max<uint64_t>(1, rows.size()),
-                        .rows = rows.size()};
+                        .rows_per_chunk = std::max<uint64_t>(1, count),
+                        .rows = count};
   create_zarr_array(array, dimensions, meaning);
   if (!rows.empty()) write_zarr_chunk(array, 0, std::as_bytes(std::span(rows)));
 }
 
-void write_header(const fs::path& store, const TrajectoryHeader& header) {
+// `textures`: of all shapes.
+void write_texture_map(const fs::path& directory, const TextureMap& map, const Textures& textures) {
+  std::vector<uint32_t> texture_of;
+  for (const uint32_t own : map.texture) {
+    texture_of.push_back(
+        own == 0 ? 0 : 1 + static_cast<uint32_t>(index_in(textures, *map.textures[own - 1])));
+  }
+  write_whole_array(directory / "texture", layout::texture_of(), texture_of, {"triangle"},
+                    "1 + index into textures, 0: none");
+  write_whole_array(directory / "uv", layout::texture_corners(), map.corners,
+                    {"triangle", "corner", "axis"},
+                    "to the right and downward, 1: all of the texture; beyond it repeats");
+}
+
+void write_header(const fs::path& store, const TrajectoryHeader& header, const Textures& textures) {
   create_zarr_group(store);
   write_whole_array(store / "body_shape", layout::body_shape(), header.body_shape, {"body"},
                     "index into shapes");
@@ -79,9 +116,19 @@ void write_header(const fs::path& store, const TrajectoryHeader& header) {
                       {"vertex", "axis"}, "m, body frame (origin at the centre of mass)");
     write_whole_array(directory / "triangles", layout::triangles(), header.shapes[i].triangles,
                       {"triangle", "corner"}, "vertex indices, counter-clockwise from outside");
+    if (!header.shapes[i].texture_map.empty()) {
+      write_texture_map(directory, header.shapes[i].texture_map, textures);
+    }
     if (header.shapes[i].colours.empty()) continue;
     write_whole_array(directory / "colours", layout::colours(), header.shapes[i].colours,
                       {"triangle", "channel"}, "sRGB");
+  }
+  if (textures.empty()) return;
+  create_zarr_group(store / "textures");
+  for (size_t i = 0; i < textures.size(); ++i) {
+    write_whole_array(layout::texture_directory(store, i),
+                      layout::texture(static_cast<uint64_t>(textures[i]->width)),
+                      textures[i]->pixels, {"row", "column", "channel"}, "sRGB");
   }
 }
 
@@ -194,14 +241,15 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
   const fs::path parent = fs::absolute(directory).parent_path();
   fs::create_directories(parent, fault);
   if (fault) throw io_error(parent.string(), "cannot be created", fault.value());
-  write_header(directory, header);
+  const Textures textures = all_textures(header);
+  write_header(directory, header, textures);
   create_zarr_array(state_->state, {"frame", "body"}, kMeaningOfBodyFlags);
   create_zarr_array(state_->orientation, {"frame", "body", "wxyz"},
                     "unit quaternion (w, x, y, z), body to world");
   create_zarr_array(state_->position, {"frame", "body", "xyz"},
                     "m, centre of mass, world frame, y up");
   // Last: what has it is whole.
-  write_zarr_json(directory / ".zattrs", attributes(header));
+  write_zarr_json(directory / ".zattrs", attributes(header, textures));
 }
 
 TrajectoryWriter::TrajectoryWriter(const fs::path& directory, size_t bodies, uint64_t frames,

@@ -68,8 +68,77 @@ TEST_F(TrajectoryStore, GivesBackTheColoursOfShapesAndWhoIsPainted) {
   EXPECT_THROW(TrajectoryReader{store_}, Error);
 }
 
+std::shared_ptr<const Texture> plain_texture(int width, int height, uint8_t grey) {
+  const auto count = static_cast<size_t>(width) * static_cast<size_t>(height);
+  return std::make_shared<const Texture>(Texture{
+      .width = width, .height = height, .pixels = std::vector<Colour>(count, {grey, 7, 9})});
+}
+
+TEST_F(TrajectoryStore, GivesBackTexturesAndWritesEachOnce) {
+  TrajectoryHeader header = make_header(3);
+  header.shapes.push_back(header.shapes[0]);
+  TextureMap& first = header.shapes[0].texture_map;
+  first.textures = {plain_texture(2, 3, 1), plain_texture(64, 64, 2)};
+  first.texture = {1, 2, 0, 2};
+  first.corners.resize(4);
+  first.corners[1] = {{{0.25f, -3}, {1, 2}, {0, 0.5f}}};
+  TextureMap& second = header.shapes[2].texture_map;
+  second.textures = {plain_texture(64, 64, 2), plain_texture(1, 1, 3)};
+  second.texture = {1, 1, 0, 2};
+  second.corners.resize(4);
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_TRUE(fs::exists(store_ / "textures/2"));
+  EXPECT_FALSE(fs::exists(store_ / "textures/3"));
+  const TrajectoryReader reader(store_);
+  for (const size_t shape : {0, 2}) {
+    const TextureMap& wrote = header.shapes[shape].texture_map;
+    const TextureMap& read = reader.header().shapes[shape].texture_map;
+    EXPECT_EQ(read.corners, wrote.corners);
+    ASSERT_EQ(read.texture.size(), 4u);
+    for (size_t i = 0; i < 4; ++i) {
+      ASSERT_EQ(read.texture[i] == 0, wrote.texture[i] == 0);
+      if (read.texture[i] == 0) continue;
+      EXPECT_EQ(*read.textures[read.texture[i] - 1], *wrote.textures[wrote.texture[i] - 1]);
+    }
+  }
+  EXPECT_TRUE(reader.header().shapes[1].texture_map.empty());
+}
+
+TEST_F(TrajectoryStore, RefusesTexturesThatCannotBe) {
+  TrajectoryHeader header = make_header(3);
+  TextureMap& map = header.shapes[0].texture_map;
+  map.textures = {plain_texture(2, 3, 1)};
+  const auto refuses = [&](const std::vector<uint32_t>& texture, float place, const char* found) {
+    fs::remove_all(store_);
+    map.texture = texture;
+    map.corners.assign(texture.size(), {});
+    map.corners[0][2][1] = place;
+    { const TrajectoryWriter writer(store_, header); }
+    EXPECT_THAT(test::error_text([&] { TrajectoryReader{store_}; }, ErrorKind::input),
+                testing::HasSubstr(found));
+  };
+  refuses({1, 1, 0}, 0, "has 3 entries");
+  refuses({1, 1, 0, 0}, std::numeric_limits<float>::quiet_NaN(), "not finite");
+  map.textures = {plain_texture(kLargestTexture + 1, 1, 1)};
+  refuses({1, 1, 0, 0}, 0, "the width of a texture is 2049");
+}
+
+// zstd makes next to nothing of them.
+TEST_F(TrajectoryStore, HoldsAMeshOfManyTrianglesOfOneColour) {
+  TrajectoryHeader header = make_header(1);
+  TrajectoryShape& shape = header.shapes[0];
+  const size_t count = 300'000;
+  shape.triangles.clear();
+  for (uint32_t i = 0; i < count; ++i) shape.triangles.push_back({i * 7919 % 4, i % 3, i % 2});
+  shape.colours.assign(count, {200, 10, 20});
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_EQ(TrajectoryReader(store_).header().shapes[0].colours.size(), count);
+}
+
 TEST_F(TrajectoryStore, OfScenesWithoutColoursNothingIsWritten) {
   write_store(2, 0);
+  EXPECT_FALSE(fs::exists(store_ / "textures"));
+  EXPECT_FALSE(fs::exists(store_ / "shapes/0/texture"));
   EXPECT_FALSE(fs::exists(store_ / "body_painted"));
   EXPECT_FALSE(fs::exists(store_ / "shapes/0/colours"));
   EXPECT_EQ(TrajectoryReader(store_).header().body_painted, std::vector<uint8_t>(2));
