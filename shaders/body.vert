@@ -4,6 +4,10 @@ layout(location = 2) in vec3 instance_position;     // world
 layout(location = 3) in vec4 instance_orientation;  // x y z w
 layout(location = 4) in vec4 instance_material;     // surface.glsl
 layout(location = 5) in vec4 vertex_paint;          // of its triangle; a: there is one
+#ifdef TEXTURED
+layout(location = 6) in vec2 vertex_uv;
+out vec2 uv;
+#endif
 
 uniform mat4 clip_from_world;
 
@@ -14,7 +18,12 @@ vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.
 
 void main() {
   world_normal = rotate(instance_orientation, vertex_normal);
-  material = is_painted(instance_material.a) ? vec4(vertex_paint.rgb, 1.0) : instance_material;
+  material = instance_material;
+#ifdef TEXTURED
+  uv = vertex_uv;
+#else
+  if (is_painted(material.a)) material = vec4(vertex_paint.rgb, 1.0);
+#endif
   vec3 position = instance_position + rotate(instance_orientation, vertex_position);
   gl_Position = clip_from_world * vec4(position, 1.0);
 }

@@ -20,8 +20,14 @@ MeshBuffers::MeshBuffers(std::span<const RenderMesh> meshes) {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
   for (const RenderMesh& mesh : meshes) {
-    meshes_.push_back({static_cast<uint32_t>(vertices.size()),
-                       static_cast<uint32_t>(indices.size()), mesh.closed, mesh.levels});
+    meshes_.push_back({.first_vertex = static_cast<uint32_t>(vertices.size()),
+                       .first_index = static_cast<uint32_t>(indices.size()),
+                       .closed = mesh.closed,
+                       .levels = mesh.levels,
+                       .textures = {}});
+    for (const std::shared_ptr<const MipMap>& texture : mesh.textures) {
+      meshes_.back().textures.push_back(texture_of(*texture));
+    }
     vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
     indices.insert(indices.end(), mesh.indices.begin(), mesh.indices.end());
   }
@@ -36,38 +42,97 @@ MeshBuffers::MeshBuffers(std::span<const RenderMesh> meshes) {
                         offset(offsetof(RenderVertex, normal)));
   glVertexAttribPointer(5, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(RenderVertex),
                         offset(offsetof(RenderVertex, paint)));
-  for (GLuint attribute = 0; attribute < 6; ++attribute) {
+  glVertexAttribPointer(6, 2, GL_FLOAT, GL_FALSE, sizeof(RenderVertex),
+                        offset(offsetof(RenderVertex, uv)));
+  for (GLuint attribute = 0; attribute < 7; ++attribute) {
     glEnableVertexAttribArray(attribute);
     if (attribute >= 2 && attribute < 5) glVertexAttribDivisor(attribute, 1);
   }
 }
 
-void MeshBuffers::draw(const DrawList& list) {
-  glBindVertexArray(array_.name());
+// With all levels as MipMap has them: the same for both renderers.
+GLuint MeshBuffers::texture_of(const MipMap& texture) {
+  const auto [found, is_new] = textures_.try_emplace(&texture);
+  const GLuint name = found->second.name();
+  if (!is_new) return name;
+  glBindTexture(GL_TEXTURE_2D, name);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (size_t level = 0; level < texture.levels().size(); ++level) {
+    const Texture& part = *texture.levels()[level];
+    glTexImage2D(GL_TEXTURE_2D, static_cast<GLint>(level), GL_SRGB8, part.width, part.height, 0,
+                 GL_RGB, GL_UNSIGNED_BYTE, part.pixels.data());
+  }
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  // Pictures stretched around a thing, and things seen at a glancing angle.
+  glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_MAX_ANISOTROPY, 8);
+  return name;  // they repeat, and are filtered linearly when near
+}
+
+void MeshBuffers::load(const DrawList& list) {
+  list_ = &list;
   glBindBuffer(GL_ARRAY_BUFFER, instances_.name());
   fill(GL_ARRAY_BUFFER, list.instances, GL_STREAM_DRAW);
-  for (const DrawBatch& batch : list.batches) {
-    const Mesh& mesh = meshes_[batch.shape];
-    const MeshLevel& level = mesh.levels[batch.level];
-    const size_t base = batch.first_instance * sizeof(Instance);
-    glVertexAttribPointer(2, 3, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                          offset(base + offsetof(Instance, position)));
-    glVertexAttribPointer(3, 4, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                          offset(base + offsetof(Instance, orientation)));
-    glVertexAttribPointer(4, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Instance),
-                          offset(base + offsetof(Instance, material)));
-    if (mesh.closed) {
-      glEnable(GL_CULL_FACE);
-    } else {
-      glDisable(GL_CULL_FACE);
-    }
-    glDrawElementsInstancedBaseVertex(
-        GL_TRIANGLES, static_cast<GLsizei>(level.index_count), GL_UNSIGNED_INT,
-        offset((mesh.first_index + level.first_index) * sizeof(uint32_t)),
-        static_cast<GLsizei>(batch.instance_count),
-        static_cast<GLint>(mesh.first_vertex + level.first_vertex));
+}
+
+void MeshBuffers::bind_instances(const DrawBatch& batch) const {
+  const size_t base = batch.first_instance * sizeof(Instance);
+  glVertexAttribPointer(2, 3, GL_FLOAT, GL_FALSE, sizeof(Instance),
+                        offset(base + offsetof(Instance, position)));
+  glVertexAttribPointer(3, 4, GL_FLOAT, GL_FALSE, sizeof(Instance),
+                        offset(base + offsetof(Instance, orientation)));
+  glVertexAttribPointer(4, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Instance),
+                        offset(base + offsetof(Instance, material)));
+  if (meshes_[batch.shape].closed) {
+    glEnable(GL_CULL_FACE);
+  } else {
+    glDisable(GL_CULL_FACE);
+  }
+}
+
+void MeshBuffers::draw_run(const DrawBatch& batch, uint32_t first_index,
+                           uint32_t index_count) const {
+  const Mesh& mesh = meshes_[batch.shape];
+  glDrawElementsInstancedBaseVertex(
+      GL_TRIANGLES, static_cast<GLsizei>(index_count), GL_UNSIGNED_INT,
+      offset((mesh.first_index + first_index) * sizeof(uint32_t)),
+      static_cast<GLsizei>(batch.instance_count),
+      static_cast<GLint>(mesh.first_vertex + mesh.levels[batch.level].first_vertex));
+}
+
+template <typename Draw>
+void MeshBuffers::for_each_batch(const Draw& draw) {
+  glBindVertexArray(array_.name());
+  glBindBuffer(GL_ARRAY_BUFFER, instances_.name());
+  for (const DrawBatch& batch : list_->batches) {
+    bind_instances(batch);
+    draw(batch, meshes_[batch.shape].levels[batch.level]);
   }
   glDisable(GL_CULL_FACE);
+}
+
+void MeshBuffers::draw_all() {
+  for_each_batch([&](const DrawBatch& batch, const MeshLevel& level) {
+    draw_run(batch, level.first_index, level.index_count);
+  });
+}
+
+void MeshBuffers::draw_plain() {
+  for_each_batch([&](const DrawBatch& batch, const MeshLevel& level) {
+    for (const TextureRun& run : level.runs) {
+      if (run.texture == 0) draw_run(batch, run.first_index, run.index_count);
+    }
+  });
+}
+
+void MeshBuffers::draw_textured() {
+  glActiveTexture(GL_TEXTURE0);
+  for_each_batch([&](const DrawBatch& batch, const MeshLevel& level) {
+    for (const TextureRun& run : level.runs) {
+      if (run.texture == 0) continue;
+      glBindTexture(GL_TEXTURE_2D, meshes_[batch.shape].textures[run.texture - 1]);
+      draw_run(batch, run.first_index, run.index_count);
+    }
+  });
 }
 
 }  // namespace pilesim

@@ -1,6 +1,7 @@
 // The meshes of a scene as OpenGL has them, and drawing instances of them.
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -10,14 +11,20 @@
 
 namespace pilesim {
 
-// Vertex attributes: 0 position, 1 normal, 2 to 4 the members of Instance,
-// 5 paint.
+// Vertex attributes: 0 position, 1 normal, 2 to 4 the members of Instance, 5 paint, 6 place in a
+// texture.
 class MeshBuffers {
  public:
-  // Needs its context to be current, as draw() does.
+  // Needs its context to be current, as load() and draw() do.
   explicit MeshBuffers(std::span<const RenderMesh> meshes);
-  // `list` is of the meshes given above. Culls the back faces of closed ones.
-  void draw(const DrawList& list);
+  // What is drawn next. `list` is of the meshes given above, and stays.
+  void load(const DrawList& list);
+  // Triangles of all kinds; culls the back faces of closed meshes.
+  void draw_all();
+  // Those without a texture; those with one, which is bound to the first unit.
+  void draw_plain();
+  void draw_textured();
+  bool has_textures() const { return !textures_.empty(); }
 
  private:
   struct Mesh {
@@ -25,8 +32,17 @@ class MeshBuffers {
     uint32_t first_index = 0;
     bool closed = false;
     std::vector<MeshLevel> levels;
+    std::vector<GLuint> textures;
   };
+  GLuint texture_of(const MipMap& texture);
+  void bind_instances(const DrawBatch& batch) const;
+  void draw_run(const DrawBatch& batch, uint32_t first_index, uint32_t index_count) const;
+  template <typename Draw>
+  void for_each_batch(const Draw& draw);
+
   std::vector<Mesh> meshes_;
+  std::map<const MipMap*, GlTexture> textures_;  // meshes share them
+  const DrawList* list_ = nullptr;
   // Vertices and indices of all meshes in two buffers.
   GlVertexArray array_;
   GlBuffer vertices_, indices_, instances_;

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <tuple>
+
+#include "geometry/triangle_tree.h"
 
 namespace pilesim {
 namespace {
@@ -13,11 +16,11 @@ namespace {
 struct WeldedMesh {
   std::vector<Vec3f> positions;
   std::vector<uint32_t> corners;  // (3 T) indices into positions, no triangle with equal corners
-  std::vector<PackedMaterial> paint;  // (T)
+  std::vector<uint32_t> source;   // (T) which of the triangles it is
 };
 
-WeldedMesh weld(std::span<const Vec3f> vertices, std::span<const std::array<uint32_t, 3>> triangles,
-                std::span<const Colour> colours) {
+WeldedMesh weld(std::span<const Vec3f> vertices,
+                std::span<const std::array<uint32_t, 3>> triangles) {
   std::vector<uint32_t> corners;
   corners.reserve(triangles.size() * 3);
   for (const auto& triangle : triangles) {
@@ -34,7 +37,7 @@ WeldedMesh weld(std::span<const Vec3f> vertices, std::span<const std::array<uint
     const uint32_t a = remap[corners[i]], b = remap[corners[i + 1]], c = remap[corners[i + 2]];
     if (a == b || b == c || c == a) continue;
     welded.corners.insert(welded.corners.end(), {a, b, c});
-    welded.paint.push_back(colours.empty() ? PackedMaterial{} : pack_material(colours[i / 3], 255));
+    welded.source.push_back(static_cast<uint32_t>(i / 3));
   }
   return welded;
 }
@@ -134,14 +137,23 @@ std::vector<Vec3f> corner_normals(const WeldedMesh& mesh, const std::vector<Edge
   return normals;
 }
 
-// One vertex for each place, normal and paint.
+// One vertex for each place, normal and paint, or place in a texture.
 void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
+                    std::span<const Colour> colours, const TextureMap& map,
                     std::vector<RenderVertex>& vertices, std::vector<uint32_t>& indices) {
   std::vector<RenderVertex> corners(mesh.corners.size());
   for (size_t i = 0; i < corners.size(); ++i) {
     const Vec3f& p = mesh.positions[mesh.corners[i]];
-    corners[i] = {
-        {p.x(), p.y(), p.z()}, {normals[i].x(), normals[i].y(), normals[i].z()}, mesh.paint[i / 3]};
+    const uint32_t source = mesh.source[i / 3];
+    RenderVertex& corner = corners[i];
+    corner.position = {p.x(), p.y(), p.z()};
+    corner.normal = {normals[i].x(), normals[i].y(), normals[i].z()};
+    if (!map.empty() && map.texture[source] != 0) {
+      corner.texture = map.texture[source];
+      corner.uv = map.corners[source][i % 3];
+    } else if (!colours.empty()) {
+      corner.paint = pack_material(colours[source], 255);
+    }
   }
   std::vector<uint32_t> remap(corners.size());
   const size_t count = meshopt_generateVertexRemap(
@@ -152,6 +164,36 @@ void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
   indices = std::move(remap);
 }
 
+// Of a triangle. Rough simplification joins what differs; shaders take what is flat from the last
+// corner.
+uint32_t texture_of(const std::vector<RenderVertex>& vertices, const uint32_t* corners) {
+  return vertices[corners[2]].texture;
+}
+
+// The triangles texture by texture, each texture's in an order that is good for the vertex cache.
+std::vector<TextureRun> order_by_texture(const std::vector<RenderVertex>& vertices,
+                                         std::vector<uint32_t>& indices, uint32_t first_index) {
+  const auto texture_at = [&](size_t i) { return texture_of(vertices, &indices[i]); };
+  uint32_t last = 0;
+  for (size_t i = 0; i < indices.size(); i += 3) last = std::max(last, texture_at(i));
+  std::vector<TextureRun> runs;
+  std::vector<uint32_t> ordered;
+  for (uint32_t texture = 0; texture <= last; ++texture) {
+    const size_t first = ordered.size();
+    for (size_t i = 0; i < indices.size(); i += 3) {
+      if (texture_at(i) != texture) continue;
+      ordered.insert(ordered.end(), {indices[i], indices[i + 1], indices[i + 2]});
+    }
+    const size_t count = ordered.size() - first;
+    if (count == 0) continue;
+    meshopt_optimizeVertexCache(&ordered[first], &ordered[first], count, vertices.size());
+    runs.push_back(
+        {texture, first_index + static_cast<uint32_t>(first), static_cast<uint32_t>(count)});
+  }
+  indices = std::move(ordered);
+  return runs;
+}
+
 // Appends a level with its own compact run of vertices, in the order in which they are used.
 void append_level(RenderMesh& mesh, const std::vector<RenderVertex>& vertices,
                   std::vector<uint32_t> indices, float error_m) {
@@ -160,13 +202,82 @@ void append_level(RenderMesh& mesh, const std::vector<RenderVertex>& vertices,
   level.index_count = static_cast<uint32_t>(indices.size());
   level.first_vertex = static_cast<uint32_t>(mesh.vertices.size());
   level.error_m = error_m;
-  meshopt_optimizeVertexCache(indices.data(), indices.data(), indices.size(), vertices.size());
+  level.runs = order_by_texture(vertices, indices, level.first_index);
   std::vector<RenderVertex> own(vertices.size());
   own.resize(meshopt_optimizeVertexFetch(own.data(), indices.data(), indices.size(),
                                          vertices.data(), vertices.size(), sizeof(RenderVertex)));
   mesh.vertices.insert(mesh.vertices.end(), own.begin(), own.end());
   mesh.indices.insert(mesh.indices.end(), indices.begin(), indices.end());
-  mesh.levels.push_back(level);
+  mesh.levels.push_back(std::move(level));
+}
+
+// A triangle of a textured mesh.
+struct Patch {
+  Corners place;  // m
+  std::array<Eigen::Vector2d, 3> uv;
+  uint32_t texture;
+
+  Patch(const std::vector<RenderVertex>& vertices, const uint32_t* corners)
+      : texture(texture_of(vertices, corners)) {
+    for (size_t k = 0; k < 3; ++k) {
+      const RenderVertex& vertex = vertices[corners[k]];
+      place[k] = {vertex.position[0], vertex.position[1], vertex.position[2]};
+      uv[k] = {vertex.uv[0], vertex.uv[1]};
+    }
+  }
+  double doubled_area() const { return (place[1] - place[0]).cross(place[2] - place[0]).norm(); }
+  double doubled_uv_area() const {
+    const Eigen::Vector2d a = uv[1] - uv[0], b = uv[2] - uv[0];
+    return std::abs(a.x() * b.y() - a.y() * b.x());
+  }
+  // At a point of the triangle.
+  Eigen::Vector2d uv_at(const Vec3& point) const {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double area = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const double opposite = (place[(k + 1) % 3] - point).cross(place[(k + 2) % 3] - point).norm();
+      sum += opposite * uv[k];
+      area += opposite;
+    }
+    return area > 0 ? Eigen::Vector2d(sum / area) : uv[0];
+  }
+};
+
+// How far what textures show moves where `simplified` takes the place of `indices`, m: that in the
+// middles of triangles, as the root of its mean square by area. `error_m`: of the surface itself.
+float texture_error(const std::vector<RenderVertex>& vertices, const std::vector<uint32_t>& indices,
+                    const std::vector<uint32_t>& simplified, double error_m) {
+  TriangleMesh surface;
+  for (const RenderVertex& vertex : vertices) {
+    surface.vertices.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
+  }
+  for (size_t i = 0; i < simplified.size(); i += 3) {
+    surface.triangles.push_back({simplified[i], simplified[i + 1], simplified[i + 2]});
+  }
+  const TriangleTree tree(surface);
+  const double reach = 2 * error_m + 1e-4 * surface.bounds().diagonal().norm();
+  double sum = 0, area = 0;
+  for (size_t i = 0; i < indices.size(); i += 3) {
+    const Patch patch(vertices, &indices[i]);
+    if (patch.texture == 0 || patch.doubled_uv_area() <= 0) continue;
+    const Vec3 middle = (patch.place[0] + patch.place[1] + patch.place[2]) / 3;
+    const Eigen::Vector2d uv = (patch.uv[0] + patch.uv[1] + patch.uv[2]) / 3;
+    const double m_per_uv = std::sqrt(patch.doubled_area() / patch.doubled_uv_area());
+    const Vec3 around = Vec3::Constant(reach);
+    double least = std::numeric_limits<double>::infinity();
+    tree.for_each_near(Bounds(middle - around, middle + around), 0, [&](uint32_t k) {
+      const Patch other(vertices, surface.triangles[tree.triangles()[k]].data());
+      if (other.texture != patch.texture) return;
+      const Vec3 nearest = closest_point(other.place, middle);
+      const Eigen::Array2d off = other.uv_at(nearest) - uv;
+      const double moved = m_per_uv * (off - off.round()).matrix().norm();  // it repeats
+      least = std::min(least, std::hypot(moved, (nearest - middle).norm()));
+    });
+    if (std::isinf(least)) least = reach;
+    sum += patch.doubled_area() * least * least;
+    area += patch.doubled_area();
+  }
+  return area > 0 ? static_cast<float>(std::sqrt(sum / area)) : 0;
 }
 
 // Halves the triangles level by level down to about this many.
@@ -176,6 +287,8 @@ void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>&
                               const std::vector<uint32_t>& indices) {
   const float* positions = vertices.front().position.data();
   const float scale = meshopt_simplifyScale(positions, vertices.size(), sizeof(RenderVertex));
+  const bool has_textures =
+      std::ranges::any_of(vertices, [](const RenderVertex& vertex) { return vertex.texture != 0; });
   size_t previous = indices.size();
   for (size_t target = indices.size() / 6; target >= kCoarsestTriangles; target /= 2) {
     std::vector<uint32_t> simplified(indices.size());
@@ -192,8 +305,12 @@ void append_simplified_levels(RenderMesh& mesh, const std::vector<RenderVertex>&
     if (count == 0 || count >= previous - previous / 8) continue;
     previous = count;
     simplified.resize(count);
+    float error_m = error * scale;
+    if (has_textures) {
+      error_m = std::max(error_m, texture_error(vertices, indices, simplified, error_m));
+    }
     append_level(mesh, vertices, std::move(simplified),
-                 std::max(error * scale, mesh.levels.back().error_m));
+                 std::max(error_m, mesh.levels.back().error_m));
   }
 }
 
@@ -209,9 +326,9 @@ PackedMaterial pack_material(const Colour& colour, uint8_t kind) {
 
 RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
                             std::span<const std::array<uint32_t, 3>> triangles,
-                            std::span<const Colour> colours) {
+                            std::span<const Colour> colours, const TextureMap& map) {
   RenderMesh mesh;
-  const WeldedMesh welded = weld(vertices, triangles, colours);
+  const WeldedMesh welded = weld(vertices, triangles);
   if (welded.corners.empty()) {
     mesh.levels.emplace_back();
     return mesh;
@@ -223,7 +340,7 @@ RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
   }
   std::vector<RenderVertex> split;
   std::vector<uint32_t> indices;
-  index_vertices(welded, corner_normals(welded, edges), split, indices);
+  index_vertices(welded, corner_normals(welded, edges), colours, map, split, indices);
   append_level(mesh, split, indices, 0);
   append_simplified_levels(mesh, split, indices);
   return mesh;
@@ -233,7 +350,7 @@ RenderMesh make_plain_mesh(std::span<const Vec3f> vertices,
                            std::span<const std::array<uint32_t, 3>> triangles) {
   RenderMesh mesh;
   mesh.vertices.reserve(vertices.size());
-  for (const Vec3f& p : vertices) mesh.vertices.push_back({{p.x(), p.y(), p.z()}, {}});
+  for (const Vec3f& p : vertices) mesh.vertices.push_back({.position = {p.x(), p.y(), p.z()}});
   mesh.indices.reserve(3 * triangles.size());
   for (const auto& triangle : triangles) {
     mesh.indices.insert(mesh.indices.end(), triangle.begin(), triangle.end());

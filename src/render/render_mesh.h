@@ -1,13 +1,16 @@
-// Meshes made ready for drawing: normals with crisp creases and levels of detail.
+// Meshes made ready for drawing: normals with crisp creases, textures and levels of detail.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/colour.h"
+#include "core/texture.h"
 #include "core/types.h"
+#include "render/mip_map.h"
 
 namespace pilesim {
 
@@ -21,6 +24,16 @@ struct RenderVertex {
   std::array<float, 3> normal;    // unit, body frame
   // Its triangle's own, for bodies that are painted; its kind is 0 where the mesh has no colours.
   PackedMaterial paint = {0, 0, 0, 0};
+  // Of its triangle, in place of paint: 1 + index into the mesh's, 0: none; and the place in it.
+  uint32_t texture = 0;
+  std::array<float, 2> uv = {0, 0};
+};
+
+// Indices of one level whose triangles have one texture.
+struct TextureRun {
+  uint32_t texture = 0;  // as that of the triangles' last vertices
+  uint32_t first_index = 0;
+  uint32_t index_count = 0;
 };
 
 // One level of detail: a run of the mesh's vertices and indices of its own.
@@ -28,23 +41,27 @@ struct MeshLevel {
   uint32_t first_index = 0;
   uint32_t index_count = 0;
   uint32_t first_vertex = 0;  // indices count from here
-  float error_m = 0;          // distance of its surface from the full mesh's
+  // Distance of its surface, and of what textures show on it, from the full mesh's.
+  float error_m = 0;
+  std::vector<TextureRun> runs;  // all of its indices
 };
 
 struct RenderMesh {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
   std::vector<MeshLevel> levels;  // >= 1, from the full mesh to the coarsest
-  float radius_m = 0;             // of the sphere about the body's origin that holds it
-  bool closed = false;            // every edge has two triangles of opposite directions
+  std::vector<std::shared_ptr<const MipMap>> textures;
+  float radius_m = 0;   // of the sphere about the body's origin that holds it
+  bool closed = false;  // every edge has two triangles of opposite directions
 };
 
-// `colours`: one a triangle, or none. Triangles meet smoothly where the angle between them is below
-// the crease angle. Vertices at the same place are one. Simplified levels use vertices of the full
-// mesh with their normals.
+// `colours`: one a triangle, or none; `map`: of the triangles, or empty; the result's own
+// `textures` are the caller's to fill, in its order. Triangles meet smoothly where the angle
+// between them is below the crease angle. Vertices at the same place are one. Simplified levels use
+// vertices of the full mesh with their normals.
 RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
                             std::span<const std::array<uint32_t, 3>> triangles,
-                            std::span<const Colour> colours = {});
+                            std::span<const Colour> colours = {}, const TextureMap& map = {});
 
 // The triangles as they are told, in their order: one level, with no normals to shade by.
 RenderMesh make_plain_mesh(std::span<const Vec3f> vertices,

@@ -45,6 +45,10 @@ struct Programs {
   GlProgram shadow{"shadow", shaders::shadow_vert, shaders::shadow_frag};
   GlProgram body{"body", concatenate({shaders::surface_glsl, shaders::body_vert}),
                  concatenate({shaders::surface_glsl, shaders::body_frag})};
+  // Those of its triangles that have a texture.
+  GlProgram textured_body{"textured_body",
+                          concatenate({kTextured, shaders::surface_glsl, shaders::body_vert}),
+                          concatenate({kTextured, shaders::surface_glsl, shaders::body_frag})};
   GlProgram ground{"ground", shaders::ground_vert,
                    concatenate({shaders::surface_glsl, shaders::ground_frag})};
   GlProgram occlusion_depth;
@@ -65,6 +69,7 @@ struct Programs {
                              shaders::background_glsl, shaders::lighting_glsl,
                              shaders::picture_frag})) {}
 
+  static constexpr std::string_view kTextured = "#define TEXTURED\n";
   static std::string_view define(bool multisample) {
     return multisample ? "#define MULTISAMPLE\n" : "";
   }
@@ -210,7 +215,8 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
   glEnable(GL_DEPTH_CLAMP);
   glEnable(GL_POLYGON_OFFSET_FILL);
   glPolygonOffset(1.5f, 2.0f);
-  meshes->draw(casters);
+  meshes->load(casters);
+  meshes->draw_all();
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_POLYGON_OFFSET_FILL);
   glDisable(GL_DEPTH_CLAMP);
@@ -224,7 +230,14 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
   list_visible_bodies(scene, frame, view, static_cast<float>(height), kPixelError, visible);
   programs->body.use();
   set(programs->body.uniform("clip_from_world"), view.clip_from_world);
-  meshes->draw(visible);
+  meshes->load(visible);
+  meshes->draw_plain();
+  if (meshes->has_textures()) {
+    programs->textured_body.use();
+    set(programs->textured_body.uniform("clip_from_world"), view.clip_from_world);
+    glUniform1i(programs->textured_body.uniform("picture"), kFirstUnit);
+    meshes->draw_textured();
+  }
   draw_ground(frame, view);
   glDisable(GL_DEPTH_TEST);
 }

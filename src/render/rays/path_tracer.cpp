@@ -16,6 +16,8 @@ constexpr int kMostSkins = 64;
 // Where surfaces around take the place of the sky and no light is followed to them: this share of
 // the sky's light, in the colour of the surface itself.
 constexpr float kFromNeighbours = 0.35f;
+// Of textures that light comes from on its way, nobody sees more than their rough colours.
+constexpr float kBounceSpread = 0.1f;
 // Share of a plane that the sun is taken to reach there.
 constexpr float kSunnyPlane = 0.6f;
 
@@ -88,7 +90,7 @@ class Tile {
   const RayMaterial& material(const Path& path) const { return scene_.materials[path.hit.body]; }
   Vec3f albedo(const Path& path) const {
     const RayMaterial& of = material(path);
-    return of.is_painted ? albedo_of(path.surface.paint) : of.albedo;
+    return of.is_painted ? path.surface.paint : of.albedo;
   }
 
   Ray camera_ray(const Path& path) const {
@@ -118,6 +120,7 @@ class Tile {
       ray.direction -= aside / settings_.focus_m;
     }
     ray.nearest = scene_.views[1].near_m;
+    ray.spread = 2 * scene_.views[1].tan_half_height / height;
     return ray;
   }
 
@@ -259,6 +262,7 @@ class Tile {
     path.ray.origin = at.start;
     path.ray.direction = light;
     path.ray.nearest = 0;
+    path.ray.spread = kBounceSpread;
     return true;
   }
 

@@ -144,6 +144,25 @@ void find_blocked(const TracedScene& scene, std::span<const Ray> rays, std::span
 
 Vec3f at(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
+// What a triangle's texture shows, of what is `width_m` wide there.
+Vec3f shown(const MipMap& texture, const std::array<const RenderVertex*, 3>& corner,
+            const std::array<float, 3>& weight, float width_m) {
+  std::array<Eigen::Vector2f, 3> uv;
+  Eigen::Vector2f place = Eigen::Vector2f::Zero();
+  for (size_t k = 0; k < 3; ++k) {
+    uv[k] = {corner[k]->uv[0], corner[k]->uv[1]};
+    place += weight[k] * uv[k];
+  }
+  const Vec3f origin = at(corner[0]->position);
+  const float area =
+      (at(corner[1]->position) - origin).cross(at(corner[2]->position) - origin).norm();
+  const Eigen::Vector2f side = uv[1] - uv[0], other = uv[2] - uv[0];
+  const float texels = std::abs(side.x() * other.y() - side.y() * other.x()) *
+                       static_cast<float>(texture.full().width) *
+                       static_cast<float>(texture.full().height);
+  return texture.at(place, area > 0 ? width_m * std::sqrt(texels / area) : 0);
+}
+
 }  // namespace
 
 struct RayScene::State {
@@ -350,14 +369,18 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
     return result;
   }
   const TracedMesh& mesh = s.meshes[shape];
+  std::array<const RenderVertex*, 3> vertex;
   std::array<Vec3f, 3> corner, normal;
   for (size_t k = 0; k < 3; ++k) {
-    const RenderVertex& vertex = mesh.vertices[mesh.indices[size_t{3} * hit.triangle + k]];
-    corner[k] = at(vertex.position);
-    normal[k] = at(vertex.normal);
-    result.paint = vertex.paint;
+    vertex[k] = &mesh.vertices[mesh.indices[size_t{3} * hit.triangle + k]];
+    corner[k] = at(vertex[k]->position);
+    normal[k] = at(vertex[k]->normal);
   }
   const std::array<float, 3> weight = {1 - hit.u - hit.v, hit.u, hit.v};
+  result.paint = vertex[0]->texture == 0
+                     ? albedo_of(vertex[0]->paint)
+                     : shown(*s.scene.meshes[shape].textures[vertex[0]->texture - 1], vertex,
+                             weight, ray.spread * hit.distance);
   const Vec3f place = weight[0] * corner[0] + weight[1] * corner[1] + weight[2] * corner[2];
   const Placement body = s.now(hit.body, ray.time);
   const Vec3f seen_from = body.orientation.conjugate() * -ray.direction;
