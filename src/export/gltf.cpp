@@ -8,12 +8,17 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "core/error.h"
 #include "core/hash.h"
 #include "export/export_text.h"
 #include "export/formats.h"
+#include "render/draw_list.h"
+#include "render/image_output.h"
+#include "render/render_mesh.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -23,7 +28,8 @@ namespace {
 // JavaScript's arrays, and with them most readers, end at 2 GiB.
 constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;
 
-enum View : uint8_t { kVertices, kIndices, kTimes, kVectors, kRotations, kIds, kViews };
+// Parts of a buffer; from kImages on each is a picture.
+enum View : uint32_t { kVertices, kPlaces, kIndices, kTimes, kVectors, kRotations, kIds, kImages };
 
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 
@@ -82,6 +88,7 @@ class List {
     return count_++;
   }
   size_t count() const { return count_; }
+  const std::string& text() const { return text_; }
   // `"name": [...],`, or nothing where it is empty, as the format demands.
   std::string as(const std::string& name) const {
     return count_ == 0 ? "" : ",\n\"" + name + "\": [\n" + text_ + "]";
@@ -124,7 +131,7 @@ class Document {
     if (!roots.empty()) text += ", \"nodes\": [" + roots + ']';
     text += "}]";
     text += nodes_.as("nodes") + meshes_.as("meshes") + materials_.as("materials") +
-            cameras_.as("cameras");
+            textures_.as("textures") + images_.as("images") + cameras_.as("cameras");
     if (channels_.count() > 0) {
       text += ",\n\"animations\": [{\"name\": \"motion\"" + channels_.as("channels") +
               samplers_.as("samplers") + "}]";
@@ -153,6 +160,7 @@ class Document {
                            ", \"byteOffset\": " + std::to_string(place) +
                            ", \"byteLength\": " + std::to_string(data_[view].size());
       if (view == kVertices) object += ", \"byteStride\": 12, \"target\": 34962";
+      if (view == kPlaces) object += ", \"byteStride\": 8, \"target\": 34962";
       if (view == kIndices) object += ", \"target\": 34963";
       views_.add(object + "}");
       place += data_[view].size();
@@ -176,18 +184,23 @@ class Document {
   template <class Value>
   size_t add_accessor(View view, const std::vector<Value>& values, const char* type, int component,
                       const std::string& more = {}) {
-    std::string& data = data_[view];
-    const uint64_t bytes = values.size() * sizeof(Value);
+    const auto [index, offset] = append(view, std::as_bytes(std::span(values)));
+    return accessors_.add("{\"bufferView\": " + std::to_string(index) +
+                          ", \"byteOffset\": " + std::to_string(offset) +
+                          ", \"componentType\": " + std::to_string(component) +
+                          ", \"count\": " + std::to_string(values.size()) + ", \"type\": \"" +
+                          type + "\"" + more + "}");
+  }
+
+  // Index of the view and place in it of what is appended.
+  std::pair<size_t, size_t> append(View view, std::span<const std::byte> bytes) {
     const uint64_t most = job_.part_bytes.value_or(kMostBytes);
-    if (files_ != nullptr && buffer_bytes() + bytes > most) end_buffer();
-    if (buffer_bytes() + bytes > kMostBytes) refuse();
-    const std::string object = "{\"bufferView\": " + std::to_string(index_of(view)) +
-                               ", \"byteOffset\": " + std::to_string(data.size()) +
-                               ", \"componentType\": " + std::to_string(component) +
-                               ", \"count\": " + std::to_string(values.size()) + ", \"type\": \"" +
-                               type + "\"" + more + "}";
-    data.append(reinterpret_cast<const char*>(values.data()), bytes);
-    return accessors_.add(object);
+    if (files_ != nullptr && buffer_bytes() + bytes.size() > most) end_buffer();
+    if (buffer_bytes() + bytes.size() > kMostBytes) refuse();
+    std::string& data = data_[view];
+    const std::pair place(index_of(view), data.size());
+    data.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return place;
   }
 
   [[noreturn]] void refuse() const {
@@ -201,37 +214,96 @@ class Document {
 
   static constexpr int kFloat = 5126, kUnsigned = 5125;
 
+  // Triangles of one texture.
+  struct Part {
+    const Texture* texture;  // null: none
+    size_t corners;          // accessors
+  };
+  struct Geometry {
+    size_t points = 0, normals = 0;
+    std::optional<size_t> colours, places;
+    std::vector<Part> parts;
+  };
+
   size_t add_mesh(uint32_t shape, uint32_t look) {
     const auto [found, is_new] = mesh_of_.try_emplace({shape, look}, 0);
     if (!is_new) return found->second;
     const auto [geometry, is_new_shape] = geometry_of_.try_emplace(shape);
-    if (is_new_shape) geometry->second = add_geometry(shape);
-    const auto [material, is_new_look] = material_of_.try_emplace(look, 0);
-    if (is_new_look) material->second = add_material(look);
-    const auto& [points, normals, corners, colours] = geometry->second;
+    if (is_new_shape) {
+      const bool has_textures = !source_.header().shapes[shape].texture_map.empty();
+      geometry->second = has_textures ? add_textured_geometry(shape) : add_geometry(shape);
+    }
+    const auto& [points, normals, colours, places, parts] = geometry->second;
     const bool is_painted = source_.looks()[look].is_painted;
+    List primitives;
+    for (const Part& part : parts) {
+      const Texture* texture = is_painted ? part.texture : nullptr;
+      std::string paint;
+      if (texture != nullptr) {
+        paint = ", \"TEXCOORD_0\": " + std::to_string(*places);
+      } else if (is_painted) {
+        paint = ", \"COLOR_0\": " + std::to_string(*colours);
+      }
+      primitives.add("{\"attributes\": {\"POSITION\": " + std::to_string(points) +
+                     ", \"NORMAL\": " + std::to_string(normals) + paint +
+                     "}, \"indices\": " + std::to_string(part.corners) +
+                     ", \"material\": " + std::to_string(material(look, texture)) + "}");
+    }
     const std::string name = source_.header().shapes[shape].name + ' ' + source_.looks()[look].name;
-    found->second =
-        meshes_.add("{\"name\": " + quoted(name) +
-                    ", \"primitives\": [{\"attributes\": {\"POSITION\": " + std::to_string(points) +
-                    ", \"NORMAL\": " + std::to_string(normals) +
-                    (is_painted ? ", \"COLOR_0\": " + std::to_string(colours) : "") +
-                    "}, \"indices\": " + std::to_string(corners) +
-                    ", \"material\": " + std::to_string(material->second) + "}]}");
+    found->second = meshes_.add("{\"name\": " + quoted(name) + ", \"primitives\": [" +
+                                primitives.text() + "]}");
     return found->second;
   }
 
-  // Places, normals, corners and, where there are any, colours.
-  std::array<size_t, 4> add_geometry(uint32_t shape) {
-    const ExportMesh& mesh = source_.shapes()[shape];
+  static std::string bounds_of(const std::vector<Vec3f>& points) {
     Eigen::AlignedBox3f box;
-    for (const Vec3f& point : mesh.split_points) box.extend(point);
-    const std::string bounds = ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
-    return {
-        add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds),
-        add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat),
-        add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned),
-        mesh.colours.empty() ? 0 : add_accessor(kVertices, split_colours(mesh), "VEC3", kFloat)};
+    for (const Vec3f& point : points) box.extend(point);
+    return ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
+  }
+
+  Geometry add_geometry(uint32_t shape) {
+    const ExportMesh& mesh = source_.shapes()[shape];
+    Geometry geometry;
+    geometry.points =
+        add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds_of(mesh.split_points));
+    geometry.normals = add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat);
+    geometry.parts = {{nullptr, add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned)}};
+    if (!mesh.colours.empty()) {
+      geometry.colours = add_accessor(kVertices, split_colours(mesh), "VEC3", kFloat);
+    }
+    return geometry;
+  }
+
+  // Points have a place in a texture each, or a colour.
+  Geometry add_textured_geometry(uint32_t shape) {
+    const TrajectoryShape& source = source_.header().shapes[shape];
+    const RenderMesh mesh =
+        make_render_mesh(source.vertices, source.triangles, source.colours, source.texture_map);
+    const MeshLevel& full = mesh.levels.front();
+    const size_t count =
+        mesh.levels.size() > 1 ? mesh.levels[1].first_vertex : mesh.vertices.size();
+    std::vector<Vec3f> points, normals, colours;
+    std::vector<std::array<float, 2>> places;
+    for (size_t i = 0; i < count; ++i) {
+      const RenderVertex& vertex = mesh.vertices[i];
+      points.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
+      normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+      colours.push_back(albedo_of(vertex.paint));
+      places.push_back(vertex.uv);
+    }
+    Geometry geometry;
+    geometry.points = add_accessor(kVertices, points, "VEC3", kFloat, bounds_of(points));
+    geometry.normals = add_accessor(kVertices, normals, "VEC3", kFloat);
+    geometry.colours = add_accessor(kVertices, colours, "VEC3", kFloat);
+    geometry.places = add_accessor(kPlaces, places, "VEC2", kFloat);
+    for (const TextureRun& run : full.runs) {
+      const auto first = mesh.indices.begin() + run.first_index;
+      geometry.parts.push_back(
+          {run.texture == 0 ? nullptr : source.texture_map.textures[run.texture - 1].get(),
+           add_accessor(kIndices, std::vector<uint32_t>(first, first + run.index_count), "SCALAR",
+                        kUnsigned)});
+    }
+    return geometry;
   }
 
   // Linear, of the points with a normal each: they have one colour each, too.
@@ -246,17 +318,45 @@ class Document {
     return colours;
   }
 
-  size_t add_material(uint32_t look) {
+  // `texture` may be null.
+  size_t material(uint32_t look, const Texture* texture) {
+    const auto [found, is_new] = material_of_.try_emplace({look, texture}, 0);
+    if (!is_new) return found->second;
     const ExportLook& source = source_.looks()[look];
     std::string colour;
-    // Colours of vertices are multiplied by it.
+    // Colours of vertices and textures are multiplied by it.
     for (const uint8_t value : source.is_painted ? Colour{255, 255, 255} : source.colour) {
       append_rounded(colour, static_cast<float>(linear_from_srgb(value)), 6);
       colour += ", ";
     }
-    return materials_.add("{\"name\": " + quoted(source.name) +
-                          ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour +
-                          "1], \"metallicFactor\": 0, \"roughnessFactor\": 0.7}}");
+    std::string picture;
+    if (texture != nullptr) {
+      picture =
+          ", \"baseColorTexture\": {\"index\": " + std::to_string(add_texture(*texture)) + "}";
+    }
+    found->second =
+        materials_.add("{\"name\": " + quoted(source.name) +
+                       ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour + "1]" +
+                       picture + ", \"metallicFactor\": 0, \"roughnessFactor\": 0.7}}");
+    return found->second;
+  }
+
+  size_t add_texture(const Texture& texture) {
+    const auto [found, is_new] = texture_of_.try_emplace(&texture, 0);
+    if (!is_new) return found->second;
+    Image image{.width = texture.width, .height = texture.height};
+    for (const Colour& pixel : texture.pixels) {
+      image.rgb.insert(image.rgb.end(), pixel.begin(), pixel.end());
+    }
+    std::string png = png_of(image);
+    png.append((4 - png.size() % 4) % 4, '\0');
+    const auto view = static_cast<View>(data_.size());
+    data_.emplace_back();
+    const auto [index, offset] = append(view, std::as_bytes(std::span(png)));
+    const size_t picture =
+        images_.add("{\"bufferView\": " + std::to_string(index) + ", \"mimeType\": \"image/png\"}");
+    found->second = textures_.add("{\"source\": " + std::to_string(picture) + "}");
+    return found->second;
   }
 
   size_t add_body(const ExportBody& body, const Vec3f& position, const Quatf& orientation,
@@ -401,12 +501,14 @@ class Document {
   const ExportJob& job_;
   ExportFiles* files_;
   // Of the buffer that is being filled.
-  std::array<std::string, kViews> data_;
+  std::vector<std::string> data_ = std::vector<std::string>(kImages);
   std::vector<View> begun_;  // those that hold something
-  List nodes_, meshes_, materials_, cameras_, accessors_, samplers_, channels_, views_, buffers_;
+  List nodes_, meshes_, materials_, textures_, images_, cameras_, accessors_, samplers_, channels_,
+      views_, buffers_;
   std::map<std::pair<uint32_t, uint32_t>, size_t> mesh_of_;
-  std::map<uint32_t, std::array<size_t, 4>> geometry_of_;
-  std::map<uint32_t, size_t> material_of_;
+  std::map<uint32_t, Geometry> geometry_of_;
+  std::map<std::pair<uint32_t, const Texture*>, size_t> material_of_;
+  std::map<const Texture*, size_t> texture_of_;
   std::map<std::string, size_t> times_;
   bool has_instances_ = false;
 };

@@ -6,6 +6,7 @@ import os
 import re
 import struct
 import unittest
+import zlib
 
 import numpy
 import zarr
@@ -34,6 +35,18 @@ def add_wedges(scene):
         {"name": "leaning wedge", "shape": "wedge", "material": "wood", "role": "static",
          "position": [-3, 1, 0.5], "orientation": [0.5, 0.5, -0.5, 0.5]},
     ]  # fmt: skip
+
+
+def png(pixels):
+    """The file of rows of pixels."""
+
+    def chunk(kind, data):
+        body = kind + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+
+    head = struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 8, 2, 0, 0, 0)
+    rows = zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
 
 
 def matrix(q):
@@ -149,6 +162,41 @@ class Store(CommandTest):
 
 class Colours(CommandTest):
     """Those of a mesh's file go with its bodies, unless the scene has one for them."""
+
+    def test_a_texture_goes_through_gltf_and_back(self):
+        pixels = numpy.array([[[200, 10, 20], [30, 40, 250]], [[0, 255, 0], [90, 91, 92]]], numpy.uint8)
+        (self.dir / "four.png").write_bytes(png(pixels))
+        (self.dir / "t.mtl").write_text("newmtl t\nmap_Kd four.png\nnewmtl red\nKd 1 0 0\n")
+        head, _, faces = WEDGE_OBJ.partition("f ")
+        first, *others = ("f " + faces).strip().split("\n")
+        textured = "f " + " ".join(f"{v}/{i}" for i, v in enumerate(first.split()[1:], 1))
+        (self.dir / "wedge.obj").write_text(
+            f"mtllib t.mtl\n{head}vt 0.25 0.75\nvt 3 0.5\nvt 0 -1\nusemtl t\n{textured}\nusemtl red\n"
+            + "\n".join(others))
+        self.succeed("simulate", self.write_scene(add_wedges), "-o", "run")
+
+        def textured_corners(run):
+            store = zarr.open(str(self.dir / run / "trajectory.zarr"), mode="r")
+            (texture,) = (store[f"textures/{i}"][:] for i in range(len(store.attrs["textures"])))
+            (shape,) = (s for s in store["shapes"].group_keys() if "uv" in store[f"shapes/{s}"])
+            (triangle,) = numpy.flatnonzero(store[f"shapes/{shape}/texture"][:])
+            self.assertEqual(len(set(map(tuple, store[f"shapes/{shape}/colours"][:].tolist()))), 2)
+            uv = store[f"shapes/{shape}/uv"][triangle]
+            return texture.tolist(), sorted(uv.round(5).tolist())
+
+        expected = pixels.tolist(), sorted([[0.25, 0.25], [3, 0.5], [0, 2]])
+        self.assertEqual(textured_corners("run"), expected)
+        # What comes out is a mesh like the one that went in.
+        for name in ("run.glb", "run.gltf"):
+            self.succeed("export", "run", "--frames", "0", "--only", "leaning wedge", "--as", "objects",
+                         "--no-camera", "-o", name)
+
+            def as_mesh(scene):
+                add_wedges(scene)
+                scene["shapes"]["wedge"]["file"] = name
+
+            self.succeed("simulate", self.write_scene(as_mesh), "-o", "from_" + name)
+            self.assertEqual(textured_corners("from_" + name), expected)
 
     def test_they_are_in_all_that_is_written(self):
         head, _, faces = WEDGE_OBJ.partition("f ")

@@ -96,9 +96,10 @@ struct Pictures {
   Image rays, raster;
 };
 
-Pictures draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 2> size) {
+Pictures draw(const DrawnScene& scene, const CameraKey& camera, std::array<int, 2> size,
+              int samples = 16) {
   const RenderSettings settings{
-      .size = size, .samples = 4, .rays = {.quality = RayQuality::good, .samples = 16}};
+      .size = size, .samples = 4, .rays = {.quality = RayQuality::good, .samples = samples}};
   RaysRenderer rays(scene.header, settings, {});
   SceneRenderer raster(scene.header, settings);
   const DrawnFrame drawn{.frame = &scene.frame, .camera = camera};
@@ -194,8 +195,8 @@ TEST(TexturesOfBothRenderers, AreAlikeAtAllLevelsOfDetail) {
   const DrawnScene painted = scene_of(globe(texture));
   const DrawnScene plain = scene_of(globe(texture), false);
   for (const int size : {128, 48, 24}) {
-    const Pictures pictures = draw(painted, camera_at(3), {size, size});
-    const Pictures without = draw(plain, camera_at(3), {size, size});
+    const Pictures pictures = draw(painted, camera_at(3), {size, size}, 4);
+    const Pictures without = draw(plain, camera_at(3), {size, size}, 4);
     // Of 255: what shading and shadows differ by, and little more.
     EXPECT_LT(mean_difference(pictures.rays, pictures.raster),
               mean_difference(without.rays, without.raster) + 1.5)
