@@ -118,16 +118,18 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshU
   meshes.reserve(header.shapes.size());
   std::map<const Texture*, std::shared_ptr<const MipMap>> mip_maps;  // shapes share them
   for (const TrajectoryShape& source : header.shapes) {
-    meshes.push_back(use == MeshUse::hits ? make_plain_mesh(source.vertices, source.triangles)
-                                          : make_render_mesh(source.vertices, source.triangles,
-                                                             source.colours, source.texture_map));
+    is_plane.push_back(source.is_plane ? 1 : 0);
+    if (use == MeshUse::hits) {
+      meshes.push_back(make_plain_mesh(source.vertices, source.triangles));
+      continue;
+    }
+    meshes.push_back(
+        make_render_mesh(source.vertices, source.triangles, source.colours, source.texture_map));
     for (const std::shared_ptr<const Texture>& texture : source.texture_map.textures) {
-      if (use == MeshUse::hits) break;
       std::shared_ptr<const MipMap>& known = mip_maps[texture.get()];
       if (!known) known = std::make_shared<const MipMap>(texture);
       meshes.back().textures.push_back(known);
     }
-    is_plane.push_back(source.is_plane ? 1 : 0);
   }
   material.reserve(header.body_count());
   for (size_t body = 0; body < shape.size(); ++body) {

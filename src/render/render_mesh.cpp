@@ -243,6 +243,9 @@ struct Patch {
   }
 };
 
+// Of all triangles, evenly, for what textures show.
+constexpr size_t kTextureSamples = 1000;
+
 // How far what textures show moves where `simplified` takes the place of `indices`, m: that in the
 // middles of triangles, as the root of its mean square by area. `error_m`: of the surface itself.
 float texture_error(const std::vector<RenderVertex>& vertices, const std::vector<uint32_t>& indices,
@@ -257,7 +260,8 @@ float texture_error(const std::vector<RenderVertex>& vertices, const std::vector
   const TriangleTree tree(surface);
   const double reach = 2 * error_m + 1e-4 * surface.bounds().diagonal().norm();
   double sum = 0, area = 0;
-  for (size_t i = 0; i < indices.size(); i += 3) {
+  const size_t step = 3 * std::max<size_t>(1, indices.size() / 3 / kTextureSamples);
+  for (size_t i = 0; i < indices.size(); i += step) {
     const Patch patch(vertices, &indices[i]);
     if (patch.texture == 0 || patch.doubled_uv_area() <= 0) continue;
     const Vec3 middle = (patch.place[0] + patch.place[1] + patch.place[2]) / 3;
