@@ -127,6 +127,25 @@ TEST(TexturesOfBothRenderers, ShowTheTexelThatIsThere) {
   }
 }
 
+// By which the filter knows their edges from noise.
+TEST(TexturesOfRays, AreInTheAlbedoOfTheFilm) {
+  const DrawnScene scene = scene_of(square(four_colours(4), 1));
+  RaysRenderer renderer(
+      scene.header, {.size = {32, 32}, .rays = {.quality = RayQuality::good, .samples = 2}}, {});
+  renderer.draw({.frame = &scene.frame, .camera = camera_at(3)});
+  const Film& film = renderer.film();
+  const auto expect_albedo = [&](size_t column, size_t row, const Colour& colour) {
+    const size_t i = row * 32 + column;
+    const std::array<float, 3> sums = {film.albedo_red[i], film.albedo_green[i],
+                                       film.albedo_blue[i]};
+    for (size_t k = 0; k < 3; ++k) EXPECT_NEAR(sums[k] / 2, linear_of_srgb()[colour[k]], 1e-5);
+  };
+  expect_albedo(11, 11, kRed);
+  expect_albedo(20, 11, kGreen);
+  expect_albedo(11, 20, kBlue);
+  expect_albedo(20, 20, kYellow);
+}
+
 TEST(TexturesOfBothRenderers, AreOnlyOnBodiesThatArePainted) {
   const Pictures plain = draw(scene_of(square(four_colours(4), 1), false), camera_at(3), {32, 32});
   for (const Image& image : {plain.rays, plain.raster}) {
