@@ -82,11 +82,12 @@ void write_whole_array(const fs::path& directory, const ZarrLayout& rows_layout,
 
 // `textures`: of all shapes.
 void write_texture_map(const fs::path& directory, const TextureMap& map, const Textures& textures) {
-  std::vector<uint32_t> texture_of;
-  for (const uint32_t own : map.texture) {
-    texture_of.push_back(
-        own == 0 ? 0 : 1 + static_cast<uint32_t>(index_in(textures, *map.textures[own - 1])));
+  std::vector<uint32_t> number = {0};  // of its own, from 1 on
+  for (const std::shared_ptr<const Texture>& texture : map.textures) {
+    number.push_back(1 + static_cast<uint32_t>(index_in(textures, *texture)));
   }
+  std::vector<uint32_t> texture_of;
+  for (const uint32_t own : map.texture) texture_of.push_back(number[own]);
   write_whole_array(directory / "texture", layout::texture_of(), texture_of, {"triangle"},
                     "1 + index into textures, 0: none");
   write_whole_array(directory / "uv", layout::texture_corners(), map.corners,
