@@ -63,8 +63,6 @@ GLuint MeshBuffers::texture_of(const MipMap& texture) {
                  GL_RGB, GL_UNSIGNED_BYTE, part.pixels.data());
   }
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-  // Pictures stretched around a thing, and things seen at a glancing angle.
-  glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_MAX_ANISOTROPY, 8);
   return name;  // they repeat, and are filtered linearly when near
 }
 

@@ -173,6 +173,26 @@ TEST(TexturesOfBothRenderers, AreTheirMeanFromAfar) {
   }
 }
 
+// Red and blue lines of 2.5 pixels, on a texture of which a pixel covers four times as much along
+// them as across.
+TEST(TexturesOfBothRenderers, AreNotWashedOutWhereTheyAreStretched) {
+  Texture lines{.width = 64, .height = 64, .pixels = {}};
+  for (int i = 0; i < 64 * 64; ++i) lines.pixels.push_back(i / 64 / 4 % 2 == 0 ? kRed : kBlue);
+  TrajectoryShape shape = square(lines, 1);
+  for (TextureCorners& corners : shape.texture_map.corners) {
+    for (auto& corner : corners) corner[0] *= 4;
+  }
+  const Pictures pictures = draw(scene_of(shape), camera_at(3), {64, 64});
+  for (const bool by_rays : {true, false}) {
+    SCOPED_TRACE(by_rays);
+    const Image& image = by_rays ? pictures.rays : pictures.raster;
+    for (const int row : {13, 18, 23, 28}) {
+      EXPECT_TRUE(is(test::pixel(image, 32, row), kRed)) << row;
+      EXPECT_TRUE(is(test::pixel(image, 32, row + 2), kBlue)) << row;
+    }
+  }
+}
+
 // A sphere whose texture goes around it once, with its seam at one meridian.
 TrajectoryShape globe(const Texture& texture) {
   TrajectoryShape shape = test::sphere_shape(0.5f, 48);
