@@ -75,7 +75,7 @@ void warn_of_packing(const Signature& signature) {
   const auto say = [](const char* pile, double measured, double spheres) {
     if (!(measured > 0) || std::abs(spheres / measured - 1) <= kPilesAlike) return;
     warn(std::string("in the statistical mode ") + pile + " of it will lie " +
-         with_digits(100 * std::abs(spheres / measured - 1), 2) + "% " +
+         std::to_string(std::lround(100 * std::abs(spheres / measured - 1))) + "% " +
          (spheres > measured ? "higher" : "lower") +
          " than they do; simulate it in the impulse mode, or finish the pile");
   };

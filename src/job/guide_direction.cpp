@@ -1,5 +1,7 @@
 #include "job/guide_direction.h"
 
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -13,7 +15,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string percent(double share) { return with_digits(100 * share, 3) + " %"; }
+std::string percent(double share) {
+  const double all = 100 * share;
+  return (all < 1000 ? with_digits(all, 3) : grouped(std::llround(all))) + " %";
+}
 
 std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
                        const GuideFilling& filling) {
