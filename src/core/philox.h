@@ -25,6 +25,7 @@ enum class Stream : uint32_t {
   picture = 21,
   mould = 22,
   pour = 23,
+  nail = 24,
   test = 100
 };
 

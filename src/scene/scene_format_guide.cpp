@@ -29,6 +29,12 @@ Fields<Guide> control_fields() {
           "stands; freeze: clusters that rest on the ground stop moving; nail: each body is nailed "
           "to "
           "its neighbours at a contact."),
+      field<G>("method", &G::method, method_codec(),
+               "Nails: pilesim's own method, or dissertation, section 6.2 as it is written, to "
+               "compare with."),
+      field<G>("alpha", &G::alpha, number(at_least(0)),
+               "Method dissertation: least area of the contacts by (6.2), in squares of the "
+               "bounding radius."),
       optional_field<G>(
           "max_glue", &G::max_glue, number(at_least(0)),
           "At most so much glue, in the pile's weight: 0 is none. What needs more slumps until "

@@ -1,6 +1,21 @@
 #include "pile/guide/candidates.h"
 
+#include "core/body_flags.h"
+
 namespace pilesim {
+
+uint8_t flags_of(Standing standing, bool held) {
+  uint8_t flags = held ? uint8_t{kFrozen} : uint8_t{0};
+  if (standing == Standing::passed || standing == Standing::filtered) flags |= kPassed;
+  if (standing == Standing::failed || standing == Standing::filtered) flags |= kFailed;
+  return flags;
+}
+
+bool stands_by_itself(const Model& model, const BodyControl& control, uint32_t body) {
+  const ModelBody& source = model.bodies[body];
+  return source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
+         (source.role == Role::dynamic && !control.is_in_world(body));
+}
 
 CandidateAnalysis::CandidateAnalysis(const Guide& guide, const Vec3& gravity)
     : guide_(guide), up_(gravity.norm() > 0 ? Vec3(-gravity.normalized()) : Vec3::UnitY()) {}

@@ -1,6 +1,7 @@
 // Which bodies of a pile may be held (dissertation 6.2.1 and 6.2.2).
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "pile/guide/equilibrium.h"
@@ -15,6 +16,12 @@ enum class Standing : uint8_t {
   filtered,  // can, but only just, or on too few contacts, or on contacts too close together
   passed,
 };
+
+// As BodyFlag has it, of a body that is held or not.
+uint8_t flags_of(Standing standing, bool held);
+
+// Fixed bodies, and dynamic ones that wait for their release.
+bool stands_by_itself(const Model& model, const BodyControl& control, uint32_t body);
 
 class CandidateAnalysis {
  public:

@@ -9,18 +9,8 @@
 #include "pile/guide/guide_constants.h"
 
 namespace pilesim {
-namespace {
 
 using namespace guide_constants;
-
-uint8_t flags_of(Standing standing, bool held) {
-  uint8_t flags = held ? uint8_t{kFrozen} : uint8_t{0};
-  if (standing == Standing::passed || standing == Standing::filtered) flags |= kPassed;
-  if (standing == Standing::failed || standing == Standing::filtered) flags |= kFailed;
-  return flags;
-}
-
-}  // namespace
 
 GuideState::GuideState(size_t bodies) : asleep(bodies), held_at(bodies, Vec3::Zero()) {}
 
@@ -104,13 +94,6 @@ void GuideDirector::analyse(ImpulseControl& control) {
   }
 }
 
-// What stands still by itself: fixed bodies, and dynamic ones that wait for their release.
-bool GuideDirector::is_anchor(const ImpulseControl& control, uint32_t body) const {
-  const ModelBody& source = model_.bodies[body];
-  return source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
-         (source.role == Role::dynamic && !control.is_in_world(body));
-}
-
 void GuideDirector::leave_out_the_sunk() {
   const auto radius = [&](uint32_t body) {
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
@@ -130,7 +113,8 @@ void GuideDirector::keep_well_surrounded(const ImpulseControl& control) {
   for (uint32_t body = 0; body < chosen_.size(); ++body) {
     if (chosen_[body] == 0) continue;
     const bool fit = std::ranges::all_of(graph_.neighbours(body), [&](uint32_t neighbour) {
-      return standing_[neighbour] == Standing::passed || is_anchor(control, neighbour);
+      return standing_[neighbour] == Standing::passed ||
+             stands_by_itself(model_, control, neighbour);
     });
     if (!fit) chosen_[body] = 0;
   }
@@ -143,8 +127,9 @@ void GuideDirector::freeze(ImpulseControl& control) {
   for (uint32_t body = 0; body < chosen_.size(); ++body) {
     if (chosen_[body] == 0) continue;
     const std::span<const uint32_t> neighbours = graph_.neighbours(body);
-    const auto anchor = std::ranges::find_if(
-        neighbours, [&](uint32_t neighbour) { return is_anchor(control, neighbour); });
+    const auto anchor = std::ranges::find_if(neighbours, [&](uint32_t neighbour) {
+      return stands_by_itself(model_, control, neighbour);
+    });
     if (anchor == neighbours.end()) continue;
     hold(body, graph_.supports(body)[anchor - neighbours.begin()].position);
   }

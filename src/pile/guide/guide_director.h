@@ -73,7 +73,6 @@ class GuideDirector final : public PileHolder {
   GuideState::DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
   double strength(uint32_t body) const;  // of its nails, N s
   bool in_guide(uint32_t body, const Vec3& centre);
-  bool is_anchor(const ImpulseControl& control, uint32_t body) const;
   double free_fall_speed(uint32_t body) const;
 
   const Model& model_;

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "pile/guide/glue_director.h"
 #include "pile/guide/guide_director.h"
+#include "pile/guide/nail_director.h"
 #include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
@@ -30,6 +31,9 @@ const Scene& checked(const Scene& scene) {
 
 std::unique_ptr<PileHolder> holder_of(const Scene& scene, const Model& model) {
   if (scene.guide->hold == HoldKind::glue) return std::make_unique<GlueDirector>(scene, model);
+  if (scene.guide->method == Method::dissertation) {
+    return std::make_unique<NailDirector>(scene, model);
+  }
   return std::make_unique<GuideDirector>(scene, model);
 }
 

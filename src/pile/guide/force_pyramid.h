@@ -1,0 +1,50 @@
+// The equilibrium of one body as the dissertation has it (2.25 to 2.28, 6.2.1): forces at its
+// contacts within friction pyramids that carry its weight and leave no torque, by linear
+// programming. The project's own analysis is equilibrium.h.
+//
+// There are many solutions; this is the vertex that Bland's rule comes to, normal forces before
+// friction. The dissertation takes what its solver returns.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pile/guide/equilibrium.h"
+
+namespace pilesim {
+
+// Of the balance and of each force, in weights: what linear programs are commonly solved to.
+inline constexpr double kForceTolerance = 1e-6;
+
+// Of one contact, in weights; the tangents are orthogonal, and follow from the normal alone.
+struct PyramidForce {
+  double normal = 0;                    // >= 0
+  double tangent_1 = 0, tangent_2 = 0;  // each at most friction times `normal`
+};
+
+class ForcePyramids {
+ public:
+  // Whether there are such forces. `centre` of mass in m; `radius_m` > 0 bounds the body; `up` is
+  // unit, against gravity.
+  bool solve(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts,
+             const Vec3& up);
+  // Of the last solution, by contact.
+  std::span<const PyramidForce> forces() const { return forces_; }
+
+ private:
+  void set_up(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts,
+              const Vec3& up);
+  bool is_free(Eigen::Index variable) const;
+  Eigen::Index entering();
+  Eigen::Index leaving(Eigen::Index entering) const;
+
+  Eigen::Index count_ = 0;  // contacts
+  // Rows: six of the balance, four a contact of (2.28), the cost. Columns: the variables, which are
+  // normal forces, pairs of tangential ones and what is left of each row of (2.28); the right side.
+  Eigen::MatrixXd tableau_;
+  std::vector<Eigen::Index> basis_;  // by row; -1: what is missing from its balance
+  std::vector<double> sign_;         // by variable: free ones may count the other way
+  std::vector<PyramidForce> forces_;
+};
+
+}  // namespace pilesim
