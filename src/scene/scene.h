@@ -273,7 +273,7 @@ struct LevelOfDetail {
 enum class EngineKind { exact, bullet };
 
 // The project's own, or the dissertation's as it is written: of the statistical mode (chapter 3),
-// of piles (5.2), of guides (6.2).
+// the mixed one (4.2, 4.3), of piles (5.2), of guides (6.2).
 enum class Method { own, dissertation };
 
 struct SimulatorSettings {

@@ -347,12 +347,21 @@ class Checker {
 
   void check_method() {
     const SimulatorSettings& simulator = scene_.simulator;
-    if (simulator.method == Method::own || simulator.mode == SimulatorMode::statistical) return;
+    if (simulator.method == Method::own) return;
     const Path place = root_ / "simulator";
-    log_.report(place / "method",
-                R"(is "dissertation" in the )" + mode_name(simulator.mode) + " mode",
-                R"("own": chapter 3 is the statistical mode's)",
-                R"(Set /simulator/mode to "statistical", or take the key away)");
+    if (simulator.mode != SimulatorMode::statistical && simulator.mode != SimulatorMode::mixed) {
+      log_.report(place / "method",
+                  R"(is "dissertation" in the )" + mode_name(simulator.mode) + " mode",
+                  R"("own": chapter 3 is the statistical mode's, chapter 4 the mixed one's)",
+                  R"(Set /simulator/mode to "statistical" or "mixed", or take the key away)");
+    }
+    for (const auto& [key, is_given] :
+         {std::pair("budget_ms_per_frame", simulator.budget_ms_per_frame.has_value()),
+          std::pair("max_error", simulator.max_error.has_value())}) {
+      if (!is_given || simulator.mode != SimulatorMode::mixed) continue;
+      log_.report(place / key, R"(stands beside "method": "dissertation")",
+                  "levels by \"level_of_detail\" only", "Take it out");
+    }
   }
 
   // Spheres that stand for bodies have the rolling resistance of their mode.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tables 6.2 and 6.3 of docs/dissertation.md: section 6.2 as it is written beside pilesim's own.
 
-    tests/benchmark/dissertation_guides.py build/release/commands/pilesim [--way WAY] [preset ...]
+    tests/benchmark/dissertation_guides.py build/release/commands/pilesim [preset ...] [--way WAY]
 
 Piles that are given body by body are left alone for 10 s (4 s without control, when they are down);
 the others run as they are. Constraints are means of the last 512 steps, as in the dissertation.

@@ -60,6 +60,20 @@ TEST(DispatchTable, IsTableFourOne) {
   }
 }
 
+// As it is written: rings on a pole are as all others, and what stands is I' to an I' body.
+TEST(DispatchTable, AsWrittenItHasNoExceptions) {
+  const LevelOfDetail detail;
+  DispatchTable table(detail, six_bodies(), Method::dissertation);
+  for (const Behaviour other : {threaded, near_exact, standing}) {
+    for (uint32_t level = 0; level < 3; ++level) {
+      const PairMethod by_table[] = {impulse, PairMethod::statistical, particle};
+      EXPECT_EQ(of_pair(table, threaded, level, other, level), by_table[level]);
+      EXPECT_EQ(of_pair(table, near_exact, level, other, level), by_table[level]);
+    }
+  }
+  for (uint32_t level = 0; level < 3; ++level) EXPECT_FALSE(table.tells_threaded(level));
+}
+
 TEST(DispatchTable, KnowsWhetherSpheresMayBeSolved) {
   LevelOfDetail detail;
   EXPECT_TRUE(DispatchTable(detail, six_bodies()).may_solve_spheres());

@@ -85,7 +85,7 @@ TEST_F(Dissertation, WhatIsAtRestStaysUntilItIsHit) {
   EXPECT_LT(states().position[1].y(), 0.45);
 }
 
-TEST_F(Dissertation, ItIsOfTheStatisticalMode) {
+TEST_F(Dissertation, ItIsOfTheStatisticalAndTheMixedMode) {
   try {
     parse_scene(R"({"version": 1, "simulator": {"method": "dissertation"}})", "scene.json");
     FAIL();
@@ -93,6 +93,8 @@ TEST_F(Dissertation, ItIsOfTheStatisticalMode) {
     EXPECT_THAT(error.what(), testing::HasSubstr("/simulator/method"));
     EXPECT_THAT(error.what(), testing::HasSubstr("\"dissertation\" in the impulse mode"));
   }
+  EXPECT_NO_THROW(parse_scene(
+      R"({"version": 1, "simulator": {"mode": "mixed", "method": "dissertation"}})", "scene.json"));
 }
 
 }  // namespace

@@ -10,8 +10,13 @@ namespace pilesim {
 
 using namespace mixed_constants;
 
-ExactBoxes::ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world)
-    : model_(model), dispatch_(dispatch), world_(world), hulls_(model.shapes.size()) {
+ExactBoxes::ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world,
+                       bool by_pieces)
+    : model_(model),
+      dispatch_(dispatch),
+      world_(world),
+      by_pieces_(by_pieces),
+      hulls_(model.shapes.size()) {
   for (const ModelBody& body : model.bodies) {
     const ModelShape& shape = model.shapes[body.shape];
     if (body.role != Role::dynamic || body.preference != Preference::prefer_statistical) continue;
@@ -94,6 +99,7 @@ void ExactBoxes::measure(Box& box) const {
   world_.boxes(box.body, box.pieces);
   box.bounds.setEmpty();
   for (const Bounds& piece : box.pieces) box.bounds.extend(piece);
+  if (!by_pieces_) box.pieces = {box.bounds};
 }
 
 bool ExactBoxes::near(const Box& box, const Candidate& candidate) const {

@@ -18,8 +18,10 @@ namespace pilesim {
 
 class ExactBoxes {
  public:
-  // All arguments must outlive it.
-  ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world);
+  // All arguments must outlive it. `by_pieces`: a body of several convex pieces has a box for each,
+  // otherwise one (dissertation 4.2.2).
+  ExactBoxes(const Model& model, const DispatchTable& dispatch, const ExactEngine& world,
+             bool by_pieces);
 
   // A must-impulse body has come into the world or left it.
   void add(uint32_t body);
@@ -58,7 +60,7 @@ class ExactBoxes {
     uint32_t body = 0;
     bool is_plane = false, moves = false;
     Bounds bounds;                                     // of what is no plane
-    std::vector<Bounds> pieces;                        // and of its convex pieces
+    std::vector<Bounds> pieces;                        // and of its convex pieces, or the same
     Vec3 normal = Vec3::Zero(), point = Vec3::Zero();  // of a plane
 
     static void fields(auto& self, auto& stream) {
@@ -74,6 +76,7 @@ class ExactBoxes {
   const Model& model_;
   const DispatchTable& dispatch_;
   const ExactEngine& world_;
+  bool by_pieces_;
   std::vector<std::vector<HullFace>> hulls_;  // by shape, of those that may be threaded
   std::vector<Box> boxes_;                    // in the order of bodies
   // Seen from above, a raster over all boxes: whether there is one in a cell, and one that moves.

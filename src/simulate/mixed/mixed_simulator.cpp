@@ -66,7 +66,7 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
           .rest_control = scene.simulator.rest_control,
           .sweeps = scene.simulator.solver_iterations,
           .dispatch = &dispatch,
-          .blocks = true};
+          .blocks = scene.simulator.method == Method::own};
 }
 
 // What goes from step to step beside the states of both worlds and of the parts below. (B): by body
@@ -179,13 +179,14 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
           .remove = [this](uint32_t body) { remove(body); },
           .push = [this](uint32_t body, const ModelEvent& event) { apply_impulse(body, event); },
           .pose = [this](uint32_t body) { return pose_now(body); }},
-      dispatch_(scene.simulator.detail, model),
+      dispatch_(scene.simulator.detail, model, scene.simulator.method),
       objects_(make_objects(model, dispatch_)),
       spheres_(model, objects_, sphere_settings(scene, dispatch_)),
       engine_(std::move(engine)),
       exact_(*engine_),
-      coupling_(scene.gravity, life_.step_s(), exact_, spheres_),
-      boxes_(model, dispatch_, exact_),
+      coupling_(scene.gravity, life_.step_s(), scene.simulator.method == Method::own, exact_,
+                spheres_),
+      boxes_(model, dispatch_, exact_, scene.simulator.method == Method::own),
       levels_(scene, model),
       state_{.behaviours = std::vector<Behaviour>(model.bodies.size(), Behaviour::exact),
              .level_set = std::vector<uint8_t>(model.bodies.size())},
@@ -333,7 +334,8 @@ bool MixedSimulator::is_attracted(uint32_t body) const {
   const double way = step_s() * (static_cast<double>(sphere.velocity.norm()) +
                                  outer * static_cast<double>(sphere.spin.norm()) +
                                  step_s() * scene_.gravity.norm());
-  const double margin = way + (is_near(body) ? kLeaveMargin * outer : 0);
+  const bool lingers = is_near(body) && scene_.simulator.method == Method::own;
+  const double margin = way + (lingers ? kLeaveMargin * outer : 0);
   const Vec3 centre = sphere.position.cast<double>();
   if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
   return boxes_.touches({.body = body,

@@ -16,8 +16,8 @@ bool stands(const ModelBody& body) { return body.role != Role::dynamic || body.h
 
 }  // namespace
 
-DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model)
-    : levels_(detail.levels), class_(model.bodies.size()) {
+DispatchTable::DispatchTable(const LevelOfDetail& detail, const Model& model, Method method)
+    : levels_(detail.levels), has_exceptions_(method == Method::own), class_(model.bodies.size()) {
   make_groups(model);
   find_what_is_solved(model, static_cast<uint32_t>(detail.level - 1));
   classes_ = groups_ * level_count() * kBehaviours;
@@ -137,7 +137,8 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
   // What an exact contact carries at one end would rock for ever on a sphere at the other.
-  if (a == near_exact && b == standing && finer.near_near == PairMethod::statistical) {
+  if (has_exceptions_ && a == near_exact && b == standing &&
+      finer.near_near == PairMethod::statistical) {
     return PairMethod::impulse;
   }
   if (a == near_exact) return b == statistical ? finer.near_far : finer.near_near;

@@ -34,7 +34,9 @@ class DispatchTable {
  public:
   // All bodies begin as exact or statistical ones of level 0, by their preference and role.
   // Throws Error(input) where the rules for pairs make more than 64 different kinds of bodies.
-  DispatchTable(const LevelOfDetail& detail, const Model& model);
+  // As written (Method::dissertation) the table holds without an exception: nothing is threaded,
+  // and what stands is I' to I' bodies at all levels.
+  DispatchTable(const LevelOfDetail& detail, const Model& model, Method method = Method::own);
 
   // `level` counts from 0.
   void set(uint32_t body, Behaviour behaviour, uint32_t level);
@@ -52,7 +54,7 @@ class DispatchTable {
   bool is_posed(uint32_t body) const { return posed_[class_[body]] != 0; }
   // Whether bodies of this level that are threaded are solved among each other.
   bool tells_threaded(uint32_t level) const {
-    return levels_[level].near_near == PairMethod::statistical;
+    return has_exceptions_ && levels_[level].near_near == PairMethod::statistical;
   }
   bool uses(PairMethod method) const;  // anywhere in levels and rules
   // Whether some pair of dynamic bodies that prefer to be spheres may be solved, or one of such a
@@ -77,6 +79,7 @@ class DispatchTable {
   }
 
   std::vector<DetailLevel> levels_;
+  bool has_exceptions_;
   bool may_solve_spheres_ = false, may_solve_standing_ = false;
   uint32_t groups_ = 1;              // of bodies that the same rules name
   std::vector<uint8_t> group_;       // by body
