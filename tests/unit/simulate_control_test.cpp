@@ -349,5 +349,33 @@ TEST(ImpulseControl, NailsHoldUntilTheyAreRemoved) {
   EXPECT_LT(simulator->states().position[1].y(), 0.9);
 }
 
+// By the impulse of the whole step, which a blow gives at its beginning.
+TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
+  for (const double share : {0.5, 2.0}) {
+    Balls balls;
+    balls.model.bodies[1].pose.position = {0, 1, 0};
+    const double strength_ns = 5 * balls.model.bodies[1].mass_kg;
+    balls.model.events.push_back({.time_s = 0.1,
+                                  .kind = ModelEvent::Kind::impulse,
+                                  .bodies = {1},
+                                  .impulse = share * strength_ns * Vec3::UnitX()});
+    ConstraintId nail = 0;
+    bool holds = true;
+    ImpulseScript script([&](ImpulseControl& control) {
+      if (control.time_s() == 0) {
+        nail = control.add_nail({.a = 1,
+                                 .b = 0,
+                                 .point = {0, 1, 0},
+                                 .axis = Vec3::UnitY(),
+                                 .breaking_impulse_ns = strength_ns});
+      }
+      holds = control.holds(nail);
+    });
+    const auto simulator = make_directed_simulator(balls.scene, balls.model, script);
+    run(*simulator, 20);
+    EXPECT_EQ(holds, share < 1) << share;
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

@@ -459,6 +459,7 @@ void ContactSolver<T>::make_substeps(const SolverSettings& settings,
         sweep<false>(block, per_substep);
       });
     }
+    for (SolverJoint& joint : joints) joint.push_ns += substep_s * joint.force_n;
   }
 }
 

@@ -54,6 +54,7 @@ struct SolverJoint {
   Vec3 axis_a, axis_b;          // unit, world
   Vec3 force_n = Vec3::Zero();  // on b, in the step before; then in this one
   Vec3 torque_nm = Vec3::Zero();
+  Vec3 push_ns = Vec3::Zero();  // on b, of the whole step
   bool is_glue = false;
   Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
   double strength_n = 0, strength_nm = 0;  // of glue

@@ -245,15 +245,19 @@ void StepSolver::list_joints() {
 }
 
 void StepSolver::take_over_joints() {
+  broken_.clear();
   for (size_t i = 0; i < joint_at_.size(); ++i) {
     Joint& joint = state_.joints[joint_at_[i]];
     joint.force_n = solver_joints_[i].force_n;
     joint.torque_nm = solver_joints_[i].torque_nm;
+    const bool breaks = joint.is_glue
+                            ? is_torn(joint)
+                            : solver_joints_[i].push_ns.norm() >= joint.breaking_impulse_ns;
+    if (breaks) broken_.push_back(joint.id);
   }
-  std::erase_if(state_.joints, [&](const Joint& joint) {
-    if (joint.is_glue) return is_torn(joint);
-    return joint.force_n.norm() * settings_.step_s >= joint.breaking_impulse_ns;
-  });
+  // In the order of their ids; hinges, which have none of their own, never break.
+  std::erase_if(state_.joints,
+                [&](const Joint& joint) { return std::ranges::binary_search(broken_, joint.id); });
 }
 
 void StepSolver::take_over_bodies() {

@@ -63,6 +63,7 @@ class StepSolver {
   std::vector<ContactRange> ranges_;
   std::vector<SolverJoint> solver_joints_;
   std::vector<size_t> joint_at_;
+  std::vector<ConstraintId> broken_;
 };
 
 }  // namespace pilesim::exact
