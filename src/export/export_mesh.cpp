@@ -2,57 +2,57 @@
 
 #include <map>
 
-#include "render/render_mesh.h"
+#include "render/draw_list.h"
 
 namespace pilesim {
 namespace {
 
-// As pack_material() packed it: to within a step of 255.
-Colour unpacked(const PackedMaterial& paint) {
-  Colour colour;
-  for (size_t i = 0; i < 3; ++i) {
-    const double root = paint[i] / 255.0;
-    colour[i] = srgb_from_linear(root * root);
+SplitMesh split_of(const RenderMesh& mesh) {
+  SplitMesh split;
+  const MeshLevel& full = mesh.levels.front();
+  const size_t count = mesh.levels.size() > 1 ? mesh.levels[1].first_vertex : mesh.vertices.size();
+  for (size_t i = 0; i < count; ++i) {
+    const RenderVertex& vertex = mesh.vertices[i];
+    split.points.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
+    split.normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+    split.colours.push_back(albedo_of(vertex.paint));
+    split.places.push_back(vertex.uv);
   }
-  return colour;
+  split.corners.assign(mesh.indices.begin(), mesh.indices.begin() + full.index_count);
+  split.runs = full.runs;
+  return split;
 }
 
 }  // namespace
 
 ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
-  const float r = plane_reach_m;
-  const RenderMesh source =
-      shape.is_plane
-          ? make_render_mesh(
-                std::array{Vec3f(-r, 0, -r), Vec3f(-r, 0, r), Vec3f(r, 0, r), Vec3f(r, 0, -r)},
-                std::array<std::array<uint32_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}})
-          : make_render_mesh(shape.vertices, shape.triangles, shape.colours);
-  ExportMesh mesh;
-  mesh.radius_m = source.radius_m;
-  std::map<std::array<float, 3>, uint32_t> place;
-  std::vector<uint32_t> point_of;  // of a split one
-  const MeshLevel full = source.levels.empty() ? MeshLevel{} : source.levels.front();
-  uint32_t split_count = 0;
-  for (uint32_t i = 0; i < full.index_count; ++i) {
-    const uint32_t corner = source.indices[full.first_index + i];
-    mesh.split_corners.push_back(corner);
-    split_count = std::max(split_count, corner + 1);
+  TrajectoryShape drawn = shape;
+  if (shape.is_plane) {
+    const float r = plane_reach_m;
+    drawn.vertices = {{-r, 0, -r}, {-r, 0, r}, {r, 0, r}, {r, 0, -r}};
+    drawn.triangles = {{0, 1, 2}, {0, 2, 3}};
   }
-  for (uint32_t i = 0; i < split_count; ++i) {
-    const RenderVertex& vertex = source.vertices[full.first_vertex + i];
-    mesh.split_points.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
-    mesh.split_normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
+  ExportMesh mesh;
+  const RenderMesh split =
+      make_render_mesh(drawn.vertices, drawn.triangles, drawn.colours, drawn.texture_map);
+  mesh.split = split_of(split);
+  mesh.radius_m = split.radius_m;
+  CornerMesh told = make_corner_mesh(drawn.vertices, drawn.triangles);
+  mesh.normals = std::move(told.normals);
+  // Its positions may yet be 0 and -0.
+  std::map<std::array<float, 3>, uint32_t> place;
+  std::vector<uint32_t> point_of;
+  for (const Vec3f& p : told.positions) {
     const auto [found, is_new] =
-        place.try_emplace(vertex.position, static_cast<uint32_t>(mesh.points.size()));
-    if (is_new) mesh.points.push_back(mesh.split_points.back());
+        place.try_emplace({p.x(), p.y(), p.z()}, static_cast<uint32_t>(mesh.points.size()));
+    if (is_new) mesh.points.push_back(p);
     point_of.push_back(found->second);
   }
-  for (const uint32_t corner : mesh.split_corners) mesh.corners.push_back(point_of[corner]);
-  if (!shape.colours.empty()) {
-    for (uint32_t i = 0; i < full.index_count; i += 3) {
-      const uint32_t vertex = full.first_vertex + source.indices[full.first_index + i];
-      mesh.colours.push_back(unpacked(source.vertices[vertex].paint));
-    }
+  for (const uint32_t corner : told.corners) mesh.corners.push_back(point_of[corner]);
+  mesh.texture_map.textures = drawn.texture_map.textures;
+  for (const uint32_t triangle : told.source) {
+    if (!drawn.colours.empty()) mesh.colours.push_back(drawn.colours[triangle]);
+    if (!drawn.texture_map.empty()) mesh.texture_map.add(drawn.texture_map, triangle);
   }
   return mesh;
 }

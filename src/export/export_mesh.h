@@ -6,18 +6,28 @@
 #include <vector>
 
 #include "core/types.h"
+#include "render/render_mesh.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
 
+// Points with all that vertices of graphics cards have: several at a crease, or where colours meet.
+struct SplitMesh {
+  std::vector<Vec3f> points, normals;        // m; unit
+  std::vector<Vec3f> colours;                // of the file, linear; black where a texture is
+  std::vector<std::array<float, 2>> places;  // in the texture, as TextureCorners has them
+  std::vector<uint32_t> corners;             // (3 T) indices into points, in an order of its own
+  std::vector<TextureRun> runs;              // of corners
+};
+
 struct ExportMesh {
   std::vector<Vec3f> points;      // m, body frame; no two at one place
   std::vector<uint32_t> corners;  // (3 T) indices into points
-  // (3 T) indices into split_points: points with a normal each, several at a crease.
-  std::vector<uint32_t> split_corners;
-  std::vector<Vec3f> split_points, split_normals;  // m; unit
-  std::vector<Colour> colours;                     // (T) of its file, or empty
-  float radius_m = 0;                              // of the sphere about the origin that holds it
+  std::vector<Vec3f> normals;     // (3 T) unit
+  std::vector<Colour> colours;    // (T) of its file, or empty
+  TextureMap texture_map;         // of the triangles, or empty
+  SplitMesh split;
+  float radius_m = 0;  // of the sphere about the origin that holds it
 };
 
 // A plane becomes a square about its origin that reaches `plane_reach_m` each way.

@@ -16,9 +16,7 @@
 #include "core/hash.h"
 #include "export/export_text.h"
 #include "export/formats.h"
-#include "render/draw_list.h"
 #include "render/image_output.h"
-#include "render/render_mesh.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -229,10 +227,7 @@ class Document {
     const auto [found, is_new] = mesh_of_.try_emplace({shape, look}, 0);
     if (!is_new) return found->second;
     const auto [geometry, is_new_shape] = geometry_of_.try_emplace(shape);
-    if (is_new_shape) {
-      const bool has_textures = !source_.header().shapes[shape].texture_map.empty();
-      geometry->second = has_textures ? add_textured_geometry(shape) : add_geometry(shape);
-    }
+    if (is_new_shape) geometry->second = add_geometry(shape);
     const auto& [points, normals, colours, places, parts] = geometry->second;
     const bool is_painted = source_.looks()[look].is_painted;
     List primitives;
@@ -261,61 +256,28 @@ class Document {
     return ", \"min\": " + list(box.min()) + ", \"max\": " + list(box.max());
   }
 
+  // Points have a place in a texture each, or a colour.
   Geometry add_geometry(uint32_t shape) {
     const ExportMesh& mesh = source_.shapes()[shape];
+    const SplitMesh& split = mesh.split;
     Geometry geometry;
     geometry.points =
-        add_accessor(kVertices, mesh.split_points, "VEC3", kFloat, bounds_of(mesh.split_points));
-    geometry.normals = add_accessor(kVertices, mesh.split_normals, "VEC3", kFloat);
-    geometry.parts = {{nullptr, add_accessor(kIndices, mesh.split_corners, "SCALAR", kUnsigned)}};
+        add_accessor(kVertices, split.points, "VEC3", kFloat, bounds_of(split.points));
+    geometry.normals = add_accessor(kVertices, split.normals, "VEC3", kFloat);
     if (!mesh.colours.empty()) {
-      geometry.colours = add_accessor(kVertices, split_colours(mesh), "VEC3", kFloat);
+      geometry.colours = add_accessor(kVertices, split.colours, "VEC3", kFloat);
     }
-    return geometry;
-  }
-
-  // Points have a place in a texture each, or a colour.
-  Geometry add_textured_geometry(uint32_t shape) {
-    const TrajectoryShape& source = source_.header().shapes[shape];
-    const RenderMesh mesh =
-        make_render_mesh(source.vertices, source.triangles, source.colours, source.texture_map);
-    const MeshLevel& full = mesh.levels.front();
-    const size_t count =
-        mesh.levels.size() > 1 ? mesh.levels[1].first_vertex : mesh.vertices.size();
-    std::vector<Vec3f> points, normals, colours;
-    std::vector<std::array<float, 2>> places;
-    for (size_t i = 0; i < count; ++i) {
-      const RenderVertex& vertex = mesh.vertices[i];
-      points.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
-      normals.emplace_back(vertex.normal[0], vertex.normal[1], vertex.normal[2]);
-      colours.push_back(albedo_of(vertex.paint));
-      places.push_back(vertex.uv);
+    if (!mesh.texture_map.empty()) {
+      geometry.places = add_accessor(kPlaces, split.places, "VEC2", kFloat);
     }
-    Geometry geometry;
-    geometry.points = add_accessor(kVertices, points, "VEC3", kFloat, bounds_of(points));
-    geometry.normals = add_accessor(kVertices, normals, "VEC3", kFloat);
-    geometry.colours = add_accessor(kVertices, colours, "VEC3", kFloat);
-    geometry.places = add_accessor(kPlaces, places, "VEC2", kFloat);
-    for (const TextureRun& run : full.runs) {
-      const auto first = mesh.indices.begin() + run.first_index;
+    for (const TextureRun& run : split.runs) {
+      const auto first = split.corners.begin() + run.first_index;
       geometry.parts.push_back(
-          {run.texture == 0 ? nullptr : source.texture_map.textures[run.texture - 1].get(),
+          {run.texture == 0 ? nullptr : mesh.texture_map.textures[run.texture - 1].get(),
            add_accessor(kIndices, std::vector<uint32_t>(first, first + run.index_count), "SCALAR",
                         kUnsigned)});
     }
     return geometry;
-  }
-
-  // Linear, of the points with a normal each: they have one colour each, too.
-  static std::vector<Vec3f> split_colours(const ExportMesh& mesh) {
-    std::vector<Vec3f> colours(mesh.split_points.size(), Vec3f::Ones());
-    for (size_t i = 0; i < mesh.split_corners.size(); ++i) {
-      for (int k = 0; k < 3; ++k) {
-        colours[mesh.split_corners[i]][k] =
-            static_cast<float>(linear_from_srgb(mesh.colours[i / 3][k]));
-      }
-    }
-    return colours;
   }
 
   // `texture` may be null.
@@ -344,11 +306,7 @@ class Document {
   size_t add_texture(const Texture& texture) {
     const auto [found, is_new] = texture_of_.try_emplace(&texture, 0);
     if (!is_new) return found->second;
-    Image image{.width = texture.width, .height = texture.height};
-    for (const Colour& pixel : texture.pixels) {
-      image.rgb.insert(image.rgb.end(), pixel.begin(), pixel.end());
-    }
-    std::string png = png_of(image);
+    std::string png = png_of(texture);
     png.append((4 - png.size() % 4) % 4, '\0');
     const auto view = static_cast<View>(data_.size());
     data_.emplace_back();

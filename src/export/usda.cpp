@@ -4,6 +4,7 @@
 // Where what moves takes much space it lies in value clips, files of a part of the time each; a
 // manifest names the attributes that are there.
 #include <cmath>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "export/formats.h"
 #include "export/usda_bodies.h"
 #include "export/usda_text.h"
+#include "render/image_output.h"
 
 namespace pilesim {
 namespace fs = std::filesystem;
@@ -30,6 +32,19 @@ class UsdaWriter {
       prims_.mesh.push_back(mesh_names(shape.name));
     }
     for (const ExportLook& look : source.looks()) prims_.look.push_back(look_names(look.name));
+    prims_.subsets.resize(source.shapes().size());
+    for (const ExportBody& body : source.bodies()) {
+      if (!source.looks()[body.look].is_painted) continue;
+      auto& subsets = prims_.subsets[body.shape];
+      if (subsets.empty()) subsets = subsets_of(source.shapes()[body.shape]);
+      for (const auto& [name, picture] : subsets) {
+        if (picture == 0) continue;
+        const auto [look, is_new] = prims_.textured_look.try_emplace({body.look, picture});
+        if (!is_new) continue;
+        look->second = look_names(source.looks()[body.look].name + " texture " +
+                                  std::to_string(picture));
+      }
+    }
   }
 
   void write(ExportForm form) {
@@ -50,6 +65,23 @@ class UsdaWriter {
  private:
   void line(const std::string& text) { write_line(*file_, text); }
   std::string code(size_t k) const { return time_code(source_, k); }
+
+  // Of a number as TextureMap has it.
+  static std::string subset_name(uint32_t number) { return "texture_" + std::to_string(number); }
+
+  std::map<std::string, size_t> subsets_of(const ExportMesh& mesh) {
+    std::map<std::string, size_t> subsets;
+    for (const uint32_t number : mesh.texture_map.texture) {
+      const auto [subset, is_new] = subsets.try_emplace(subset_name(number), 0);
+      if (!is_new || number == 0) continue;
+      const Texture* texture = mesh.texture_map.textures[number - 1].get();
+      const auto [picture, is_new_picture] =
+          picture_of_.try_emplace(texture, pictures_.size() + 1);
+      if (is_new_picture) pictures_.push_back(texture);
+      subset->second = picture->second;
+    }
+    return subsets;
+  }
 
   void write_head(const FrameSpan& span) {
     std::string rate;
@@ -141,9 +173,8 @@ class UsdaWriter {
       write_list(*file_, mesh.corners.size(),
                  [&](std::string& text, size_t i) { append_number(text, mesh.corners[i]); });
       file_->write("\n        normal3f[] normals = ");
-      write_list(*file_, mesh.split_corners.size(), [&](std::string& text, size_t i) {
-        append_tuple(text, mesh.split_normals[mesh.split_corners[i]]);
-      });
+      write_list(*file_, mesh.normals.size(),
+                 [&](std::string& text, size_t i) { append_tuple(text, mesh.normals[i]); });
       file_->write(" (\n            interpolation = \"faceVarying\"\n        )\n");
       file_->write("        point3f[] points = ");
       write_list(*file_, mesh.points.size(),
@@ -154,9 +185,44 @@ class UsdaWriter {
                    [&](std::string& text, size_t i) { text += linear_tuple(mesh.colours[i]); });
         file_->write(" (\n            interpolation = \"uniform\"\n        )");
       }
-      line("\n        uniform token subdivisionScheme = \"none\"\n    }");
+      if (!prims_.subsets[shape].empty()) write_places(mesh.texture_map);
+      line("\n        uniform token subdivisionScheme = \"none\"");
+      if (prims_.subsets[shape].size() > 1) write_subsets(shape);
+      line("    }");
     }
     line("}");
+  }
+
+  void write_places(const TextureMap& map) {
+    file_->write("\n        texCoord2f[] primvars:st = ");
+    write_list(*file_, 3 * map.corners.size(), [&](std::string& text, size_t i) {
+      const auto [u, v] = map.corners[i / 3][i % 3];
+      text += '(';
+      append_number(text, u);
+      text += ", ";
+      append_number(text, 1 - v);  // from the lower border
+      text += ')';
+    });
+    file_->write(" (\n            interpolation = \"faceVarying\"\n        )");
+  }
+
+  void write_subsets(uint32_t shape) {
+    const std::vector<uint32_t>& texture = source_.shapes()[shape].texture_map.texture;
+    std::map<std::string, std::vector<size_t>> triangles;
+    for (size_t i = 0; i < texture.size(); ++i) {
+      if (texture[i] != 0) triangles[subset_name(texture[i])].push_back(i);
+    }
+    line("        uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"");
+    for (const auto& [name, found] : triangles) {
+      const std::vector<size_t>& indices = found;  // lambdas capture no bindings
+      line("\n        def GeomSubset \"" + name + "\"\n        {");
+      line("            uniform token elementType = \"face\"");
+      line("            uniform token familyName = \"materialBind\"");
+      file_->write("            int[] indices = ");
+      write_list(*file_, indices.size(),
+                 [&](std::string& text, size_t i) { append_number(text, indices[i]); });
+      line("\n        }");
+    }
   }
 
   static std::string linear_tuple(const Colour& colour) {
@@ -169,31 +235,59 @@ class UsdaWriter {
   }
 
   void write_looks() {
+    std::vector<std::string> picture_file;
+    for (const Texture* picture : pictures_) {
+      ExportFile& file =
+          add_beside(".texture." + std::to_string(picture_file.size() + 1) + ".png");
+      file.write(png_of(*picture));
+      picture_file.push_back(asset(file));
+    }
     line("    def Scope \"materials\"\n    {");
     for (size_t i = 0; i < prims_.look.size(); ++i) {
-      const std::string path = "/pile/materials/" + prims_.look[i];
       const ExportLook& look = source_.looks()[i];
-      line("        def Material \"" + prims_.look[i] + "\"\n        {");
-      line("            token outputs:surface.connect = <" + path + "/surface.outputs:surface>\n");
-      line("            def Shader \"surface\"\n            {");
-      line("                uniform token info:id = \"UsdPreviewSurface\"");
+      const std::string path = "</pile/materials/" + prims_.look[i];
       if (look.is_painted) {
-        line("                color3f inputs:diffuseColor.connect = <" + path +
-             "/paint.outputs:result>");
+        write_material(prims_.look[i], ".connect = " + path + "/paint.outputs:result>");
+        write_reader("paint", "float3", "displayColor");
       } else {
-        line("                color3f inputs:diffuseColor = " + linear_tuple(look.colour));
-      }
-      line("                float inputs:roughness = 0.7");
-      line("                token outputs:surface\n            }");
-      if (look.is_painted) {
-        line("\n            def Shader \"paint\"\n            {");
-        line("                uniform token info:id = \"UsdPrimvarReader_float3\"");
-        line("                string inputs:varname = \"displayColor\"");
-        line("                float3 outputs:result\n            }");
+        write_material(prims_.look[i], " = " + linear_tuple(look.colour));
       }
       line("        }");
     }
+    for (const auto& [key, name] : prims_.textured_look) {
+      const std::string path = "</pile/materials/" + name;
+      write_material(name, ".connect = " + path + "/texture.outputs:rgb>");
+      line("\n            def Shader \"texture\"\n            {");
+      line("                uniform token info:id = \"UsdUVTexture\"");
+      line("                asset inputs:file = " + picture_file[key.second - 1]);
+      line("                token inputs:sourceColorSpace = \"sRGB\"");
+      line("                float2 inputs:st.connect = " + path + "/place.outputs:result>");
+      line("                token inputs:wrapS = \"repeat\"");
+      line("                token inputs:wrapT = \"repeat\"");
+      line("                float3 outputs:rgb\n            }");
+      write_reader("place", "float2", "st");
+      line("        }");
+    }
     line("    }");
+  }
+
+  // But for its end. `colour`: what follows the name of the surface's input.
+  void write_material(const std::string& name, const std::string& colour) {
+    line("        def Material \"" + name + "\"\n        {");
+    line("            token outputs:surface.connect = </pile/materials/" + name +
+         "/surface.outputs:surface>\n");
+    line("            def Shader \"surface\"\n            {");
+    line("                uniform token info:id = \"UsdPreviewSurface\"");
+    line("                color3f inputs:diffuseColor" + colour);
+    line("                float inputs:roughness = 0.7");
+    line("                token outputs:surface\n            }");
+  }
+
+  void write_reader(const std::string& name, const std::string& type, const std::string& primvar) {
+    line("\n            def Shader \"" + name + "\"\n            {");
+    line("                uniform token info:id = \"UsdPrimvarReader_" + type + '"');
+    line("                string inputs:varname = \"" + primvar + '"');
+    line("                " + type + " outputs:result\n            }");
   }
 
   void write_camera() {
@@ -245,6 +339,8 @@ class UsdaWriter {
   ExportFile* file_;  // that is being written
   const FrameSpan all_{0, source_.frame_count() - 1};
   UsdaPrims prims_;
+  std::vector<const Texture*> pictures_;         // of painted bodies
+  std::map<const Texture*, size_t> picture_of_;  // 1 + index into them
   std::unique_ptr<UsdaBodies> bodies_;
   std::vector<FrameSpan> clips_;  // none: all motion is in the scene itself
 };

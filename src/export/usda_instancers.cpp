@@ -132,9 +132,12 @@ class UsdaInstancers : public UsdaBodies {
     }
     write_line(file, "\n        def Scope \"prototypes\"\n        {");
     for (size_t p = 0; p < prototypes.size(); ++p) {
+      const auto [shape, look] = prototypes[p];
+      const std::string indent = "                ";
       file.write("            def Mesh \"" + prototype_name(p) + '"' +
-                 prims_.mesh_metadata(prototypes[p][0], "            "));
-      write_line(file, "                " + prims_.binding(prototypes[p][1]) + "\n            }");
+                 prims_.mesh_metadata(shape, "            "));
+      write_line(file, indent + prims_.binding(shape, look) + '\n' +
+                           prims_.subset_bindings(shape, look, indent) + "            }");
     }
     write_line(file, "        }\n    }");
   }

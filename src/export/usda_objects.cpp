@@ -49,13 +49,14 @@ class UsdaObjects : public UsdaBodies {
           "    def Mesh \"" + names[i] + '"' + prims_.mesh_metadata(body.shape, "    ");
       text += "        custom int pilesim:id = " + std::to_string(body.id);
       text += "\n        custom string pilesim:name = " + usda_string(body.name);
-      text += "\n        " + prims_.binding(body.look);
+      text += "\n        " + prims_.binding(body.shape, body.look);
       const ExportTrack& track = tracks_[i];
       const UsdaPlace place = has_clips ? UsdaPlace::declared : UsdaPlace::scene;
       append_pose(text, source_, track, track.key.size() > 1 ? place : UsdaPlace::scene);
       text += kXformOrder;
       if (body.ever_absent) append_visibility(text, track, body.starts_present, 0, place);
-      write_line(file, text + "\n    }");
+      text += '\n' + prims_.subset_bindings(body.shape, body.look, "        ");
+      write_line(file, text + "    }");
     }
   }
 

@@ -3,6 +3,13 @@
 #include "export/export_text.h"
 
 namespace pilesim {
+namespace {
+
+std::string material_binding(const std::string& material) {
+  return "rel material:binding = </pile/materials/" + material + '>';
+}
+
+}  // namespace
 
 std::string UsdaNames::operator()(const std::string& name) {
   std::string word;
@@ -16,8 +23,27 @@ std::string UsdaNames::operator()(const std::string& name) {
   return result;
 }
 
-std::string UsdaPrims::binding(uint32_t look_index) const {
-  return "rel material:binding = </pile/materials/" + look[look_index] + '>';
+std::string UsdaPrims::binding(uint32_t shape, uint32_t look_index) const {
+  std::string name = look[look_index];
+  if (subsets[shape].size() == 1) {
+    const auto found = textured_look.find({look_index, subsets[shape].begin()->second});
+    if (found != textured_look.end()) name = found->second;
+  }
+  return material_binding(name);
+}
+
+std::string UsdaPrims::subset_bindings(uint32_t shape, uint32_t look_index,
+                                       const std::string& indent) const {
+  std::string text;
+  if (subsets[shape].size() < 2) return text;
+  for (const auto& [subset, picture] : subsets[shape]) {
+    const auto found = textured_look.find({look_index, picture});
+    if (found == textured_look.end()) continue;
+    text += indent + "over \"" + subset + "\" (\n" + indent +
+            "    prepend apiSchemas = [\"MaterialBindingAPI\"]\n" + indent + ")\n" + indent +
+            "{\n" + indent + "    " + material_binding(found->second) + "\n" + indent + "}\n";
+  }
+  return text;
 }
 
 std::string UsdaPrims::mesh_metadata(uint32_t shape, const std::string& indent) const {

@@ -1,8 +1,10 @@
 // Words of USD's text form, which all parts of a file are written with.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/parallel_for.h"
@@ -23,8 +25,16 @@ class UsdaNames {
 // Names of prims that bodies are made of, by shape and by look.
 struct UsdaPrims {
   std::vector<std::string> mesh, look;
+  // By look and number of the picture: materials of painted bodies whose meshes have textures.
+  std::map<std::pair<uint32_t, size_t>, std::string> textured_look;
+  // By shape: pictures that its triangles have where bodies are painted, 0: a colour. Several are
+  // subsets of the mesh, but for what has a colour.
+  std::vector<std::map<std::string, size_t>> subsets;
 
-  std::string binding(uint32_t look_index) const;
+  // What a body of the shape with the look is made of.
+  std::string binding(uint32_t shape, uint32_t look_index) const;
+  // The same of the mesh's subsets, prims within it.
+  std::string subset_bindings(uint32_t shape, uint32_t look_index, const std::string& indent) const;
   // What makes a prim the mesh of a shape.
   std::string mesh_metadata(uint32_t shape, const std::string& indent) const;
 };

@@ -57,9 +57,9 @@ class MergedMesh {
       : source_(source), layout_(layout) {
     for (const ExportBody& body : source.bodies()) {
       const ExportMesh& mesh = source.shapes()[body.shape];
-      vertices_ += mesh.split_points.size();
-      indices_ += mesh.split_corners.size();
-      for (const Vec3f& point : mesh.split_points) box_.extend(point);
+      vertices_ += mesh.split.points.size();
+      indices_ += mesh.split.corners.size();
+      for (const Vec3f& point : mesh.split.points) box_.extend(point);
     }
   }
 
@@ -117,26 +117,26 @@ class MergedMesh {
         file.write_values(std::span(std::as_const(values)));
       }
     };
-    of_each([](size_t, const ExportMesh& mesh) { return mesh.split_points; });
-    of_each([](size_t, const ExportMesh& mesh) { return mesh.split_normals; });
+    of_each([](size_t, const ExportMesh& mesh) { return mesh.split.points; });
+    of_each([](size_t, const ExportMesh& mesh) { return mesh.split.normals; });
     of_each([&](size_t b, const ExportMesh& mesh) {
       const size_t column = b % layout_.columns, row = b / layout_.columns;
       const std::array<float, 2> texel = {
           (static_cast<float>(column) + 0.5f) / static_cast<float>(layout_.columns),
           (static_cast<float>(row) + 0.5f) / static_cast<float>(layout_.height)};
-      return std::vector(mesh.split_points.size(), texel);
+      return std::vector(mesh.split.points.size(), texel);
     });
     of_each([](size_t b, const ExportMesh& mesh) {
-      return std::vector(mesh.split_points.size(), static_cast<float>(b));
+      return std::vector(mesh.split.points.size(), static_cast<float>(b));
     });
     of_each([&](size_t b, const ExportMesh& mesh) {
-      return std::vector(mesh.split_points.size(), colour(b));
+      return std::vector(mesh.split.points.size(), colour(b));
     });
     uint32_t first = 0;
     of_each([&](size_t, const ExportMesh& mesh) {
-      std::vector<uint32_t> corners = mesh.split_corners;
+      std::vector<uint32_t> corners = mesh.split.corners;
       for (uint32_t& corner : corners) corner += first;
-      first += static_cast<uint32_t>(mesh.split_points.size());
+      first += static_cast<uint32_t>(mesh.split.points.size());
       return corners;
     });
   }

@@ -14,6 +14,7 @@ namespace pilesim {
 
 // The bytes of its file. Throws Error(internal) where memory runs out.
 std::string png_of(const Image& image);
+std::string png_of(const Texture& texture);
 
 // Written beside its place and renamed. Throws Error(io).
 void write_png(const Image& image, const std::filesystem::path& file);

@@ -57,6 +57,14 @@ bool configure_stb() {
 
 }  // namespace
 
+std::string png_of(const Texture& texture) {
+  Image image{.width = texture.width, .height = texture.height};
+  for (const Colour& pixel : texture.pixels) {
+    image.rgb.insert(image.rgb.end(), pixel.begin(), pixel.end());
+  }
+  return png_of(image);
+}
+
 std::string png_of(const Image& image) {
   static const bool configured = configure_stb();
   std::string bytes;

@@ -13,13 +13,8 @@
 namespace pilesim {
 namespace {
 
-struct WeldedMesh {
-  std::vector<Vec3f> positions;
-  std::vector<uint32_t> corners;  // (3 T) indices into positions, no triangle with equal corners
-  std::vector<uint32_t> source;   // (T) which of the triangles it is
-};
-
-WeldedMesh weld(std::span<const Vec3f> vertices,
+// All but the normals.
+CornerMesh weld(std::span<const Vec3f> vertices,
                 std::span<const std::array<uint32_t, 3>> triangles) {
   std::vector<uint32_t> corners;
   corners.reserve(triangles.size() * 3);
@@ -29,7 +24,7 @@ WeldedMesh weld(std::span<const Vec3f> vertices,
   std::vector<uint32_t> remap(vertices.size());
   const size_t count = meshopt_generateVertexRemap(remap.data(), corners.data(), corners.size(),
                                                    vertices.data(), vertices.size(), sizeof(Vec3f));
-  WeldedMesh welded;
+  CornerMesh welded;
   welded.positions.resize(count);
   meshopt_remapVertexBuffer(welded.positions.data(), vertices.data(), vertices.size(),
                             sizeof(Vec3f), remap.data());
@@ -98,7 +93,7 @@ bool is_closed(const std::vector<Edge>& edges) {
 
 // The normal of each corner: faces joined by edges flatter than the crease angle, weighted by their
 // angle at the vertex.
-std::vector<Vec3f> corner_normals(const WeldedMesh& mesh, const std::vector<Edge>& edges) {
+std::vector<Vec3f> corner_normals(const CornerMesh& mesh, const std::vector<Edge>& edges) {
   const size_t corner_count = mesh.corners.size();
   std::vector<Vec3f> face_normal(corner_count / 3);
   std::vector<float> corner_angle(corner_count);
@@ -138,8 +133,7 @@ std::vector<Vec3f> corner_normals(const WeldedMesh& mesh, const std::vector<Edge
 }
 
 // One vertex for each place, normal and paint, or place in a texture.
-void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
-                    std::span<const Colour> colours, const TextureMap& map,
+void index_vertices(const CornerMesh& mesh, std::span<const Colour> colours, const TextureMap& map,
                     std::vector<RenderVertex>& vertices, std::vector<uint32_t>& indices) {
   std::vector<RenderVertex> corners(mesh.corners.size());
   for (size_t i = 0; i < corners.size(); ++i) {
@@ -147,7 +141,7 @@ void index_vertices(const WeldedMesh& mesh, const std::vector<Vec3f>& normals,
     const uint32_t source = mesh.source[i / 3];
     RenderVertex& corner = corners[i];
     corner.position = {p.x(), p.y(), p.z()};
-    corner.normal = {normals[i].x(), normals[i].y(), normals[i].z()};
+    corner.normal = {mesh.normals[i].x(), mesh.normals[i].y(), mesh.normals[i].z()};
     if (!map.empty() && map.texture[source] != 0) {
       corner.texture = map.texture[source];
       corner.uv = map.corners[source][i % 3];
@@ -328,11 +322,18 @@ PackedMaterial pack_material(const Colour& colour, uint8_t kind) {
   return material;
 }
 
+CornerMesh make_corner_mesh(std::span<const Vec3f> vertices,
+                            std::span<const std::array<uint32_t, 3>> triangles) {
+  CornerMesh mesh = weld(vertices, triangles);
+  mesh.normals = corner_normals(mesh, sorted_edges(mesh.corners));
+  return mesh;
+}
+
 RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
                             std::span<const std::array<uint32_t, 3>> triangles,
                             std::span<const Colour> colours, const TextureMap& map) {
   RenderMesh mesh;
-  const WeldedMesh welded = weld(vertices, triangles);
+  CornerMesh welded = weld(vertices, triangles);
   if (welded.corners.empty()) {
     mesh.levels.emplace_back();
     return mesh;
@@ -344,7 +345,8 @@ RenderMesh make_render_mesh(std::span<const Vec3f> vertices,
   }
   std::vector<RenderVertex> split;
   std::vector<uint32_t> indices;
-  index_vertices(welded, corner_normals(welded, edges), colours, map, split, indices);
+  welded.normals = corner_normals(welded, edges);
+  index_vertices(welded, colours, map, split, indices);
   append_level(mesh, split, indices, 0);
   append_simplified_levels(mesh, split, indices);
   return mesh;

@@ -55,6 +55,17 @@ struct RenderMesh {
   bool closed = false;  // every edge has two triangles of opposite directions
 };
 
+// Triangles in the order in which they are told, without those that have two corners at one place.
+struct CornerMesh {
+  std::vector<Vec3f> positions;   // no two the same
+  std::vector<uint32_t> corners;  // (3 T) indices into positions
+  std::vector<Vec3f> normals;     // (3 T) as make_render_mesh() has them
+  std::vector<uint32_t> source;   // (T) which of the triangles it is
+};
+
+CornerMesh make_corner_mesh(std::span<const Vec3f> vertices,
+                            std::span<const std::array<uint32_t, 3>> triangles);
+
 // `colours`: one a triangle, or none; `map`: of the triangles, or empty; the result's own
 // `textures` are the caller's to fill, in its order. Triangles meet smoothly where the angle
 // between them is below the crease angle. Vertices at the same place are one. Simplified levels use

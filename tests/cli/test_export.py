@@ -198,6 +198,85 @@ class Colours(CommandTest):
             self.succeed("simulate", self.write_scene(as_mesh), "-o", "from_" + name)
             self.assertEqual(textured_corners("from_" + name), expected)
 
+    def test_textures_go_into_usd(self):
+        pictures = {"one": [[200, 10, 20], [30, 40, 250]], "two": [[0, 255, 0], [90, 91, 92]]}
+        for name, row in pictures.items():
+            (self.dir / f"{name}.png").write_bytes(png(numpy.array([row], numpy.uint8)))
+        (self.dir / "t.mtl").write_text(
+            "newmtl one\nmap_Kd one.png\nnewmtl two\nmap_Kd two.png\nnewmtl red\nKd 1 0 0\n")
+        head, _, faces = WEDGE_OBJ.partition("f ")
+        faces = [line.split()[1:] for line in ("f " + faces).strip().split("\n")]
+        vertices = numpy.array([line.split()[1:] for line in head.strip().split("\n")], float)
+        # A corner lies in the texture as its vertex does in space: OBJ and USD both count v upward.
+        places = vertices[:, [0, 2]] * [0.25, -1.5]
+        materials = {"wedge": ("one", "red", "two", "two", "red", "one"), "whole": ("two",) * 6}
+        for name, of_faces in materials.items():
+            (self.dir / f"{name}.obj").write_text(
+                f"mtllib t.mtl\n{head}" + "".join(f"vt {u} {v}\n" for u, v in places) + "".join(
+                    f"usemtl {m}\nf " + " ".join(f"{v}/{v}" for v in f) + "\n" for m, f in zip(of_faces, faces)))
+
+        def add(scene):
+            add_wedges(scene)
+            scene["shapes"]["whole"] = {"type": "mesh", "file": "whole.obj", "scale": 0.1}
+            for shape, more in (("whole", {}), ("wedge", {"colour": "#00ff00"})):
+                scene["bodies"].append({"name": "another " + shape, "shape": shape, "material": "wood",
+                                        "position": [6, 1, len(more)], **more})
+
+        def blocks(kind, text):
+            return {name: inside for _, name, inside in
+                    re.findall(rf'^( *){kind} "(\w+)"(.*?)^\1\}}', text, re.M | re.S)}
+
+        def shown(binding, usda):
+            """The name of what a material's picture is, or its colour."""
+            self.assertTrue(binding.startswith("/pile/materials/"))
+            shaders = blocks("def Shader", blocks("def Material", usda)[binding.split("/")[-1]])
+            self.assertEqual("texture" in shaders, "place" in shaders)
+            (colour,) = re.findall(r"diffuseColor.*? = (.*)", shaders["surface"])
+            if "texture" not in shaders:
+                return "red" if colour == f"<{binding}/paint.outputs:result>" else colour
+            self.assertEqual(colour, f"<{binding}/texture.outputs:rgb>")
+            for line in ('token inputs:sourceColorSpace = "sRGB"', 'token inputs:wrapS = "repeat"',
+                         'token inputs:wrapT = "repeat"', f"st.connect = <{binding}/place.outputs:result>"):
+                self.assertIn(line, shaders["texture"])
+            self.assertIn('string inputs:varname = "st"', shaders["place"])
+            data = (self.dir / re.search(r"asset inputs:file = @\./(.*)@", shaders["texture"])[1]).read_bytes()
+            rows = zlib.decompress(data[data.index(b"IDAT") + 4 : data.index(b"IEND") - 8])
+            pixels = numpy.frombuffer(rows, numpy.uint8)[1:].reshape(-1, 3)
+            self.assertEqual(rows[0], 1)  # differences to the left
+            return {str(row): name for name, row in pictures.items()}[str((pixels.cumsum(0) % 256).tolist())]
+
+        self.succeed("simulate", self.write_scene(add), "-o", "run")
+        for form in ("objects", "instances"):
+            self.succeed("export", "run", "--frames", "0", "--as", form, "-o", f"{form}.usda")
+            self.assertEqual(len(list(self.dir.glob(f"{form}.texture.*.png"))), 2)
+            usda = (self.dir / f"{form}.usda").read_text()
+            for shape, of_faces in materials.items():
+                mesh = blocks("def Mesh", usda.split('def Xform "pile"')[0])[shape]
+                value = {name: numpy.array(eval(text)) for name, text in re.findall(r"^        \S+ (\S+) = (\[.*\])", mesh, re.M)}
+                # The mesh is about its centre of mass, not turned.
+                corners = value["points"][value["faceVertexIndices"]] / 0.1
+                corners += vertices.min(0) - corners.min(0)
+                at = abs(corners[:, None] - vertices).max(2).argmin(1).reshape(-1, 3)
+                told = {frozenset(int(v) - 1 for v in face): m for face, m in zip(faces, of_faces)}
+                wanted = [told.pop(frozenset(face)) for face in at.tolist()]
+                for face, material in enumerate(wanted):
+                    if material != "red":
+                        off = value["primvars:st"][3 * face : 3 * face + 3] - places[at[face]]
+                        self.assertLess(abs(off).max(), 1e-5)
+                subsets = {name: eval(re.search(r"indices = (.*)", text)[1])
+                           for name, text in blocks("def GeomSubset", mesh).items()}
+                found = set()
+                for body in blocks("def Mesh", usda).values():
+                    if f"references = </meshes/{shape}>" not in body:
+                        continue
+                    (own,) = re.findall(r"binding = <(.*)>", body.split("over ")[0])
+                    looks = [shown(own, usda)] * 6
+                    for name, text in blocks("over", body).items():
+                        for face in subsets[name]:
+                            looks[face] = shown(re.search(r"binding = <(.*)>", text)[1], usda)
+                    found.add(tuple(looks))
+                self.assertEqual(found, {tuple(wanted)} | ({("(0, 1, 0)",) * 6} if shape == "wedge" else set()))
+
     def test_they_are_in_all_that_is_written(self):
         head, _, faces = WEDGE_OBJ.partition("f ")
         (self.dir / "two.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl dark\nKd 0.2 0.4 0.6\n")
