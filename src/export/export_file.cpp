@@ -51,11 +51,12 @@ void ExportFile::finish() {
 
 ExportFile& ExportFiles::add(const std::filesystem::path& path) {
   if (files_.size() == kMostFiles) {
-    throw Error(ErrorKind::usage, Problem{.file = files_.front()->path().string(),
-                                          .found = "would have more than 900 files beside it",
-                                          .expected = "fewer",
-                                          .remedy = "Give --part-bytes a larger number, or take fewer "
-"bodies (--only)"});
+    throw Error(ErrorKind::usage,
+                Problem{.file = files_.front()->path().string(),
+                        .found = "would have more than 900 files beside it",
+                        .expected = "fewer",
+                        .remedy = "Give --part-bytes a larger number, or take fewer "
+                                  "bodies (--only)"});
   }
   claim_output_file(path, force_);
   return *files_.emplace_back(std::make_unique<ExportFile>(path));

@@ -41,8 +41,8 @@ class UsdaWriter {
         if (picture == 0) continue;
         const auto [look, is_new] = prims_.textured_look.try_emplace({body.look, picture});
         if (!is_new) continue;
-        look->second = look_names(source.looks()[body.look].name + " texture " +
-                                  std::to_string(picture));
+        look->second =
+            look_names(source.looks()[body.look].name + " texture " + std::to_string(picture));
       }
     }
   }
@@ -75,8 +75,7 @@ class UsdaWriter {
       const auto [subset, is_new] = subsets.try_emplace(subset_name(number), 0);
       if (!is_new || number == 0) continue;
       const Texture* texture = mesh.texture_map.textures[number - 1].get();
-      const auto [picture, is_new_picture] =
-          picture_of_.try_emplace(texture, pictures_.size() + 1);
+      const auto [picture, is_new_picture] = picture_of_.try_emplace(texture, pictures_.size() + 1);
       if (is_new_picture) pictures_.push_back(texture);
       subset->second = picture->second;
     }
@@ -237,8 +236,7 @@ class UsdaWriter {
   void write_looks() {
     std::vector<std::string> picture_file;
     for (const Texture* picture : pictures_) {
-      ExportFile& file =
-          add_beside(".texture." + std::to_string(picture_file.size() + 1) + ".png");
+      ExportFile& file = add_beside(".texture." + std::to_string(picture_file.size() + 1) + ".png");
       file.write(png_of(*picture));
       picture_file.push_back(asset(file));
     }

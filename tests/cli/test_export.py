@@ -249,6 +249,13 @@ class Colours(CommandTest):
         for form in ("objects", "instances"):
             self.succeed("export", "run", "--frames", "0", "--as", form, "-o", f"{form}.usda")
             self.assertEqual(len(list(self.dir.glob(f"{form}.texture.*.png"))), 2)
+            # They are files like the others: not written over, and none stays without them.
+            before = {file: file.read_bytes() for file in self.dir.glob(f"{form}.*")}
+            (self.dir / f"{form}.usda").unlink()
+            self.expect_exit(2, "export", "run", "--frames", "0", "--as", form, "-o", f"{form}.usda")
+            self.assertFalse((self.dir / f"{form}.usda").exists())
+            self.succeed("export", "run", "--frames", "0", "--as", form, "-o", f"{form}.usda", "--force")
+            self.assertEqual({file: file.read_bytes() for file in self.dir.glob(f"{form}.*")}, before)
             usda = (self.dir / f"{form}.usda").read_text()
             for shape, of_faces in materials.items():
                 mesh = blocks("def Mesh", usda.split('def Xform "pile"')[0])[shape]
