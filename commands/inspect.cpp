@@ -58,9 +58,9 @@ void inspect(const InspectArguments& options) {
   if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
   print("%s", summary_text(signature).c_str());
   if (options.plots.empty()) return;
-  constexpr std::array<std::string_view, 5> kPictures = {"collision_height.png",
-                                                         "response_mean.png", "response_spread.png",
-                                                         "rest_poses.png", kPoseBodies};
+  constexpr std::array<std::string_view, 6> kPictures = {
+      "collision_height.png", "response_mean.png", "response_spread.png",
+      "rest_poses.png",       kPoseBodies,         "packing.png"};
   remove_output(claim_output(options.plots, kPictures, options.force));
   make_output_directory(options.plots);
   std::vector<fs::path> pictures = plot_signature(signature, options.plots);
@@ -82,8 +82,8 @@ void add_inspect_command(CLI::App& app) {
       command
           ->add_option("--plot", options->plots,
                        "Draw it, too, into this directory: collision_height.png, "
-                       "response_mean.png, response_spread.png and, where it has rest poses, "
-                       "rest_poses.png")
+                       "response_mean.png, response_spread.png and, where it has rest poses and "
+                       "says how it packs, rest_poses.png and packing.png")
           ->type_name("DIRECTORY")
           ->check(named(), "");
   command

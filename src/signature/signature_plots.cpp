@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -147,6 +148,39 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
   return file;
 }
 
+// What spheres come to over what the object came to, in per cent, beside how sure that is.
+fs::path plot_packing(const Packing& packing, const fs::path& file) {
+  struct Row {
+    const char* name;
+    double PackingFigures::*figure;
+  };
+  constexpr std::array kRows = {Row{"heap\\nheight", &PackingFigures::heap_height},
+                                Row{"heap\\nradius", &PackingFigures::heap_spread},
+                                Row{"column\\nheight", &PackingFigures::column_height},
+                                Row{"column\\nradius", &PackingFigures::column_spread},
+                                Row{"column\\nsolid share", &PackingFigures::column_fraction}};
+  std::string labels, measured, spheres;
+  for (size_t i = 0; i < kRows.size(); ++i) {
+    const double place = static_cast<double>(i);
+    labels += (i > 0 ? ", \"" : "\"") + std::string(kRows[i].name) + "\" " + number(place);
+    const double PackingFigures::*figure = kRows[i].figure;
+    const double mean = packing.measured.*figure;
+    if (!(mean > 0)) continue;  // not told
+    measured += number(place) + " 100 " + number(100 * packing.error.*figure / mean) + "\n";
+    spheres += number(place) + " " + number(100 * packing.spheres.*figure / mean) + "\n";
+  }
+  Plot plot(
+      "set title 'Packing: spheres beside what was poured'\nset ylabel 'of the object (%)'\n"
+      "set xrange [-0.5:4.5]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\n"
+      "set bmargin 4\nset xtics (" +
+      labels + ")\n");
+  plot.add("using 1:2:3 with yerrorbars lc rgb '#444444' lw 2 pt 7 ps 0.6 title 'object, 1 error'",
+           measured);
+  plot.add("using 1:2 with points lc rgb '#e45756' pt 5 ps 1.2 title 'spheres'", spheres);
+  write_png_chart(file, plot.script(), 760, 420);
+  return file;
+}
+
 }  // namespace
 
 std::vector<fs::path> plot_signature(const Signature& signature, const fs::path& directory) {
@@ -163,6 +197,9 @@ std::vector<fs::path> plot_signature(const Signature& signature, const fs::path&
       directory / "response_spread.png"));
   if (!signature.rest_poses.empty()) {
     files.push_back(plot_rest_poses(signature.rest_poses, directory / "rest_poses.png"));
+  }
+  if (signature.packing) {
+    files.push_back(plot_packing(*signature.packing, directory / "packing.png"));
   }
   return files;
 }

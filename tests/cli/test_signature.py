@@ -8,7 +8,8 @@ import unittest
 from support import HANGING, PILESIM, SOURCE, CommandTest
 
 BOX = SOURCE / "assets" / "box.obj"
-QUICK = ["--trials", "4", "--exemplars", "2", "--no-accuracy", "--pours", "0"]
+BRIEF = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
+QUICK = [*BRIEF, "--pours", "0"]
 
 
 def write_fine_cube(file, n):
@@ -60,19 +61,19 @@ class SampleSignature(CommandTest):
                 self.assertRegex(text, pattern)
 
     def test_plots_are_pictures(self):
-        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *BRIEF, "--pours", "1")
         self.succeed("inspect", "box.sig", "--plot", "pictures")
-        for name in ("collision_height", "response_mean", "response_spread", "rest_poses"):
+        for name in ("collision_height", "response_mean", "response_spread", "rest_poses", "packing"):
             data = (self.dir / "pictures" / f"{name}.png").read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG"), name)
 
     def test_the_help_names_all_pictures_and_none_is_replaced_unasked(self):
-        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *BRIEF, "--pours", "1")
         text = self.succeed("inspect", "--help").stdout
         draw = ["inspect", "box.sig", "--plot", "pictures", "--mesh", BOX]
         self.succeed(*draw)
         pictures = sorted(path.name for path in (self.dir / "pictures").iterdir())
-        self.assertEqual(len(pictures), 5)
+        self.assertEqual(len(pictures), 6)
         for name in pictures:
             self.assertIn(name, text)
             for other in pictures:
