@@ -61,9 +61,9 @@ class SampleSignature(CommandTest):
                 self.assertRegex(text, pattern)
 
     def test_plots_are_pictures(self):
-        self.succeed("sample-signature", BOX, "-o", "box.sig", *BRIEF, "--pours", "1")
+        self.succeed("sample-signature", BOX, "-o", "box.sig", *QUICK)
         self.succeed("inspect", "box.sig", "--plot", "pictures")
-        for name in ("collision_height", "response_mean", "response_spread", "rest_poses", "packing"):
+        for name in ("collision_height", "response_mean", "response_spread", "rest_poses"):
             data = (self.dir / "pictures" / f"{name}.png").read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG"), name)
 
