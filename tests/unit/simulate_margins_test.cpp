@@ -193,6 +193,42 @@ void expect_surface_on_surface(Ground ground, double ground_m, double size, cons
   EXPECT_LT(quality.deepest_penetration_m, kGap * size);
 }
 
+// Hills of small triangles under bodies that are longer than they: on a top, the middle of a body
+// is behind the planes of most faces that it may touch.
+TEST(Margins, LongBodiesLieOnHills) {
+  const auto height_m = [](const Vec3& at) {
+    return 0.1 * std::sin(9 * at.x()) * std::sin(8 * at.z() + 1);
+  };
+  const Vec3 size(0.2, 0.02, 0.04);
+  TriangleMesh hills;
+  add_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 64, hills);
+  for (Vec3& v : hills.vertices) v.y() = height_m(v);
+  SmallModel m;
+  const uint32_t material = m.material(0, 0.9);
+  m.body(mesh_shape(m, hills), material, Vec3::Zero(), Role::fixed);
+  const uint32_t plank = m.box(size);
+  for (int i = 0; i < 36; ++i) {
+    const Vec3 place(0.25 * (i % 6 - 2.5), 0, 0.25 * (i / 6 - 2.5));
+    m.body(plank, material, place + Vec3(0, height_m(place) + 0.15, 0));
+    m.model.bodies.back().pose.orientation =
+        Quat(Eigen::AngleAxisd(0.4 * i, Vec3(1, 0.3 * i, -1).normalized()));
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 180);
+  const BodyStates& states = simulator->states();
+  for (size_t i = 1; i < states.size(); ++i) {
+    double deepest_m = 0;
+    for (const Vec3& corner : box_mesh(size).vertices) {
+      for (const double share : {0.0, 0.5, 1.0}) {  // along the plank
+        const Vec3 own(share * corner.x(), corner.y(), corner.z());
+        const Vec3 at = states.position[i] + states.orientation[i] * own;
+        if (at.cwiseAbs().maxCoeff() < 0.95) deepest_m = std::max(deepest_m, height_m(at) - at.y());
+      }
+    }
+    EXPECT_LT(deepest_m, 0.1 * size.y()) << i;
+  }
+}
+
 TEST(Margins, BodiesOfAllSizesLieOnGroundOfAllSizes) {
   for (const Ground ground : kGrounds) {
     for (const double ground_m : {1.0, 10.0, 100.0, 1000.0}) {

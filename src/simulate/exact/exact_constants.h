@@ -71,6 +71,8 @@ inline constexpr double kParallel = 0.99;
 inline constexpr double kSamePlane = 0.999;
 // The edge of what goes down on the other side of a surface is not touched from behind (a cosine).
 inline constexpr double kBehind = 0.5;
+// Cosine: what is nearest to a face within 60 degrees of its normal is on that side of it.
+inline constexpr double kBefore = 0.5;
 // A contact takes over the force of one this near, in extents, whose normal is this near (cosine).
 inline constexpr double kSamePlace = 0.1;
 inline constexpr double kSameNormal = 0.7;

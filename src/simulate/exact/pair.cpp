@@ -247,10 +247,13 @@ class Finder {
     const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
-    if (pieces.side == 0) pieces.side = side_of(face, b);
+    const bool is_closed = shape_a_.surface->is_closed();
+    if (pieces.side == 0 || (pieces.side < 0 && is_closed)) {
+      pieces.side = side_of(face, b);
+    }
     // From behind a closed surface nothing comes: that is another triangle's.
-    if (pieces.side < 0 && shape_a_.surface->is_closed() && !has_come_round(face, triangle, b)) {
-      pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -height_over(face, b)));
+    if (pieces.side < 0 && is_closed) {
+      pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -farthest_over(face, b, 1)));
       return;
     }
     // What tips over an edge of the surface stays in touch with that edge.
@@ -284,18 +287,27 @@ class Finder {
     return face.normal.dot(b_in_a_.apply(b.centre()) - face.corners[0]);
   }
 
-  int8_t side_of(const TriangleSurface::Face& face, const ConvexPiece& b) const {
-    return height_over(face, b) >= 0 ? 1 : -1;
+  // Of all of the piece, towards the front (`side` 1) or the back (-1): how far it is over the
+  // face.
+  double farthest_over(const TriangleSurface::Face& face, const ConvexPiece& b, int side) const {
+    const Vec3 outward = side * face.normal;
+    const Vec3 farthest = b_in_a_.apply(b.farthest(b_in_a_.turn.transpose() * outward));
+    return outward.dot(farthest - face.corners[0]) + b.radius_m();
   }
 
-  // A piece that was behind a face is before it now, and has not come there through the surface.
-  bool has_come_round(const TriangleSurface::Face& face, const ConvexPiece& triangle,
-                      const ConvexPiece& b) const {
-    if (is_inside_ || height_over(face, b) < 0) return false;
+  // The side on which what is nearest of the piece is, where that is clear, else its centre: on a
+  // dome the centre of a wide piece is behind the planes of all faces but those below its middle.
+  int8_t side_of(const TriangleSurface::Face& face, const ConvexPiece& b) const {
+    const int8_t of_centre = height_over(face, b) >= 0 ? 1 : -1;
+    // What is in a closed surface comes out as it came; an open one has no inside.
+    if (is_inside_ && shape_a_.surface->is_closed()) return of_centre;
+    if (farthest_over(face, b, -of_centre) < 0) return of_centre;
     KnownVertices none;
-    const Separation apart = find_separation(triangle, b, b_in_a_, Vec3::Zero(),
+    const Separation apart = find_separation(ConvexPiece(face.corners), b, b_in_a_, Vec3::Zero(),
                                              std::numeric_limits<double>::infinity(), none);
-    return apart.distance_m > -kInside * small_;
+    if (apart.distance_m < -kInside * small_) return of_centre;
+    const double cosine = apart.normal.dot(face.normal);
+    return cosine > kBefore ? 1 : cosine < -kBefore ? -1 : of_centre;
   }
 
   // Never into the surface, nor against an edge that is inside of it.
