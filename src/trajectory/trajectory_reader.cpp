@@ -113,7 +113,7 @@ Textures read_textures(const fs::path& store, const ordered_json& attributes) {
 
 TextureMap read_texture_map(const fs::path& directory, size_t triangles, const Textures& textures) {
   const auto rows = [&](const char* name, const ZarrLayout& layout) {
-    const ZarrArray array = open_whole_zarr_array(directory / name, layout);
+    ZarrArray array = open_whole_zarr_array(directory / name, layout);
     check_size(directory / name, array.rows, triangles, "triangles");
     return array;
   };
