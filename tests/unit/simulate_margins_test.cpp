@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/mesh_check.h"
 #include "inspect/pile_inspection.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
@@ -193,16 +194,44 @@ void expect_surface_on_surface(Ground ground, double ground_m, double size, cons
   EXPECT_LT(quality.deepest_penetration_m, kGap * size);
 }
 
+// What add_grid() has made, with walls down to a floor at `floor_m`.
+void close_below(uint32_t cells, double floor_m, TriangleMesh& mesh) {
+  const auto below = static_cast<uint32_t>(mesh.vertices.size());
+  const auto above = mesh.triangles;
+  for (uint32_t i = 0; i < below; ++i) {
+    mesh.vertices.emplace_back(mesh.vertices[i].x(), floor_m, mesh.vertices[i].z());
+  }
+  for (const Triangle& t : above) {
+    mesh.triangles.push_back({t[0] + below, t[2] + below, t[1] + below});
+  }
+  const auto wall = [&](uint32_t a, uint32_t b) {
+    mesh.triangles.push_back({a, a + below, b});
+    mesh.triangles.push_back({b, a + below, b + below});
+  };
+  const uint32_t row = cells + 1;
+  for (uint32_t k = 0; k < cells; ++k) {
+    wall(k + 1, k);
+    wall(cells * row + k, cells * row + k + 1);
+    wall(k * row, (k + 1) * row);
+    wall((k + 1) * row + cells, k * row + cells);
+  }
+}
+
 // Hills of small triangles under bodies that are longer than they: on a top, the middle of a body
 // is behind the planes of most faces that it may touch.
-TEST(Margins, LongBodiesLieOnHills) {
+void expect_planks_on_hills(bool is_closed) {
+  constexpr uint32_t kCells = 64;
   const auto height_m = [](const Vec3& at) {
     return 0.1 * std::sin(9 * at.x()) * std::sin(8 * at.z() + 1);
   };
   const Vec3 size(0.2, 0.02, 0.04);
   TriangleMesh hills;
-  add_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 64, hills);
+  add_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, kCells, hills);
   for (Vec3& v : hills.vertices) v.y() = height_m(v);
+  if (is_closed) {
+    close_below(kCells, -1, hills);
+    ASSERT_TRUE(find_volume_defects(hills).empty());
+  }
   SmallModel m;
   const uint32_t material = m.material(0, 0.9);
   m.body(mesh_shape(m, hills), material, Vec3::Zero(), Role::fixed);
@@ -216,6 +245,7 @@ TEST(Margins, LongBodiesLieOnHills) {
   const auto simulator = make_simulator(m.scene, m.model);
   run(*simulator, 180);
   const BodyStates& states = simulator->states();
+  int above = 0;
   for (size_t i = 1; i < states.size(); ++i) {
     double deepest_m = 0;
     for (const Vec3& corner : box_mesh(size).vertices) {
@@ -226,8 +256,13 @@ TEST(Margins, LongBodiesLieOnHills) {
       }
     }
     EXPECT_LT(deepest_m, 0.1 * size.y()) << i;
+    above += states.position[i].cwiseAbs().maxCoeff() < 0.95 ? 1 : 0;
   }
+  EXPECT_GE(above, 30);  // and have not slid off
 }
+
+TEST(Margins, LongBodiesLieOnHills) { expect_planks_on_hills(false); }
+TEST(Margins, LongBodiesLieOnASolidOfHills) { expect_planks_on_hills(true); }
 
 TEST(Margins, BodiesOfAllSizesLieOnGroundOfAllSizes) {
   for (const Ground ground : kGrounds) {

@@ -1,6 +1,5 @@
 // Bodies that come to rest on level ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards it while the sphere that stands for them eases to its height. What
-// others lean on rocks a little towards one.
+// 3.2.5): they turn towards it. What others lean on rocks a little towards one.
 #pragma once
 
 #include <cstdint>

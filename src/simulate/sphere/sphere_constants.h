@@ -68,7 +68,7 @@ inline constexpr float kControlSpeed = 0.4F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
 inline constexpr float kTurnRate = 0.4F;
-// In sqrt(g r): how fast radii change.
+// In sqrt(g r): how fast radii change, of what stands in a structure or another engine moves, too.
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
 // In sqrt(g / r): how fast bodies rock that others lean on, until they sleep.
@@ -86,7 +86,7 @@ inline constexpr double kHullShare = 0.35;
 // half, twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
 // What resists rolling catches on others, too: by so much of its resistance its spheres rub more.
-// half, twice: Statistical.WhatSlidesRubsMoreIfItIsNoBall
+// half, twice: Statistical.WhatSlidesRubsMoreIfItResistsRolling
 inline constexpr double kInterlocking = 4.0 / 7;
 
 // rad: a cube of a structure that has turned by more has corners where its neighbours have faces.
@@ -107,9 +107,8 @@ inline constexpr float kFaceToFace = 0.3F;
 
 // --- Surfaces. Large enough that rounding decides nothing.
 
-// Cosine of the slope to the horizontal from which on a surface is a wall: 45 degrees. Between the
-// slopes of the test it is free: Statistical.WhatLeansOnAWallKeepsItsOwnDistance (30 and 60
-// degrees).
+// Cosine of the slope to the horizontal from which on a surface is a wall, 45 degrees: what leans
+// on it flies still. half, twice: none that is known
 inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
 inline constexpr double kSameSurface = 0.95;
