@@ -101,6 +101,13 @@ void add_render_command(CLI::App& app) {
       "--resume", options->resume,
       "Keep the pictures that the same command had drawn when it was interrupted or killed, and "
       "draw the others; where there are none, begin");
+  command
+      ->add_flag("--keep-films", options->keep_films,
+                 "By rays: keep in films/ what the samples have brought of each picture, up to 48 "
+                 "bytes a pixel. With --resume a picture that was begun goes on, and with more "
+                 "--samples those that are done go on, to the same bytes as if drawn at once")
+      ->excludes(sheet)
+      ->excludes(command->get_option("--compare-with"));
   add_run_options(*command, options->run);
   resume->excludes(command->get_option("--force"))->excludes(sheet);
   command->footer(R"(
@@ -109,6 +116,8 @@ Examples:
   pilesim render out/crate --resume
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/still --renderer rays --frames 150 --no-video
+  pilesim render out/crate -o out/still --renderer rays --samples 16 --keep-films
+  pilesim render out/crate -o out/still --renderer rays --samples 64 --keep-films --resume
   pilesim render out/crate -o out/draft --quality preview
   pilesim render out/crate -o out/end --frames 120- --no-video
   pilesim render out/crate -o out/still --frames last --no-video

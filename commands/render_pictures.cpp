@@ -80,12 +80,21 @@ void add_render_overrides(const TrajectoryHeader& header, RenderArguments& optio
 }
 
 // Surfaces look as the scene of each trajectory says.
-MakeRenderer by_rays(const RenderArguments& options) {
-  return [&options](const TrajectoryHeader& header, const RenderSettings& settings,
-                    BodyColours colours) {
-    return std::make_unique<RaysRenderer>(header, settings,
-                                          scene_of(header, options.input, {}).materials, colours);
+MakeRenderer by_rays(const RenderArguments& options, const std::filesystem::path& output) {
+  std::optional<FilmPlace> films;
+  if (options.keep_films) films = FilmPlace{.output = output, .go_on = options.resume};
+  return [&options, films](const TrajectoryHeader& header, const RenderSettings& settings,
+                           BodyColours colours) {
+    return std::make_unique<RaysRenderer>(
+        header, settings, scene_of(header, options.input, {}).materials, colours, films);
   };
+}
+
+void check_films(const RenderArguments& options, const Scene& scene) {
+  if (!options.keep_films || scene.render.renderer == Renderer::rays) return;
+  throw Error(ErrorKind::usage, Problem{.found = "--keep-films with the renderer raster",
+                                        .expected = "the renderer rays",
+                                        .remedy = "Add --renderer rays, or leave it out"});
 }
 
 std::unique_ptr<HitRenderer> hits_by_rays(const TrajectoryHeader& header) {
@@ -108,7 +117,7 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
                    .sheet = options.sheet,
                    .settings = scene.render,
                    .make_renderer =
-                       scene.render.renderer == Renderer::rays ? by_rays(options) : nullptr,
+                       scene.render.renderer == Renderer::rays ? by_rays(options, output) : nullptr,
                    .labels = {directory_name(options.input),
                               directory_name(options.compare_with.value_or(""))},
                    .video = !options.no_video,
@@ -120,6 +129,7 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
                   .make_hits = scene.render.renderer == Renderer::rays ? hits_by_rays : nullptr,
                   .passes = options.dataset.passes,
                   .coco = options.dataset.coco}};
+  if (options.keep_films) work.pictures.film_samples = plan_of(scene.render.rays).samples;
   if (options.overlay) {
     work.pictures.overlay = options.overlay;
     work.pictures.overlay_source = options.input;
@@ -158,6 +168,7 @@ void render(RenderArguments& options) {
   std::unique_ptr<TrajectoryReader> beside = open_beside(options, trajectory);
   add_render_overrides(trajectory.header(), options);
   const Scene scene = scene_of(trajectory.header(), options.input, options.overrides.texts);
+  check_films(options, scene);
   const std::vector<uint64_t> frames = selected_frames(
       options.frames,
       beside ? std::min(trajectory.frame_count(), beside->frame_count()) : trajectory.frame_count(),

@@ -27,6 +27,7 @@ struct RenderArguments {
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
   bool resume = false;
+  bool keep_films = false;
   RunOptions run;
 };
 

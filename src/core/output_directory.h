@@ -14,6 +14,7 @@ inline constexpr std::string_view kSheetFile = "sheet.png";
 inline constexpr std::string_view kVideoFile = "video.mp4";
 inline constexpr std::string_view kViewFile = "view.html";
 inline constexpr std::string_view kFrameFiles = "frames/frame.*.png";
+inline constexpr std::string_view kFilmFiles = "films/frame.*.film";
 inline constexpr std::string_view kRenderCheckpointFile = "render_checkpoint.bin";
 inline constexpr std::string_view kCamerasFile = "cameras.json";
 inline constexpr std::string_view kCocoFile = "coco.json";
@@ -29,6 +30,7 @@ inline constexpr std::string_view kSimulationEntries[] = {"trajectory.zarr",
                                                           "finishing.zarr",
                                                           "simulated.zarr",
                                                           kFrameFiles,
+                                                          kFilmFiles,
                                                           kVideoFile,
                                                           kSheetFile,
                                                           kRenderCheckpointFile,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/checkpoint_pace.h"
 #include "core/clock.h"
 #include "core/counted.h"
 #include "core/error.h"

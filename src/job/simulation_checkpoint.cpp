@@ -1,17 +1,9 @@
 #include "job/simulation_checkpoint.h"
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "core/naming.h"
 
 namespace pilesim {
-namespace {
-
-// At most so large a part of the time goes into checkpoints.
-constexpr double kMostShare = 0.015;
-
-}  // namespace
 
 void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
                           const std::filesystem::path& scene_file, const RunProgress& progress,
@@ -54,15 +46,6 @@ void throw_nothing_to_resume(const std::filesystem::path& directory) {
   throw Error(ErrorKind::usage, Problem{.file = directory.string(),
                                         .found = "has results but no checkpoint to resume from",
                                         .remedy = "Start again with --force in place of --resume"});
-}
-
-bool CheckpointPace::is_due() const {
-  return since_.seconds() >= std::max(period_s_, took_s_ / kMostShare);
-}
-
-void CheckpointPace::wrote(double took_s) {
-  took_s_ = took_s;
-  since_.restart();
 }
 
 }  // namespace pilesim

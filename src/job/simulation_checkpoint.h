@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/checkpoint_file.h"
-#include "core/clock.h"
 #include "report/report_writer.h"
 #include "simulate/simulator.h"
 
@@ -62,20 +61,5 @@ class RunCheckpoint {
 
 // Of a directory that has results but nothing that work could go on from: Error(usage).
 [[noreturn]] void throw_nothing_to_resume(const std::filesystem::path& directory);
-
-// When it is time for the next checkpoint: by the clock, which nothing that is computed depends on.
-class CheckpointPace {
- public:
-  explicit CheckpointPace(double period_s) : period_s_(period_s) {}
-
-  bool is_due() const;
-  // `took_s`: that the last one took.
-  void wrote(double took_s);
-
- private:
-  double period_s_;
-  double took_s_ = 0;
-  Stopwatch since_;
-};
 
 }  // namespace pilesim

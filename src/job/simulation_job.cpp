@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/checkpoint_pace.h"
 #include "core/clock.h"
 #include "core/counted.h"
 #include "core/error.h"

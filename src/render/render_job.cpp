@@ -23,11 +23,18 @@
 #include "render/image_output.h"
 #include "render/scene_renderer.h"
 #include "scene/camera_path.h"
+#include "scene/scene_loader.h"
 
 namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
+
+std::string frame_name(uint64_t frame) {
+  char name[48];
+  std::snprintf(name, sizeof name, "frame.%04llu", static_cast<unsigned long long>(frame));
+  return name;
+}
 
 std::string time_label(double time_s) {
   char label[32];
@@ -221,7 +228,7 @@ std::array<int, 2> picture_size(const RenderJob& job) {
   return job.beside != nullptr ? contact_sheet_size(job.settings.size, 2, 2) : job.settings.size;
 }
 
-// All that the pictures depend on.
+// All that the pictures depend on, but for the samples where films are kept.
 CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   StateWriter work;
   const auto add_trajectory = [&](const TrajectoryReader& reader) {
@@ -233,12 +240,11 @@ CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   for (const CameraKey& key : job.camera.keys) {
     work(key.time_s, key.position, key.target, key.field_of_view, key.roll, key.lens_shift);
   }
-  work(job.frames, job.settings.size, job.settings.samples, job.settings.analysis,
-       job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video);
-  const RaySettings& rays = job.settings.rays;
-  work(static_cast<int>(job.settings.renderer), static_cast<int>(rays.quality),
-       rays.samples.value_or(-1), rays.bounces.value_or(-1), rays.denoise, rays.sun_angle,
-       rays.shutter, rays.lens_diameter_m, rays.focus_distance_m.value_or(-1));
+  RenderSettings settings = job.settings;
+  if (job.film_samples) settings.rays.samples.reset();  // RenderProgress looks at them
+  work(job.frames, settings_text(settings),
+       job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video,
+       job.film_samples.has_value());
   return {.command = "render",
           .program = program_hash(),
           .scene = content_hash(work.bytes()),
@@ -250,7 +256,9 @@ class RenderProgress {
  public:
   // Done before: as the checkpoint of the same work says, where job.resume asks for it.
   RenderProgress(const TrajectoryReader& trajectory, const RenderJob& job, bool has_pictures)
-      : file_(job.output / kRenderCheckpointFile), key_(key_of(trajectory, job)) {
+      : file_(job.output / kRenderCheckpointFile),
+        key_(key_of(trajectory, job)),
+        samples_(job.film_samples.value_or(0)) {
     if (!job.resume) return;
     if (!fs::exists(file_)) {
       if (!has_pictures) return;
@@ -262,10 +270,13 @@ class RenderProgress {
     const Checkpoint checkpoint(file_);
     checkpoint.require(key_);
     StateReader reader(checkpoint.state());
+    uint32_t samples = 0;
     naming(file_.string(), [&] {
-      reader(done_);
+      reader(samples, done_);
       StateReader::require(done_ <= job.frames.size(), "no more pictures than were asked for");
     });
+    if (samples > samples_) throw_too_many(samples);
+    if (samples < samples_) done_ = 0;  // their films go on
   }
 
   uint64_t done() const { return done_; }
@@ -275,15 +286,35 @@ class RenderProgress {
   }
   void write() const {
     StateWriter writer;
-    writer(done_);
+    writer(samples_, done_);
     write_checkpoint(file_, key_, writer.bytes());
   }
 
  private:
+  [[noreturn]] void throw_too_many(uint32_t samples) const {
+    throw Error(ErrorKind::input,
+                Problem{.file = file_.string(),
+                        .found = "is of " + std::to_string(samples) + " samples a pixel",
+                        .expected = "at most " + std::to_string(samples_) + ", as was asked for",
+                        .remedy = "Ask for --samples " + std::to_string(samples) +
+                                  " or more, or start again with --force"});
+  }
+
   fs::path file_;
   CheckpointKey key_;
+  uint32_t samples_;  // a pixel, of a renderer that keeps films; 0 of others
   uint64_t done_ = 0;
 };
+
+// None: interrupted in the midst of it.
+std::optional<Image> draw_or_stop(Painter& painter, uint64_t frame) {
+  try {
+    return painter.draw(frame, false);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::interrupted) throw;
+    return std::nullopt;
+  }
+}
 
 // The number of frames drawn; fewer than asked where it was interrupted.
 size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, RenderProgress& done,
@@ -294,15 +325,17 @@ size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, R
     const fs::path file = frame_file(job.output, job.frames[drawn]);
     std::optional<Image> picture = read_png(file, picture_size(job));
     if (!picture) {
-      picture = painter.draw(job.frames[drawn], false);
+      picture = draw_or_stop(painter, job.frames[drawn]);
+      if (!picture) return drawn;
       write_png(*picture, file);
     }
     if (video != nullptr) video->append(*picture);
   }
   PictureSink sink(job.output, video, [&] { done.add_picture(); });
   while (drawn < job.frames.size()) {
-    const uint64_t index = job.frames[drawn];
-    sink.push(index, painter.draw(index, false));
+    const std::optional<Image> picture = draw_or_stop(painter, job.frames[drawn]);
+    if (!picture) break;
+    sink.push(job.frames[drawn], *picture);
     progress.update(++drawn);
     if (interrupted()) break;
   }
@@ -323,7 +356,10 @@ std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate
 // Of the pictures that were there before, those that this run has not replaced.
 void remove_outdated(std::span<const fs::path> before, const RenderJob& job, size_t drawn) {
   std::set<fs::path> current = {job.output / kVideoFile};
-  for (size_t i = 0; i < drawn; ++i) current.insert(frame_file(job.output, job.frames[i]));
+  for (size_t i = 0; i < drawn; ++i) {
+    current.insert(frame_file(job.output, job.frames[i]));
+    if (job.film_samples) current.insert(film_file(job.output, job.frames[i]));
+  }
   std::vector<fs::path> outdated;
   for (const fs::path& file : before) {
     if (!current.contains(file)) outdated.push_back(file);
@@ -337,6 +373,7 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
                             ProgressMode mode) {
   const auto video = start_video(job, frame_rate);
   make_output_directory(job.output / "frames");
+  if (job.film_samples) make_output_directory(job.output / "films");
   write_cameras_file(job.output / kCamerasFile, job.camera, job.frames, frame_rate,
                      job.settings.size);
   Progress progress(mode, "render", job.frames.size(), "frames");
@@ -344,8 +381,9 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
   summary.kept = done.done();
   done.write();
   summary.frames = draw_frames(job, painter, video.get(), done, progress);
-  if (video) video->finish();
-  remove_outdated(before, job, summary.frames);
+  if (video && summary.frames > 0) video->finish();
+  // Pictures of fewer samples stay where the work stops before they are drawn anew.
+  remove_outdated(before, job, job.resume ? job.frames.size() : summary.frames);
   summary.result = (job.output / (video ? kVideoFile : "frames")).string();
   if (summary.frames < job.frames.size()) {
     throw Error(ErrorKind::interrupted,
@@ -395,7 +433,7 @@ void check_sizes(const RenderJob& job) {
 }
 
 std::vector<fs::path> claim_pictures(const RenderJob& job) {
-  std::vector<std::string_view> own = {kFrameFiles};
+  std::vector<std::string_view> own = {kFrameFiles, kFilmFiles};
   if (job.video) own.push_back(kVideoFile);
   if (job.sheet) own = {kSheetFile};
   return claim_output(job.output, own, job.force || job.resume);
@@ -404,9 +442,11 @@ std::vector<fs::path> claim_pictures(const RenderJob& job) {
 }  // namespace
 
 fs::path frame_file(const fs::path& output, uint64_t frame) {
-  char name[48];
-  std::snprintf(name, sizeof name, "frame.%04llu.png", static_cast<unsigned long long>(frame));
-  return output / "frames" / name;
+  return output / "frames" / (frame_name(frame) + ".png");
+}
+
+fs::path film_file(const fs::path& output, uint64_t frame) {
+  return output / "films" / (frame_name(frame) + ".film");
 }
 
 void check_render(const RenderJob& job) {

@@ -46,10 +46,13 @@ struct RenderJob {
   // Keep the pictures that an interrupted or killed run of the same work has drawn; begin where
   // there are none. Not with `force`, and not of a sheet.
   bool resume = false;
+  // Of a renderer that keeps films, how many samples a pixel gets: `resume` goes on from fewer.
+  std::optional<uint32_t> film_samples;
 };
 
-// Of the picture of a frame below the output directory.
+// Of the picture of a frame below the output directory, and of its film (rays/film_store.h).
 std::filesystem::path frame_file(const std::filesystem::path& output, uint64_t frame);
+std::filesystem::path film_file(const std::filesystem::path& output, uint64_t frame);
 
 struct RenderSummary {
   std::string result;  // what to look at: the video, the frames or the sheet

@@ -24,6 +24,10 @@ namespace pilesim {
 
 namespace {
 
+std::string to_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
 std::string parent_of(const std::string& pointer) {
   return pointer.empty() ? "" : pointer.substr(0, pointer.rfind('/'));
 }
@@ -220,9 +224,6 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
   const Json resolved = scene_codec().write(loaded.scene);
   Json differences = Json::object();
   collect_changes(resolved, scene_codec().write(Scene{}), "", differences);
-  const auto to_text = [](const Json& json) {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
-  };
   loaded.resolved = to_text(resolved);
   Json portable = resolved;
   for (const NamedFile& named : loaded.files) {
@@ -266,6 +267,10 @@ LoadedScene load_scene(const std::filesystem::path& file, std::span<const std::s
   const std::string text =
       file == kStandardInput ? standard_input() : read_file(file, kMostJsonBytes);
   return read_scene(text, file, overrides, MeshFiles::must_exist);
+}
+
+std::string settings_text(const RenderSettings& settings) {
+  return to_text(scene_codec().write(Scene{.render = settings}).at("render"));
 }
 
 std::string scene_schema() {

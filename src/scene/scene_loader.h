@@ -36,6 +36,9 @@ LoadedScene load_scene(const std::filesystem::path& file,
 LoadedScene parse_scene(const std::string& text, const std::filesystem::path& file,
                         std::span<const std::string> overrides = {});
 
+// All that a scene says of how it is drawn, as JSON text.
+std::string settings_text(const RenderSettings& settings);
+
 // The JSON Schema (draft 2020-12) of scene files, as text.
 std::string scene_schema();
 

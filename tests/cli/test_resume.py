@@ -263,6 +263,83 @@ class Render(CommandTest):
         result = self.expect_exit(2, "render", "run", "-o", "b", "--resume", "--no-video")
         self.assertIn("nothing to resume", result.stderr)
 
+    FILMS = ("--renderer", "rays", "--size", "64x48", "--keep-films")
+
+    def render_films(self, output, *more, frames="178-"):
+        return self.succeed("render", "run", *self.FILMS, "--frames", frames, "-o", output, *more)
+
+    def test_more_samples_go_on_from_films_to_the_same_bytes(self):
+        self.render_films("a", "--samples", "7")
+        self.render_films("b", "--samples", "3")
+        few = tree_bytes(self.dir / "b/frames")
+        self.assertNotEqual(few, tree_bytes(self.dir / "a/frames"))
+        result = self.render_films("b", "--samples", "7", "--resume")
+        self.assertIn("3 frames in", result.stdout)  # none of them drawn before
+        self.assertEqual(tree_bytes(self.dir / "b"), tree_bytes(self.dir / "a"))
+        result = self.render_films("b", "--samples", "7", "--resume")
+        self.assertIn("3 of them drawn before", result.stdout)
+        # And are what the pictures are without any.
+        without = [word for word in self.FILMS if word != "--keep-films"]
+        self.succeed("render", "run", *without, "--frames", "178-", "--samples", "7", "-o", "c")
+        self.assertEqual(tree_bytes(self.dir / "c/frames"), tree_bytes(self.dir / "a/frames"))
+        self.assertFalse((self.dir / "c/films").exists())
+
+    def test_films_of_other_work_are_refused(self):
+        self.render_films("b", "--samples", "3")
+        before = tree_bytes(self.dir / "b")
+        for more, words in (
+            (("--samples", "2"), "at most 2, as was asked for"),
+            (("--samples", "4", "--set", "/render/size=[32, 32]"), "other options"),
+            (("--samples", "4", "--set", "/render/light/sky=0.5"), "other options"),
+            (("--samples", "4", "--set", '/camera={"position": [3, 2, 4], "target": [0, 0, 0]}'),
+             "other options"),
+        ):
+            result = self.expect_exit(3, "render", "run", "--renderer", "rays", "--keep-films",
+                                      "--set", "/render/size=[64, 48]", "--frames", "178-", *more,
+                                      "-o", "b", "--resume")
+            self.assertIn(words, result.stderr)
+        self.assertEqual(tree_bytes(self.dir / "b"), before)
+        result = self.expect_exit(2, "render", "run", "--keep-films", "-o", "c")
+        self.assertIn("--renderer rays", result.stderr)
+        self.assertFalse((self.dir / "c").exists())
+
+    def test_force_begins_anew_and_removes_films(self):
+        self.render_films("b", "--samples", "3")
+        self.render_films("b", "--samples", "2", "--force", frames="179-")
+        names = sorted(path.name for path in (self.dir / "b/films").iterdir())
+        self.assertEqual(names, ["frame.0179.film", "frame.0180.film"])
+        self.succeed("render", "run", "--frames", "0", "-o", "b", "--force")
+        self.assertEqual(list((self.dir / "b/films").iterdir()), [])
+
+    def test_a_picture_that_was_stopped_and_killed_half_way_goes_on(self):
+        command = ("render", "run", *self.FILMS, "--samples", "1500", "--frames", "last")
+        self.succeed(*command, "-o", "a")
+        film = self.dir / "b/films/frame.0180.film"
+        process = subprocess.Popen(
+            [PILESIM, *command, "-o", "b"], cwd=self.dir, stderr=subprocess.PIPE, text=True
+        )
+        self.addCleanup(process.kill)
+        self.wait_until(process, lambda: (self.dir / "b/films").exists())
+        process.send_signal(signal.SIGINT)
+        self.assertIn("--resume", process.communicate()[1])
+        self.assertEqual(process.returncode, 130)
+        self.assertEqual(self.drawn(), 0)
+        kept = film.read_bytes()
+        self.assertFalse((self.dir / "b/video.mp4").exists())
+        # Killed before there is a later film.
+        checkpoint = self.dir / "b/render_checkpoint.bin"
+        written = checkpoint.stat().st_mtime_ns
+        process = subprocess.Popen([PILESIM, *command, "-o", "b", "--resume"], cwd=self.dir,
+                                   stderr=subprocess.DEVNULL)
+        self.addCleanup(process.kill)
+        self.wait_until(process, lambda: checkpoint.stat().st_mtime_ns != written)
+        process.kill()
+        process.wait()
+        self.assertEqual(self.drawn(), 0)
+        self.assertEqual(film.read_bytes(), kept)
+        self.succeed(*command, "-o", "b", "--resume")
+        self.assertEqual(tree_bytes(self.dir / "b"), tree_bytes(self.dir / "a"))
+
 
 if __name__ == "__main__":
     unittest.main()

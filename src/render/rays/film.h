@@ -1,6 +1,7 @@
 // What samples have brought of a picture: sums, from which more samples go on.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -28,7 +29,11 @@ struct Film {
     for (std::vector<float>* plane : planes()) plane->assign(pixels, 0.0f);
     body.assign(pixels, 0);
   }
-  std::vector<std::vector<float>*> planes() {
+  std::array<std::vector<float>*, 11> planes() {
+    return {&red,      &green,    &blue,     &albedo_red, &albedo_green, &albedo_blue,
+            &normal_x, &normal_y, &normal_z, &nearness,   &squares};
+  }
+  std::array<const std::vector<float>*, 11> planes() const {
     return {&red,      &green,    &blue,     &albedo_red, &albedo_green, &albedo_blue,
             &normal_x, &normal_y, &normal_z, &nearness,   &squares};
   }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/checkpoint_pace.h"
+#include "core/error.h"
+#include "core/interrupt.h"
 #include "core/parallel_for.h"
 #include "render/draw_list.h"
 #include "render/rays/denoiser.h"
@@ -17,6 +20,9 @@ namespace {
 // A perfect mirror has no size in which sun and sky could be met.
 constexpr double kLeastRoughness = 0.03;
 constexpr float kCoatRoughness = 0.08f;
+// Between two looks at whether it is time to keep the film: setting tiles up costs as much as a
+// tenth of a sample.
+constexpr uint32_t kSamplesAtOnce = 4;
 
 float alpha_of(double roughness) {
   const double r = std::max(roughness, kLeastRoughness);
@@ -46,12 +52,14 @@ struct RaysRenderer::State {
   RayScene traced;
   std::vector<Look> looks;             // (body)
   std::vector<RayMaterial> materials;  // (body) of the frame
+  std::optional<FilmStore> films;
   Film film;
   Denoiser denoiser;
   Image image;
 
   State(const TrajectoryHeader& header, const RenderSettings& wanted,
-        const std::map<std::string, Material>& named, BodyColours colours)
+        const std::map<std::string, Material>& named, BodyColours colours,
+        std::optional<FilmPlace> film_place)
       : settings(wanted),
         plan(plan_of(wanted.rays)),
         scene(header, wanted.analysis ? BodyColours::analysis : colours),
@@ -62,6 +70,7 @@ struct RaysRenderer::State {
       const Material look = found == named.end() ? Material{} : found->second;
       looks.push_back({alpha_of(look.roughness), static_cast<float>(look.clear_coat)});
     }
+    if (film_place) films.emplace(std::move(*film_place), header, settings, colours);
     image = {.width = settings.size[0], .height = settings.size[1]};
     image.rgb.resize(3 * static_cast<size_t>(image.width) * static_cast<size_t>(image.height));
   }
@@ -105,11 +114,32 @@ struct RaysRenderer::State {
     }
     return result;
   }
+
+  // From the film that is there, and keeps it, now and then and at the end.
+  void trace_on(const DrawnFrame& drawn, const PathScene& path_scene, const PathSettings& paths) {
+    films->load(drawn, plan.samples, film);
+    CheckpointPace pace(films->period_s());
+    while (film.samples < plan.samples) {
+      const uint32_t next = std::min(film.samples + kSamplesAtOnce, plan.samples);
+      trace_paths(path_scene, paths, next, film);
+      const bool stops = interrupted() && film.samples < plan.samples;
+      if (!stops && film.samples < plan.samples && !pace.is_due()) continue;
+      const Stopwatch clock;
+      films->save(drawn, film);
+      pace.wrote(clock.seconds());
+      if (!stops) continue;
+      throw Error(ErrorKind::interrupted,
+                  Problem{.file = films->file_of(drawn).string(),
+                          .found = "interrupted; holds " + std::to_string(film.samples) + " of " +
+                                   std::to_string(plan.samples) + " samples a pixel"});
+    }
+  }
 };
 
 RaysRenderer::RaysRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
-                           const std::map<std::string, Material>& materials, BodyColours colours)
-    : state_(std::make_unique<State>(header, settings, materials, colours)) {}
+                           const std::map<std::string, Material>& materials, BodyColours colours,
+                           std::optional<FilmPlace> films)
+    : state_(std::make_unique<State>(header, settings, materials, colours, std::move(films))) {}
 
 RaysRenderer::~RaysRenderer() = default;
 
@@ -134,7 +164,11 @@ const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
       .fade_distance_m = fade_distance(s.scene, *drawn.frame, scene.views[1]),
       .light = make_lighting(s.settings.light)};
   s.film.begin(s.image.width, s.image.height);
-  trace_paths(scene, settings, s.plan.samples, s.film);
+  if (s.films) {
+    s.trace_on(drawn, scene, settings);
+  } else {
+    trace_paths(scene, settings, s.plan.samples, s.film);
+  }
   if (s.plan.denoise) {
     const LightPlanes& clean = s.denoiser.filter(s.film);
     develop(clean.red, clean.green, clean.blue, 1, s.image);

@@ -4,11 +4,13 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "render/body_colours.h"
 #include "render/frame_renderer.h"
 #include "render/rays/film.h"
+#include "render/rays/film_store.h"
 
 namespace pilesim {
 
@@ -22,13 +24,14 @@ RayPlan plan_of(const RaySettings& settings);
 
 class RaysRenderer final : public FrameRenderer {
  public:
-  // `materials`: of the scene, by name; what is not among them looks as by default. Throws
-  // Error(internal) where Embree does not start.
+  // `materials`: of the scene, by name; what is not among them looks as by default. `films`: where
+  // they are kept, if they are. Throws Error(internal) where Embree does not start.
   RaysRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
                const std::map<std::string, Material>& materials,
-               BodyColours colours = BodyColours::own);
+               BodyColours colours = BodyColours::own, std::optional<FilmPlace> films = {});
   ~RaysRenderer() override;
 
+  // With films, throws Error(interrupted) between samples: those so far are kept then.
   const Image& draw(const DrawnFrame& drawn) override;
   bool wants_neighbours() const override;
 
