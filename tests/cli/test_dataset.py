@@ -4,41 +4,16 @@ import csv
 import json
 import math
 import os
+import shutil
 import unittest
-import zlib
 
+import bop_rules
+from png_reader import read_png
 from support import BOXES, CommandTest, tree_bytes
 
 SIZE = (160, 120)
 # Two frames while the boxes fall, one when they have hit the ground.
 FRAMES = (2, 9)
-
-
-def read_png(path):
-    """Width, height and rows of numbers (of lists of three, where it is in colour)."""
-    data = path.read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    chunks, at = {}, 8
-    while at < len(data):
-        length, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
-        body = data[at + 8 : at + 8 + length]
-        crc = int.from_bytes(data[at + 8 + length : at + 12 + length], "big")
-        assert crc == zlib.crc32(kind + body)
-        chunks[kind] = chunks.get(kind, b"") + body
-        at += 12 + length
-    width, height = (int.from_bytes(chunks[b"IHDR"][i : i + 4], "big") for i in (0, 4))
-    bits, colour = chunks[b"IHDR"][8], chunks[b"IHDR"][9]
-    channels, size = {0: 1, 2: 3}[colour], bits // 8
-    raw, rows = zlib.decompress(chunks[b"IDAT"]), []
-    stride = width * channels * size
-    for row in range(height):
-        line = bytearray(raw[row * (stride + 1) + 1 : (row + 1) * (stride + 1)])
-        assert raw[row * (stride + 1)] == 1  # differences to the left
-        for i in range(channels * size, stride):
-            line[i] = (line[i] + line[i - channels * size]) & 0xFF
-        values = [int.from_bytes(line[i : i + size], "big") for i in range(0, stride, size)]
-        rows.append(values if channels == 1 else [values[i : i + 3] for i in range(0, len(values), 3)])
-    return width, height, rows
 
 
 def decode_mask(segmentation):
@@ -133,6 +108,90 @@ class Dataset(CommandTest):
         self.assertAlmostEqual(brick["diameter"], math.hypot(500, 100, 200), places=3)
         for key in cameras:
             self.check_image(scene, int(key), cameras[key], poses[key], infos[key], meshes)
+
+    def test_bop_keeps_the_rules_of_its_format(self):
+        scene = json.loads(json.dumps(BOXES))
+        wall = {"name": "wall", "shape": "wall", "material": "wood", "role": "static",
+                "position": [0, 1, -1]}
+        hidden = {"name": "hidden", "shape": "roller", "material": "wood", "position": [0, 0.2, -1.5]}
+        self.simulate(
+            shapes={**scene["shapes"], "wall": {"type": "box", "size": [6, 2, 0.05]},
+                    "roller": {"type": "cylinder", "radius": 0.1, "height": 0.3}},
+            bodies=[*scene["bodies"], wall, hidden],
+            cameras=[{"name": "near", "view": {"position": [0.4, 0.8, 1.2], "target": [0, 0.3, 0]}}],
+        )
+        for renderer in ("raster", "rays"):
+            root = self.draw("--annotations", "bop", "--camera", "all", "--renderer", renderer,
+                             "--set", "/render/rays/quality=preview", output=renderer) / "bop"
+            self.assertEqual(bop_rules.problems(root), [])
+            scenes = sorted(path.name for path in (root / "train_pbr").iterdir())
+            self.assertEqual(scenes, ["000000", "000001"])
+            infos = json.loads((root / "train_pbr/000000/scene_gt_info.json").read_text())
+            seen = [info["visib_fract"] for image in infos.values() for info in image]
+            # Hidden, in part and wholly seen: the rules were tried on all.
+            self.assertEqual(min(seen), 0)
+            self.assertTrue(any(0.1 < share < 0.9 for share in seen))
+            self.assertEqual(max(seen), 1)
+
+    def test_what_breaks_the_rules_of_bop_is_noticed(self):
+        self.simulate()
+        root = self.draw("--annotations", "bop") / "bop"
+        self.assertEqual(bop_rules.problems(root), [])
+        scene = "train_pbr/000000/"
+
+        def in_json(name, change):
+            def apply_to(copy):
+                data = json.loads((copy / name).read_text())
+                change(data)
+                (copy / name).write_text(json.dumps(data))
+            return apply_to
+
+        def in_first(name, change):
+            return in_json(scene + name, lambda data: change(next(iter(data.values()))[0]))
+
+        def scale(numbers, factor):
+            numbers[:] = [factor * x for x in numbers]
+
+        def in_camera(change):
+            return in_json(scene + "scene_camera.json", lambda data: change(data["2"]))
+
+        def swap_masks(copy):
+            masks = copy / scene / "mask_visib"
+            first, second = masks / "000002_000000.png", masks / "000002_000001.png"
+            first.rename(copy / "other")
+            second.rename(first)
+            (copy / "other").rename(second)
+
+        changes = {
+            "is no rotation": in_first("scene_gt.json", lambda gt: scale(gt["cam_R_m2c"], -1)),
+            "cam_R_w2c is no rotation": in_camera(lambda each: scale(each["cam_R_w2c"], 1.001)),
+            "has the keys": in_first("scene_gt.json", lambda gt: gt.pop("obj_id")),
+            "of no model": in_first("scene_gt.json", lambda gt: gt.update(obj_id=77)),
+            # In metres, which are as many millimetres too near.
+            "is not where depth has it": in_first("scene_gt.json",
+                                                  lambda gt: scale(gt["cam_t_m2c"], 1e-3)),
+            "is not where its mask is": in_first("scene_gt.json",
+                                                 lambda gt: gt["cam_t_m2c"].reverse()),
+            "where depth has it": in_camera(lambda each: each.update(depth_scale=2 * each["depth_scale"])),
+            "visib_fract": in_first("scene_gt_info.json", lambda i: i.update(visib_fract=0.123)),
+            "px_count_visib": in_first("scene_gt_info.json",
+                                       lambda i: i.update(px_count_visib=i["px_count_visib"] + 1)),
+            "px_count_valid": in_first("scene_gt_info.json", lambda i: i.update(px_count_valid=3)),
+            "bbox_visib": in_first("scene_gt_info.json", lambda i: i["bbox_visib"].reverse()),
+            "bbox_obj": in_first("scene_gt_info.json", lambda i: i["bbox_obj"].reverse()),
+            "diameter": in_json("models/models_info.json",
+                                lambda infos: infos["2"].update(diameter=1)),
+            "size_x": in_json("models/models_info.json", lambda infos: infos["2"].update(size_x=1)),
+            "not within its mask": swap_masks,
+            "are missing": lambda copy: (copy / scene / "mask/000002_000000.png").unlink(),
+            "are of nothing": lambda copy: (copy / scene / "rgb/7.png").write_bytes(b""),
+        }
+        for words, change in changes.items():
+            shutil.copytree(root, self.dir / "copy")
+            change(self.dir / "copy")
+            found = bop_rules.problems(self.dir / "copy")
+            self.assertTrue(any(words in each for each in found), (words, found))
+            shutil.rmtree(self.dir / "copy")
 
     def check_image(self, scene, image, camera, poses, infos, meshes):
         width, height, depth = read_png(scene / f"depth/{image:06d}.png")
