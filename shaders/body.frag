@@ -31,6 +31,6 @@ void main() {
   material_out = material;
 #ifdef TEXTURED
   vec3 own = shown();
-  if (is_painted(material.a)) material_out = vec4(sqrt(own), 1.0);
+  if (is_painted(material.a)) material_out = vec4(sqrt(own), without_paint(material.a));
 #endif
 }

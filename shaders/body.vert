@@ -22,7 +22,7 @@ void main() {
 #ifdef TEXTURED
   uv = vertex_uv;
 #else
-  if (is_painted(material.a)) material = vec4(vertex_paint.rgb, 1.0);
+  if (is_painted(material.a)) material = vec4(vertex_paint.rgb, without_paint(material.a));
 #endif
   vec3 position = instance_position + rotate(instance_orientation, vertex_position);
   gl_Position = clip_from_world * vec4(position, 1.0);

@@ -2,8 +2,9 @@
 // small triangles cover few samples each, so it waits until it is known what is seen.
 //   normal    octahedral (Meyer et al. 2010), to [0,1]^2
 //   material  square roots of linear red, green and blue; kind
-//   kind      0: sky, the targets' clear value; 128/255: ground; 1: body
-//             of an instance also 224/255: a body in the colours of its mesh
+//   kind      0: sky, the targets' clear value; 128/255: ground; (193 + gloss)/255: body
+//             of an instance also (129 + gloss)/255: a body in the colours of its mesh
+//   gloss     62: as by default; roughness in ninths + 10 times the clear coat in fifths
 // llvmpipe reads texels of up to 32 bits several times as fast as larger ones.
 
 vec2 fold(vec2 v) {
@@ -23,5 +24,6 @@ vec3 decode_normal(vec2 code) {
 }
 
 bool is_sky(float kind) { return kind < 0.25; }
-bool is_body(float kind) { return kind > 0.75; }
-bool is_painted(float kind) { return kind > 0.75 && kind < 0.95; }
+bool is_body(float kind) { return kind > 0.753; }
+bool is_painted(float kind) { return kind > 0.504 && kind < 0.753; }
+float without_paint(float kind) { return kind + 64.0 / 255.0; }

@@ -65,8 +65,16 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
     header.body_material.push_back(body.material);
     header.body_colour.push_back(body.colour);
     header.body_painted.push_back(body.is_painted ? 1 : 0);
+    header.body_gloss.push_back(
+        {static_cast<float>(body.roughness), static_cast<float>(body.clear_coat)});
     header.body_moves.push_back(body.role == Role::fixed ? 0 : 1);
   }
+  const auto is_plain = [](const std::array<float, 2>& gloss) {
+    const Material plain;
+    return gloss == std::array{static_cast<float>(plain.roughness),
+                               static_cast<float>(plain.clear_coat)};
+  };
+  if (std::ranges::all_of(header.body_gloss, is_plain)) header.body_gloss.clear();
   return header;
 }
 

@@ -27,6 +27,8 @@ enum Draw : uint32_t {
   kShape,
   kSize,
   kColour,
+  kRoughness,
+  kClearCoat,
   kAnew = 1000,  // .. kAnew + 999
 };
 
@@ -234,6 +236,11 @@ size_t drawn_by(const std::vector<double>& weights, Philox dice) {
   return chosen;
 }
 
+std::optional<double> drawn_from(const std::optional<std::array<double, 2>>& range, Philox dice) {
+  if (!range) return std::nullopt;
+  return dice.uniform((*range)[0], (*range)[1]);
+}
+
 // How likely each of size_steps() is.
 std::vector<double> size_weights(const Sizes& sizes) {
   std::vector<double> weights(static_cast<size_t>(sizes.steps), 1);
@@ -288,6 +295,8 @@ std::vector<EmittedBody> unroll(const Emitter& emitter, size_t emitter_index, ui
       const auto colours = static_cast<uint32_t>(emitter.palette.size());
       body.colour = emitter.palette[dice.of(i, kColour).index(colours)];
     }
+    body.roughness = drawn_from(emitter.roughness, dice.of(i, kRoughness));
+    body.clear_coat = drawn_from(emitter.clear_coat, dice.of(i, kClearCoat));
   }
   return bodies;
 }

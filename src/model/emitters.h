@@ -19,6 +19,7 @@ struct EmittedBody {
   uint32_t shape = 0;  // index into emitter.shapes
   double size = 1;     // times the shape's own
   std::optional<Colour> colour;
+  std::optional<double> roughness, clear_coat;
 };
 
 // The sizes that bodies of these can have, ascending from `from` to `to`.

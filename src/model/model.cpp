@@ -182,6 +182,8 @@ class ModelBuilder {
     body.asleep = source.asleep;
     body.preference = source.preference;
     body.hinge = source.hinge;
+    body.roughness = model_.materials[body.material].roughness;
+    body.clear_coat = model_.materials[body.material].clear_coat;
     append(std::move(body), source.colour);
   }
 
@@ -242,6 +244,9 @@ class ModelBuilder {
       body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
       body.asleep = emitter.asleep;
       body.preference = emitter.preference;
+      const Material& material = model_.materials[body.material];
+      body.roughness = start.roughness.value_or(material.roughness);
+      body.clear_coat = start.clear_coat.value_or(material.clear_coat);
       append(std::move(body), start.colour ? start.colour : emitter.colour);
     }
   }

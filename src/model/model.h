@@ -63,6 +63,7 @@ struct ModelBody {
   std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
+  double roughness = 0, clear_coat = 0;  // of its material, or drawn for it
   double mass_kg = 0;       // 0 for fixed and kinematic bodies
 };
 

@@ -6,11 +6,23 @@
 #include <map>
 #include <tuple>
 
+#include "scene/scene.h"
+
 namespace pilesim {
 namespace {
 
-// The kinds of surface.glsl.
-constexpr uint8_t kGround = 128, kPainted = 224, kBody = 255;
+// The kinds of surface.glsl. Of bodies they begin here, painted or not, and go on by their gloss.
+constexpr uint8_t kGround = 128, kPainted = 129, kOwn = 193, kPlainGloss = 62;
+constexpr uint8_t kBody = kOwn + kPlainGloss;
+
+// Roughness in ninths, clear coat in fifths: as much as the rasteriser tells apart.
+uint8_t gloss_code(const TrajectoryHeader& header, size_t body) {
+  const Material plain;
+  if (header.body_gloss.empty()) return kPlainGloss;
+  const auto [roughness, clear_coat] = header.body_gloss[body];
+  if (roughness == static_cast<float>(plain.roughness) && clear_coat == 0) return kPlainGloss;
+  return static_cast<uint8_t>(std::lround(9 * roughness) + 10 * std::lround(5 * clear_coat));
+}
 
 // A body to draw; sorted by batch, then from front to back.
 struct Entry {
@@ -134,9 +146,10 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshU
   material.reserve(header.body_count());
   for (size_t body = 0; body < shape.size(); ++body) {
     const bool is_painted = body < header.body_painted.size() && header.body_painted[body] != 0;
-    material.push_back(pack_material(header.body_colour[body], is_plane[shape[body]] != 0 ? kGround
-                                                               : is_painted               ? kPainted
-                                                                                          : kBody));
+    const uint8_t first = is_painted ? kPainted : kOwn;
+    const auto kind = static_cast<uint8_t>(first + gloss_code(header, body));
+    material.push_back(
+        pack_material(header.body_colour[body], is_plane[shape[body]] != 0 ? kGround : kind));
   }
   std::vector<float> radii;
   for (size_t body = 0; body < shape.size(); ++body) {
@@ -171,7 +184,9 @@ PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t bod
   return material[body];
 }
 
-bool is_painted(const PackedMaterial& material) { return material[3] == kPainted; }
+bool is_painted(const PackedMaterial& material) {
+  return material[3] >= kPainted && material[3] < kOwn;
+}
 
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
                          float height, float pixel_error, DrawList& list) {

@@ -25,7 +25,7 @@ struct Material {
   // share of the force along the normal times the radius of the smaller body, as a ball of its
   // volume (simulate/rolling_resistance.h). >= 0; of a pair: the product's square root.
   double rolling_friction = 0, spinning_friction = 0;
-  // What the renderer by rays makes of its surface.
+  // Of its surface, in pictures.
   double roughness = 0.45;  // of its gloss, (0, 1]: 0 a mirror, 1 matt
   double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
 };
@@ -192,6 +192,8 @@ struct Emitter {
   std::vector<std::string> materials;  // one a shape, instead of `material`; or empty
   std::optional<Sizes> sizes;
   std::vector<Colour> palette;  // one is drawn for each body; empty: `colour`
+  // Least and most, [0, 1]: drawn for each body, evenly; none: the material's.
+  std::optional<std::array<double, 2>> roughness, clear_coat;
   EmitterSource source;
   // How many bodies. A grid has its own count; a volume or a guide is filled and `count` limits it
   // (0: no limit).

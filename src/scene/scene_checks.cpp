@@ -285,6 +285,14 @@ class Checker {
       log_.report(sizes / "to", "is " + number_text(emitter.sizes->to),
                   "more than " + number_text(emitter.sizes->from) + ", which it is from");
     }
+    const auto check_range = [&](const char* key, const auto& range) {
+      const Path place = path / key;
+      if (!range || !log_.is_sound(place) || (*range)[0] <= (*range)[1]) return;
+      log_.report(place / 1, "is " + number_text((*range)[1]),
+                  "at least " + number_text((*range)[0]) + ", the least");
+    };
+    check_range("roughness", emitter.roughness);
+    check_range("clear_coat", emitter.clear_coat);
     if (!emitter.palette.empty() && emitter.colour) {
       log_.report_key(path / "palette", "stands beside \"colour\"", "one of the two");
     }

@@ -94,11 +94,9 @@ Codec<Material> material_codec() {
            field<Material>("spinning_friction", &Material::spinning_friction, number(at_least(0)),
                            "As rolling_friction, against turning about the contact's normal."),
            newer(field<Material>("roughness", &Material::roughness, number(between(0, 1)),
-                                 "Of the surface's gloss, from 0, polished, to 1, matt. The "
-                                 "renderer by rays only.")),
+                                 "Of the surface's gloss, from 0, polished, to 1, matt.")),
            newer(field<Material>("clear_coat", &Material::clear_coat, number(between(0, 1)),
-                                 "How much of a clear, polished layer lies over the surface. The "
-                                 "renderer by rays only.")),
+                                 "How much of a clear, polished layer lies over the surface.")),
        }});
 }
 

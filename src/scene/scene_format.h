@@ -28,6 +28,8 @@ Codec<Pile> pile_codec();
 Codec<Method> method_codec();
 Codec<SimulatorSettings> simulator_codec();
 Codec<Preference> preference_codec();
+// "an array [least, most] of two numbers", in the file `scale` times as large.
+Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning, double scale = 1);
 inline constexpr const char* kPreferenceText =
     "Mixed mode: whether what touches it must be solved exactly.";
 

@@ -7,32 +7,6 @@ namespace pilesim {
 
 namespace {
 
-// Two numbers, in the file `scale` times as large.
-Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning,
-                                         double scale = 1) {
-  const Codec<double> element = number(range);
-  Codec<std::array<double, 2>> codec;
-  codec.expected = "an array " + meaning + " of two numbers";
-  codec.schema = {{"type", "array"}, {"items", element.schema}, {"minItems", 2}, {"maxItems", 2}};
-  codec.read = [element, scale, expected = codec.expected](const Json& json, const Path& path,
-                                                           std::array<double, 2>& values,
-                                                           ReadContext& context) {
-    if (!json.is_array() || json.size() != 2) {
-      context.log.report(path, describe_value(json), expected);
-      return;
-    }
-    for (size_t i = 0; i < 2; ++i) {
-      double value = scale * values[i];
-      element.read(json[i], path / i, value, context);
-      values[i] = value / scale;
-    }
-  };
-  codec.write = [scale](const std::array<double, 2>& values) {
-    return Json{scale * values[0], scale * values[1]};
-  };
-  return codec;
-}
-
 // Left out of the resolved scene where it is the default, which is older than the key.
 template <class T>
 Field<T> if_changed(Field<T> field) {
@@ -161,6 +135,30 @@ Codec<RandomViews> random_views_codec() {
 }
 
 }  // namespace
+
+Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning, double scale) {
+  const Codec<double> element = number(range);
+  Codec<std::array<double, 2>> codec;
+  codec.expected = "an array " + meaning + " of two numbers";
+  codec.schema = {{"type", "array"}, {"items", element.schema}, {"minItems", 2}, {"maxItems", 2}};
+  codec.read = [element, scale, expected = codec.expected](const Json& json, const Path& path,
+                                                           std::array<double, 2>& values,
+                                                           ReadContext& context) {
+    if (!json.is_array() || json.size() != 2) {
+      context.log.report(path, describe_value(json), expected);
+      return;
+    }
+    for (size_t i = 0; i < 2; ++i) {
+      double value = scale * values[i];
+      element.read(json[i], path / i, value, context);
+      values[i] = value / scale;
+    }
+  };
+  codec.write = [scale](const std::array<double, 2>& values) {
+    return Json{scale * values[0], scale * values[1]};
+  };
+  return codec;
+}
 
 Codec<Camera> camera_codec() {
   const Codec<Camera> view = view_codec();

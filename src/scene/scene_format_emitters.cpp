@@ -98,6 +98,10 @@ Fields<Emitter> mix_fields() {
       unless(field<E>("palette", &E::palette, list(colour()),
                       "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
              [](const E& e) { return e.palette.empty(); }),
+      optional_field<E>("roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
+                        "Instead of the material's, drawn for each body."),
+      optional_field<E>("clear_coat", &E::clear_coat, two_numbers(between(0, 1), "[least, most]"),
+                        "Instead of the material's, drawn for each body."),
   };
 }
 

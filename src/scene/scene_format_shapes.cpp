@@ -101,25 +101,6 @@ Field<Shape> thickness(const std::string& description) {
   return field<Shape>("thickness", of(&V::thickness), number(above(0)), description);
 }
 
-// Two numbers in an array.
-Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning) {
-  Codec<std::array<double, 2>> codec;
-  const Codec<double> each = number(range);
-  codec.expected = "an array of two numbers, " + meaning;
-  codec.schema = {{"type", "array"}, {"items", each.schema}, {"minItems", 2}, {"maxItems", 2}};
-  codec.read = [each, expected = codec.expected](const Json& json, const Path& path,
-                                                 std::array<double, 2>& value,
-                                                 ReadContext& context) {
-    if (!json.is_array() || json.size() != 2) {
-      context.log.report(path, describe_value(json), expected);
-      return;
-    }
-    for (size_t i = 0; i < 2; ++i) each.read(json[i], path / i, value[i], context);
-  };
-  codec.write = [](const std::array<double, 2>& value) { return Json(value); };
-  return codec;
-}
-
 std::vector<Alternative<Shape>> furniture() {
   return {
       alternative<BinShape>("bin",
@@ -148,9 +129,9 @@ std::vector<Alternative<Shape>> furniture() {
                                  "PNG of 8 or 16 bits, relative to the scene file. Its right is "
                                  "+x, its lower edge +z."),
            required_field<Shape>("size", of(&TerrainShape::size),
-                                 two_numbers(above(0), "along x and z"), "Along x and z, m."),
+                                 two_numbers(above(0), "[x, z]"), "Along x and z, m."),
            required_field<Shape>("height", of(&TerrainShape::height),
-                                 two_numbers(kAnyNumber, "of black and of white"),
+                                 two_numbers(kAnyNumber, "[of black, of white]"),
                                  "y of black and of white, m.")}),
   };
 }

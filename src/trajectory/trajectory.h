@@ -10,6 +10,7 @@
 //   body_material (body)          u4  index into materials
 //   body_colour  (body, 3)        u1  sRGB
 //   body_painted (body)           u1  1: drawn in the colours of its shape; where one is
+//   body_gloss   (body, 2)        f4  roughness and clear coat; where one is not as by default
 //   body_moves   (body)           u1  1: dynamic or kinematic, 0: fixed
 //   shapes/<i>/vertices  (V, 3)   f4  m, body frame
 //   shapes/<i>/triangles (T, 3)   u4
@@ -67,6 +68,8 @@ struct TrajectoryHeader {
   std::vector<uint32_t> body_material;  // (B) index into materials
   std::vector<Colour> body_colour;      // (B)
   std::vector<uint8_t> body_painted;    // (B) 1: drawn in its shape's own colours
+  // (B) roughness and clear coat, [0, 1]; empty: all as by default, and of older ones.
+  std::vector<std::array<float, 2>> body_gloss;
   std::vector<uint8_t> body_moves;      // (B) 1: dynamic or kinematic, 0: fixed
 
   size_t body_count() const { return body_shape.size(); }

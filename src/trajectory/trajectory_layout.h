@@ -22,6 +22,7 @@ ZarrLayout body_shape();
 ZarrLayout body_material();
 ZarrLayout body_colour();
 ZarrLayout body_painted();
+ZarrLayout body_gloss();
 ZarrLayout body_moves();
 ZarrLayout vertices();
 ZarrLayout triangles();

@@ -80,6 +80,15 @@ void check_size(const fs::path& array, size_t found, size_t wanted, const std::s
          std::to_string(wanted) + ", the number of " + of_what);
 }
 
+void check_shares(const fs::path& array, const std::vector<std::array<float, 2>>& rows) {
+  for (const auto& row : rows) {
+    for (const float share : row) {
+      if (share >= 0 && share <= 1) continue;
+      reject(array, "holds " + std::to_string(share), "numbers from 0 to 1");
+    }
+  }
+}
+
 using Textures = std::vector<std::shared_ptr<const Texture>>;
 
 Textures read_textures(const fs::path& store, const ordered_json& attributes) {
@@ -201,6 +210,10 @@ TrajectoryHeader read_header(const fs::path& store) {
   header.body_painted.resize(bodies);
   if (fs::exists(store / "body_painted")) {
     per_body("body_painted", layout::body_painted(), header.body_painted);
+  }
+  if (fs::exists(store / "body_gloss")) {
+    per_body("body_gloss", layout::body_gloss(), header.body_gloss);
+    check_shares(store / "body_gloss", header.body_gloss);
   }
   per_body("body_moves", layout::body_moves(), header.body_moves);
   check_indices(store / "body_shape", header.body_shape, header.shapes.size(), "shapes");

@@ -112,6 +112,41 @@ TEST(Mix, ColoursAreOfThePalette) {
   EXPECT_NEAR((counts[{1, 2, 3}]), 1500, 137);
 }
 
+TEST(Mix, GlossIsDrawnForEachBodyWithinItsRange) {
+  const std::string plain = R"("shape": "ball", "material": "m")";
+  const std::string drawn = plain + R"(, "roughness": [0.2, 0.6], "clear_coat": [0.5, 1])";
+  const Model model = build(drawn), again = build(drawn), other = build(drawn, 2);
+  std::set<double> roughness, clear_coat;
+  double sum = 0;
+  int same_of_other_seed = 0;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const ModelBody& body = model.bodies[i];
+    EXPECT_GE(body.roughness, 0.2);
+    EXPECT_LE(body.roughness, 0.6);
+    EXPECT_GE(body.clear_coat, 0.5);
+    EXPECT_LE(body.clear_coat, 1);
+    EXPECT_EQ(body.roughness, again.bodies[i].roughness);
+    EXPECT_EQ(body.clear_coat, again.bodies[i].clear_coat);
+    same_of_other_seed += body.roughness == other.bodies[i].roughness ? 1 : 0;
+    roughness.insert(body.roughness);
+    clear_coat.insert(body.clear_coat);
+    sum += body.roughness;
+  }
+  EXPECT_EQ(roughness.size(), model.bodies.size());
+  EXPECT_EQ(clear_coat.size(), model.bodies.size());
+  EXPECT_EQ(same_of_other_seed, 0);
+  // Evenly: five standard deviations of the mean of 3000 are 0.0106.
+  EXPECT_NEAR(sum / static_cast<double>(model.bodies.size()), 0.4, 0.0106);
+  // All else is drawn as without it.
+  const Model without = build(plain);
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    EXPECT_EQ(model.bodies[i].pose.orientation.coeffs(),
+              without.bodies[i].pose.orientation.coeffs());
+    EXPECT_EQ(without.bodies[i].roughness, Material{}.roughness);
+    EXPECT_EQ(without.bodies[i].clear_coat, 0);
+  }
+}
+
 TEST(Mix, WhatDoesNotFitIsRefused) {
   const auto fault = [](const std::string& emitter) {
     const auto lines = problems_of(R"({"version": 1, "materials": {"m": {}}, "shapes": {
@@ -133,6 +168,13 @@ TEST(Mix, WhatDoesNotFitIsRefused) {
   EXPECT_THAT(
       fault(R"("shape": "a", "material": "m", "palette": ["#000000"], "colour": "#000000")"),
       HasSubstr("colour"));
+  const std::string one = R"("shape": "a", "material": "m", )";
+  EXPECT_THAT(fault(one + R"("roughness": [0.5, 0.4])"),
+              AllOf(HasSubstr("/emitters/0/roughness/1: is 0.4"), HasSubstr("at least 0.5")));
+  EXPECT_THAT(fault(one + R"("clear_coat": [0, 1.5])"),
+              AllOf(HasSubstr("/emitters/0/clear_coat/1: is 1.5"), HasSubstr("from 0 to 1")));
+  EXPECT_THAT(fault(one + R"("roughness": 0.3)"),
+              AllOf(HasSubstr("/emitters/0/roughness: is 0.3"), HasSubstr("[least, most]")));
 }
 
 ModelShape furniture(const std::string& shape) {

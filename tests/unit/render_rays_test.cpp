@@ -340,6 +340,7 @@ TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
   scene.add(2, {-0.4f, 1, 0}, test::kRed, true);
   scene.add(2, {0.4f, 1, 0}, test::kRed, true);
   scene.header.body_painted = {0, 1, 0};
+  scene.header.body_gloss = {{0.45f, 0}, {0, 1}, {0.45f, 0}};  // to be told apart from its paint
   const RenderSettings settings{.size = {64, 32}, .rays = {.quality = RayQuality::preview}};
   for (const double side : {1.0, -1.0}) {
     const CameraKey camera{.position = {0, 1, 3 * side}, .target = {0, 1, 0}};
@@ -355,6 +356,53 @@ TEST(RaysAndRaster, PaintedBodiesHaveTheColoursOfTheirMesh) {
       EXPECT_GT(plain[0], 1.5f * plain[1]) << side;
       EXPECT_GT(plain[0], 1.5f * plain[2]) << side;
     }
+  }
+}
+
+// Spheres seen from where the sun's highlight is: how bright they are at their brightest.
+TEST(RaysAndRaster, GlossOfABodyIsSeen) {
+  DrawnScene scene;
+  scene.frame.state[0] = 0;  // no ground
+  for (int i = 0; i < 4; ++i) {
+    scene.add(1, {1.2f * static_cast<float>(i) - 1.8f, 0, 0}, {40, 40, 40}, true);
+  }
+  const Material plain;
+  const auto usual = std::array{static_cast<float>(plain.roughness), 0.0f};
+  const CameraKey camera{.position = 9 * make_lighting({}).to_sun.cast<double>(),
+                         .target = {0, 0, 0},
+                         .field_of_view = radians(35)};
+  const auto brightest = [&](bool by_rays) {
+    const RenderSettings settings{.size = {600, 180},
+                                  .rays = {.samples = 4, .bounces = 0, .denoise = false}};
+    const DrawnFrame drawn{.frame = &scene.frame, .camera = camera};
+    const Image image = by_rays ? RaysRenderer(scene.header, settings, {}).draw(drawn)
+                                : SceneRenderer(scene.header, settings).draw(drawn);
+    // Each sphere by where its middle is in the picture.
+    const View view = scene_view(RenderScene(scene.header), scene.frame, camera, 600, 180);
+    std::array<float, 4> most{};
+    for (size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector2f middle = view.project(scene.frame.position[i + 1], 600, 180);
+      const int x = static_cast<int>(middle.x()), y = static_cast<int>(middle.y());
+      for (int row = -8; row <= 8; ++row) {
+        for (int column = -8; column <= 8; ++column) {
+          most[i] = std::max(most[i], test::pixel(image, x + column, y + row).minCoeff());
+        }
+      }
+    }
+    return std::pair(most, image);
+  };
+  for (const bool by_rays : {false, true}) {
+    scene.header.body_gloss.clear();
+    const Image before = brightest(by_rays).second;
+    scene.header.body_gloss.assign(5, usual);
+    EXPECT_EQ(brightest(by_rays).second.rgb, before.rgb) << by_rays;
+    scene.header.body_gloss[1] = {1, 0};
+    scene.header.body_gloss[3] = {0.25f, 0};
+    scene.header.body_gloss[4] = {1, 1};
+    const std::array<float, 4> most = brightest(by_rays).first;
+    EXPECT_LT(most[0], 0.85f * most[1]) << by_rays;  // matt
+    EXPECT_GT(most[2], 1.1f * most[1]) << by_rays;   // polished
+    EXPECT_GT(most[3], 1.3f * most[0]) << by_rays;   // matt below a coat
   }
 }
 

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -66,6 +67,19 @@ TEST_F(TrajectoryStore, GivesBackTheColoursOfShapesAndWhoIsPainted) {
   header.shapes[0].colours.pop_back();
   { const TrajectoryWriter writer(store_, header); }
   EXPECT_THROW(TrajectoryReader{store_}, Error);
+}
+
+TEST_F(TrajectoryStore, GivesBackHowGlossyBodiesAre) {
+  TrajectoryHeader header = make_header(3);
+  header.body_gloss = {{0.45f, 0}, {0.1f, 1}, {1, 0.25f}};
+  { const TrajectoryWriter writer(store_, header); }
+  EXPECT_EQ(TrajectoryReader(store_).header().body_gloss, header.body_gloss);
+  for (const float wrong : {-0.1f, 1.1f, std::numeric_limits<float>::quiet_NaN()}) {
+    fs::remove_all(store_);
+    header.body_gloss[1][0] = wrong;
+    { const TrajectoryWriter writer(store_, header); }
+    EXPECT_THROW(TrajectoryReader{store_}, Error) << wrong;
+  }
 }
 
 std::shared_ptr<const Texture> plain_texture(int width, int height, uint8_t grey) {
@@ -140,6 +154,7 @@ TEST_F(TrajectoryStore, OfScenesWithoutColoursNothingIsWritten) {
   EXPECT_FALSE(fs::exists(store_ / "textures"));
   EXPECT_FALSE(fs::exists(store_ / "shapes/0/texture"));
   EXPECT_FALSE(fs::exists(store_ / "body_painted"));
+  EXPECT_FALSE(fs::exists(store_ / "body_gloss"));
   EXPECT_FALSE(fs::exists(store_ / "shapes/0/colours"));
   EXPECT_EQ(TrajectoryReader(store_).header().body_painted, std::vector<uint8_t>(2));
 }

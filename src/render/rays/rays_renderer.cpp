@@ -65,10 +65,13 @@ struct RaysRenderer::State {
         scene(header, wanted.analysis ? BodyColours::analysis : colours),
         traced(scene),
         materials(scene.shape.size()) {
-    for (const uint32_t material : header.body_material) {
-      const auto found = named.find(header.materials[material]);
+    for (size_t body = 0; body < header.body_count(); ++body) {
+      const auto found = named.find(header.materials[header.body_material[body]]);
       const Material look = found == named.end() ? Material{} : found->second;
       looks.push_back({alpha_of(look.roughness), static_cast<float>(look.clear_coat)});
+      if (header.body_gloss.empty()) continue;
+      const auto [roughness, clear_coat] = header.body_gloss[body];
+      looks.back() = {alpha_of(roughness), clear_coat};
     }
     if (film_place) films.emplace(std::move(*film_place), header, settings, colours);
     image = {.width = settings.size[0], .height = settings.size[1]};
