@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -125,6 +126,21 @@ void bind_texture(GLuint unit, GLenum target, const GlTexture& texture) {
   glBindTexture(target, texture.name());
 }
 
+// Bit by bit.
+template <class T>
+bool same(const std::vector<T>& a, const std::vector<T>& b) {
+  if (a.size() != b.size()) return false;
+  return a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+bool same(const TrajectoryFrame& a, const TrajectoryFrame& b) {
+  return same(a.position, b.position) && same(a.orientation, b.orientation) &&
+         same(a.state, b.state);
+}
+bool same(const CameraKey& a, const CameraKey& b) {
+  return a.position == b.position && a.target == b.target &&
+         a.field_of_view == b.field_of_view && a.roll == b.roll && a.lens_shift == b.lens_shift;
+}
+
 // Pixel by pixel, into `a`.
 void average(Image& a, const Image& b) {
   for (size_t i = 0; i < a.rgb.size(); ++i) {
@@ -152,6 +168,9 @@ struct SceneRenderer::State {
   DrawList visible, casters;
   LightView light;
   Image image, pass_image;
+  // What `image` shows: a pile at rest is drawn once.
+  std::optional<CameraKey> shown_from;
+  TrajectoryFrame shown;
 
   State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours);
   ~State() { context.make_current(); }
@@ -371,6 +390,8 @@ SceneRenderer::~SceneRenderer() = default;
 
 const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& camera) {
   State& s = *state_;
+  if (s.shown_from && same(*s.shown_from, camera) && same(s.shown, frame)) return s.image;
+  s.shown_from.reset();
   s.context.make_current();
   const View centred = scene_view(s.scene, frame, camera, s.width, s.height);
   s.draw_shadow_map(frame, centred);
@@ -382,6 +403,8 @@ const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& 
     if (pass > 0) average(s.image, s.pass_image);
   }
   assert(glGetError() == GL_NO_ERROR);
+  s.shown_from = camera;
+  s.shown = frame;
   return s.image;
 }
 

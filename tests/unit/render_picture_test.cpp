@@ -1,6 +1,8 @@
 // What pictures show, without golden files: colours where they belong.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "core/error.h"
 #include "core/philox.h"
 #include "render/lighting.h"
@@ -53,6 +55,40 @@ Vec3f along_shadow(float distance) {
   Vec3f away = -make_lighting().to_sun;
   away.y() = 0;
   return distance * away.normalized();
+}
+
+// A pile at rest is drawn once; anything else is drawn anew, whatever was drawn before.
+TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
+  const DrawnScene first = red_sphere(true);
+  const CameraKey camera = test::front_camera({0, 0.5, 0}, 4);
+  const RenderSettings settings{.size = {48, 32}};
+  SceneRenderer renderer(first.header, settings, BodyColours::sleepers);
+  const auto draws_as_alone = [&](const TrajectoryFrame& frame, const CameraKey& from) {
+    SceneRenderer other(first.header, settings, BodyColours::sleepers);
+    return renderer.draw(frame, from).rgb == other.draw(frame, from).rgb;
+  };
+  const auto image = renderer.draw(first.frame, camera).rgb;
+  const auto changes = std::to_array<void (*)(TrajectoryFrame&, CameraKey&)>({
+      [](TrajectoryFrame&, CameraKey&) {},
+      [](TrajectoryFrame& frame, CameraKey&) { frame.position[1].x() += 0.1f; },
+      [](TrajectoryFrame& frame, CameraKey&) { frame.state[1] |= kAsleep; },
+      [](TrajectoryFrame& frame, CameraKey&) {
+        frame.orientation[0] = Quatf(Eigen::AngleAxisf(0.1f, Vec3f::UnitX()));
+      },
+      [](TrajectoryFrame&, CameraKey& from) { from.position.x() += 0.2; },
+      [](TrajectoryFrame&, CameraKey& from) { from.target.y() += 0.2; },
+      [](TrajectoryFrame&, CameraKey& from) { from.field_of_view *= 1.2; },
+      [](TrajectoryFrame&, CameraKey& from) { from.roll += 0.2; },
+      [](TrajectoryFrame&, CameraKey& from) { from.lens_shift[0] += 0.1; },
+  });
+  for (size_t i = 0; i < changes.size(); ++i) {
+    TrajectoryFrame frame = first.frame;
+    CameraKey from = camera;
+    changes[i](frame, from);
+    EXPECT_TRUE(draws_as_alone(frame, from)) << i;
+    EXPECT_EQ(renderer.draw(frame, from).rgb != image, i > 0) << i;
+    EXPECT_TRUE(renderer.draw(first.frame, camera).rgb == image) << i;
+  }
 }
 
 class PictureOfASphere : public testing::TestWithParam<int> {};
