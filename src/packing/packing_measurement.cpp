@@ -21,35 +21,38 @@ namespace {
 // that are about those of all objects; each round has starts of its own. From kSureRounds on its
 // steps become smaller, and the mean of the last ones is what comes of it: piles of one seed differ
 // by some per cent.
-constexpr uint32_t kRounds = 12, kSureRounds = 4, kAveraged = 5;
+constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
 
-// A figure that is met, how much it counts, and how it changes with the radius and the resistance
-// to rolling.
+// What is sought, as logarithms: the radius, the resistance to rolling, and how fast bodies turn on
+// others and against walls.
+using Sought = Eigen::Vector4d;
+
+// A figure that is met, how much it counts, and how it changes with what is sought.
 struct Met {
   double PackingFigures::*figure;
   double weight;
-  std::array<double, 2> slopes;
+  std::array<double, 4> slopes;
 };
 constexpr std::array kMet = {
-    Met{&PackingFigures::heap_height, 1, {1.5, 0.3}},
-    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04}},
-    Met{&PackingFigures::column_height, 1, {2.1, 0}},
-    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0}},
+    Met{&PackingFigures::heap_height, 1, {1.5, 0.3, -0.3, 0}},
+    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04, 0, 0}},
+    Met{&PackingFigures::heap_reach, 1, {0, 0, -0.7, 0}},
+    Met{&PackingFigures::column_height, 1, {2.1, 0, -0.2, 0}},
+    Met{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03}},
+    Met{&PackingFigures::column_reach, 1, {0, 0, -0.7, 0}},
+    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0.2, 0}},
 };
-constexpr std::array kMostChange = {0.12, 0.8};  // of the two, in a round
+constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8};  // of the four, in a round
 constexpr double kLeastRolling = 0.003, kMostRolling = 2;
-constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
-constexpr double kLeastRadius = 0.5;  // of the first one
-constexpr double kFirstRolling = 0.2;
+constexpr double kFirstRadius = 1.1;                        // of the ball of the object's volume
+constexpr double kLeastRadius = 0.5;                        // of the first one
+constexpr double kFirstRolling = 0.2, kFirstTurning = 0.1;  // of leaning, too
+constexpr double kLeastTurning = 0.003, kMostTurning = 1;
 constexpr int kSweeps = 8;  // of the statistical mode, by default
 
 // Seeds of spheres' pours begin here: none of them is one of the exact engine's.
 constexpr uint64_t kSphereSeeds = 1 << 16;
-
-constexpr std::array kFigures = {&PackingFigures::heap_height,     &PackingFigures::heap_spread,
-                                 &PackingFigures::column_height,   &PackingFigures::column_spread,
-                                 &PackingFigures::column_fraction, &PackingFigures::time};
 
 // A figure that some pours do not tell is 0 in both.
 struct Spread {
@@ -59,7 +62,7 @@ struct Spread {
 Spread spread_of(const std::vector<PackingFigures>& all) {
   Spread result;
   const auto count = static_cast<double>(all.size());
-  for (double PackingFigures::*const figure : kFigures) {
+  for (double PackingFigures::*const figure : kPackingFigures) {
     const auto tells = [&](const PackingFigures& one) { return one.*figure > 0; };
     if (!std::ranges::all_of(all, tells)) continue;
     double& mean = result.mean.*figure;
@@ -92,11 +95,15 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
       if (is_heap) {
         f.heap_height = came.height;
         f.heap_spread = came.spread;
+        f.heap_reach = came.reach;
         f.time = came.time;
       } else {
         f.column_height = came.height;
         f.column_spread = came.spread;
+        f.column_reach = came.reach;
         f.column_fraction = came.fraction;
+        f.column_deep_fraction = came.deep_fraction;
+        f.column_nearest = came.nearest;
       }
       poured();
     }
@@ -109,16 +116,13 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
   return spread_of(figures);
 }
 
-// What is sought, as logarithms: the radius and the resistance to rolling.
-using Sought = Eigen::Vector2d;
-
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  Eigen::Matrix4d squares = 1e-9 * Eigen::Matrix4d::Identity();
   Sought sum = Sought::Zero();
   for (const Met& met : kMet) {
     // A figure may be nothing, such as the share of a column that is hardly higher than a body.
     if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
-    const Sought slopes(met.slopes[0], met.slopes[1]);
+    const Sought slopes(met.slopes.data());
     squares += met.weight * slopes * slopes.transpose();
     sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
   }
@@ -128,17 +132,23 @@ Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
 // No radius is larger than `outer_m`, the object's own.
 Sought moved(const Sought& from, const Sought& step, double first_m, double outer_m) {
   Sought to = from;
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < to.size(); ++i) {
     const double most = kMostChange[static_cast<size_t>(i)];
     to[i] += std::clamp(step[i], -most, most);
   }
   to[0] = std::clamp(to[0], std::log(kLeastRadius * first_m), std::log(outer_m));
   to[1] = std::clamp(to[1], std::log(kLeastRolling), std::log(kMostRolling));
+  for (const int i : {2, 3}) {
+    to[i] = std::clamp(to[i], std::log(kLeastTurning), std::log(kMostTurning));
+  }
   return to;
 }
 
 Packing packing_of(const Sought& sought) {
-  return {.radius_m = std::exp(sought[0]), .rolling = std::exp(sought[1])};
+  return {.radius_m = std::exp(sought[0]),
+          .rolling = std::exp(sought[1]),
+          .turning = std::exp(sought[2]),
+          .leaning = std::exp(sought[3])};
 }
 
 }  // namespace
@@ -192,7 +202,8 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   };
   const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
   const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
-  Sought sought = Sought(first_m, kFirstRolling).array().log(), mean = Sought::Zero();
+  Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstTurning).array().log(),
+         mean = Sought::Zero();
   for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
     const Spread now = pour_spheres(sought, round * kPoursARound, kPoursARound);

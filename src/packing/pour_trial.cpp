@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/interrupt.h"
 #include "core/philox.h"
+#include "geometry/convex_hull.h"
 
 namespace pilesim {
 namespace {
@@ -79,6 +81,9 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
     if (model_.bodies[i].role == Role::dynamic) poured_.push_back(i);
   }
   shape_ = model_.bodies[poured_.front()].shape;
+  for (const Vec3& corner : convex_hull(model_.shapes[shape_].mesh.vertices).vertices) {
+    corners_.push_back(corner / radius_m_);
+  }
 }
 
 Model PourTrial::starts(uint64_t seed) const {
@@ -107,25 +112,51 @@ PourFigures PourTrial::run(Simulator& simulator) const {
     const Vec3 place = simulator.states().position[body] / radius_m_;
     // Needles and sheets that hit hard may leave through a wall: they are no part of the pile.
     const double across = std::max(std::abs(place.x()), std::abs(place.z()));
-    if (place.y() > 0 && (half_width_ == 0 || across < half_width_)) places.push_back(place);
+    if (!(place.y() > 0 && (half_width_ == 0 || across < half_width_))) continue;
+    places.push_back(place);
+    figures.reach += reach_below(simulator.states().orientation[body]);
   }
+  figures.reach /= std::max(1.0, static_cast<double>(places.size()));
   const auto count = static_cast<double>(places.size());
   for (const Vec3& place : places) {
     figures.height += place.y() / count;
     figures.spread += std::hypot(place.x(), place.z()) / count;
   }
-  if (half_width_ == 0) return figures;
+  if (half_width_ > 0) judge_bulk(places, figures);
+  return figures;
+}
+
+double PourTrial::reach_below(const Quat& orientation) const {
+  const Vec3 down = orientation.conjugate() * -Vec3::UnitY();
+  double reach = 0;
+  for (const Vec3& corner : corners_) reach = std::max(reach, corner.dot(down));
+  return reach;
+}
+
+void PourTrial::judge_bulk(const std::vector<Vec3>& places, PourFigures& figures) const {
   const double half = half_width_ - kFromWalls;
   const double high = kBulkByMean * figures.height;
-  if (high < kFromGround + kLeastBulk) return figures;
-  double amid = 0;
+  if (high < kFromGround + kLeastBulk) return;
+  const double middle = (kFromGround + high) / 2;
+  double amid = 0, deep = 0;
   for (const Vec3& place : places) {
-    const bool away = std::max(std::abs(place.x()), std::abs(place.z())) < half;
-    amid += away && place.y() > kFromGround && place.y() < high ? 1 : 0;
+    if (std::max(std::abs(place.x()), std::abs(place.z())) >= half) continue;
+    if (place.y() <= kFromGround || place.y() >= high) continue;
+    ++amid;
+    deep += place.y() < middle ? 1 : 0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3& other : places) {
+      const double apart2 = (other - place).squaredNorm();
+      if (apart2 > 0) nearest = std::min(nearest, apart2);
+    }
+    figures.nearest += std::sqrt(nearest);
   }
+  if (amid == 0) return;
+  figures.nearest /= amid;
+  const double solid = volume_m3_ / std::pow(radius_m_, 3);
   const double room = 4 * half * half * (high - kFromGround);
-  figures.fraction = amid * volume_m3_ / (room * std::pow(radius_m_, 3));
-  return figures;
+  figures.fraction = amid * solid / room;
+  figures.deep_fraction = 2 * deep * solid / room;
 }
 
 }  // namespace pilesim

@@ -23,11 +23,13 @@ struct PouredObject {
 enum class PourKind { heap, column };
 
 struct PourFigures {
-  double height = 0;    // R, the mean of the centres above the ground
-  double spread = 0;    // R, their mean distance from the axis
-  double fraction = 0;  // of a column away from its ends and walls: how much of it is solid; 0: it
-                        // is too low to say
-  double time = 0;      // sqrt(R / g), until it is at rest
+  double height = 0;  // R, the mean of the centres above the ground
+  double spread = 0;  // R, their mean distance from the axis
+  double reach = 0;   // R, how far they reach below their centres in the mean
+  // Of a column away from its ends and walls, 0 where it is too low to say: how much of it is
+  // solid, and of its lower half; and how far from a centre the nearest other one is, R.
+  double fraction = 0, deep_fraction = 0, nearest = 0;
+  double time = 0;  // sqrt(R / g), until it is at rest
 };
 
 class PourTrial {
@@ -43,6 +45,9 @@ class PourTrial {
   PourFigures run(Simulator& simulator) const;
 
  private:
+  double reach_below(const Quat& orientation) const;  // R
+  void judge_bulk(const std::vector<Vec3>& places, PourFigures& figures) const;
+
   Scene scene_;
   double volume_m3_, radius_m_, time_s_;
   double half_width_ = 0;  // R, of the column; 0: a heap
@@ -50,6 +55,7 @@ class PourTrial {
   uint32_t shape_ = 0;
   std::vector<uint32_t> poured_;  // bodies
   std::vector<Vec3> places_;      // m, at which they start
+  std::vector<Vec3> corners_;     // R, of the object's convex hull, body frame
 };
 
 }  // namespace pilesim

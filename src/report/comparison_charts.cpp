@@ -74,6 +74,31 @@ ComparisonChart pareto_chart(const Json& modes) {
   return draw("Speed-up against error", "pareto", 400, plot);
 }
 
+// What does not overlap at all stands at the chart's least.
+constexpr double kLeastOverlap = 1e-5;
+
+ComparisonChart overlap_chart(const Json& modes) {
+  Plot plot(
+      "set logscale xy\nset grid lc rgb '#e4e4e4' lw 1\nset offsets graph 0.1, graph 0.1, graph "
+      "0.1, graph 0.1\n"
+      "set xlabel 'deepest overlap at the end (diameters)'\nset ylabel 'speed-up'\n"
+      "set arrow from 0.02, graph 0 to 0.02, graph 1 nohead lc rgb '#888888' dt 2\n");
+  for (size_t i = 0; i < modes.size(); ++i) {
+    const Json& mode = modes[i];
+    const Json& x = mode["quality_at_end"]["deepest_penetration_diameters"];
+    const Json& y = mode["speed_up"];
+    if (!is_known(x) || !is_known(y)) continue;
+    const auto shown = [](const Json& number) {
+      return with_digits(std::max(number.get<double>(), kLeastOverlap), 6);
+    };
+    plot.add("using 1:2:3:4:5:6 with xyerrorbars pt 7 ps 1.1 lw 1.6 lc rgb '" + colour_of(i) +
+                 "' title " + quoted(mode["name"]),
+             shown(x["value"]) + " " + text_of(y["value"]) + " " + shown(x["low"]) + " " +
+                 shown(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
+  }
+  return draw("Speed-up against overlap", "overlap", 400, plot);
+}
+
 ComparisonChart error_chart(const Json& modes) {
   std::string names;
   size_t row = 0;
@@ -131,7 +156,7 @@ ComparisonChart energy_chart(const Json& figures) {
 
 std::vector<ComparisonChart> comparison_charts(const Json& figures) {
   const Json& modes = figures["modes"];
-  return {pareto_chart(modes), error_chart(modes), energy_chart(figures)};
+  return {pareto_chart(modes), overlap_chart(modes), error_chart(modes), energy_chart(figures)};
 }
 
 }  // namespace pilesim

@@ -15,8 +15,8 @@ struct ComparisonChart {
   std::string svg, png;  // their content
 };
 
-// Speed-up against error, errors by quantity, energy over time; `figures` is what
-// comparison_json() gave. Throws Error(io) where gnuplot is missing or fails.
+// Speed-up against error and against overlap, errors by quantity, energy over time; `figures` is
+// what comparison_json() gave. Throws Error(io) where gnuplot is missing or fails.
 std::vector<ComparisonChart> comparison_charts(const nlohmann::ordered_json& figures);
 
 }  // namespace pilesim

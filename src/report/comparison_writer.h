@@ -46,8 +46,9 @@ struct Comparison {
 
 // What write_comparison() writes into a directory.
 inline constexpr std::string_view kComparisonEntries[] = {
-    "compare.json",       "compare.html",       "compare.pareto.svg", "compare.pareto.png",
-    "compare.errors.svg", "compare.errors.png", "compare.energy.svg", "compare.energy.png"};
+    "compare.json",        "compare.html",        "compare.pareto.svg", "compare.pareto.png",
+    "compare.overlap.svg", "compare.overlap.png", "compare.errors.svg", "compare.errors.png",
+    "compare.energy.svg",  "compare.energy.png"};
 
 nlohmann::ordered_json comparison_json(const Comparison& comparison);
 

@@ -1,6 +1,7 @@
 // How an object packs, as measured, and the spheres that pack alike.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 namespace pilesim {
@@ -8,21 +9,35 @@ namespace pilesim {
 // Of what is poured onto a plane and into a column (packing/pour_trial.h), at rest. R is the radius
 // of the ball that holds the object.
 struct PackingFigures {
-  double heap_height = 0;      // R, the mean of the centres above the ground
-  double heap_spread = 0;      // R, their mean distance from the heap's axis
-  double column_height = 0;    // R, as heap_height
-  double column_spread = 0;    // R, as heap_spread
-  double column_fraction = 0;  // how much of the column's bulk is solid; 0: not told
-  double time = 0;             // sqrt(R / g), until a heap is at rest
+  double heap_height = 0;    // R, the mean of the centres above the ground
+  double heap_spread = 0;    // R, their mean distance from the heap's axis
+  double heap_reach = 0;     // R, how far they reach below their centres in the mean
+  double column_height = 0;  // R, as heap_height
+  double column_spread = 0;  // R, as heap_spread
+  double column_reach = 0;   // R, as heap_reach
+  // Of the column's bulk, 0 where it is too low to say: how much of it is solid, and of its lower
+  // half; and how far from a centre the nearest other one is, R.
+  double column_fraction = 0, column_deep_fraction = 0, column_nearest = 0;
+  double time = 0;  // sqrt(R / g), until a heap is at rest
 };
+
+inline constexpr std::array kPackingFigures = {
+    &PackingFigures::heap_height,     &PackingFigures::heap_spread,
+    &PackingFigures::heap_reach,      &PackingFigures::column_height,
+    &PackingFigures::column_spread,   &PackingFigures::column_reach,
+    &PackingFigures::column_fraction, &PackingFigures::column_deep_fraction,
+    &PackingFigures::column_nearest,  &PackingFigures::time};
 
 struct Packing {
   uint32_t pours = 0;       // of each kind, by the exact engine:
   PackingFigures measured;  // their mean,
   PackingFigures error;     // and its standard error
-  PackingFigures spheres;   // what spheres come to with the three below
+  PackingFigures spheres;   // what spheres come to with the four below
   double radius_m = 0;      // of the sphere that stands for a body among others,
   double rolling = 0;       // and its resistance to rolling, in that radius
+  // How fast what lies on others turns to a rest pose, and what leans on a wall to lie against it,
+  // sqrt(g / R).
+  double turning = 0, leaning = 0;
 };
 
 }  // namespace pilesim

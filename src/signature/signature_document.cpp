@@ -329,24 +329,18 @@ std::vector<KnownRestPose> rest_poses_of(const json& j, uint32_t drops) {
 
 std::vector<float> numbers_of(const PackingFigures& f) {
   std::vector<float> numbers;
-  for (const double one : {f.heap_height, f.heap_spread, f.column_height, f.column_spread,
-                           f.column_fraction, f.time}) {
-    numbers.push_back(static_cast<float>(one));
-  }
+  for (const auto figure : kPackingFigures) numbers.push_back(static_cast<float>(f.*figure));
   return numbers;
 }
 
 PackingFigures packing_figures_of(const json& j, const char* name) {
-  const std::vector<float> numbers = from_array<float>(j, name, 6);
-  for (const float one : numbers) {
-    if (one < 0) damaged(std::string(name) + " of the packing has a number below 0", "none");
+  const std::vector<float> numbers = from_array<float>(j, name, kPackingFigures.size());
+  PackingFigures figures;
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] < 0) damaged(std::string(name) + " of the packing has a number below 0", "none");
+    figures.*kPackingFigures[i] = numbers[i];
   }
-  return {.heap_height = numbers[0],
-          .heap_spread = numbers[1],
-          .column_height = numbers[2],
-          .column_spread = numbers[3],
-          .column_fraction = numbers[4],
-          .time = numbers[5]};
+  return figures;
 }
 
 json to_json(const Packing& packing) {
@@ -355,7 +349,9 @@ json to_json(const Packing& packing) {
           {"error", to_array(numbers_of(packing.error))},
           {"spheres", to_array(numbers_of(packing.spheres))},
           {"radius_m", packing.radius_m},
-          {"rolling", packing.rolling}};
+          {"rolling", packing.rolling},
+          {"turning", packing.turning},
+          {"leaning", packing.leaning}};
 }
 
 // A radius is a float where bodies are stepped, and found within the object's own.
@@ -366,7 +362,9 @@ Packing packing_of(const json& j, double outer_radius_m) {
                   .error = packing_figures_of(j, "error"),
                   .spheres = packing_figures_of(j, "spheres"),
                   .radius_m = number_of(j, "radius_m", least_m, most_m),
-                  .rolling = number_of(j, "rolling", 0, 10)};
+                  .rolling = number_of(j, "rolling", 0, 10),
+                  .turning = number_of(j, "turning", 0, 10),
+                  .leaning = number_of(j, "leaning", 0, 10)};
   if (packing.pours == 0) damaged("a packing of no pours", "some");
   return packing;
 }

@@ -156,9 +156,13 @@ fs::path plot_packing(const Packing& packing, const fs::path& file) {
   };
   constexpr std::array kRows = {Row{"heap\\nheight", &PackingFigures::heap_height},
                                 Row{"heap\\nradius", &PackingFigures::heap_spread},
+                                Row{"heap\\nreach", &PackingFigures::heap_reach},
                                 Row{"column\\nheight", &PackingFigures::column_height},
                                 Row{"column\\nradius", &PackingFigures::column_spread},
-                                Row{"column\\nsolid share", &PackingFigures::column_fraction}};
+                                Row{"column\\nreach", &PackingFigures::column_reach},
+                                Row{"column\\nsolid", &PackingFigures::column_fraction},
+                                Row{"lower\\nhalf", &PackingFigures::column_deep_fraction},
+                                Row{"column\\nnearest", &PackingFigures::column_nearest}};
   std::string labels, measured, spheres;
   for (size_t i = 0; i < kRows.size(); ++i) {
     const double place = static_cast<double>(i);
@@ -171,7 +175,7 @@ fs::path plot_packing(const Packing& packing, const fs::path& file) {
   }
   Plot plot(
       "set title 'Packing: spheres beside what was poured'\nset ylabel 'of the object (%)'\n"
-      "set xrange [-0.5:4.5]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\n"
+      "set xrange [-0.5:8.5]\nset grid ytics lc rgb '#e4e4e4'\nset key outside right top\n"
       "set bmargin 4\nset xtics (" +
       labels + ")\n");
   plot.add("using 1:2:3 with yerrorbars lc rgb '#444444' lw 2 pt 7 ps 0.6 title 'object, 1 error'",

@@ -182,19 +182,25 @@ std::string packing_text(const Signature& s) {
   const double r = s.body.outer_radius_m;
   const auto row = [&](const char* name, double PackingFigures::*figure, double unit,
                        const char* unit_name) {
-    if (p.measured.*figure == 0) return format("  %-26s not told: too few lie there\n", name);
+    if (p.measured.*figure == 0) return format("  %-29s not told: too few lie there\n", name);
     const std::string error = p.pours > 1 ? format(" +- %.2g", unit * p.error.*figure) : "";
-    return format("  %-26s %.4g%s%s, spheres %.4g\n", name, unit * p.measured.*figure,
+    return format("  %-29s %.4g%s%s, spheres %.4g\n", name, unit * p.measured.*figure,
                   error.c_str(), unit_name, unit * p.spheres.*figure);
   };
   return format("packing: poured %u times onto a plane and into a column\n", p.pours) +
          row("heap, mean height", &PackingFigures::heap_height, r, " m") +
          row("heap, mean radius", &PackingFigures::heap_spread, r, " m") +
+         row("heap, reach below centres", &PackingFigures::heap_reach, r, " m") +
          row("column, mean height", &PackingFigures::column_height, r, " m") +
          row("column, mean radius", &PackingFigures::column_spread, r, " m") +
+         row("column, reach below centres", &PackingFigures::column_reach, r, " m") +
          row("column, solid share", &PackingFigures::column_fraction, 1, "") +
-         format("  among others a ball of %.4g m; resistance to rolling %.3g\n", p.radius_m,
-                p.rolling);
+         row("column, of its lower half", &PackingFigures::column_deep_fraction, 1, "") +
+         row("column, nearest centres", &PackingFigures::column_nearest, r, " m") +
+         format(
+             "  among others a ball of %.4g m; resistance to rolling %.3g; turns at %.3g, "
+             "to walls at %.3g sqrt(g / R)\n",
+             p.radius_m, p.rolling, p.turning, p.leaning);
 }
 
 }  // namespace

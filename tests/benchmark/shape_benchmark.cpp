@@ -1,12 +1,12 @@
 // The statistical mode beside the impulse mode on shapes that nothing was tuned on: 24 generated
-// solids (support/solid_families.h) and eleven assets, in three scenes, several seeds.
+// solids (support/solid_families.h) and eleven assets, in four scenes, several seeds.
 //   shape_benchmark [-o DIRECTORY] [--seeds N] [--scene NAME]... [SHAPE...]
-// Scenes: plane125 and plane512, bodies that fall onto a plane, and crate200. A shape's signature
-// is measured first, with how it packs. Prints by how much mean height, mean radius, pile angle and
-// packing differ from the reference's (in brackets: the deviations of one run, the reference's and
-// the statistical mode's), and how many are within the goals of each scene. Meshes and signatures
-// stay in the directory, and so do the runs of the reference (reference.csv): remove it where the
-// exact engine has changed.
+// Scenes: plane125 and plane512, bodies that fall onto a plane, crate200, and funnel125, through a
+// funnel onto a plane. A shape's signature is measured first, with how it packs. Prints by how much
+// mean height, mean radius, pile angle and packing differ from the reference's (in brackets: the
+// deviations of one run, the reference's and the statistical mode's), and how many are within the
+// goals of each scene. Meshes and signatures stay in the directory, and so do the runs of the
+// reference (reference.csv): remove it where the exact engine has changed.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -36,6 +36,8 @@ constexpr double kRadius = 0.2;  // of the ball that holds a body, m
 constexpr double kRestitution = 0.25, kFriction = 0.5;
 constexpr double kSpacing = 0.42, kJitter = 0.01;  // m
 constexpr double kFloor = 0.1;                     // of a crate, and its walls, m
+// Of presets/hard/funnel.obj: its outlet is 7 radii wide, and stands so high, m.
+constexpr double kFunnelScale = 2, kOutlet = 1.2, kFunnelHeight = 1.4 * kFunnelScale;
 
 struct Options {
   fs::path output = "out/shapes";
@@ -68,14 +70,16 @@ struct Layout {
   std::array<int, 3> count;
   double crate_m = 0;  // its width inside; 0: none
   double duration_s;
+  bool has_funnel = false;
 };
 
 Layout layout_of(const std::string& name, double volume_m3) {
   if (name == "plane125") return {name, {5, 5, 5}, 0, 4};
   if (name == "plane512") return {name, {8, 8, 8}, 0, 5};
+  if (name == "funnel125") return {name, {5, 5, 5}, 0, 7, true};
   if (name != "crate200") {
     throw Error(ErrorKind::usage, Problem{.found = "the scene '" + name + "'",
-                                          .expected = "plane125, plane512 or crate200"});
+                                          .expected = "plane125, plane512, crate200 or funnel125"});
   }
   const double width = std::max(std::cbrt(200 * volume_m3 / 0.5), 8 * kRadius);
   const int across = static_cast<int>((width - 2 * (kRadius + kJitter)) / kSpacing) + 1;
@@ -104,9 +108,19 @@ Scene scene_of(const Layout& layout, const fs::path& mesh, const fs::path& signa
     scene.bodies.push_back(
         {.name = "crate", .shape = "crate", .material = "stuff", .role = Role::fixed});
   }
+  if (layout.has_funnel) {
+    MeshShape funnel{.file = PILESIM_SOURCE_DIR "/presets/hard/funnel.obj", .scale = kFunnelScale};
+    funnel.collision = CollisionKind::mesh;
+    scene.shapes["funnel"] = funnel;
+    Body body{.name = "funnel", .shape = "funnel", .material = "stuff", .role = Role::fixed};
+    body.pose.position.y() = kOutlet;
+    scene.bodies.push_back(body);
+  }
   Emitter emitter{.name = "bodies", .shapes = {"body"}, .material = "stuff"};
-  emitter.source = GridSource{
-      {0, 0.4 + kSpacing * layout.count[1] / 2, 0}, layout.count, {kSpacing, kSpacing, kSpacing}};
+  const double lowest = layout.has_funnel ? kOutlet + kFunnelHeight : 0.4;
+  emitter.source = GridSource{{0, lowest + kSpacing * layout.count[1] / 2, 0},
+                              layout.count,
+                              {kSpacing, kSpacing, kSpacing}};
   emitter.position_jitter_m = kJitter;
   emitter.angular_velocity_jitter = 2;
   scene.emitters.push_back(emitter);
@@ -211,8 +225,9 @@ void judge(const NamedSolid& solid, const Options& options, Reference& reference
     measure_signature(sampling, signature);
   }
   const Packing packing = *read_signature(signature).packing;
-  std::printf("%s: a ball of %.3f R, resistance to rolling %.3f\n", solid.name.c_str(),
-              packing.radius_m / kRadius, packing.rolling);
+  std::printf("%s: a ball of %.3f R, resistance to rolling %.3f, turning %.3f and %.3f\n",
+              solid.name.c_str(), packing.radius_m / kRadius, packing.rolling, packing.turning,
+              packing.leaning);
   const double volume = mass_properties(scaled).volume_m3;
   for (const std::string& name : options.scenes) {
     const Layout layout = layout_of(name, volume);
@@ -272,7 +287,7 @@ void run_all(int argc, char** argv) {
       options.names.push_back(word);
     }
   }
-  if (options.scenes.empty()) options.scenes = {"plane125", "plane512", "crate200"};
+  if (options.scenes.empty()) options.scenes = {"plane125", "plane512", "crate200", "funnel125"};
   fs::create_directories(options.output);
   std::vector<NamedSolid> solids = solid_families();
   for (const char* name : {"rabbit", "l_shape", "box", "ring", "banana", "biped", "book", "chair",

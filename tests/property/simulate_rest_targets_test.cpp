@@ -22,7 +22,8 @@ std::vector<double> shares(const std::vector<RestTarget>& targets) {
   Philox random(1, Stream::test, 5);
   std::vector<double> share(targets.size());
   for (int i = 0; i < kCount; ++i) {
-    share[choose_rest_target(targets, random.rotation().cast<float>())] += 1.0 / kCount;
+    share[choose_rest_target(targets, random.rotation().cast<float>(), Vec3f::UnitY())] +=
+        1.0 / kCount;
   }
   return share;
 }

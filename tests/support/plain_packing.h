@@ -20,7 +20,11 @@ inline Packing plain_packing(const Signature& signature, const TriangleMesh& mes
   const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
   const double packed_m3 = body.volume_m3 * std::pow(hull_m3 / body.volume_m3, 0.35);
   const double radius_m = std::cbrt(3 * packed_m3 / (4 * kPi));
-  return {.pours = 1, .radius_m = radius_m, .rolling = 0.35 * (1 - lowest_m / body.outer_radius_m)};
+  return {.pours = 1,
+          .radius_m = radius_m,
+          .rolling = 0.35 * (1 - lowest_m / body.outer_radius_m),
+          .turning = 0.05,
+          .leaning = 0.1};
 }
 
 }  // namespace pilesim::test

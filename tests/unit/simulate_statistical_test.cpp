@@ -77,6 +77,83 @@ TEST_F(Statistical, BodiesOnLevelGroundEndInARestPose) {
   }
 }
 
+// Of a slope, too: face to face with it.
+TEST_F(Statistical, BodiesOnASlopeLieOnIt) {
+  const Quat slope(Eigen::AngleAxisd(radians(12), Vec3::UnitZ()));
+  add_ground();
+  scene_.bodies.back().pose.orientation = slope;
+  add_shape("box", box_mesh({0.3, 0.2, 0.1}));
+  add_grid("box", {4, 1, 4}, {1, 1, 1}, {0, 1.2, 0});
+  start();
+  EXPECT_EQ(run(600).bodies_awake, 0U);
+  for (size_t i = 1; i < states().size(); ++i) {
+    const Vec3 up = states().orientation[i].conjugate() * (slope * Vec3::UnitY());
+    EXPECT_NEAR(up.cwiseAbs().maxCoeff(), 1, 1e-5) << i;
+  }
+}
+
+// A pole that spins on its tip, or rolls over it too slowly, falls over.
+TEST_F(Statistical, WhatCannotRollOverItsTipFallsOver) {
+  add_ground();
+  add_shape("pole", box_mesh({0.04, 0.6, 0.04}));
+  add_body("pole", {0, 0.3, 0}).angular_velocity = {0, 30, 0};
+  Body& leaning = add_body("pole", {5, 0.3, 0});
+  leaning.pose.orientation = Quat(Eigen::AngleAxisd(0.2, Vec3::UnitZ()));
+  leaning.linear_velocity = {0.5, 0, 0};
+  leaning.angular_velocity = {0, 0, -1.5};
+  start();
+  run(240);
+  EXPECT_NEAR(states().position[1].y(), 0.02, 1e-3);
+  EXPECT_NEAR(states().position[2].y(), 0.02, 1e-3);
+}
+
+// What is pressed against a wall comes to lie against it.
+TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
+  const auto mean_tilt = [&] {
+    start();
+    run(480);
+    double sum = 0, count = 0;
+    for (size_t i = 1; i < states().size(); ++i) {
+      const Vec3& at = states().position[i];
+      // At one wall only, and above the floor.
+      const double beside = std::max(std::abs(at.x()), std::abs(at.z()));
+      if (beside < 0.28 || std::min(std::abs(at.x()), std::abs(at.z())) > 0.24) continue;
+      if (at.y() < 0.3) continue;
+      const Vec3 wall = std::abs(at.x()) > std::abs(at.z()) ? Vec3::UnitX() : Vec3::UnitZ();
+      const Vec3 there = states().orientation[i].conjugate() * wall;
+      sum += degrees(std::acos(std::min(1.0, there.cwiseAbs().maxCoeff())));
+      ++count;
+    }
+    EXPECT_GE(count, 8);
+    return sum / count;
+  };
+  scene_.shapes["bin"] = BinShape{{0.8, 3, 0.8}, 0.05};
+  scene_.bodies.push_back(
+      {.name = "bin", .shape = "bin", .material = "stuff", .role = Role::fixed});
+  add_shape("box", box_mesh(Vec3::Constant(0.16)));
+  add_grid("box", {2, 30, 2}, {0.35, 0.3, 0.35}, {0, 5, 0});
+  const double turning = mean_tilt();
+  scene_.simulator.rest_control = false;
+  EXPECT_LT(turning, 0.8 * mean_tilt());
+}
+
+// Plates in a stack lie as near to each other as they are thick, beside each other as they are
+// wide.
+TEST_F(Statistical, PlatesLieCloserAboveEachOtherThanBesideEachOther) {
+  add_ground();
+  add_shape("plate", box_mesh({0.4, 0.05, 0.4}));
+  add_body("plate", {0, 0.025, 0});
+  add_body("plate", {0.02, 0.12, 0.01});
+  add_body("plate", {3, 0.025, 0});
+  add_body("plate", {3.25, 0.025, 0});
+  start();
+  EXPECT_EQ(run(240).bodies_awake, 0U);
+  const double above = states().position[2].y() - states().position[1].y();
+  const double beside = (states().position[4] - states().position[3]).norm();
+  EXPECT_LT(above, 0.12);
+  EXPECT_GT(beside, 0.3);
+}
+
 // Whatever the radius that it has among others.
 TEST_F(Statistical, SurfacesAreMetByWhatABodyReaches) {
   add_shape("ball", sphere_mesh(0.1, 4));
@@ -226,7 +303,7 @@ TEST_F(Statistical, APileStandsAndSleeps) {
 }
 
 // Of the boxes on the ground that others keep from their pose: how far from it, in the mean.
-TEST_F(Statistical, WhatOthersLeanOnRocksTowardsAPose) {
+TEST_F(Statistical, WhatOthersLeanOnTurnsTowardsAPose) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
   add_grid("box", {8, 6, 8}, {0.3, 0.3, 0.3}, {0, 1.1, 0});

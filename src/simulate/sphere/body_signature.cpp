@@ -90,6 +90,8 @@ BodySignature body_signature(std::shared_ptr<const Signature> signature, const P
   body.gyration_m = static_cast<float>(signature->body.gyration_m);
   body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
   set_sphere(body, packing.radius_m, packing.rolling);
+  body.turning = static_cast<float>(packing.turning);
+  body.leaning = static_cast<float>(packing.leaning);
   body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);

@@ -24,6 +24,9 @@ struct BodySignature {
   float packing_radius_m = 0;
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
+  // sqrt(g / outer radius): how fast what lies on others turns to a rest pose, and what leans on a
+  // wall to lie against it.
+  float turning = 0, leaning = 0;
   // Bodies that are no balls catch on each other: how much more their spheres rub.
   float interlocking = 1;
   std::vector<RestTarget> rest_targets;

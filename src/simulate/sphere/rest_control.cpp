@@ -90,26 +90,27 @@ std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses) {
   return targets;
 }
 
-size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation) {
-  return choose(targets, orientation.conjugate() * Vec3f::UnitY());
+size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
+                          const Vec3f& normal) {
+  return choose(targets, orientation.conjugate() * normal);
 }
 
-bool turn_up(const Vec3f& up, float most, Quatf& orientation) {
+bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
   const Vec3f now = orientation * up;
-  const Vec3f axis = now.cross(Vec3f::UnitY());
-  if (std::atan2(axis.norm(), now.y()) <= most) {
-    orientation = (float_rotation_between(now, Vec3f::UnitY()) * orientation).normalized();
+  const Vec3f axis = now.cross(normal);
+  if (std::atan2(axis.norm(), now.dot(normal)) <= most) {
+    orientation = (float_rotation_between(now, normal) * orientation).normalized();
     return true;
   }
   orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();
   return false;
 }
 
-bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
-                  Quatf& orientation, Vec3f& spin, float& radius_m) {
+bool turn_to_rest(const RestTarget& target, const Vec3f& normal, float outer_radius_m,
+                  float gravity, float step_s, Quatf& orientation, Vec3f& spin, float& radius_m) {
   const float most = sphere_constants::kTurnRate * std::sqrt(gravity / outer_radius_m) * step_s;
-  const bool there = turn_up(target.up, most, orientation);
-  if (there) spin = Vec3f(0, spin.y(), 0);
+  const bool there = turn_up(target.up, normal, most, orientation);
+  if (there) spin = spin.dot(normal) * normal;
   const float change = sphere_constants::kEaseSpeed * std::sqrt(gravity * outer_radius_m) * step_s;
   const bool low = std::abs(target.height_m - radius_m) <= change;
   radius_m = low ? target.height_m : radius_m + std::copysign(change, target.height_m - radius_m);

@@ -1,4 +1,4 @@
-// Bodies that come to rest on level ground end in a pose in which the object can lie (dissertation
+// Bodies that come to rest on ground end in a pose in which the object can lie (dissertation
 // 3.2.5): they turn towards it. What others lean on rocks a little towards one.
 #pragma once
 
@@ -23,16 +23,17 @@ struct RestTarget {
 inline constexpr size_t kMostRestTargets = 127;
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
-// Of a body's orientation. `targets` is not empty.
-size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation);
+// Of a body's orientation, `targets` not empty: // what carries it pushes along `normal` (world).
+size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
+                          const Vec3f& normal);
 
-// Turns the body's `up` (body frame) towards the world's, by `most` (rad) at most. True once it is
-// there, exactly.
-bool turn_up(const Vec3f& up, float most, Quatf& orientation);
+// Turns the body's `up` (body frame) towards `normal` (world), by `most` (rad) at most. True once
+// it is there, exactly.
+bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation);
 
-// One step of a body of this outer radius that lies on level ground. True once it is in its
-// pose, exactly.
-bool turn_to_rest(const RestTarget& target, float outer_radius_m, float gravity, float step_s,
-                  Quatf& orientation, Vec3f& spin, float& radius_m);
+// One step of a body of this outer radius that lies on ground of this normal. True once it is in
+// its pose, exactly.
+bool turn_to_rest(const RestTarget& target, const Vec3f& normal, float outer_radius_m,
+                  float gravity, float step_s, Quatf& orientation, Vec3f& spin, float& radius_m);
 
 }  // namespace pilesim

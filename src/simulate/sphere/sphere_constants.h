@@ -65,15 +65,18 @@ inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
 // Bodies slower than this, in sqrt(g r), are turned.
 // half, twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kControlSpeed = 0.4F;
+// ... or than this part of what would lift them from their lowest pose onto their tip.
+inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
 inline constexpr float kTurnRate = 0.4F;
 // In sqrt(g r): how fast radii change, of what stands in a structure or another engine moves, too.
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
-// In sqrt(g / r): how fast bodies rock that others lean on, until they sleep.
-// half, twice: none (ten times either way: Statistical.WhatOthersLeanOnRocksTowardsAPose)
-inline constexpr float kRockRate = 0.05F;
+// What a wall pushes with more than this part of its weight leans on it.
+inline constexpr float kLeans = 0.1F;
+// Steps after which what lies on others looks anew to which pose it turns: speed alone.
+inline constexpr uint64_t kStepsOfAim = 8;
 
 // --- What a body is as a sphere. A signature has measured its radius and its resistance to rolling
 // (packing/); what has none is told by its geometry. Found: the first two on rabbits, L-shapes and
@@ -88,6 +91,9 @@ inline constexpr double kRolling = 0.35;
 // What resists rolling catches on others, too: by so much of its resistance its spheres rub more.
 // half, twice: Statistical.WhatSlidesRubsMoreIfItResistsRolling
 inline constexpr double kInterlocking = 4.0 / 7;
+
+// Ratio of the squares of the semi-axes up to which a body is a ball among others.
+inline constexpr double kRound = 1.1;
 
 // rad: a cube of a structure that has turned by more has corners where its neighbours have faces.
 // half, twice: none

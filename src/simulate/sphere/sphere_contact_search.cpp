@@ -37,11 +37,6 @@ void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& othe
   }
 }
 
-// Of two in one place the order decides.
-Vec3f normal_between(const Vec3f& apart, float distance) {
-  return distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
-}
-
 // m: how far a body reaches towards a surface, as it is turned.
 float extent_m(const SphereKind& kind, const Quatf& orientation, const SurfaceContact& contact) {
   const Vec3f down = orientation.conjugate() * -contact.normal;
@@ -101,10 +96,12 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
   for (auto* places : {&step.kind, &step.last_touch, &step.kept_of}) places->resize(count);
   step.faced.assign(count, 0);
   for (auto* pushes : {&step.surface_push, &step.body_push}) pushes->assign(count, 0.0F);
+  step.surface_normal.assign(count, Vec3f::UnitY());
   step.centre.resize(count);
   step.motion.resize(count);
   step.shift.resize(count);
   step.radius_m.resize(count);
+  step.ellipsoid.resize(count);
   step.share_out(count, kBodiesPerTask, [&](size_t begin, size_t end) {
     for (size_t p = begin; p < end; ++p) {
       const uint32_t index = step.body[p];
@@ -114,6 +111,7 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
       const SphereKind& kind = model_.kinds[step.kind[p]];
       step.centre[p] = body.position;
       step.radius_m[p] = input.radius_m[index];
+      step.ellipsoid[p] = model_.ellipsoid(kind, body.orientation, input.radius_m[index]);
       step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
                         body.asleep ? 0 : kind.inverse_inertia};
       step.shift[p] = {Vec3f::Zero(), step.motion[p].inverse_mass};
@@ -150,6 +148,7 @@ class SphereContactSearch::Finder {
     const SphereKind& kind;
     float radius_m;
     uint32_t kept;  // see SphereBody
+    const BodyEllipsoid& ellipsoid;
   };
 
   void touch_sleepers(uint32_t p);
@@ -161,8 +160,8 @@ class SphereContactSearch::Finder {
   void note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact, float closing);
   void meet_surfaces(SphereGrid::Range places);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near);
-  void add_contact(const SphereContact& contact, uint32_t other, bool level);
-  void add_patch(const PatchContact& contact, uint32_t other, bool level);
+  void add_contact(const SphereContact& contact, uint32_t other, bool still);
+  void add_patch(const PatchContact& contact, uint32_t other, bool still);
   ContactImpulse former_impulse(uint32_t kept, uint32_t other, const Vec3f& normal) const;
   ContactImpulse former_impulse(uint32_t p, const Partner& partner, const Vec3f& normal) const;
   bool collides(float closing, float gap, float arm_m) const {
@@ -272,7 +271,9 @@ void SphereContactSearch::Finder::touch_sleepers(uint32_t p) {
           const uint32_t body = sleepers_.bodies[q];
           if (!input_.bodies[body].still) return;
           touch(p, {body, ContactGroups::kFixed, input_.bodies[body].position, Vec3f::Zero(),
-                    model_.kind(body), input_.radius_m[body], kNone});
+                    model_.kind(body), input_.radius_m[body], kNone,
+                    model_.ellipsoid(model_.kind(body), input_.bodies[body].orientation,
+                                     input_.radius_m[body])});
         });
       });
 }
@@ -313,7 +314,7 @@ void SphereContactSearch::Finder::touch_if_near(uint32_t p, uint32_t q) {
 inline void SphereContactSearch::Finder::touch(uint32_t p, uint32_t q) {
   if (step_.motion[p].inverse_mass == 0 && step_.motion[q].inverse_mass == 0) return;
   touch(p, {step_.body[q], q, step_.centre[q], step_.motion[q].velocity,
-            model_.kinds[step_.kind[q]], step_.radius_m[q], step_.kept_of[q]});
+            model_.kinds[step_.kind[q]], step_.radius_m[q], step_.kept_of[q], step_.ellipsoid[q]});
 }
 
 void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
@@ -322,11 +323,14 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
   const Vec3f& velocity = step_.motion[p].velocity;
   const float radius = step_.radius_m[p];
   const Vec3f apart = step_.centre[p] - partner.centre;
-  const float distance = apart.norm();
-  const Vec3f normal = normal_between(apart, distance);
-  const float gap = distance - radius - partner.radius_m;
-  const float closing = (partner.velocity - velocity).dot(normal);
   const float small = std::min(radius, partner.radius_m);
+  const Vec3f nearing = partner.velocity - velocity;
+  const float dt = model_.settings.step_s;
+  const std::optional<EllipsoidContact> contact = contact_of(
+      step_.ellipsoid[p], partner.ellipsoid, apart, dt * nearing.norm() + kNearby * small);
+  if (!contact) return;
+  const Vec3f& normal = contact->normal;
+  const float gap = contact->gap, closing = nearing.dot(normal);
   const uint32_t body = step_.body[p], other = partner.body;
   if (model_.has_structures) {
     if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
@@ -336,19 +340,20 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
       batch_.left.push_back(body);
     }
   }
-  if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * small) return;
+  if (gap > std::max(closing, 0.0F) * dt + kNearby * small) return;
   const PairMethod method = model_.method(body, other);
   if (!by_spheres(method)) return;
   if (collides(closing, gap, radius)) {
     note_impact(p, partner, {p, partner.row, body, other, normal, Vec3f::Zero(), gap, method},
                 closing);
   }
+  const float arms = std::max(apart.dot(normal) - gap, 0.0F) / (radius + partner.radius_m);
   add_contact({.a = p,
                .b = partner.row,
                .normal = normal,
                .gap = gap,
-               .arm_a = radius,
-               .arm_b = partner.radius_m,
+               .arm_a = arms * radius,
+               .arm_b = arms * partner.radius_m,
                .friction = friction(body, kind) * friction(other, partner.kind),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
@@ -488,7 +493,7 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                  .lift = kind.lift,
                  .slop_m = kFaceSlop * body.surface_radius_m,
                  .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-                other, contact.level);
+                other, contact.face && contact.velocity.isZero());
       continue;
     }
     const float radius = model_.has_extent(index, body, input_.radius_m[index], contact.body)
@@ -514,20 +519,20 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                  .rolling_m = object.rolling * radius,
                  .lift = kind.lift,
                  .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-                other, contact.level);
+                other, contact.face && contact.velocity.isZero());
   }
   body.touched = touches ? 1 : 0;
 }
 
 void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint32_t other,
-                                              bool level) {
+                                              bool still) {
   uint32_t& last = step_.last_touch[contact.a];
   batch_.touches.push_back({.a = contact.a,
                             .b = contact.b,
                             .other = other,
                             .slot = batch_.contacts.add(contact, used_),
                             .next = last,
-                            .level = level,
+                            .still = still,
                             .patch = false,
                             .parallel = false,
                             .former_ns = contact.impulse.normal});
@@ -535,14 +540,14 @@ void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint
 }
 
 void SphereContactSearch::Finder::add_patch(const PatchContact& contact, uint32_t other,
-                                            bool level) {
+                                            bool still) {
   uint32_t& last = step_.last_touch[contact.a];
   batch_.touches.push_back({.a = contact.a,
                             .b = contact.b,
                             .other = other,
                             .slot = batch_.patches.add(contact, patches_used_),
                             .next = last,
-                            .level = level,
+                            .still = still,
                             .patch = true,
                             .parallel = contact.patch.tilt.norm() < kFaceToFace,
                             .former_ns = contact.impulse.normal});
@@ -580,7 +585,7 @@ void SphereContactSearch::read_contacts(const SphereState& state,
   std::vector<float> reaches;
   for (const uint32_t body : members) {
     centres.push_back(state.bodies[body].position);
-    reaches.push_back(state.radius_m[body] * (1 + kNearby));
+    reaches.push_back(model_.reach_m(body, false, state.radius_m[body]));
   }
   SphereGrid grid;
   grid.sort(centres, reaches);
@@ -607,15 +612,19 @@ void SphereContactSearch::read_contact(uint32_t a, uint32_t b, const SphereState
                                        std::vector<BodyContact>& contacts) const {
   const Vec3f apart = state.bodies[a].position - state.bodies[b].position;
   const float radius_a = state.radius_m[a], radius_b = state.radius_m[b];
-  const float distance = apart.norm();
-  const float gap = distance - radius_a - radius_b;
-  if (gap > kNearby * std::min(radius_a, radius_b) || !by_spheres(model_.method(a, b))) return;
-  const Vec3f normal = normal_between(apart, distance);
+  const auto ellipsoid = [&](uint32_t body, float radius_m) {
+    return model_.ellipsoid(model_.kind(body), state.bodies[body].orientation, radius_m);
+  };
+  const float reach = kNearby * std::min(radius_a, radius_b);
+  const std::optional<EllipsoidContact> contact =
+      contact_of(ellipsoid(a, radius_a), ellipsoid(b, radius_b), apart, reach);
+  if (!contact || contact->gap > reach || !by_spheres(model_.method(a, b))) return;
+  const Vec3f point = state.bodies[b].position + radius_b / (radius_a + radius_b) * apart;
   contacts.push_back({.a = a,
                       .b = b,
-                      .point = (state.bodies[b].position + radius_b * normal).cast<double>(),
-                      .normal = normal.cast<double>(),
-                      .distance_m = gap});
+                      .point = point.cast<double>(),
+                      .normal = contact->normal.cast<double>(),
+                      .distance_m = contact->gap});
 }
 
 void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState& state,

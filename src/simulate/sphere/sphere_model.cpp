@@ -1,5 +1,7 @@
 #include "simulate/sphere/sphere_model.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <map>
 #include <tuple>
 
@@ -25,6 +27,29 @@ void set_hull(std::span<const Vec3> vertices, SphereKind& kind) {
   }
 }
 
+// The ellipsoid of the same moments, as a ball of volume 1 stretched.
+void set_form(const Mat3& inertia_m5, SphereKind& kind) {
+  const Mat3 moments = inertia_m5.trace() / 2 * Mat3::Identity() - inertia_m5;
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(moments);
+  Vec3 squares = axes.eigenvalues();
+  squares /= std::cbrt(squares.prod());
+  kind.is_round = squares.maxCoeff() < kRound * squares.minCoeff();
+  if (kind.is_round) return;
+  const Mat3 form = axes.eigenvectors() * squares.asDiagonal() * axes.eigenvectors().transpose();
+  kind.form = {form.cast<float>(), static_cast<float>(std::sqrt(squares.maxCoeff())),
+               static_cast<float>(std::sqrt(squares.minCoeff()))};
+}
+
+// What cannot roll on over what is long or wide of it.
+float control_speed(const BodySignature& object, float gravity) {
+  float lowest_m = object.outer_radius_m;
+  for (const RestTarget& target : object.rest_targets) {
+    lowest_m = std::min(lowest_m, target.height_m);
+  }
+  const float over = kOver * std::sqrt(2 * gravity * (object.outer_radius_m - lowest_m));
+  return std::max(kControlSpeed * std::sqrt(gravity * object.outer_radius_m), over);
+}
+
 SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
                         const ModelBody& body, const BodySignature* object) {
   SphereKind kind{.object = object, .mass_kg = static_cast<float>(body.mass_kg)};
@@ -40,11 +65,15 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
   kind.radius_m = radius;
   kind.outer_m = object->outer_radius_m;
   kind.rolling_m = object->rolling * radius;
+  kind.control_speed = control_speed(*object, gravity);
   kind.lift = -std::expm1(-settings.step_s / (time_s * kPositionSweeps));
   kind.inverse_mass = 1 / kind.mass_kg;
   kind.inverse_inertia = kind.inverse_mass / (k * k);
   const ModelShape& shape = model.shapes[body.shape];
-  if (object->signature) set_hull(shape.mesh.vertices, kind);
+  if (object->signature) {
+    set_hull(shape.mesh.vertices, kind);
+    set_form(shape.mass.inertia_m5, kind);
+  }
   if (settings.blocks) kind.block = block_shape(shape.mesh, shape.mass.volume_m3);
   return kind;
 }

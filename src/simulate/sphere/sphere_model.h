@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/model.h"
+#include "simulate/sphere/body_ellipsoid.h"
 #include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/dispatch_table.h"
 #include "simulate/sphere/face_patch.h"
@@ -35,7 +36,10 @@ struct SphereKind {
   float mass_kg = 0;
   float radius_m = 0;       // among bodies, unless it stands in a structure
   float outer_m = 0;        // of the body
+  EllipsoidForm form;       // among bodies, unless it stands in a structure
+  bool is_round = true;     // the form is a ball
   float rolling_m = 0;      // see SphereContact
+  float control_speed = 0;  // m/s; what is slower turns to a pose
   float root_friction = 0;  // with what catches
   float root_restitution = 0;
   float lift = 0;                               // see SphereContact
@@ -68,7 +72,17 @@ struct SphereModel {
   }
   // How far from its centre a body that is a sphere among others, of this radius, may be touched.
   float reach_m(uint32_t body, bool is_block, float radius_m) const {
-    return (is_block ? kind(body).outer_m : radius_m) * (1 + sphere_constants::kNearby);
+    const SphereKind& kind = this->kind(body);
+    const float outer = has_form(kind, radius_m) ? kind.form.longest * radius_m : radius_m;
+    return (is_block ? kind.outer_m : outer) * (1 + sphere_constants::kNearby);
+  }
+  // What stands in a structure is a ball there.
+  static bool has_form(const SphereKind& kind, float radius_m) {
+    return !kind.is_round && radius_m == kind.radius_m;
+  }
+  BodyEllipsoid ellipsoid(const SphereKind& kind, const Quatf& orientation, float radius_m) const {
+    return has_form(kind, radius_m) ? kind.form.placed(orientation, radius_m)
+                                    : BodyEllipsoid::ball(radius_m);
   }
   // m/s; what is slower may sleep
   float rest_speed(const SphereKind& kind) const {

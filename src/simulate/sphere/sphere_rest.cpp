@@ -28,10 +28,15 @@ Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
   return (turn * orientation).normalized();
 }
 
+void aim(const std::vector<RestTarget>& targets, const Vec3f& up, SphereBody& body) {
+  const size_t target = choose_rest_target(targets, body.orientation, up);
+  body.rest_target = static_cast<uint8_t>(target & 0x7F);
+}
+
 }  // namespace
 
 void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
-                      std::span<float> radius_m) const {
+                      std::span<float> radius_m, uint64_t steps) const {
   step.share_out(step.body.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
       if (step.motion[p].inverse_mass == 0) continue;
@@ -40,7 +45,7 @@ void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
       if (radius_m[index] < model_.kinds[step.kind[p]].radius_m) {
         widen(step, p, bodies[index], radius_m[index]);
       }
-      settle(step, p, bodies[index]);
+      settle(step, p, bodies[index], steps);
     }
   });
 }
@@ -77,47 +82,58 @@ void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
 }
 
 // False while the body turns to its pose.
-bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& body) const {
+bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& body,
+                              uint64_t steps) const {
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const std::vector<RestTarget>& targets = kind.object->rest_targets;
   const float gravity = model_.settings.gravity.norm(), dt = model_.settings.step_s;
   const float scale = std::sqrt(gravity * kind.outer_m);
   const float weight = kind.mass_kg * gravity * dt;
-  const float speed = body.velocity.norm() + kind.object->gyration_m * body.spin.norm();
   const float surface_push = step.surface_push[p], body_push = step.body_push[p];
+  const Vec3f& normal = step.surface_normal[p];
+  const bool leans = std::abs(normal.y()) <= kWall && surface_push > kLeans * weight;
+  const Vec3f up = leans || normal.y() > kWall ? normal : Vec3f(Vec3f::UnitY());
+  // What spins about the upright tips over all the same.
+  const Vec3f rolling = body.spin - body.spin.dot(up) * up;
+  const float speed = body.velocity.norm() + kind.object->gyration_m * rolling.norm();
   // Others may lean on it a little.
-  const bool stands = surface_push > 0.5F * weight && body_push < 0.25F * surface_push;
+  const bool stands = normal.y() > kWall && surface_push > 0.5F * weight * normal.y() &&
+                      body_push < 0.25F * surface_push;
   const DispatchTable* dispatch = model_.settings.dispatch;
   const bool controlled =
       (dispatch == nullptr || (dispatch->is_posed(step.body[p]) && !body.propped)) &&
-      speed < kControlSpeed * scale && !targets.empty();
+      speed < kind.control_speed && !targets.empty();
   if (!stands || !controlled) {
-    body.rest_target = SphereBody::kNoTarget;
-    // Under others, or against them, it rocks a little, as far as it gets before it sleeps.
-    if (controlled && surface_push + body_push > 0.5F * weight) {
-      turn_up(targets[choose_rest_target(targets, body.orientation)].up,
-              kRockRate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
+    if (!controlled || surface_push + body_push <= 0.5F * weight) {
+      body.rest_target = SphereBody::kNoTarget;
+    } else {
+      // On others, or under them, it turns as fast as its signature says, until it sleeps.
+      if (body.rest_target == SphereBody::kNoTarget || (steps + step.body[p]) % kStepsOfAim == 0) {
+        aim(targets, up, body);
+      }
+      const float rate = leans ? kind.object->leaning : kind.object->turning;
+      turn_up(targets[body.rest_target].up, up, rate * std::sqrt(gravity / kind.outer_m) * dt,
+              body.orientation);
     }
     // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
     const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
     body.surface_radius_m = std::min(body.surface_radius_m, narrower);
     return true;
   }
-  if (body.rest_target == SphereBody::kNoTarget) {
-    body.rest_target = static_cast<uint8_t>(choose_rest_target(targets, body.orientation) & 0x7F);
-  }
-  return turn_to_rest(targets[body.rest_target], kind.outer_m, gravity, dt, body.orientation,
-                      body.spin, body.surface_radius_m);
+  if (body.rest_target == SphereBody::kNoTarget) aim(targets, up, body);
+  return turn_to_rest(targets[body.rest_target], normal, kind.outer_m, gravity, dt,
+                      body.orientation, body.spin, body.surface_radius_m);
 }
 
-void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) const {
+void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body,
+                        uint64_t steps) const {
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const float gravity = model_.settings.gravity.norm();
   if (gravity == 0) return;
   const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool posed = !model_.settings.rest_control || body.touched == 0 || body.block ||
-                     control_rest(step, p, body);
+  const bool posed =
+      !model_.settings.rest_control || body.block || control_rest(step, p, body, steps);
   const float rest_speed = model_.rest_speed(kind);
   const bool slow =
       body.velocity.norm() < rest_speed && kind.outer_m * body.spin.norm() < rest_speed;

@@ -140,9 +140,22 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
       step.body_push[touch.a] += push;
       if ((touch.b & ContactGroups::kFixed) == 0) step.body_push[touch.b] += push;
     } else {
-      (touch.level ? step.surface_push : step.body_push)[touch.a] += push;
+      note_surface(touch, push, group.normal_of(lane), step);
     }
   }
+}
+
+// Of several surfaces the one that pushes most counts as such.
+void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
+                                SphereStep& step) {
+  float& most_ns = step.surface_push[touch.a];
+  if (!touch.still || push_ns <= most_ns) {
+    step.body_push[touch.a] += push_ns;
+    return;
+  }
+  step.body_push[touch.a] += most_ns;
+  most_ns = push_ns;
+  step.surface_normal[touch.a] = normal;
 }
 
 // What another solver moves may be pushed in the midst of a step: what sleeps there stands like a

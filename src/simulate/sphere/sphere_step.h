@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/parallel_for.h"
+#include "simulate/sphere/body_ellipsoid.h"
 #include "simulate/sphere/contact_groups.h"
 #include "simulate/sphere/patch_groups.h"
 #include "simulate/sphere/sphere_grid.h"
@@ -38,7 +39,7 @@ struct SphereTouch {
   uint32_t other;   // body, or kSurface
   uint32_t slot;    // in the groups
   uint32_t next;    // the next one of a in the batch, or KeptImpulse::kLast
-  bool level;       // a horizontal surface that does not move
+  bool still;       // a face of a surface, that does not move
   bool patch;       // of faces: the slot is in the patches
   bool parallel;    // the faces are, nearly
   float former_ns;  // pushed in the step before
@@ -90,6 +91,7 @@ struct SphereStep {
   SphereReaches middle;            // where it is in the middle of the step
   std::vector<uint32_t> kind;
   std::vector<float> radius_m;
+  std::vector<BodyEllipsoid> ellipsoid;
   std::vector<uint32_t> last_touch, kept_of;  // of the batch; of the step before
   std::vector<uint32_t> waiting, large;       // of sort() only, as the two below
   std::vector<Vec3f> sorted_middle;
@@ -100,9 +102,12 @@ struct SphereStep {
   // By the search, then by collisions, the solver and MixedCoupling.
   std::vector<SphereMotion> motion;
   std::vector<SphereShift> shift;
-  std::vector<float> surface_push, body_push;  // N s, what carries it
-  std::vector<KeptImpulse> kept;               // by touch of all batches
-  std::vector<uint8_t> faced;                  // by place: it lies on something face to face
+  // What carries it, N s: of still surfaces the one that pushes most, along `surface_normal`, and
+  // all else.
+  std::vector<float> surface_push, body_push;
+  std::vector<Vec3f> surface_normal;
+  std::vector<KeptImpulse> kept;  // by touch of all batches
+  std::vector<uint8_t> faced;     // by place: it lies on something face to face
 
   // parallel_for, or a plain loop over [0, count) where there is little to do.
   template <class Do>
