@@ -59,30 +59,6 @@ bool is_varied(const BatchPlan& plan, const std::string& pointer) {
   });
 }
 
-// A pointer into a material or shape that the scene does not have would make one that nothing uses.
-void check_names(const BatchPlan& plan) {
-  const Json scene = read_json_file(plan.scene);
-  std::vector<Problem> problems;
-  for (size_t i = 0; i < plan.vary.size(); ++i) {
-    for (const std::string& pointer : plan.vary[i].pointers) {
-      const size_t collection = pointer.find('/', 1);
-      if (collection == pointer.npos) continue;
-      const Json::json_pointer thing(pointer.substr(0, pointer.find('/', collection + 1)));
-      const bool is_named = pointer.starts_with("/materials/") || pointer.starts_with("/shapes/");
-      const std::string kind = pointer.substr(1, collection - 1);
-      if (!is_named || !scene.contains(kind) || scene.contains(thing)) continue;
-      std::vector<std::string> names;
-      for (const auto& [name, value] : scene.at(kind).items()) names.push_back(name);
-      problems.push_back(
-          {.file = plan.file.string(),
-           .pointer = "/vary/" + std::to_string(i) + "/set",
-           .found = "is \"" + pointer + "\", and the scene has no " + thing.to_string(),
-           .expected = "one of " + quoted_list(names)});
-    }
-  }
-  if (!problems.empty()) throw Error(ErrorKind::input, std::move(problems));
-}
-
 // Loads the scene with each value of the grid once, the others as the first job has them.
 void check_values(const BatchPlan& plan) {
   const BatchJob first = batch_job(plan, 0);
@@ -171,7 +147,6 @@ JobKeys::JobKeys(const BatchPlan& plan) : plan_(plan) {
   };
   if (!plan.scene.empty()) {
     const LoadedScene loaded = load_scene(plan.scene, texts_of(batch_job(plan, 0)));
-    check_names(plan);
     check_values(plan);
     add(file_hash(plan.scene));
     for (const NamedFile& named : loaded.files) {

@@ -1,6 +1,8 @@
 #include "scene/overrides.h"
 
 #include <algorithm>
+#include <array>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -51,6 +53,30 @@ Json& entry_of(Json& array, const std::string& token, const std::string& reached
                 size == 1 ? "the index 0" : "an index from 0 to " + std::to_string(size - 1));
 }
 
+// What has names of its author's, under which key of the scene.
+struct NamedKind {
+  const char* key;
+  const char* noun;
+};
+constexpr std::array kNamedKinds = {NamedKind{"materials", "material"},
+                                    NamedKind{"shapes", "shape"},
+                                    NamedKind{"variables", "variable"}};
+
+// Adds the names after each {"var": NAME} in `json`.
+void add_variables_used(const Json& json, std::set<std::string>& names) {
+  if (!json.is_structured()) return;
+  for (const auto& [key, value] : json.items()) {
+    if (json.is_object() && key == "var" && value.is_string()) names.insert(value);
+    add_variables_used(value, names);
+  }
+}
+
+bool has_text(const Json& json, const std::string& text) {
+  if (json.is_string()) return json == text;
+  return json.is_structured() &&
+         std::ranges::any_of(json, [&](const Json& each) { return has_text(each, text); });
+}
+
 }  // namespace
 
 std::string Override::place() const { return "--set " + shortened(text, kLongestPlace); }
@@ -87,6 +113,30 @@ void apply_override(const Override& change, Json& document) {
     reached += '/' + escape_pointer_token(token);
   }
   *place = change.value;
+}
+
+void check_is_named(const Override& change, const Json& document, const Json& changed) {
+  const std::vector<std::string> tokens = pointer_tokens(change.pointer);
+  const auto kind = std::ranges::find_if(kNamedKinds, [&](const NamedKind& each) {
+    return tokens.size() > 1 && tokens[0] == each.key;
+  });
+  if (kind == kNamedKinds.end()) return;
+  std::set<std::string> names;
+  const auto entries = document.find(kind->key);
+  if (entries != document.end() && entries->is_object()) {
+    for (const auto& [name, entry] : entries->items()) names.insert(name);
+  }
+  const bool is_variable = kind->noun == std::string("variable");
+  if (is_variable) add_variables_used(changed, names);
+  const std::string& name = tokens[1];
+  if (names.contains(name) || (!is_variable && has_text(changed, name))) return;
+  const std::vector<std::string> known(names.begin(), names.end());
+  throw refusal(
+      change.place(),
+      "the scene has no " + std::string(kind->noun) + " \"" + name + "\", and nothing would use it",
+      known.empty() ? "a name from /" + std::string(kind->key) + ", which is empty"
+                    : "one of " + quoted_list(known),
+      did_you_mean(name, known));
 }
 
 bool is_at_or_below(const std::string& pointer, const std::string& ancestor) {

@@ -24,6 +24,11 @@ Override parse_override(const std::string& text);
 // throws Error(input).
 void apply_override(const Override& change, Json& document);
 
+// Throws Error(input), with the names there are, where `change` sets something of a material, shape
+// or variable that `document`, which is an object, does not have, and that nothing in it names once
+// all overrides are in it (`changed`): a misspelling would have no effect.
+void check_is_named(const Override& change, const Json& document, const Json& changed);
+
 // Of JSON pointers: `pointer` is `ancestor` or inside it.
 bool is_at_or_below(const std::string& pointer, const std::string& ancestor);
 

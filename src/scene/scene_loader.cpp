@@ -185,6 +185,9 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
     problems.insert(problems.end(), repeated.begin(), repeated.end());
   }
 
+  const auto add_problems = [&](const Error& error) {
+    problems.insert(problems.end(), error.problems().begin(), error.problems().end());
+  };
   Json changed = document;
   std::vector<Override> changes;
   for (const std::string& argument : overrides) {
@@ -198,8 +201,21 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
       apply_override(change, changed);
       changes.push_back(change);
     } catch (const Error& error) {
-      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
+      add_problems(error);
     }
+  }
+  const auto is_misspelt = [&](const Override& change) {
+    try {
+      check_is_named(change, document, changed);
+      return false;
+    } catch (const Error& error) {
+      add_problems(error);
+      return true;
+    }
+  };
+  if (std::erase_if(changes, is_misspelt) > 0) {
+    changed = document;
+    for (const Override& change : changes) apply_override(change, changed);
   }
 
   Reading reading = read_document(changed, file, mesh_files);

@@ -166,7 +166,8 @@ TEST_F(BatchPlanTest, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(fault(R"(, "drop": ["../x"])"), HasSubstr("/drop/0"));
   EXPECT_THAT(fault(R"(, "tries": 0)"), HasSubstr("/tries: is 0; expected an integer from 1"));
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/materials/elm/friction", "values": [1]}])"),
-              HasSubstr("the scene has no /materials/elm; expected one of \"oak\""));
+              HasSubstr("--set /materials/elm/friction=1: the scene has no material \"elm\", and "
+                        "nothing would use it; expected one of \"oak\""));
   // By the scene itself, with each value before any job is run.
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/duration_s", "values": [1, -2]}])"),
               HasSubstr("--set /duration_s=-2"));

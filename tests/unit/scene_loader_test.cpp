@@ -126,6 +126,32 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
           "\"solver_iterations\"?"));
 }
 
+TEST(SceneLoader, OverridesOfNamesThatNothingHasAreRefused) {
+  const std::string whole = scene(R"("variables": {"count": 1, "wall": "wood"},
+    "materials": {"wood": {}, "steel": {}}, "shapes": {"box": {"type": "box", "size": [1, 1, 1]}},
+    "duration_s": {"var": "time"}, "bodies": [{"shape": "box", "material": {"var": "wall"}}])");
+  const std::string time = "/variables/time=2";
+  EXPECT_THAT(problems_of(whole, {time, "/variables/cuont=3"}),
+              ElementsAre("--set /variables/cuont=3: the scene has no variable \"cuont\", and "
+                          "nothing would use it; expected one of \"count\", \"time\", \"wall\". "
+                          "Did you mean \"count\"?"));
+  EXPECT_THAT(problems_of(whole, {time, "/materials/wod/friction=0"}),
+              ElementsAre("--set /materials/wod/friction=0: the scene has no material \"wod\", and "
+                          "nothing would use it; expected one of \"steel\", \"wood\". Did you "
+                          "mean \"wood\"?"));
+  EXPECT_THAT(
+      problems_of(whole, {time, "/shapes/bx/size=[2,2,2]"}),
+      ElementsAre(StartsWith("--set /shapes/bx/size=[2,2,2]: the scene has no shape \"bx\"")));
+  EXPECT_THAT(problems_of(scene(R"("name": "n")"), {"/variables/n=3"}),
+              ElementsAre(EndsWith("expected a name from /variables, which is empty")));
+  // What is named somewhere may come from the command line alone.
+  EXPECT_EQ(parse(whole, {time}).scene.duration_s, 2);
+  const Scene more = parse(whole, {time, "/materials/oak={\"friction\": 0.3}",
+                                   "/bodies/0/material=oak", "/materials/steel/friction=0.1"})
+                         .scene;
+  EXPECT_EQ(more.materials.at("oak").friction, 0.3);
+}
+
 TEST(SceneLoader, ASeedIsTheNumberHoweverItIsWritten) {
   const auto seed_of = [](const std::string& text) {
     return parse(scene("\"seed\": " + text)).scene.seed;
