@@ -87,16 +87,17 @@ Codec<Sizes> sizes_codec() {
 Fields<Emitter> mix_fields() {
   using E = Emitter;
   return {
-      unless(field<E>("weights", &E::weights, list(number(at_least(0))),
-                      "A weight for each of shapes: they are drawn by these, not taken in turn."),
+      unless(derived_field<E>(
+                 "weights", &E::weights, list(number(at_least(0)), 1),
+                 "A weight for each of shapes: they are drawn by these, not taken in turn."),
              [](const E& e) { return e.weights.empty(); }),
       in_group("material", unless(required_field<E>("materials", &E::materials, list(text(), 1),
                                                     "Instead of material: one for each of shapes."),
                                   [](const E& e) { return e.materials.empty(); })),
       optional_field<E>("sizes", &E::sizes, sizes_codec(),
                         "Bodies of several sizes, drawn for each."),
-      unless(field<E>("palette", &E::palette, list(colour()),
-                      "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
+      unless(derived_field<E>("palette", &E::palette, list(colour(), 1),
+                              "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
              [](const E& e) { return e.palette.empty(); }),
       optional_field<E>("roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
                         "Instead of the material's, drawn for each body."),

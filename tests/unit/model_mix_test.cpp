@@ -175,6 +175,12 @@ TEST(Mix, WhatDoesNotFitIsRefused) {
               AllOf(HasSubstr("/emitters/0/clear_coat/1: is 1.5"), HasSubstr("from 0 to 1")));
   EXPECT_THAT(fault(one + R"("roughness": 0.3)"),
               AllOf(HasSubstr("/emitters/0/roughness: is 0.3"), HasSubstr("[least, most]")));
+  // Nothing to draw from is no colour, and no weights are none at all.
+  for (const std::string key : {"palette", "weights"}) {
+    EXPECT_THAT(fault(R"("shape": "a", "material": "m", ")" + key + "\": []"),
+                HasSubstr("/emitters/0/" + key +
+                          ": is an empty array; expected an array with at least one entry"));
+  }
 }
 
 ModelShape furniture(const std::string& shape) {
