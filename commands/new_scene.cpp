@@ -38,7 +38,7 @@ void add_new_command(CLI::App& app) {
   add_whole_number(
       *command, "--count", {1, 100'000},
       [options](uint64_t count) { options->job.count = static_cast<int>(count); },
-      "Bodies (default: 60); of a guide about so many, and at least what fills one five of them "
+      "Bodies (default: 60); of a guide about so many, and no fewer than fill one three of them "
       "wide");
   add_real_number(
       *command, "--scale", {.least = 0, .excludes_least = true},
@@ -68,6 +68,7 @@ Examples:
     if (options->quiet) return;
     print("%s: a body is %.3g m across; if it should not be, say --scale\n",
           options->output.c_str(), summary.diameter_m);
+    if (summary.guided > 0) print("about %d of them fill the guide\n", summary.guided);
     const bool directed = options->job.kind == NewSceneKind::guide;
     print("next: pilesim %s %s -o out && pilesim render out\n",
           directed ? "direct-pile" : "simulate", options->output.c_str());

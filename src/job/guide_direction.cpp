@@ -15,6 +15,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr double kKept = 0.95;  // share of the bodies inside from which the shape is there
+
 std::string percent(double share) {
   const double all = 100 * share;
   return (all < 1000 ? with_digits(all, 3) : grouped(std::llround(all))) + " %";
@@ -91,6 +93,10 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
     lines.push_back("guide: " + percent(fit.bodies_inside) + " of the bodies inside, " +
                     percent(fit.volume_inside) + " of their volume; overlap " +
                     percent(fit.overlap));
+    if (fit.bodies_inside < kKept) {
+      lines.push_back("guide: the pile has not kept its shape: " + percent(1 - fit.bodies_inside) +
+                      " of its bodies lie outside; it has slumped, or something hit it");
+    }
   }
   return lines;
 }

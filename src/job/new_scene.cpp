@@ -24,11 +24,12 @@ constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which 
 constexpr double kInTheAir = 0.2;      // share of an emitter that bounding balls fill
 constexpr double kInABin = 0.5;        // of a bin, when all has come to lie
 constexpr double kGravity = 9.81;
+constexpr int kUsualCount = 60;  // of bodies
 
 // What the sizes of a scene follow from.
 struct Measured {
-  double radius_m = 0;   // about the middle of the bounds
-  double volume_m3 = 0;  // of its solid
+  double radius_m = 0;  // about the middle of the bounds
+  double hull_m3 = 0;   // of its hull: others hardly get into its hollows
   bool has_inside = false, is_convex = false;
 };
 
@@ -38,16 +39,15 @@ Measured measure(const TriangleMesh& mesh) {
   for (const Vec3& vertex : mesh.vertices) {
     measured.radius_m = std::max(measured.radius_m, (vertex - middle).norm());
   }
-  const double hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
-  measured.volume_m3 = hull_m3;
+  measured.hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
+  double volume_m3 = measured.hull_m3;
   try {
-    measured.volume_m3 =
-        mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
+    volume_m3 = mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
     measured.has_inside = true;
   } catch (const Error&) {
     // Its hull, then, and the scene says so.
   }
-  measured.is_convex = measured.volume_m3 > kNearlyConvex * hull_m3;
+  measured.is_convex = volume_m3 > kNearlyConvex * measured.hull_m3;
   return measured;
 }
 
@@ -168,9 +168,8 @@ constexpr const char* kGuide = R"(  "materials": {
     {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
   ],
   "emitters": [
-    // the guide is filled upside down, and its bodies are let go from the bottom up
-    {"name": "heap", "type": "upside_down", "shape": "body", "material": "body", "start_s": 0.5,
-     "rate_hz": $rate}
+    // the guide is filled like a mould: as many as fit, about $count; the least glue holds them
+    {"name": "heap", "type": "mould", "shape": "body", "material": "body"}
   ],
   // the shape that the heap is to keep: any closed mesh with a level base
   "guide": {"file": $guide},
@@ -224,8 +223,8 @@ void size_pile(const Measured& body, int count, Values& values) {
 
 void size_bin(const Measured& body, int count, Values& values) {
   const double r = body.radius_m;
-  // Between what long and hollow bodies need, their balls, and what compact ones do.
-  const double room_m3 = count * std::sqrt(4 / 3.0 * kPi * r * r * r * body.volume_m3) / kInABin;
+  // Between what long bodies need, their balls, and what compact ones do.
+  const double room_m3 = count * std::sqrt(4 / 3.0 * kPi * r * r * r * body.hull_m3) / kInABin;
   const double side = std::max(std::cbrt(room_m3 / 0.7), 4 * r), depth = 0.7 * side;
   const double radius = 0.5 * side - 1.2 * r, height = 2 * r;
   values["bin"] = number(side);
@@ -244,13 +243,32 @@ void size_bin(const Measured& body, int count, Values& values) {
   values["camera"] = camera(0.8 * away, away, 0.6 * depth);
 }
 
-TriangleMesh size_guide(const Measured& body, int count, Values& values) {
-  constexpr double kPacked = 0.4, kTop = 0.3;
-  // Volume of a cone of height 1.4 R whose top is kTop of its base.
+// A cone that about so many bodies fill. Refuses a count that is given and does not make its shape.
+TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& values) {
+  constexpr double kTop = 0.3;  // of the base
+  // What a mould takes away from its walls, by the hulls: from 60 on as many boxes and cups as are
+  // asked for to a third, of rings, which reach through one another, half as many again. Cylinders
+  // of length L and diameter D are packed at random to 5.4 D / L (Philipse 1996), which is this of
+  // hull and ball.
+  constexpr double kPacked = 0.7, kLongPacked = 4.4;
+  const double wall = body.radius_m;       // as wide as what is empty beside the walls
+  const double least = 3 * body.radius_m;  // radius of a base that is three bodies wide
+  // Volume of a cone of height 1.4 R whose top is kTop of its base, in R^3.
   const double share = kPi * 1.4 / 3 * (1 + kTop + kTop * kTop);
-  const double base =
-      std::max(std::cbrt(count * body.volume_m3 / kPacked / share), 5 * body.radius_m);
-  values["rate"] = number(std::max(10.0, count / 5.0));
+  const double ball_m3 = 4 / 3.0 * kPi * std::pow(body.radius_m, 3);
+  const double each_m3 =
+      std::max(body.hull_m3 / kPacked, std::sqrt(ball_m3 * body.hull_m3) / kLongPacked);
+  const auto fewest = static_cast<int>(std::ceil(share * std::pow(least - wall, 3) / each_m3));
+  if (job.count && *job.count < fewest) {
+    throw Error(ErrorKind::usage,
+                Problem{.file = "--count",
+                        .found = std::to_string(*job.count) + " are too few to show a shape",
+                        .expected = "at least " + std::to_string(fewest) +
+                                    ", which fill a cone that is three of them wide"});
+  }
+  const int count = std::max(job.count.value_or(kUsualCount), fewest);
+  values["count"] = std::to_string(count);
+  const double base = wall + std::cbrt(count * each_m3 / share);
   const double away = 4.5 * base;
   values["camera"] = camera(away, 0.4 * away, 0.6 * base);
   return cone(base, kTop * base, 1.4 * base);
@@ -274,6 +292,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     summary.guide = fs::path(job.output).replace_extension(".guide.obj");
     refuse_what_is_there(summary.guide, job.force);
   }
+  const int count = job.count.value_or(kUsualCount);
   TriangleMesh mesh = import_mesh(job.mesh, job.scale);
   if (job.is_z_up) turn_z_up_to_y_up(mesh);
   const Measured body = measure(mesh);
@@ -290,23 +309,23 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
                                 : ",\n             // the mesh is open: or give its sheets a "
                                   "\"thickness_m\"\n"
                                   "             \"solid\": \"hull\""},
-      {"count", std::to_string(job.count)},
-      {"fewest", std::to_string(std::max(1, job.count / 3))},
+      {"count", std::to_string(count)},
+      {"fewest", std::to_string(std::max(1, count / 3))},
       {"until",
        has_guide ? "" : "  \"until\": \"settled\",  // the run ends as soon as all is at rest\n"}};
   double busy_s = 0;
   const char* text = kPile;
   if (job.kind == NewSceneKind::pile) {
-    size_pile(body, job.count, values);
+    size_pile(body, count, values);
   } else if (has_guide) {
     text = kGuide;
-    write_obj(size_guide(body, job.count, values), summary.guide);
+    write_obj(size_guide(body, job, values), summary.guide);
+    summary.guided = std::stoi(values.at("count"));
     values["guide"] = quoted(summary.guide.filename().generic_string());
-    busy_s = 8;
   } else {
     text = job.kind == NewSceneKind::bin ? kBin : kDataset;
-    size_bin(body, job.count, values);
-    busy_s = 2 * job.count / std::stod(values.at("rate"));
+    size_bin(body, count, values);
+    busy_s = 2 * count / std::stod(values.at("rate"));
   }
   // Long enough for what rocks and rolls: times go with the root of the size.
   values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace pilesim {
@@ -17,7 +18,7 @@ struct NewSceneJob {
   std::filesystem::path mesh;
   double scale = 1;              // metres per unit of the file, > 0
   bool is_z_up = false;          // the file
-  int count = 60;                // bodies, >= 1
+  std::optional<int> count;      // bodies, >= 1; none: 60, or more that a guide takes
   std::filesystem::path output;  // the scene file; a guide's mesh is written beside it
   bool force = false;            // replace what is there
 };
@@ -26,10 +27,12 @@ struct NewSceneSummary {
   std::string text;             // of the scene
   double diameter_m = 0;        // of a body
   std::filesystem::path guide;  // the guide's mesh; empty: none
+  int guided = 0;               // about so many bodies fill it
 };
 
 // Sizes all by the mesh and writes the scene, with comments, and the guide's mesh. Throws
-// Error(input) or Error(io) as import_mesh(), and Error(usage) where a file is there.
+// Error(input) or Error(io) as import_mesh(), and Error(usage) where a file is there or a guide is
+// to have too few bodies.
 NewSceneSummary write_new_scene(const NewSceneJob& job);
 
 }  // namespace pilesim

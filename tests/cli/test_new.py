@@ -1,12 +1,30 @@
 """Scenes to start from, scenes of several files and from standard input, and what starts inside."""
 
 import json
+import math
 import subprocess
 import unittest
 
 from support import BOX_OBJ, PILESIM, SOURCE, CommandTest
 
 ASSETS = SOURCE / "assets"
+
+
+def cup_obj(corners=24):
+    """A cup of 8 by 9 cm with walls of 4 mm: hollow, and much less solid than it takes room."""
+    rings = [(0.032, 0.0), (0.04, 0.09), (0.036, 0.09), (0.029, 0.004)]  # radius and height
+    vertices = [(r * math.cos(2 * math.pi * i / corners), y, r * math.sin(2 * math.pi * i / corners))
+                for r, y in rings for i in range(corners)]
+    vertices += [(0, 0, 0), (0, 0.004, 0)]
+    faces = []
+    for i in range(corners):
+        j = (i + 1) % corners
+        for a, b in ((0, 1), (1, 2), (2, 3)):
+            a, b = a * corners, b * corners
+            faces += [(a + i, b + i, b + j), (a + i, b + j, a + j)]
+        faces += [(4 * corners, i, j), (4 * corners + 1, 3 * corners + j, 3 * corners + i)]
+    return ("".join("v {} {} {}\n".format(*v) for v in vertices) +
+            "".join("f {} {} {}\n".format(*(k + 1 for k in face)) for face in faces))
 
 
 class New(CommandTest):
@@ -20,11 +38,36 @@ class New(CommandTest):
             self.assertNotIn("inside", result.stderr, kind)
             self.assertIn("of", result.stdout)
 
-    def test_a_guide_is_filled(self):
-        self.succeed("new", "guide", ASSETS / "stick.obj", "--count", "12", "-o", "tower.json")
-        self.assertTrue((self.dir / "tower.guide.obj").exists())
-        self.succeed("direct-pile", "tower.json", "-o", "out", "--set", "/duration_s=0.1",
-                     "--set", "/emitters/0/count=6")
+    def test_a_guide_is_filled_with_about_as_many_and_keeps_its_shape(self):
+        (self.dir / "cup.obj").write_text(cup_obj())
+        (self.dir / "box.obj").write_text(BOX_OBJ)
+        for mesh, count in (("cup.obj", 60), ("box.obj", 60), ("box.obj", 150)):
+            # Hollow and solid, few and many.
+            name = f"{mesh[:3]}{count}"
+            said = self.succeed("new", "guide", mesh, "--count", str(count), "-o", f"{name}.json").stdout
+            self.assertIn(f"about {count} of them", said)
+            self.assertTrue((self.dir / f"{name}.guide.obj").exists())
+            result = self.succeed("direct-pile", f"{name}.json", "-o", name, "--set", "/duration_s=2")
+            self.assertNotIn("has not kept its shape", result.stdout + result.stderr)
+            guide = json.loads((self.dir / name / "report.json").read_text())["piles"]["guide"]
+            self.assertEqual(guide["bodies_inside"], 1, name)
+            self.assertAlmostEqual(guide["filling"]["kept"], count, delta=count / 3, msg=name)
+
+    def test_a_guide_of_too_few_is_refused(self):
+        (self.dir / "cup.obj").write_text(cup_obj())
+        result = self.expect_exit(2, "new", "guide", "cup.obj", "--count", "3")
+        self.assertIn("--count: 3 are too few", result.stderr)
+        self.assertEqual([path.name for path in self.dir.iterdir()], ["cup.obj"])
+        least = result.stderr.split("at least ")[1].split(",")[0]
+        self.succeed("new", "guide", "cup.obj", "--count", least)
+        self.expect_exit(2, "new", "guide", "cup.obj", "--count", str(int(least) - 1), "--force")
+
+    def test_a_guide_that_is_left_says_so(self):
+        self.succeed("new", "guide", ASSETS / "box.obj", "--count", "60", "-o", "tower.json")
+        result = self.succeed("direct-pile", "tower.json", "-o", "out", "--set", "/duration_s=2",
+                              "--set", "/guide/control=false", "--set", "/materials/body/friction=0",
+                              "--set", "/materials/ground/friction=0")
+        self.assertIn("the pile has not kept its shape", result.stdout + result.stderr)
 
     def test_a_pile_settles_before_its_time_is_over(self):
         (self.dir / "box.obj").write_text(BOX_OBJ)
