@@ -14,6 +14,7 @@
 #include "geometry/obj_writer.h"
 #include "geometry/solid.h"
 #include "json/json_text.h"
+#include "scene/scene.h"
 
 namespace pilesim {
 namespace {
@@ -226,21 +227,27 @@ void size_bin(const Measured& body, int count, Values& values) {
   // Between what long bodies need, their balls, and what compact ones do.
   const double room_m3 = count * std::sqrt(4 / 3.0 * kPi * r * r * r * body.hull_m3) / kInABin;
   const double side = std::max(std::cbrt(room_m3 / 0.7), 4 * r), depth = 0.7 * side;
-  const double radius = 0.5 * side - 1.2 * r, height = 2 * r;
+  const double radius = 0.5 * side - 1.2 * r, height = 2 * r, wall = 0.05 * side;
+  const double top = depth + 3 * r + height / 2 + r;  // of what is poured
   values["bin"] = number(side);
   values["depth"] = number(depth);
-  values["wall"] = number(0.05 * side);
+  values["wall"] = number(wall);
   values["radius"] = number(radius);
   values["height"] = number(height);
-  values["centre"] = number(1.05 * side + 3 * r);
+  // As low as clears the rim: what falls deep bounces out.
+  values["centre"] = number(depth + 3 * r);
   // What the mouth lets through while a body falls by its diameter.
   const double leaves_s = std::sqrt(4 * r / kGravity);
   values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
-  const double away = 2.1 * (side + r);
-  values["away"] = number(0.8 * away);
-  values["above"] = number(0.9 * away);
-  values["target"] = number(0.5 * depth);
-  values["camera"] = camera(0.8 * away, away, 0.6 * depth);
+  // The ball about all, bin and what is poured, fills the height of the picture.
+  const double ball = Vec3(0.5 * side + wall, 0.5 * top, 0.5 * side + wall).norm();
+  const double distance = ball / std::sin(CameraKey().field_of_view / 2);
+  const double slant = std::hypot(0.8, 0.9);
+  values["away"] = number(0.8 / slant * distance);
+  values["above"] = number(0.5 * top + 0.9 / slant * distance);
+  values["target"] = number(0.5 * top);
+  const double away = distance / Vec3(0.5, 1.2, 1).norm();
+  values["camera"] = camera(away, 0.5 * top + 1.2 * away, 0.5 * top);
 }
 
 // A cone that about so many bodies fill. Refuses a count that is given and does not make its shape.

@@ -5,6 +5,9 @@ import math
 import subprocess
 import unittest
 
+import numpy
+import zarr
+
 from support import BOX_OBJ, PILESIM, SOURCE, CommandTest
 
 ASSETS = SOURCE / "assets"
@@ -68,6 +71,35 @@ class New(CommandTest):
                               "--set", "/guide/control=false", "--set", "/materials/body/friction=0",
                               "--set", "/materials/ground/friction=0")
         self.assertIn("the pile has not kept its shape", result.stdout + result.stderr)
+
+    def test_a_bin_holds_what_is_poured_and_the_camera_sees_it(self):
+        (self.dir / "cup.obj").write_text(cup_obj())
+        for count, seed in ((30, 1), (30, 2), (6, 1)):
+            self.succeed("new", "bin", "cup.obj", "--count", str(count), "-o", "bin.json", "--force")
+            self.succeed("simulate", "bin.json", "-o", "out", "--force", "--seed", str(seed),
+                         "--fail-on", "unsettled>0,escaped>0")
+            scene = json.loads(self.succeed("validate", "bin.json", "--print-config").stdout)
+            half = scene["shapes"]["bin"]["size"][0] / 2
+            depth = scene["shapes"]["bin"]["size"][1]
+            trajectory = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")
+            position, present = trajectory["position"][:], trajectory["state"][:] & 1
+            last = position[-1, 2:]
+            self.assertLess(numpy.abs(last[:, [0, 2]]).max(), half)
+            self.assertLess(last[:, 1].max(), depth)
+            # Everything there is, at any time, is within the picture, with the radius of a cup.
+            key = scene["camera"]["keys"][0]
+            eye = numpy.array(key["position"])
+            ahead = numpy.array(key["target"]) - eye
+            ahead /= numpy.linalg.norm(ahead)
+            right = numpy.cross(ahead, [0, 1, 0])
+            right /= numpy.linalg.norm(right)
+            places = position[:, 2:][present[:, 2:] > 0] - eye
+            width, height = scene["render"]["size"]
+            rise = math.tan(math.radians(scene["camera"].get("field_of_view_deg", 35)) / 2)
+            for axis, most in ((numpy.cross(right, ahead), rise), (right, rise * width / height)):
+                # Distance from the side planes of the picture.
+                beside = (most * (places @ ahead) - abs(places @ axis)) / math.hypot(1, most)
+                self.assertGreater(beside.min(), 0.06)
 
     def test_a_pile_settles_before_its_time_is_over(self):
         (self.dir / "box.obj").write_text(BOX_OBJ)
