@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "core/printable.h"
 #include "numbers.h"
 #include "options.h"
 #include "print.h"
@@ -71,7 +72,7 @@ Examples:
     if (summary.guided > 0) print("about %d of them fill the guide\n", summary.guided);
     const bool directed = options->job.kind == NewSceneKind::guide;
     print("next: pilesim %s %s -o out && pilesim render out\n",
-          directed ? "direct-pile" : "simulate", options->output.c_str());
+          directed ? "direct-pile" : "simulate", shell_word(options->output).c_str());
   });
 }
 

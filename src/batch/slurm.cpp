@@ -8,6 +8,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/output_directory.h"
+#include "core/printable.h"
 #include "core/subprocess.h"
 
 namespace pilesim {
@@ -24,18 +25,12 @@ constexpr double kMemoryToSpare = 1.5;
 constexpr double kLeastMinutes = 5;
 constexpr uint64_t kLeastMegabytes = 512;
 
-std::string quoted(const std::string& text) {
-  std::string all = "'";
-  for (const char c : text) all += c == '\'' ? "'\\''" : std::string(1, c);
-  return all + '\'';
-}
-
 // Slurm's own file of the program that runs.
 std::string program() { return fs::read_symlink("/proc/self/exe").string(); }
 
 std::string batch_words(const BatchRequest& request, const fs::path& output) {
-  return quoted(program()) + " batch " + quoted(fs::absolute(request.plan_file).string()) + " -o " +
-         quoted(output.string()) + " --progress none";
+  return shell_word(program()) + " batch " + shell_word(fs::absolute(request.plan_file).string()) +
+         " -o " + shell_word(output.string()) + " --progress none";
 }
 
 }  // namespace

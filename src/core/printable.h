@@ -14,6 +14,9 @@ std::string printable(std::string_view text);
 // The same, but keeps line feeds.
 std::string printable_lines(std::string_view text);
 
+// `text` as one word of a shell's command line: as it is, or in single quotes where it needs them.
+std::string shell_word(std::string_view text);
+
 // `text` cut after at most `length` bytes, not inside a character, with "..." for what is missing.
 std::string shortened(std::string_view text, size_t length);
 

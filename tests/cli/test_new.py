@@ -122,6 +122,10 @@ class New(CommandTest):
         self.assertIn('"solid": "hull"', (self.dir / "scene.json").read_text())
         self.succeed("validate", "scene.json")
 
+    def test_the_next_command_is_for_a_shell(self):
+        said = self.succeed("new", "pile", ASSETS / "box.obj", "-o", "my scene.json").stdout
+        self.assertIn("next: pilesim simulate 'my scene.json' -o out", said)
+
     def test_what_is_there_is_kept(self):
         (self.dir / "scene.json").write_text("mine")
         result = self.expect_exit(2, "new", "pile", ASSETS / "box.obj")

@@ -59,6 +59,14 @@ TEST(Printable, ShortensBetweenCharacters) {
   EXPECT_EQ(shortened("ab箱", 4), "ab...");
 }
 
+TEST(ShellWord, IsQuotedWhereAShellWouldTakeItApart) {
+  EXPECT_EQ(shell_word("out/scene-1.json"), "out/scene-1.json");
+  EXPECT_EQ(shell_word("ünï.json"), "ünï.json");
+  EXPECT_EQ(shell_word("my scene.json"), "'my scene.json'");
+  EXPECT_EQ(shell_word("a'b;c"), R"('a'\''b;c')");
+  EXPECT_EQ(shell_word(""), "''");
+}
+
 TEST(Counted, HasThePlural) {
   EXPECT_EQ(counted(1, "frame"), "1 frame");
   EXPECT_EQ(counted(0, "frame"), "0 frames");
