@@ -26,6 +26,10 @@ class Starts {
   }
 
   std::vector<StartOverlap> overlaps() const;
+  // One of them does not appear before the other has left: nothing is done about what stands still.
+  bool wait(const StartOverlap& pair) const {
+    return start_s(pair.a) > 0 && start_s(pair.b) > 0 && !is_fixed(pair.a) && !is_fixed(pair.b);
+  }
   // Nothing that is there when `body` starts is within `pose`. Not of bodies that begin later.
   bool is_clear(uint32_t body, const Pose& pose) const;
   void move(uint32_t body, const Pose& pose);
@@ -156,7 +160,10 @@ std::string source_of(const std::string& name) {
 }  // namespace
 
 std::vector<StartOverlap> find_start_overlaps(const Model& model) {
-  return Starts(model).overlaps();
+  const Starts starts(model);
+  std::vector<StartOverlap> all = starts.overlaps();
+  std::erase_if(all, [&](const StartOverlap& pair) { return starts.wait(pair); });
+  return all;
 }
 
 void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model& model) {
@@ -199,7 +206,8 @@ void clear_starts(const Scene& scene, const std::vector<EmittedRow>& rows, Model
     }
   }
   for (const StartOverlap& pair : before) {
-    if (moved[pair.a] == 0 && moved[pair.b] == 0) model.start_overlaps.push_back(pair);
+    const bool stay = moved[pair.a] == 0 && moved[pair.b] == 0;
+    if (stay && !starts.wait(pair)) model.start_overlaps.push_back(pair);
   }
 }
 

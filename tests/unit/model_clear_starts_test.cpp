@@ -69,8 +69,8 @@ TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {
   const Model there = build(far);
   const Emitter source = parse(R"({"version": 1, "materials": {"m": {}}, "shapes": {
     "ball": {"type": "sphere", "radius": 0.1}}, )" +
-                                far + "}")
-                              .scene.emitters[1];
+                               far + "}")
+                             .scene.emitters[1];
   const auto drawn = unroll(source, 1, 1, 0.1, nullptr);
   for (size_t i = 0; i < drawn.size(); ++i) {
     EXPECT_EQ(there.bodies[40 + i].pose.position, drawn[i].pose.position);
@@ -124,6 +124,28 @@ TEST(ClearStarts, TouchingIsNoOverlapNorIsWhoComesLater) {
     "position": [0, 1, 0], "count": 20, "rate_hz": 100}])")
                   .start_overlaps,
               IsEmpty());
+}
+
+// Of streams at one place only the first bodies of each meet: those behind them wait.
+TEST(ClearStarts, BodiesThatWaitForEachOtherStartInsideNothing) {
+  const auto streams = [](const std::string& more) {
+    const auto stream = [&](const std::string& name) {
+      return R"({"name": ")" + name + R"(", "type": "stream", "shape": "ball", "material": "m",
+        "position": [0, 1, 0], "count": 20, "rate_hz": 2)" +
+             more + "}";
+    };
+    return "\"emitters\": [" + stream("s") + ", " + stream("t") + "]";
+  };
+  const Model both = build(streams(""));
+  ASSERT_EQ(both.start_overlaps.size(), 1u);
+  EXPECT_EQ(both.start_overlaps[0].a, 0u);
+  EXPECT_EQ(both.start_overlaps[0].b, 20u);
+  EXPECT_EQ(find_start_overlaps(both).size(), 1u);
+  EXPECT_THAT(build(streams(", \"start_s\": 1")).start_overlaps, IsEmpty());
+  // For what stands still nobody waits.
+  const std::string wall = R"("bodies": [{"shape": "box", "material": "m", "role": "static",
+    "position": [0.5, 1, 0]}], )";
+  EXPECT_EQ(build(wall + streams(", \"start_s\": 1")).start_overlaps.size(), 40u);
 }
 
 // Sticks whose bounding balls overlap much are clear of one another all the same.
