@@ -16,6 +16,7 @@ constexpr double kLongestMoving = 5, kLongest = 20, kShortest = 2e-3;  // m, at 
 constexpr double kOfStanding = 5;        // longest that moves against all that stands
 constexpr double kOfMoving = 3000;       // longest that stands against what moves
 constexpr double kOfOthers = 30;         // against the others that move
+constexpr double kLeastOfOthers = 0.01;  // against them, whether it moves or not
 constexpr double kOfCamera = 2;          // against the camera's way to its target
 constexpr double kLeastOfCamera = 3e-4;  // a fifth of a pixel or so
 
@@ -118,6 +119,9 @@ std::string too_long(const Scene& scene, const Surroundings& around, const Model
 std::string too_short(const Scene& scene, const Surroundings& around, const ModelShape& shape,
                       double length) {
   if (length < kShortest && shape.file_scale == 1) return "it is tiny";
+  if (const double others = around.others_m(shape.source); length < kLeastOfOthers * others) {
+    return "others that move are " + metres(others) + " long";
+  }
   if (!around.moves(shape.source)) return "";
   if (length < around.standing_m() / kOfMoving) {
     return "all that stands there is " + metres(around.standing_m()) + " long";

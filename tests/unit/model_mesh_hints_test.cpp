@@ -77,6 +77,31 @@ TEST_F(MeshHints, ThingsOfAnyUsualSizeAreTakenAsTheyAre) {
   }
 }
 
+// The median of the neighbours is what a shape is compared with, whatever unit it was given.
+TEST_F(MeshHints, ShapesAThousandTimesSmallerOrLargerThanTheirNeighboursAreNamed) {
+  const auto among = [&](const std::string& scale, const std::string& role) {
+    return hints(", \"scale\": " + scale + R"(}, "ball": {"type": "sphere", "radius": 0.4},
+                 "brick": {"type": "box", "size": [1, 0.5, 0.5])",
+                 R"("bodies": [
+                   {"name": "it", "shape": "thing", "material": "m", "role": ")" +
+                     role + R"("},
+                   {"name": "b", "shape": "ball", "material": "m", "position": [3, 0, 0]},
+                   {"name": "c", "shape": "brick", "material": "m", "position": [6, 0, 0]}])");
+  };
+  for (const std::string role : {"dynamic", "static"}) {
+    EXPECT_THAT(among("0.001", role),
+                ElementsAre(AllOf(HasSubstr("thing is 0.001 m long, and others that move are "),
+                                  HasSubstr("1 makes it 1 m (one for millimetres)"))))
+        << role;
+    for (const std::string scale : {"0.1", "0.4", "1"}) {
+      EXPECT_THAT(among(scale, role), IsEmpty()) << role << scale;
+    }
+  }
+  // What stands may be larger: see below.
+  EXPECT_THAT(among("1000", "dynamic"),
+              ElementsAre(HasSubstr("thing is 1e+03 m long, and others that move are 1 m long")));
+}
+
 TEST_F(MeshHints, CentimetresTakenForMetresAreSeenAndMended) {
   // A mug of 10 cm as Blender's FBX and files in centimetres have it.
   write_obj(box_mesh({8, 10, 12}), scratch_ / "mug.obj");
