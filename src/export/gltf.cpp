@@ -97,6 +97,9 @@ class List {
   size_t count_ = 0;
 };
 
+// Views begin at whole words; what fills a picture's last word is between them.
+uint64_t in_whole_words(uint64_t bytes) { return (bytes + 3) / 4 * 4; }
+
 class Document {
  public:
   // `files`: has the document and the first buffer, and gets more; null: there is one buffer.
@@ -141,11 +144,15 @@ class Document {
   // Of the only buffer.
   uint64_t buffer_bytes() const {
     uint64_t bytes = 0;
-    for (const std::string& data : data_) bytes += data.size();
+    for (const std::string& data : data_) bytes += in_whole_words(data.size());
     return bytes;
   }
   void write_buffer(ExportFile& file) const {
-    for (const View view : begun_) file.write(data_[view]);
+    for (const View view : begun_) {
+      const size_t size = data_[view].size();
+      file.write(data_[view]);
+      file.write(std::string(in_whole_words(size) - size, '\0'));
+    }
   }
 
  private:
@@ -161,7 +168,7 @@ class Document {
       if (view == kPlaces) object += ", \"byteStride\": 8, \"target\": 34962";
       if (view == kIndices) object += ", \"target\": 34963";
       views_.add(object + "}");
-      place += data_[view].size();
+      place += in_whole_words(data_[view].size());
     }
     if (bytes == 0) return;
     std::string buffer = "{\"byteLength\": " + std::to_string(bytes);
@@ -193,8 +200,9 @@ class Document {
   // Index of the view and place in it of what is appended.
   std::pair<size_t, size_t> append(View view, std::span<const std::byte> bytes) {
     const uint64_t most = job_.part_bytes.value_or(kMostBytes);
-    if (files_ != nullptr && buffer_bytes() + bytes.size() > most) end_buffer();
-    if (buffer_bytes() + bytes.size() > kMostBytes) refuse();
+    const uint64_t more = in_whole_words(bytes.size());
+    if (files_ != nullptr && buffer_bytes() + more > most) end_buffer();
+    if (buffer_bytes() + more > kMostBytes) refuse();
     std::string& data = data_[view];
     const std::pair place(index_of(view), data.size());
     data.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -306,8 +314,7 @@ class Document {
   size_t add_texture(const Texture& texture) {
     const auto [found, is_new] = texture_of_.try_emplace(&texture, 0);
     if (!is_new) return found->second;
-    std::string png = png_of(texture);
-    png.append((4 - png.size() % 4) % 4, '\0');
+    const std::string png = png_of(texture);
     const auto view = static_cast<View>(data_.size());
     data_.emplace_back();
     const auto [index, offset] = append(view, std::as_bytes(std::span(png)));

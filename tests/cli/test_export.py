@@ -198,6 +198,36 @@ class Colours(CommandTest):
             self.succeed("simulate", self.write_scene(as_mesh), "-o", "from_" + name)
             self.assertEqual(textured_corners("from_" + name), expected)
 
+    def test_a_picture_in_gltf_is_as_long_as_it_is(self):
+        def png_sizes(name):
+            data = (self.dir / name).read_bytes()
+            length = struct.unpack_from("<I", data, 12)[0]
+            document, buffer = json.loads(data[20:20 + length]), data[20 + length + 8:]
+            self.assertEqual(len(buffer), document["buffers"][0]["byteLength"])
+            for view in document["bufferViews"]:
+                self.assertEqual(view["byteOffset"] % 4, 0)
+            for image in document["images"]:
+                view = document["bufferViews"][image["bufferView"]]
+                picture = buffer[view["byteOffset"]:view["byteOffset"] + view["byteLength"]]
+                self.assertEqual(picture[:4], b"\x89PNG")
+                self.assertEqual(picture[-8:-4], b"IEND")  # and its checksum: nothing follows
+                yield len(picture)
+
+        # Of many sizes, since a length may be a whole number of words by chance.
+        noise = numpy.random.default_rng(7)
+        (self.dir / "t.mtl").write_text("".join(f"newmtl t{i}\nmap_Kd {i}.png\n" for i in range(4)))
+        for i in range(4):
+            (self.dir / f"{i}.png").write_bytes(png(noise.integers(0, 256, (3 + i, 6, 3), numpy.uint8)))
+        head, _, faces = WEDGE_OBJ.partition("f ")
+        lines = [f"usemtl t{i % 4}\nf " + " ".join(f"{v}/1" for v in line.split()[1:])
+                 for i, line in enumerate(("f " + faces).strip().split("\n"))]
+        (self.dir / "wedge.obj").write_text(f"mtllib t.mtl\n{head}vt 0.5 0.5\n" + "\n".join(lines))
+        self.succeed("simulate", self.write_scene(add_wedges), "-o", "run")
+        self.succeed("export", "run", "--frames", "last", "-o", "a.glb")
+        sizes = list(png_sizes("a.glb"))
+        self.assertEqual(len(sizes), 4)
+        self.assertTrue(any(size % 4 for size in sizes), sizes)
+
     def test_textures_go_into_usd(self):
         pictures = {"one": [[200, 10, 20], [30, 40, 250]], "two": [[0, 255, 0], [90, 91, 92]]}
         for name, row in pictures.items():
