@@ -496,41 +496,44 @@ class Checker {
   std::map<std::string, size_t> bodies_, emitters_;  // name -> first index
 };
 
-void check_mesh_file(const std::filesystem::path& file, const Path& path, ProblemLog& log) {
+// `kind`: "a mesh file".
+void check_file(const std::filesystem::path& file, const std::string& kind, const Path& path,
+                ProblemLog& log) {
   if (file.empty()) return;  // reported when it was read
   std::error_code fault;
   const auto status = std::filesystem::status(file, fault);
   const std::string found = "is " + quoted(file.lexically_normal().string());
   if (status.type() == std::filesystem::file_type::not_found) {
-    log.report(path, found + ", which does not exist", "a mesh file");
+    log.report(path, found + ", which does not exist", kind);
   } else if (std::filesystem::is_directory(status)) {
-    log.report(path, found + ", a directory", "a mesh file");
+    log.report(path, found + ", a directory", kind);
   } else if (status.type() == std::filesystem::file_type::none) {
-    log.report(path, found + ", which cannot be read: " + fault.message(), "a mesh file");
+    log.report(path, found + ", which cannot be read: " + fault.message(), kind);
   }
 }
 
 }  // namespace
 
 void check_mesh_files(const Scene& scene, ProblemLog& log) {
+  const std::string kMesh = "a mesh file";
   const Path root;
   const Path shapes = root / "shapes";
   for (const auto& [name, shape] : scene.shapes) {
     const Path place = shapes / name;
     const auto* mesh = std::get_if<MeshShape>(&shape);
-    if (mesh != nullptr) check_mesh_file(mesh->file, place / "file", log);
+    if (mesh != nullptr) check_file(mesh->file, kMesh, place / "file", log);
     const auto* terrain = std::get_if<TerrainShape>(&shape);
-    if (terrain != nullptr) check_mesh_file(terrain->file, place / "file", log);
+    if (terrain != nullptr) check_file(terrain->file, "a PNG", place / "file", log);
   }
   const Path emitters = root / "emitters";
   for (size_t i = 0; i < scene.emitters.size(); ++i) {
     const Path place = emitters / i;
     const auto* volume = std::get_if<VolumeSource>(&scene.emitters[i].source);
-    if (volume != nullptr) check_mesh_file(volume->file, place / "file", log);
+    if (volume != nullptr) check_file(volume->file, kMesh, place / "file", log);
   }
   if (scene.guide && scene.guide->file) {
     const Path place = root / "guide";
-    check_mesh_file(*scene.guide->file, place / "file", log);
+    check_file(*scene.guide->file, kMesh, place / "file", log);
   }
 }
 
