@@ -1,6 +1,7 @@
 #include "frame_range.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -100,6 +101,15 @@ FrameRange parse_frame_range(const std::string& text, const std::string& option)
   throw refusal(option, "'" + text + "' is not one of " + kFramesHelp);
 }
 
+std::vector<FrameRange> parse_frame_ranges(const std::string& text) {
+  std::vector<FrameRange> ranges;
+  for (size_t begin = 0, end = 0; end != text.npos; begin = end + 1) {
+    end = text.find(',', begin);
+    ranges.push_back(parse_frame_range(text.substr(begin, end - begin)));
+  }
+  return ranges;
+}
+
 FramePoint parse_frame_point(const std::string& text, const std::string& option) {
   std::string_view rest = text;
   const std::optional<FramePoint> point = take_point(rest);
@@ -123,6 +133,18 @@ std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count, d
     frames.push_back(frame);
     if (last - frame < range.step) return frames;
   }
+}
+
+std::vector<uint64_t> selected_frames(const std::vector<FrameRange>& ranges, uint64_t count,
+                                      double frame_rate) {
+  std::vector<uint64_t> frames;
+  for (const FrameRange& range : ranges) {
+    const std::vector<uint64_t> more = selected_frames(range, count, frame_rate);
+    frames.insert(frames.end(), more.begin(), more.end());
+  }
+  std::ranges::sort(frames);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  return frames;
 }
 
 }  // namespace pilesim

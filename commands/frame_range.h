@@ -29,6 +29,8 @@ inline constexpr const char* kFramesHelp =
 // A point is N, last, -N or SECONDSs; a range is a point, POINT-POINT or POINT-, the latter two
 // with xSTEP if wanted. Throws CLI::ValidationError naming `option` for anything else.
 FrameRange parse_frame_range(const std::string& text, const std::string& option = "--frames");
+// Several of them with commas in between; at least one.
+std::vector<FrameRange> parse_frame_ranges(const std::string& text);
 FramePoint parse_frame_point(const std::string& text, const std::string& option);
 
 // The frames of `range`, out of 0 .. count - 1, `frame_rate` of them a second. Throws
@@ -36,5 +38,8 @@ FramePoint parse_frame_point(const std::string& text, const std::string& option)
 // none.
 std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count, double frame_rate,
                                       const std::string& option = "--frames");
+// Those of all of them, ascending, each once.
+std::vector<uint64_t> selected_frames(const std::vector<FrameRange>& ranges, uint64_t count,
+                                      double frame_rate);
 
 }  // namespace pilesim

@@ -21,8 +21,9 @@ void add_render_command(CLI::App& app) {
   command
       ->add_option_function<std::string>(
           "--frames",
-          [options](const std::string& text) { options->frames = parse_frame_range(text); },
-          std::string("Frames to draw: ") + kFramesHelp + " (default: all)")
+          [options](const std::string& text) { options->frames = parse_frame_ranges(text); },
+          std::string("Frames to draw: ") + kFramesHelp +
+              "; several with commas: 0,45,last (default: all)")
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option_function<std::string>(

@@ -23,7 +23,7 @@ struct RenderArguments {
   std::optional<uint64_t> samples;
   Overrides overrides;
   DatasetOptions dataset;
-  FrameRange frames;
+  std::vector<FrameRange> frames = std::vector<FrameRange>(1);
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
   bool resume = false;

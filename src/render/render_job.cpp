@@ -346,7 +346,11 @@ size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, R
 // Starts ffmpeg before anything is replaced: it may be missing.
 std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate) {
   if (!job.video) return nullptr;
-  const uint64_t step = job.frames.size() > 1 ? job.frames[1] - job.frames[0] : 1;
+  // Frames that are listed one by one may lie unevenly.
+  uint64_t step = std::max<uint64_t>(1, job.frames.back() - job.frames.front());
+  for (size_t i = 1; i < job.frames.size(); ++i) {
+    step = std::min(step, job.frames[i] - job.frames[i - 1]);
+  }
   make_output_directory(job.output);
   const auto [width, height] = picture_size(job);
   return std::make_unique<VideoWriter>(job.output / kVideoFile, width, height,

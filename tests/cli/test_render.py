@@ -49,6 +49,17 @@ class Render(CommandTest):
         self.assertEqual(frames, [f"frame.{i:04d}.png" for i in range(1, 16, 2)])
         self.assertEqual(probe(self.dir / "out/video.mp4")["r_frame_rate"], "15/1")
 
+    def test_listed_frames(self):
+        self.succeed("render", "out", "--frames", "last,3,0.2s,3-5", "--no-video")
+        frames = sorted(path.name for path in (self.dir / "out/frames").iterdir())
+        self.assertEqual(frames, [f"frame.{i:04d}.png" for i in (3, 4, 5, 6, 15)])
+        self.succeed("render", "out", "--frames", "0,3,9", "-o", "uneven")
+        video = probe(self.dir / "uneven/video.mp4")
+        self.assertEqual((video["r_frame_rate"], video["nb_read_frames"]), ("10/1", "3"))
+        for wrong in ("3,", ",3", "3,,4", "3, 4"):
+            self.expect_exit(2, "render", "out", "--frames", wrong, "--no-video", "-o", "none")
+        self.assertIn("'x'", self.expect_exit(2, "render", "out", "--frames", "1,x").stderr)
+
     def test_two_side_by_side(self):
         self.succeed("simulate", self.write_scene(), "-o", "short", "--set", "/duration_s=0.2")
         self.succeed("render", "out", "--compare-with", "short", "-o", "both")
