@@ -19,26 +19,32 @@ namespace pilesim {
 
 namespace {
 
-// "0.4 x 0.3 x 0.2 m, 120 bodies of 5.6 kg; ": of the shape with this index.
+// "0.4 x 0.3 x 0.2 m, 120 bodies of 5.6 kg, 1 static; ": of the shape with this index.
 std::string measures(const Model& model, size_t index) {
   const ModelShape& shape = model.shapes[index];
   if (shape.is_plane) return "";
   const Vec3 sides = shape.mesh.bounds().sizes();
   std::string text = with_digits(sides.x(), 3) + " x " + with_digits(sides.y(), 3) + " x " +
                      with_digits(sides.z(), 3) + " m";
-  size_t count = 0;
+  size_t moving = 0, standing = 0, kinematic = 0;
   double least_kg = std::numeric_limits<double>::infinity(), most_kg = 0;
   for (const ModelBody& body : model.bodies) {
     if (body.shape != index) continue;
-    ++count;
+    if (body.role != Role::dynamic) {
+      ++(body.role == Role::fixed ? standing : kinematic);
+      continue;
+    }
+    ++moving;
     least_kg = std::min(least_kg, body.mass_kg);
     most_kg = std::max(most_kg, body.mass_kg);
   }
-  if (count > 0) text += ", " + counted(count, "body", "bodies");
-  if (most_kg > 0) {
-    text += " of " + (least_kg < most_kg ? with_digits(least_kg, 3) + " to " : std::string()) +
+  if (moving > 0) {
+    text += ", " + counted(moving, "body", "bodies") + " of " +
+            (least_kg < most_kg ? with_digits(least_kg, 3) + " to " : std::string()) +
             with_digits(most_kg, 3) + " kg";
   }
+  if (standing > 0) text += ", " + std::to_string(standing) + " static";
+  if (kinematic > 0) text += ", " + std::to_string(kinematic) + " kinematic";
   return text + "; ";
 }
 

@@ -223,6 +223,16 @@ class Validate(CommandTest):
         result = self.succeed("validate", self.write_scene())
         self.assertIn("scene.json: valid; 9 bodies (8 dynamic), 16 frames", result.stdout)
 
+    def test_what_stands_has_no_mass(self):
+        def add(scene):
+            place = {"shape": "box", "material": "wood", "position": [5, 5, 5]}
+            scene["bodies"].append({**place, "role": "static"})
+            scene["bodies"].append({**place, "role": "kinematic", "position": [9, 5, 5]})
+
+        line = next(line for line in self.succeed("validate", self.write_scene(add)).stdout.splitlines()
+                    if line.startswith("  box:"))
+        self.assertRegex(line, r"m, 8 bodies of [1-9][0-9.]* kg, 1 static, 1 kinematic; ")
+
     def test_all_problems_at_once_with_place_and_suggestion(self):
         def spoil(scene):
             scene["duration"] = scene.pop("duration_s")
