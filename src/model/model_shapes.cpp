@@ -167,9 +167,15 @@ class MeshShapeBuilder {
   }
 
   void add_hull() {
+    // From here on another way is worth its time.
+    constexpr double kCoarse = 0.1;
     TriangleMesh hull = simplified_hull(solid_.vertices, source_.hull_max_vertices);
+    const Measured measured = measure(hull);
     shape_.collision_report =
-        "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors_of(hull);
+        "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors(measured);
+    if (measured.volume_error > kCoarse) {
+      shape_.collision_report += R"(; "collision": "decomposition" would follow its hollows)";
+    }
     shape_.pieces.push_back(hull_piece(std::move(hull)));
   }
 
@@ -184,8 +190,8 @@ class MeshShapeBuilder {
         decompose(solid_, decomposition_options(), user_cache_directory());
     shape_.collision_report = "decomposition: " + counted(decomposition.pieces.size(), "piece") +
                               (decomposition.from_groups ? " named by the mesh" : "") +
-                              errors(decomposition.volume_error(), decomposition.surface_error_m,
-                                     decomposition.mean_surface_error_m) +
+                              errors({decomposition.volume_error(), decomposition.surface_error_m,
+                                      decomposition.mean_surface_error_m}) +
                               offer(decomposition);
     for (TriangleMesh& piece : decomposition.pieces) {
       shape_.pieces.push_back(hull_piece(std::move(piece)));
@@ -222,20 +228,25 @@ class MeshShapeBuilder {
     move(ball, centre);
     shape_.pieces.push_back(
         primitive_piece(CollisionPiece::Kind::sphere, Vec3::Constant(radius), centre));
-    shape_.collision_report = "sphere: 1 piece of equal volume" + errors_of(ball);
+    shape_.collision_report = "sphere: 1 piece of equal volume" + errors(measure(ball));
   }
 
-  // Of one convex piece in place of the mesh, measured as those of a decomposition are.
-  std::string errors_of(const TriangleMesh& piece) const {
+  // How far pieces are from the solid.
+  struct Measured {
+    double volume_error, surface_error_m, mean_error_m;
+  };
+
+  // Of one convex piece in place of the mesh, as those of a decomposition are measured.
+  Measured measure(const TriangleMesh& piece) const {
     const SolidDifference difference = solid_difference(solid_, {&piece, 1});
     const SurfaceDistance distance = surface_distance(piece, solid_);
-    return errors((difference.excess_m3() + difference.missing_m3()) / difference.mesh_volume_m3,
-                  distance.hausdorff_m, distance.mean_m);
+    return {(difference.excess_m3() + difference.missing_m3()) / difference.mesh_volume_m3,
+            distance.hausdorff_m, distance.mean_m};
   }
 
-  static std::string errors(double volume_error, double surface_error_m, double mean_error_m) {
-    return ", volume error " + percent(volume_error) + ", surface error " +
-           metres(surface_error_m) + " (mean " + metres(mean_error_m) + ')';
+  static std::string errors(const Measured& measured) {
+    return ", volume error " + percent(measured.volume_error) + ", surface error " +
+           metres(measured.surface_error_m) + " (mean " + metres(measured.mean_error_m) + ')';
   }
 
   const MeshShape& source_;

@@ -15,6 +15,7 @@ namespace pilesim {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kRounding = 1e-6;  // OBJ files hold floats
 
@@ -124,6 +125,21 @@ TEST_F(SceneModel, EachCollisionKindHasItsPieces) {
   const ModelShape& pieces = model.shapes[4];
   ASSERT_EQ(pieces.pieces.size(), 1u);  // it is convex
   EXPECT_THAT(pieces.collision_report, HasSubstr("decomposition: 1 piece"));
+}
+
+TEST_F(SceneModel, AHullThatFollowsBadlyNamesTheOtherWay) {
+  const std::string l_shape = std::string(PILESIM_SOURCE_DIR) + "/assets/l_shape.obj";
+  const auto report = [&](const std::string& file, const std::string& more) {
+    return build(R"("a": {"type": "mesh", "file": ")" + file + "\"" + more + "}")
+        .shapes[0]
+        .collision_report;
+  };
+  const std::string offer = R"("collision": "decomposition" would follow its hollows)";
+  EXPECT_THAT(report(l_shape, ""), HasSubstr(offer));
+  EXPECT_THAT(report(l_shape, R"(, "collision": "hull")"), HasSubstr(offer));
+  EXPECT_THAT(report(l_shape, R"(, "collision": "decomposition")"), Not(HasSubstr(offer)));
+  EXPECT_THAT(report(l_shape, R"(, "solid": "hull")"), Not(HasSubstr(offer)));
+  EXPECT_THAT(report("box.obj", ""), Not(HasSubstr(offer)));
 }
 
 TEST_F(SceneModel, CompoundsJoinMassAndPieces) {
