@@ -53,7 +53,7 @@ void add_new_command(CLI::App& app) {
 Examples:
   pilesim new pile mug.obj && pilesim simulate scene.json -o out
   pilesim new bin bolt.stl --scale 0.001 --up z --count 300 -o bolts.json
-  pilesim new guide stick.obj -o tower.json && pilesim direct-pile tower.json -o out
+  pilesim new guide brick.obj -o tower.json && pilesim direct-pile tower.json -o out
   pilesim new dataset part.glb -o part.json && pilesim simulate part.json -o out/7 --seed 7)");
   command->callback([options] {
     const auto found =
