@@ -66,7 +66,7 @@ void warn_of_disagreement(const Signature& signature) {
   }
 }
 
-// What one sphere cannot do for this object is said.
+// What one ellipsoid cannot do for this object is said.
 constexpr double kPilesAlike = 0.15;
 
 void warn_of_packing(const Signature& signature) {

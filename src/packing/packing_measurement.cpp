@@ -48,7 +48,7 @@ constexpr double kLeastRolling = 0.003, kMostRolling = 2;
 constexpr double kFirstRadius = 1.1;                        // of the ball of the object's volume
 constexpr double kLeastRadius = 0.5;                        // of the first one
 constexpr double kFirstRolling = 0.2, kFirstTurning = 0.1;  // of leaning, too
-constexpr double kLeastTurning = 0.003, kMostTurning = 1;
+constexpr double kLeastTurning = 0.003, kMostTurning = 0.4;
 constexpr int kSweeps = 8;  // of the statistical mode, by default
 
 // Seeds of spheres' pours begin here: none of them is one of the exact engine's.

@@ -146,8 +146,7 @@ void PourTrial::judge_bulk(const std::vector<Vec3>& places, PourFigures& figures
     deep += place.y() < middle ? 1 : 0;
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3& other : places) {
-      const double apart2 = (other - place).squaredNorm();
-      if (apart2 > 0) nearest = std::min(nearest, apart2);
+      if (&other != &place) nearest = std::min(nearest, (other - place).squaredNorm());
     }
     figures.nearest += std::sqrt(nearest);
   }

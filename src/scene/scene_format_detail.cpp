@@ -105,9 +105,11 @@ Codec<SimulatorSettings> simulator_codec() {
                     "and 4.2 as they are written, to compare with."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
-           field<S>("rest_control", &S::rest_control, boolean(),
-                    "Statistical mode: bodies that lie alone on level ground turn into a pose of "
-                    "their signature in which the object can rest."),
+           field<S>(
+               "rest_control", &S::rest_control, boolean(),
+               "Statistical mode: bodies that lie alone on a floor or a slope turn into a pose of "
+               "their signature in which the object can rest; what lies on others or leans on "
+               "walls turns towards one."),
            field<S>(
                "solver_iterations", &S::solver_iterations, integer(1, 1000),
                "Sweeps of the velocity solver in a step: of Bullet, and of the mixed mode's exact "

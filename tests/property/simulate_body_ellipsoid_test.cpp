@@ -45,9 +45,43 @@ TEST_P(Ellipsoids, BallsTouchAsBallsWhateverTheirSizes) {
   const auto contact = contact_of(BodyEllipsoid::ball(a), BodyEllipsoid::ball(b), apart, kFar);
   ASSERT_TRUE(contact);
   EXPECT_LT((contact->normal - apart / distance).norm(), 1e-5);
-  // Exact where they touch, and of the first order elsewhere.
-  const float gap = distance - a - b;
-  EXPECT_NEAR(contact->gap, gap, 1e-5 + std::abs(gap) * std::abs(gap) / (a + b));
+  EXPECT_NEAR(contact->gap, distance - a - b, 1e-5 * (a + b));
+  EXPECT_EQ(contact->arm_a, a);
+  EXPECT_EQ(contact->arm_b, b);
+}
+
+// As an ellipsoid that is hardly stretched, too.
+TEST_P(Ellipsoids, WhatIsNearlyABallTouchesAsOne) {
+  const auto a = static_cast<float>(random_.uniform(0.01, 2));
+  const auto b = static_cast<float>(random_.uniform(0.01, 2));
+  const EllipsoidForm form = form_of({1, 1, 1.0001F});
+  const Vec3f apart = static_cast<float>(random_.uniform(0.5, 1.5)) * (a + b) * way();
+  const auto contact =
+      contact_of(form.placed(Quatf::Identity(), a), form.placed(Quatf::Identity(), b), apart, kFar);
+  ASSERT_TRUE(contact);
+  EXPECT_NEAR(contact->gap, apart.norm() - a - b, 1e-3 * (a + b));
+  EXPECT_NEAR(contact->arm_a / contact->arm_b, a / b, 1e-3 * a / b);
+}
+
+// Needles and sheets, of a micrometre and of ten kilometres.
+TEST_P(Ellipsoids, AreFiniteHoweverThinTinyAndLarge) {
+  for (const float radius_m : {1e-6F, 1.0F, 1e4F}) {
+    for (const Vec3f& axes : {Vec3f(100, 1, 1), Vec3f(100, 100, 1), Vec3f(1, 20, 100)}) {
+      const Placed one{form_of(axes), random_.rotation().cast<float>(), radius_m};
+      const Vec3f unit = one.form.squares.diagonal().cwiseSqrt() * radius_m;
+      const Vec3f apart = one.orientation * Vec3f(2 * unit.cwiseProduct(way()));
+      const auto touching = contact_of(one.ellipsoid(), one.ellipsoid(), apart, kFar * radius_m);
+      ASSERT_TRUE(touching);
+      EXPECT_NEAR(touching->gap / (unit.minCoeff()), 0, 0.1) << radius_m << axes.transpose();
+      const Placed other{one.form, random_.rotation().cast<float>(), radius_m};
+      const auto any = contact_of(one.ellipsoid(), other.ellipsoid(), apart, kFar * radius_m);
+      ASSERT_TRUE(any);
+      EXPECT_TRUE(any->normal.allFinite() && std::isfinite(any->gap));
+      EXPECT_TRUE(std::isfinite(any->arm_a) && std::isfinite(any->arm_b));
+      const auto inside = contact_of(one.ellipsoid(), other.ellipsoid(), Vec3f::Zero(), 0);
+      EXPECT_TRUE(inside && inside->normal.allFinite() && inside->gap < 0);
+    }
+  }
 }
 
 // Of one form that lie alike they touch where one, twice as large, has its surface.

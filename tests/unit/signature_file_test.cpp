@@ -47,13 +47,15 @@ Signature small(size_t poses) {
     if (i < 6 * cells) s.responses.mean.push_back(0.5F - value);
   }
   s.responses.mean_error.assign(6 * cells, 0.01F);
-  const PackingFigures figures{0.5, 5, 3, 4, 0.55, 20};
+  const PackingFigures figures{0.5, 5, 0.4, 3, 4, 0.45, 0.55, 0.56, 1.2, 20};
   s.packing = {.pours = 3,
                .measured = figures,
                .error = figures,
                .spheres = figures,
                .radius_m = 0.55,
-               .rolling = 0.2};
+               .rolling = 0.2,
+               .turning = 0.05,
+               .leaning = 0.1};
   s.rest_drops = 200;
   for (size_t i = 0; i < 2 * poses; ++i) {
     const double angle = static_cast<double>(i % poses);
@@ -111,6 +113,8 @@ TEST_F(SignatureFile, ComesBack) {
   EXPECT_EQ(back.packing->radius_m, 0.55);
   EXPECT_EQ(back.packing->spheres.column_spread, 4);
   EXPECT_EQ(back.packing->measured.time, 20);
+  EXPECT_EQ(back.packing->turning, 0.05);
+  EXPECT_EQ(back.packing->leaning, 0.1);
   ASSERT_EQ(back.rest_poses.size(), 6u);
   EXPECT_EQ(back.rest_poses[0].source, "geometry");
   EXPECT_EQ(back.rest_poses[0].probability_high, 0.125);
@@ -140,7 +144,7 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   nlohmann::json document = {{"format", "pilesim signature"}, {"version", 3}};
   const std::vector<uint8_t> old = nlohmann::json::to_cbor(document);
   EXPECT_THAT(refusal(std::string(old.begin(), old.end())),
-              HasSubstr("format version 3; expected version 6"));
+              HasSubstr("format version 3; expected version 7"));
   const std::string whole = bytes_of(small(1));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }
@@ -154,6 +158,8 @@ TEST_F(SignatureFile, SpheresThatAreNoneAreRefused) {
   EXPECT_THAT(refusal_of(&Packing::radius_m, 1e-300), HasSubstr("1e-300"));
   EXPECT_THAT(refusal_of(&Packing::radius_m, 1.1), HasSubstr("1.1"));  // the object's own is 0.9
   EXPECT_THAT(refusal_of(&Packing::rolling, 11), HasSubstr("11"));
+  EXPECT_THAT(refusal_of(&Packing::turning, -1), HasSubstr("-1"));
+  EXPECT_THAT(refusal_of(&Packing::leaning, 12), HasSubstr("12"));
 }
 
 TEST_F(SignatureFile, AFitPacksAsItsTable) {

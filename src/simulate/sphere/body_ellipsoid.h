@@ -4,6 +4,7 @@
 // as plates in a stack do.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -16,10 +17,18 @@ struct BodyEllipsoid {
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
   float radius_m = 0;    // of the ball of its volume
   float shortest_m = 0;  // its shortest semi-axis
+  bool is_ball = true;
 
   static BodyEllipsoid ball(float radius_m) {
     const float square = radius_m * radius_m;
-    return {square, square, square, 0, 0, 0, radius_m, radius_m};
+    return {square, square, square, 0, 0, 0, radius_m, radius_m, true};
+  }
+  // How far it reaches along a unit vector, m.
+  float support_m(const Vec3f& n) const {
+    if (is_ball) return radius_m;
+    const float square = n.x() * n.x() * xx + n.y() * n.y() * yy + n.z() * n.z() * zz +
+                         2 * (n.x() * n.y() * xy + n.x() * n.z() * xz + n.y() * n.z() * yz);
+    return std::sqrt(std::max(square, shortest_m * shortest_m));
   }
 };
 
@@ -31,39 +40,58 @@ struct EllipsoidForm {
   BodyEllipsoid placed(const Quatf& orientation, float radius_m) const {
     const Eigen::Matrix3f turn = orientation.toRotationMatrix();
     const Eigen::Matrix3f s = radius_m * radius_m * (turn * squares * turn.transpose());
-    return {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2), radius_m, shortest * radius_m};
+    return {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2), radius_m, shortest * radius_m,
+            false};
   }
 };
 
 struct EllipsoidContact {
-  Vec3f normal;  // unit, towards a
-  float gap;     // m, along it
+  Vec3f normal;        // unit, towards a
+  float gap;           // m, along it
+  float arm_a, arm_b;  // m, along it from the centres
 };
+
+inline EllipsoidContact contact_of_balls(float a_m, float b_m, const Vec3f& apart) {
+  const float distance = apart.norm();
+  // Of two in one place the order decides.
+  const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
+  return {normal, distance - a_m - b_m, a_m, b_m};
+}
 
 // Of two that are nearer than `reach_m`, and perhaps of some that are not. `apart`: from b to a, m.
 inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const BodyEllipsoid& b,
                                                   const Vec3f& apart, float reach_m) {
-  const float xx = a.xx + b.xx, yy = a.yy + b.yy, zz = a.zz + b.zz;
-  const float xy = a.xy + b.xy, xz = a.xz + b.xz, yz = a.yz + b.yz;
-  const float cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-  const float cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
-  const float determinant = xx * cxx + xy * cxy + xz * cxz;
-  const Vec3f slope = Vec3f(cxx * apart.x() + cxy * apart.y() + cxz * apart.z(),
-                            cxy * apart.x() + cyy * apart.y() + cyz * apart.z(),
-                            cxz * apart.x() + cyz * apart.y() + czz * apart.z()) /
-                      determinant;
+  if (a.is_ball && b.is_ball) return contact_of_balls(a.radius_m, b.radius_m, apart);
+  // In double: of what is long and thin hardly a digit of a float is left.
+  const double xx = double{a.xx} + b.xx, yy = double{a.yy} + b.yy, zz = double{a.zz} + b.zz;
+  const double xy = double{a.xy} + b.xy, xz = double{a.xz} + b.xz, yz = double{a.yz} + b.yz;
+  const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+  const double cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
+  const double determinant = xx * cxx + xy * cxy + xz * cxz;
+  const Vec3 way = apart.cast<double>();
+  const Vec3 slope = Vec3(cxx * way.x() + cxy * way.y() + cxz * way.z(),
+                          cxy * way.x() + cyy * way.y() + cyz * way.z(),
+                          cxz * way.x() + cyz * way.y() + czz * way.z()) /
+                     determinant;
   // So that balls of any two sizes touch as balls.
-  const float sum = a.radius_m + b.radius_m;
-  const float balls = sum * sum / (2 * (a.radius_m * a.radius_m + b.radius_m * b.radius_m));
-  const float scale2 = apart.dot(slope) / (2 * balls);  // 1 where they touch
+  const double sum = double{a.radius_m} + b.radius_m;
+  const double squares = double{a.radius_m} * a.radius_m + double{b.radius_m} * b.radius_m;
+  const double balls = sum * sum / (2 * squares);
+  const double scale2 = way.dot(slope) / (2 * balls);  // 1 where they touch
   // The gap is at least as wide as along the shortest axes, whatever the two sizes.
-  const float farthest = 1 + 1.4143F * reach_m / (a.shortest_m + b.shortest_m);
+  const double farthest = 1 + 1.4143 * reach_m / (double{a.shortest_m} + b.shortest_m);
   if (scale2 > farthest * farthest) return {};
-  const float length = slope.norm();
-  // Of two in one place the order decides.
-  if (!(length > 0)) return EllipsoidContact{Vec3f::UnitY(), -sum};
-  const float scale = std::sqrt(scale2);
-  return EllipsoidContact{slope / length, 2 * balls * scale * (scale - 1) / length};
+  const double length = slope.norm();
+  if (!(determinant > 0 && scale2 > 0 && length > 0)) {
+    return contact_of_balls(a.radius_m, b.radius_m, apart);
+  }
+  const double scale = std::sqrt(scale2);
+  const auto gap = static_cast<float>(2 * balls * scale * (scale - 1) / length);
+  const Vec3f normal = (slope / length).cast<float>();
+  // Each has its part of the way.
+  const float reach_a = a.support_m(normal), reach_b = b.support_m(normal);
+  const float arms = std::max(apart.dot(normal) - gap, 0.0F) / (reach_a + reach_b);
+  return EllipsoidContact{normal, gap, arms * reach_a, arms * reach_b};
 }
 
 }  // namespace pilesim

@@ -151,7 +151,7 @@ std::vector<std::string> describe_signatures(const Model& model,
             : "tables";
     lines.push_back(model.shapes[shape].name + ": " +
                     model.shapes[shape].signature_file.filename().string() + ", " + kind +
-                    "; a ball of " + with_digits(object.packing_radius_m, 3) +
+                    "; as large as a ball of " + with_digits(object.packing_radius_m, 3) +
                     " m among other bodies");
   }
   return lines;

@@ -95,13 +95,21 @@ size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& o
   return choose(targets, orientation.conjugate() * normal);
 }
 
+const RestTarget& nearest_rest_target(const std::vector<RestTarget>& targets,
+                                      const Quatf& orientation, const Vec3f& normal) {
+  const Vec3f up = orientation.conjugate() * normal;
+  return *std::ranges::max_element(targets, {},
+                                   [&](const RestTarget& target) { return target.up.dot(up); });
+}
+
 bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
   const Vec3f now = orientation * up;
-  const Vec3f axis = now.cross(normal);
+  Vec3f axis = now.cross(normal);
   if (std::atan2(axis.norm(), now.dot(normal)) <= most) {
     orientation = (float_rotation_between(now, normal) * orientation).normalized();
     return true;
   }
+  if (axis.norm() < 1e-6F) axis = now.unitOrthogonal();  // upside down
   orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();
   return false;
 }

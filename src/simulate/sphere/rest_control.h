@@ -1,5 +1,5 @@
 // Bodies that come to rest on ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards it. What others lean on rocks a little towards one.
+// 3.2.5): they turn towards it. What lies on others turns towards one, too, until it sleeps.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,12 @@ struct RestTarget {
 inline constexpr size_t kMostRestTargets = 127;
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
-// Of a body's orientation, `targets` not empty: // what carries it pushes along `normal` (world).
+// The pose of a body that what carries it pushes along `normal` (world): by the offsets, and the
+// plainly nearest one. `targets` is not empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
                           const Vec3f& normal);
+const RestTarget& nearest_rest_target(const std::vector<RestTarget>& targets,
+                                      const Quatf& orientation, const Vec3f& normal);
 
 // Turns the body's `up` (body frame) towards `normal` (world), by `most` (rad) at most. True once
 // it is there, exactly.

@@ -58,14 +58,18 @@ inline constexpr float kPositionTime = 0.3F;
 // half, twice: SphereLaws.WithoutGravityTheyComeUpInAThirdOfATenthOfASecond
 inline constexpr float kPositionTimeInFlight = 0.03F;
 inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
+// Out of surfaces so many times as fast as out of each other: nothing drawn is to stay in a wall.
+// half: Statistical.AtRestNothingReachesThroughAWall; twice: none (three times: heap)
+inline constexpr float kFirmness = 2;
 
 // --- Rest poses. Tried on bodies that fall side by side (presets/statistical/rest_control.json)
 // and on the heaps.
 
-// Bodies slower than this, in sqrt(g r), are turned.
-// half, twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
+// Bodies slower than this, in sqrt(g r), are turned ...
+// half: none (a cube's tip is higher); twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kControlSpeed = 0.4F;
 // ... or than this part of what would lift them from their lowest pose onto their tip.
+// half, twice: not tried
 inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
@@ -73,10 +77,8 @@ inline constexpr float kTurnRate = 0.4F;
 // In sqrt(g r): how fast radii change, of what stands in a structure or another engine moves, too.
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
-// What a wall pushes with more than this part of its weight leans on it.
-inline constexpr float kLeans = 0.1F;
-// Steps after which what lies on others looks anew to which pose it turns: speed alone.
-inline constexpr uint64_t kStepsOfAim = 8;
+// Of its height: a pose is kept on slopes by a body whose base is below its centre by no less.
+inline constexpr float kSurely = 1e-4F;
 
 // --- What a body is as a sphere. A signature has measured its radius and its resistance to rolling
 // (packing/); what has none is told by its geometry. Found: the first two on rabbits, L-shapes and
@@ -92,8 +94,11 @@ inline constexpr double kRolling = 0.35;
 // half, twice: Statistical.WhatSlidesRubsMoreIfItResistsRolling
 inline constexpr double kInterlocking = 4.0 / 7;
 
-// Ratio of the squares of the semi-axes up to which a body is a ball among others.
+// Ratio of the squares of the semi-axes up to which a body is a ball among others: speed.
+// half, twice: not tried
 inline constexpr double kRound = 1.1;
+// Its longest semi-axis is at most so many times its shortest: numbers are good for that.
+inline constexpr double kMostStretch = 100;
 
 // rad: a cube of a structure that has turned by more has corners where its neighbours have faces.
 // half, twice: none
@@ -119,7 +124,7 @@ inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
 inline constexpr double kSameSurface = 0.95;
 // Cosine of the slope up to which ground is level.
-// half: none; twice, which is never: Statistical.BodiesOnLevelGroundEndInARestPose
+// half, twice (never): none. For the mode of the dissertation alone.
 inline constexpr double kLevelGround = 0.9995;
 // A point this far behind a triangle, as a share of its distance, is in front of its edge still.
 // half, twice: none

@@ -111,7 +111,7 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
       const SphereKind& kind = model_.kinds[step.kind[p]];
       step.centre[p] = body.position;
       step.radius_m[p] = input.radius_m[index];
-      step.ellipsoid[p] = model_.ellipsoid(kind, body.orientation, input.radius_m[index]);
+      step.ellipsoid[p] = model_.ellipsoid(index, body.orientation, input.radius_m[index]);
       step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
                         body.asleep ? 0 : kind.inverse_inertia};
       step.shift[p] = {Vec3f::Zero(), step.motion[p].inverse_mass};
@@ -270,10 +270,10 @@ void SphereContactSearch::Finder::touch_sleepers(uint32_t p) {
         for_each_near(middle, reach, sleepers_.reaches, range, [&](uint32_t q) {
           const uint32_t body = sleepers_.bodies[q];
           if (!input_.bodies[body].still) return;
-          touch(p, {body, ContactGroups::kFixed, input_.bodies[body].position, Vec3f::Zero(),
-                    model_.kind(body), input_.radius_m[body], kNone,
-                    model_.ellipsoid(model_.kind(body), input_.bodies[body].orientation,
-                                     input_.radius_m[body])});
+          touch(p,
+                {body, ContactGroups::kFixed, input_.bodies[body].position, Vec3f::Zero(),
+                 model_.kind(body), input_.radius_m[body], kNone,
+                 model_.ellipsoid(body, input_.bodies[body].orientation, input_.radius_m[body])});
         });
       });
 }
@@ -347,13 +347,12 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
     note_impact(p, partner, {p, partner.row, body, other, normal, Vec3f::Zero(), gap, method},
                 closing);
   }
-  const float arms = std::max(apart.dot(normal) - gap, 0.0F) / (radius + partner.radius_m);
   add_contact({.a = p,
                .b = partner.row,
                .normal = normal,
                .gap = gap,
-               .arm_a = arms * radius,
-               .arm_b = arms * partner.radius_m,
+               .arm_a = contact->arm_a,
+               .arm_b = contact->arm_b,
                .friction = friction(body, kind) * friction(other, partner.kind),
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
@@ -448,7 +447,6 @@ void SphereContactSearch::Finder::meet_surfaces(SphereGrid::Range places) {
   thread_local std::vector<uint32_t> near;
   surfaces_.select(box, widest, near);
   if (near.empty()) {
-    for (uint32_t p = places.begin; p < places.end; ++p) input_.bodies[step_.body[p]].touched = 0;
     return;
   }
   for (uint32_t p = places.begin; p < places.end; ++p) {
@@ -496,9 +494,9 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                 other, contact.face && contact.velocity.isZero());
       continue;
     }
-    const float radius = model_.has_extent(index, body, input_.radius_m[index], contact.body)
-                             ? extent_m(kind, body.orientation, contact)
-                             : body.surface_radius_m;
+    const bool has_extent = model_.has_extent(index, body, input_.radius_m[index], contact.body);
+    const float radius =
+        has_extent ? extent_m(kind, body.orientation, contact) : body.surface_radius_m;
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
     // What leans on a wall flies still.
@@ -517,11 +515,10 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
                  .arm_b = 0,
                  .friction = friction(index, kind) * model_.kind(contact.body).root_friction,
                  .rolling_m = object.rolling * radius,
-                 .lift = kind.lift,
+                 .lift = has_extent ? std::min(1.0F, kFirmness * kind.lift) : kind.lift,
                  .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
                 other, contact.face && contact.velocity.isZero());
   }
-  body.touched = touches ? 1 : 0;
 }
 
 void SphereContactSearch::Finder::add_contact(const SphereContact& contact, uint32_t other,
@@ -613,13 +610,13 @@ void SphereContactSearch::read_contact(uint32_t a, uint32_t b, const SphereState
   const Vec3f apart = state.bodies[a].position - state.bodies[b].position;
   const float radius_a = state.radius_m[a], radius_b = state.radius_m[b];
   const auto ellipsoid = [&](uint32_t body, float radius_m) {
-    return model_.ellipsoid(model_.kind(body), state.bodies[body].orientation, radius_m);
+    return model_.ellipsoid(body, state.bodies[body].orientation, radius_m);
   };
   const float reach = kNearby * std::min(radius_a, radius_b);
   const std::optional<EllipsoidContact> contact =
       contact_of(ellipsoid(a, radius_a), ellipsoid(b, radius_b), apart, reach);
   if (!contact || contact->gap > reach || !by_spheres(model_.method(a, b))) return;
-  const Vec3f point = state.bodies[b].position + radius_b / (radius_a + radius_b) * apart;
+  const Vec3f point = state.bodies[b].position + contact->arm_b * contact->normal;
   contacts.push_back({.a = a,
                       .b = b,
                       .point = point.cast<double>(),

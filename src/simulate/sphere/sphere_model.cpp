@@ -27,11 +27,12 @@ void set_hull(std::span<const Vec3> vertices, SphereKind& kind) {
   }
 }
 
-// The ellipsoid of the same moments, as a ball of volume 1 stretched.
+// The ellipsoid of the same moments, as a ball of radius 1 stretched, and not endlessly.
 void set_form(const Mat3& inertia_m5, SphereKind& kind) {
   const Mat3 moments = inertia_m5.trace() / 2 * Mat3::Identity() - inertia_m5;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(moments);
   Vec3 squares = axes.eigenvalues();
+  squares = squares.cwiseMax(squares.maxCoeff() / (kMostStretch * kMostStretch));
   squares /= std::cbrt(squares.prod());
   kind.is_round = squares.maxCoeff() < kRound * squares.minCoeff();
   if (kind.is_round) return;
@@ -48,6 +49,15 @@ float control_speed(const BodySignature& object, float gravity) {
   }
   const float over = kOver * std::sqrt(2 * gravity * (object.outer_radius_m - lowest_m));
   return std::max(kControlSpeed * std::sqrt(gravity * object.outer_radius_m), over);
+}
+
+// How much farther than their longest semi-axes two may be from each other where they touch.
+float how_unlike(const SphereKind& a, const SphereKind& b) {
+  if (a.object == nullptr || b.object == nullptr) return 1;
+  const float sum = a.radius_m + b.radius_m;
+  const float balls = sum * sum / (a.radius_m * a.radius_m + b.radius_m * b.radius_m);
+  const float long_a = a.form.longest * a.radius_m, long_b = b.form.longest * b.radius_m;
+  return std::sqrt(balls * (long_a * long_a + long_b * long_b)) / (long_a + long_b);
 }
 
 SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
@@ -84,6 +94,7 @@ SphereModel::SphereModel(const Model& of_model, const std::vector<BodySignature>
                          const SphereWorldSettings& with_settings)
     : model(of_model), settings(with_settings) {
   const float gravity = settings.gravity.norm();
+  if (gravity > 0) up = settings.gravity / -gravity;
   impact_base = kImpactFall * gravity * settings.step_s;
   impact_rise = kImpactSpeed * std::sqrt(gravity);
   std::map<std::tuple<uint32_t, uint32_t, double, bool>, uint32_t> known;
@@ -97,6 +108,10 @@ SphereModel::SphereModel(const Model& of_model, const std::vector<BodySignature>
           kind_of_body(model, settings, body, dynamic ? &objects[body.shape] : nullptr));
     }
     kind_of.push_back(kind->second);
+    stretched.push_back(dynamic && !body.asleep && !kinds[kind->second].is_round ? 1 : 0);
+  }
+  for (const SphereKind& a : kinds) {
+    for (const SphereKind& b : kinds) unlike = std::max(unlike, how_unlike(a, b));
   }
 }
 

@@ -36,7 +36,7 @@ struct SphereKind {
   float mass_kg = 0;
   float radius_m = 0;       // among bodies, unless it stands in a structure
   float outer_m = 0;        // of the body
-  EllipsoidForm form;       // among bodies, unless it stands in a structure
+  EllipsoidForm form;       // among bodies, unless it began in a structure
   bool is_round = true;     // the form is a ball
   float rolling_m = 0;      // see SphereContact
   float control_speed = 0;  // m/s; what is slower turns to a pose
@@ -70,19 +70,17 @@ struct SphereModel {
   PairMethod method(uint32_t body, uint32_t other) const {
     return settings.dispatch == nullptr ? settings.method : settings.dispatch->method(body, other);
   }
-  // How far from its centre a body that is a sphere among others, of this radius, may be touched.
+  // How far from its centre a body that has this radius among others may be touched.
   float reach_m(uint32_t body, bool is_block, float radius_m) const {
     const SphereKind& kind = this->kind(body);
-    const float outer = has_form(kind, radius_m) ? kind.form.longest * radius_m : radius_m;
+    const float outer = is_stretched(body) ? kind.form.longest * radius_m * unlike : radius_m;
     return (is_block ? kind.outer_m : outer) * (1 + sphere_constants::kNearby);
   }
-  // What stands in a structure is a ball there.
-  static bool has_form(const SphereKind& kind, float radius_m) {
-    return !kind.is_round && radius_m == kind.radius_m;
-  }
-  BodyEllipsoid ellipsoid(const SphereKind& kind, const Quatf& orientation, float radius_m) const {
-    return has_form(kind, radius_m) ? kind.form.placed(orientation, radius_m)
-                                    : BodyEllipsoid::ball(radius_m);
+  // What begins in a structure stays a ball: it fits in by its radius.
+  bool is_stretched(uint32_t body) const { return stretched[body] != 0; }
+  BodyEllipsoid ellipsoid(uint32_t body, const Quatf& orientation, float radius_m) const {
+    return is_stretched(body) ? kind(body).form.placed(orientation, radius_m)
+                              : BodyEllipsoid::ball(radius_m);
   }
   // m/s; what is slower may sleep
   float rest_speed(const SphereKind& kind) const {
@@ -103,8 +101,13 @@ struct SphereModel {
   const Model& model;
   SphereWorldSettings settings;
   std::vector<SphereKind> kinds;
-  std::vector<uint32_t> kind_of;  // (B)
-  bool has_structures = false;    // bodies that begin asleep: what stands on them goes with them
+  std::vector<uint32_t> kind_of;   // (B)
+  std::vector<uint8_t> stretched;  // (B) bodies that are no balls among others
+  // Ellipsoids of several forms may touch from farther than their longest semi-axes: at most by
+  // this factor.
+  float unlike = 1;
+  Vec3f up = Vec3f::UnitY();    // against gravity
+  bool has_structures = false;  // bodies that begin asleep: what stands on them goes with them
   float impact_base = 0, impact_rise = 0;  // m/s, sqrt(m)/s: see impact_speed()
 };
 

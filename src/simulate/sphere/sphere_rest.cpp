@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/rotation.h"
 #include "simulate/sphere/rest_control.h"
 #include "simulate/sphere/structure_radii.h"
 
@@ -28,15 +29,18 @@ Quatf turned(const Quatf& orientation, const Vec3f& rotation_vector) {
   return (turn * orientation).normalized();
 }
 
-void aim(const std::vector<RestTarget>& targets, const Vec3f& up, SphereBody& body) {
-  const size_t target = choose_rest_target(targets, body.orientation, up);
-  body.rest_target = static_cast<uint8_t>(target & 0x7F);
+// Whether a body keeps this pose on ground of this slope: straight below its centre is its base.
+bool is_stable(const SphereKind& kind, const RestTarget& target, const Quatf& orientation,
+               const Vec3f& normal, const Vec3f& up) {
+  const Quatf there = float_rotation_between(orientation * target.up, normal) * orientation;
+  const Vec3f down = there.conjugate() * -up;
+  return kind.extent_m(down) * -target.up.dot(down) >= (1 - kSurely) * target.height_m;
 }
 
 }  // namespace
 
 void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
-                      std::span<float> radius_m, uint64_t steps) const {
+                      std::span<float> radius_m) const {
   step.share_out(step.body.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
     for (auto p = static_cast<uint32_t>(begin); p < end; ++p) {
       if (step.motion[p].inverse_mass == 0) continue;
@@ -45,7 +49,7 @@ void SphereRest::move(const SphereStep& step, std::span<SphereBody> bodies,
       if (radius_m[index] < model_.kinds[step.kind[p]].radius_m) {
         widen(step, p, bodies[index], radius_m[index]);
       }
-      settle(step, p, bodies[index], steps);
+      settle(step, p, bodies[index]);
     }
   });
 }
@@ -81,9 +85,14 @@ void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
   body.surface_radius_m = std::max(body.surface_radius_m, radius_m);
 }
 
+// For so many steps a body is slow before it sleeps.
+float SphereRest::rest_steps(const SphereKind& kind) const {
+  const SphereWorldSettings& settings = model_.settings;
+  return kRestTime * std::sqrt(kind.outer_m / settings.gravity.norm()) / settings.step_s;
+}
+
 // False while the body turns to its pose.
-bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& body,
-                              uint64_t steps) const {
+bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& body) const {
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const std::vector<RestTarget>& targets = kind.object->rest_targets;
   const float gravity = model_.settings.gravity.norm(), dt = model_.settings.step_s;
@@ -91,49 +100,53 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const float weight = kind.mass_kg * gravity * dt;
   const float surface_push = step.surface_push[p], body_push = step.body_push[p];
   const Vec3f& normal = step.surface_normal[p];
-  const bool leans = std::abs(normal.y()) <= kWall && surface_push > kLeans * weight;
-  const Vec3f up = leans || normal.y() > kWall ? normal : Vec3f(Vec3f::UnitY());
+  const float steepness = normal.dot(model_.up);
+  const bool leans = std::abs(steepness) <= kWall && surface_push > 0;
+  const Vec3f& up = leans || steepness > kWall ? normal : model_.up;
   // What spins about the upright tips over all the same.
   const Vec3f rolling = body.spin - body.spin.dot(up) * up;
   const float speed = body.velocity.norm() + kind.object->gyration_m * rolling.norm();
-  // Others may lean on it a little.
-  const bool stands = normal.y() > kWall && surface_push > 0.5F * weight * normal.y() &&
-                      body_push < 0.25F * surface_push;
   const DispatchTable* dispatch = model_.settings.dispatch;
   const bool controlled =
       (dispatch == nullptr || (dispatch->is_posed(step.body[p]) && !body.propped)) &&
       speed < kind.control_speed && !targets.empty();
-  if (!stands || !controlled) {
-    if (!controlled || surface_push + body_push <= 0.5F * weight) {
-      body.rest_target = SphereBody::kNoTarget;
-    } else {
-      // On others, or under them, it turns as fast as its signature says, until it sleeps.
-      if (body.rest_target == SphereBody::kNoTarget || (steps + step.body[p]) % kStepsOfAim == 0) {
-        aim(targets, up, body);
-      }
-      const float rate = leans ? kind.object->leaning : kind.object->turning;
-      turn_up(targets[body.rest_target].up, up, rate * std::sqrt(gravity / kind.outer_m) * dt,
-              body.orientation);
+  // Others may lean on it a little.
+  const bool bears = steepness > kWall && surface_push > 0.5F * weight * steepness &&
+                     body_push < 0.25F * surface_push;
+  if (controlled && bears) {
+    if (body.rest_target == SphereBody::kNoTarget) {
+      body.rest_target =
+          static_cast<uint8_t>(choose_rest_target(targets, body.orientation, normal) & 0x7F);
     }
-    // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
-    const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
-    body.surface_radius_m = std::min(body.surface_radius_m, narrower);
-    return true;
+    const RestTarget& target = targets[body.rest_target];
+    if (is_stable(kind, target, body.orientation, normal, model_.up)) {
+      return turn_to_rest(target, normal, kind.outer_m, gravity, dt, body.orientation, body.spin,
+                          body.surface_radius_m);
+    }
   }
-  if (body.rest_target == SphereBody::kNoTarget) aim(targets, up, body);
-  return turn_to_rest(targets[body.rest_target], normal, kind.outer_m, gravity, dt,
-                      body.orientation, body.spin, body.surface_radius_m);
+  body.rest_target = SphereBody::kNoTarget;
+  // On others, or under them, it turns as fast as its signature says, until it sleeps.
+  // At last it stops, so that what it has turned into has time to come apart.
+  const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
+  if (controlled && !bears && !is_late && surface_push + body_push > 0.5F * weight) {
+    const float rate = leans ? kind.object->leaning : kind.object->turning;
+    turn_up(nearest_rest_target(targets, body.orientation, up).up, up,
+            rate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
+  }
+  // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
+  const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
+  body.surface_radius_m = std::min(body.surface_radius_m, narrower);
+  return true;
 }
 
-void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body,
-                        uint64_t steps) const {
+void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) const {
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const float gravity = model_.settings.gravity.norm();
   if (gravity == 0) return;
   const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool posed =
-      !model_.settings.rest_control || body.block || control_rest(step, p, body, steps);
+  const bool posed = !model_.settings.rest_control || body.block ||
+                     step.surface_push[p] + step.body_push[p] == 0 || control_rest(step, p, body);
   const float rest_speed = model_.rest_speed(kind);
   const bool slow =
       body.velocity.norm() < rest_speed && kind.outer_m * body.spin.norm() < rest_speed;
@@ -142,9 +155,8 @@ void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body,
   body.slow_steps = !(slow && posed && carried) ? uint16_t{0}
                     : body.slow_steps < kMost   ? static_cast<uint16_t>(body.slow_steps + 1)
                                                 : kMost;
-  const float rest_steps = kRestTime * std::sqrt(kind.outer_m / gravity) / dt;
   if (model_.settings.sleeping &&
-      static_cast<float>(body.slow_steps) > std::min(rest_steps, kMost - 1.0F)) {
+      static_cast<float>(body.slow_steps) > std::min(rest_steps(kind), kMost - 1.0F)) {
     body.asleep = true;
     body.velocity.setZero();
     body.spin.setZero();

@@ -17,15 +17,15 @@ class SphereRest {
       : model_(model), surfaces_(surfaces) {}
 
   // Writes all of what is awake among `bodies` (B), and of it `radius_m` (B), by the step's
-  // motions, shifts and pushes. `steps`: that have been.
-  void move(const SphereStep& step, std::span<SphereBody> bodies, std::span<float> radius_m,
-            uint64_t steps) const;
+  // motions, shifts and pushes.
+  void move(const SphereStep& step, std::span<SphereBody> bodies, std::span<float> radius_m) const;
 
  private:
   void move_body(const SphereStep& step, uint32_t place, SphereBody& body) const;
   void widen(const SphereStep& step, uint32_t p, SphereBody& body, float& radius_m) const;
-  bool control_rest(const SphereStep& step, uint32_t place, SphereBody& body, uint64_t steps) const;
-  void settle(const SphereStep& step, uint32_t place, SphereBody& body, uint64_t steps) const;
+  bool control_rest(const SphereStep& step, uint32_t place, SphereBody& body) const;
+  float rest_steps(const SphereKind& kind) const;
+  void settle(const SphereStep& step, uint32_t place, SphereBody& body) const;
 
   const SphereModel& model_;
   const SurfaceGeometry& surfaces_;

@@ -149,6 +149,11 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
 void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
                                 SphereStep& step) {
   float& most_ns = step.surface_push[touch.a];
+  const bool is_same = most_ns > 0 && normal.dot(step.surface_normal[touch.a]) > kSameSurface;
+  if (touch.still && is_same) {
+    most_ns += push_ns;  // of several bodies, side by side
+    return;
+  }
   if (!touch.still || push_ns <= most_ns) {
     step.body_push[touch.a] += push_ns;
     return;

@@ -24,8 +24,7 @@ struct alignas(64) SphereBody {
   float surface_radius_m = 0;             // of the sphere where it lies on a surface
   uint32_t kept = kKeepsNone;             // the last of the impulses that it keeps, or none
   uint16_t slow_steps = 0;                // for how long it has hardly moved
-  uint8_t touched : 1 = 0;                // a surface that is no wall, in the step before
-  uint8_t rest_target : 7 = kNoTarget;    // to which it turns
+  uint8_t rest_target = kNoTarget;        // to which it turns
   uint8_t : 0;                            // threads write those above and read those below
   bool asleep : 1 = false;
   bool still : 1 = false;    // lies among the sleepers

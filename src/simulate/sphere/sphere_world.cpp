@@ -148,7 +148,7 @@ void SphereWorld::end_step(StageTimer& timer) {
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);
-    rest_.move(step_, state_.bodies, state_.radius_m, state_.steps);
+    rest_.move(step_, state_.bodies, state_.radius_m);
     state_.kept.swap(step_.kept);
     for (const SphereBatch& batch : step_.batches) {
       for (const SphereHit& hit : batch.pushed) wake_hit(hit.body, hit.impulse_ns);
