@@ -35,6 +35,8 @@ void GlueDirector::direct(ImpulseControl& control) {
     control_step(control);
     state_.control_s += watch.seconds();
   }
+  // What stands without glue, too: a high pile that is soft leans until it falls.
+  if (is_as_analysed()) control.solve_finely();
   ++state_.step;
 }
 
@@ -366,6 +368,12 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
   if (gone > kMostGone * of_last) {
     for (PairLine& line : state_.forces) line.until_s = std::min(line.until_s, control.time_s());
   }
+}
+
+// While forces of the last analysis last: the others ended before it.
+bool GlueDirector::is_as_analysed() const {
+  return std::ranges::any_of(state_.forces,
+                             [](const PairLine& line) { return !std::isfinite(line.until_s); });
 }
 
 void GlueDirector::drop_torn(const ImpulseControl& control) {

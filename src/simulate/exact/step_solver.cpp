@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
@@ -85,12 +86,13 @@ void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& 
 void StepSolver::solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
                        const std::function<void(int)>& partner) {
   list_bodies(touching, ahead_s, static_cast<bool>(partner));
+  const bool is_fine = std::exchange(is_fine_, false);
   if (moving_ == 0) return;
   list_contacts(touching);
   list_joints();
   settings_.partner = partner;
   settings_.substeps = is_few_ ? kSubstepsOfFew : kSubstepsOfMany;
-  if (std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
+  if (is_fine || std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
     settings_.substeps = std::max(settings_.substeps, kSubstepsOfGlue);
   }
   if (is_few_) {
