@@ -38,7 +38,10 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
                           {"kept", filling.kept},
                           {"volume_share", filling.volume_share},
                           {"simulated_s", filling.simulated_s}};
-    if (filling.is_mould) figures["filling"]["outside_m"] = filling.outside_m;
+    if (filling.is_mould) {
+      figures["filling"]["outside_m"] = filling.outside_m;
+      figures["filling"]["tries"] = filling.tries;
+    }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
     figures["glue_needed"] = {
@@ -59,7 +62,10 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
     lines.push_back(std::string("guide: filled ") +
                     (filling.is_mould ? "as a mould; " : "upside down; ") +
                     std::to_string(filling.kept) + " of " + std::to_string(filling.dropped) +
-                    " bodies lie inside, " + percent(filling.volume_share) + " of its volume");
+                    " bodies lie inside, " + percent(filling.volume_share) + " of its volume" +
+                    (filling.tries > 1 ? "; the filling of try " + std::to_string(filling.tries) +
+                                             ", as no glue holds those before"
+                                       : ""));
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
     lines.push_back(glue->is_solved

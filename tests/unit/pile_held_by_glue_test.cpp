@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "pile/guide/glue_director.h"
 #include "pile/guide/guided_simulator.h"
 #include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
@@ -44,6 +45,19 @@ TEST(HeldByGlue, AShelfStays) {
   // Joints carry 3, 2 and 1 weights by half of the friction, 0.7: of 3 weights. Their couples need
   // less, 7 in all.
   EXPECT_NEAR(simulator.glue_figures()->weights, 6 / 0.35 / 3, 0.01);
+}
+
+// A cube beyond all measure: forces are found, but leave the others unbalanced.
+TEST(HeldByGlue, SaysWhereNoGlueIsFound) {
+  Shelf shelf(3);
+  EXPECT_TRUE(glue_holds(shelf.scene, shelf.model));
+  shelf.model.bodies[4].mass_kg *= 1e12;
+  EXPECT_FALSE(glue_holds(shelf.scene, shelf.model));
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 2);
+  ASSERT_EQ(simulator.notes().size(), 1);
+  EXPECT_NE(simulator.notes()[0].find("of a body's weight unbalanced"), std::string::npos);
+  EXPECT_FALSE(are_found({.is_solved = false})) << "and with none at all";
 }
 
 // Scenes of many bodies have fewer substeps: but not where glue is in them. With as few it tears.

@@ -3,6 +3,7 @@
 
 #include "geometry/inside_test.h"
 #include "geometry/primitives.h"
+#include "pile/guide/guide_constants.h"
 #include "pile/guide/upside_down.h"
 #include "support/small_model.h"
 
@@ -92,6 +93,54 @@ TEST(Mould, TheSameSeedGivesTheSameFilling) {
   for (size_t i = 0; i < first.model.bodies.size(); ++i) {
     EXPECT_EQ(first.model.bodies[i].pose.position, second.model.bodies[i].pose.position);
   }
+}
+
+// A mould of cubes on the ground, and which of its fillings glue can hold.
+struct Refilled : SmallModel {
+  explicit Refilled(uint32_t first_that_stands) {
+    scene.guide.emplace().file = "guide.obj";
+    const uint32_t wood = material(0.3, 0.5), cube = box(Vec3::Constant(0.1));
+    model.guide = box_mesh({0.4, 0.4, 0.4});
+    for (int i = 0; i < 40; ++i) body(cube, wood, Vec3::Zero());
+    model.guide_fill = {0, 40, 0, true};
+    filling = fill_guide(scene, model, [&](const Scene&, const Model& filled) {
+      EXPECT_FALSE(filled.guide_fill.has_value()) << "as it is simulated";
+      return ++asked >= first_that_stands;
+    });
+  }
+  uint32_t asked = 0;
+  GuideFilling filling;
+};
+
+bool are_alike(const Model& one, const Model& other) {
+  return std::ranges::equal(one.bodies, other.bodies, [](const ModelBody& a, const ModelBody& b) {
+    return a.pose.position == b.pose.position;
+  });
+}
+
+TEST(Mould, AFillingThatNoGlueHoldsIsMadeAnewOtherwise) {
+  const Refilled first(1), second(2), again(2), third(3), none(9);
+  EXPECT_EQ(first.filling.tries, 1);
+  EXPECT_EQ(second.filling.tries, 2);
+  EXPECT_EQ(third.filling.tries, guide_constants::kMostFillings);
+  EXPECT_FALSE(are_alike(first.model, second.model));
+  EXPECT_FALSE(are_alike(second.model, third.model));
+  EXPECT_TRUE(are_alike(second.model, again.model));
+  // None stands: the last is kept.
+  EXPECT_EQ(none.filling.tries, guide_constants::kMostFillings);
+  EXPECT_TRUE(are_alike(third.model, none.model));
+  EXPECT_EQ(none.filling.kept, none.model.bodies.size());
+}
+
+TEST(Mould, WhatIsHeldOtherwiseThanByGlueIsFilledOnce) {
+  SmallModel world;
+  world.scene.guide.emplace().hold = HoldKind::freeze;
+  world.body(world.box(Vec3::Constant(0.1)), world.material(0.3, 0.5), Vec3::Zero());
+  world.model.guide = box_mesh({0.4, 0.4, 0.4});
+  world.model.guide_fill = {0, 1, 0, true};
+  const GuideFilling filling =
+      fill_guide(world.scene, world.model, [](const Scene&, const Model&) { return false; });
+  EXPECT_EQ(filling.tries, 1);
 }
 
 }  // namespace

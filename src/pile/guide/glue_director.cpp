@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "pile/guide/guide_constants.h"
+#include "simulate/modes/make_simulator.h"
 
 namespace pilesim {
 
@@ -407,6 +408,24 @@ void GlueDirector::load(StateReader& reader) {
   for (const PairLine& line : state_.forces) {
     StateReader::require(line.a < count && line.b < count, "forces of bodies");
   }
+}
+
+bool are_found(const GlueFigures& figures) {
+  return figures.is_solved && figures.unbalanced <= kMostUnbalanced;
+}
+
+bool glue_holds(const Scene& scene, const Model& model) {
+  Scene start = scene;
+  start.simulator.mode = SimulatorMode::impulse;
+  start.simulator.engine = EngineKind::exact;
+  start.guide->control = false;
+  // Contacts are known after a step.
+  start.step_s = scene.actual_step_s();
+  start.frame_rate = 1 / (2 * start.step_s);
+  GlueDirector director(start, model);
+  make_directed_simulator(start, model, static_cast<ImpulseDirector&>(director))->step_frame();
+  const std::optional<GlueFigures> figures = director.glue_figures();
+  return !figures || are_found(*figures);
 }
 
 }  // namespace pilesim

@@ -46,6 +46,12 @@ struct GlueState {
   }
 };
 
+// Whether the forces that an analysis found hold the pile.
+bool are_found(const GlueFigures& figures);
+
+// Whether the analysis of what lies there at the start finds such forces, or there is none yet.
+bool glue_holds(const Scene& scene, const Model& model);
+
 class GlueDirector final : public PileHolder {
  public:
   // `scene` has a guide; both outlive the director.

@@ -63,6 +63,8 @@ inline constexpr double kParted = 0.2;
 inline constexpr double kMostGone = 0.1;
 // Contacts that are farther apart than this, in r, are none.
 inline constexpr double kGlueGap = 0.03;
+// What forces leave unbalanced of a body's weight, above which they do not count as found.
+inline constexpr double kMostUnbalanced = 0.01;
 // Glue that is stretched so far, in r, or turned by so much, in radians, tears: till then it holds
 // with its strength, and the load goes on to what is beside it.
 inline constexpr double kTears = 0.3;
@@ -120,5 +122,7 @@ inline constexpr double kTapTime = 3;
 inline constexpr int kMouldSettle = 30;
 // Of the thickness: what reaches farther through a wall is taken out.
 inline constexpr double kMostOutside = 0.1;
+// Fillings, at most, until one is found that glue can hold.
+inline constexpr uint32_t kMostFillings = 3;
 
 }  // namespace pilesim::guide_constants

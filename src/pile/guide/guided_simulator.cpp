@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "pile/guide/glue_director.h"
 #include "pile/guide/guide_director.h"
 #include "pile/guide/nail_director.h"
@@ -53,6 +54,20 @@ FrameStatistics GuidedSimulator::step_frame() {
   record_.steps += static_cast<uint64_t>(statistics.steps);
   record_frame();
   return statistics;
+}
+
+std::vector<std::string> GuidedSimulator::notes() const {
+  std::vector<std::string> notes = simulator_->notes();
+  const std::optional<GlueFigures> glue = glue_figures();
+  if (glue && !are_found(*glue)) {
+    notes.push_back(
+        "/guide: " +
+        (glue->is_solved ? "the glue that was found leaves " + with_digits(glue->unbalanced, 2) +
+                               " of a body's weight unbalanced"
+                         : std::string("no glue was found that holds the pile")) +
+        ", and it may fall; another \"seed\", fewer bodies or smaller ones may stand");
+  }
+  return notes;
 }
 
 double GuidedSimulator::control_share() const {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pile/guide/pile_holder.h"
@@ -32,6 +33,7 @@ class GuidedSimulator final : public Simulator {
 
   FrameStatistics step_frame() override;
   const BodyStates& states() const override { return simulator_->states(); }
+  std::vector<std::string> notes() const override;
   FrameStatistics statistics() const override { return simulator_->statistics(); }
   void save(StateWriter& writer) const override;
   void load(StateReader& reader) override;

@@ -23,7 +23,7 @@ using namespace guide_constants;
 // A world of the mould and what is in it.
 class Mould {
  public:
-  Mould(const Scene& scene, const Model& model);
+  Mould(const Scene& scene, const Model& model, uint32_t attempt);
   MouldFilling run();
 
  private:
@@ -39,7 +39,7 @@ class Mould {
 
   const Model& model_;
   GuideFill fill_;
-  uint64_t seed_;
+  uint64_t seed_, key_;  // of what is drawn
   double radius_ = 0;  // largest of the bodies, m
   double thickness_ = std::numeric_limits<double>::infinity();
   double unit_s_ = 1, unit_speed_ = 1;  // sqrt(r / g), sqrt(g r)
@@ -54,8 +54,12 @@ class Mould {
   StageTimer timer_;
 };
 
-Mould::Mould(const Scene& scene, const Model& model)
-    : model_(model), fill_(*model.guide_fill), seed_(scene.seed), scene_(scene) {
+Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
+    : model_(model),
+      fill_(*model.guide_fill),
+      seed_(scene.seed),
+      key_(uint64_t{attempt} << 32 | fill_.emitter),
+      scene_(scene) {
   const auto bodies = std::span(model.bodies).subspan(fill_.first, fill_.count);
   points_.resize(model.shapes.size());
   for (const ModelBody& body : bodies) {
@@ -104,7 +108,7 @@ bool Mould::insert() {
     room_->cover({motion.position, motion.orientation}, points_[world_.bodies[i].shape]);
   }
   room_->list_free();
-  Philox draws(seed_, Stream::mould, fill_.emitter, rounds_++);
+  Philox draws(seed_, Stream::mould, key_, rounds_++);
   const uint32_t before = next_;
   for (int failed = 0; failed < kMouldTries && next_ < fill_.count;) {
     const std::vector<Vec3>& points = points_[world_.bodies[next_].shape];
@@ -146,7 +150,7 @@ void Mould::set_friction(double share) {
 
 // All bodies are thrown up a little, each a little otherwise.
 void Mould::tap() {
-  Philox draws(seed_, Stream::mould, fill_.emitter, rounds_++);
+  Philox draws(seed_, Stream::mould, key_, rounds_++);
   const Vec3 up = -scene_.gravity.normalized();
   for (uint32_t i = 0; i < next_; ++i) {
     const Vec3 aside = draws.direction();
@@ -231,8 +235,8 @@ MouldFilling Mould::read() const {
 
 }  // namespace
 
-MouldFilling fill_mould(const Scene& scene, const Model& model) {
-  return Mould(scene, model).run();
+MouldFilling fill_mould(const Scene& scene, const Model& model, uint32_t attempt) {
+  return Mould(scene, model, attempt).run();
 }
 
 }  // namespace pilesim

@@ -19,7 +19,8 @@ struct MouldFilling {
   std::vector<std::pair<uint32_t, Pose>> kept;
 };
 
-// Of the bodies of `model.guide_fill`, as many as find room. Deterministic in scene.seed.
-MouldFilling fill_mould(const Scene& scene, const Model& model);
+// Of the bodies of `model.guide_fill`, as many as find room. Deterministic in scene.seed and
+// `attempt`, each of which gives another filling.
+MouldFilling fill_mould(const Scene& scene, const Model& model, uint32_t attempt);
 
 }  // namespace pilesim

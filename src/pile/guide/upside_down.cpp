@@ -220,15 +220,12 @@ void release(double time_s, uint32_t body, Model& model) {
   }
 }
 
-}  // namespace
-
-GuideFilling fill_guide(const Scene& scene, Model& model) {
-  if (!model.guide_fill) return {};
+GuideFilling fill_once(const Scene& scene, Model& model, uint32_t attempt) {
   const GuideFill range = *model.guide_fill;
   GuideFilling filling;
   std::vector<std::pair<uint32_t, Pose>> kept;
   if (range.is_mould) {
-    MouldFilling filled = fill_mould(scene, model);
+    MouldFilling filled = fill_mould(scene, model, attempt);
     filling = filled.figures;
     kept = std::move(filled.kept);
   } else {
@@ -270,6 +267,23 @@ GuideFilling fill_guide(const Scene& scene, Model& model) {
   std::ranges::stable_sort(model.events, {}, &ModelEvent::time_s);
   model.guide_fill.reset();
   return filling;
+}
+
+}  // namespace
+
+GuideFilling fill_guide(const Scene& scene, Model& model, const Stands& stands) {
+  if (!model.guide_fill) return {};
+  if (!model.guide_fill->is_mould || scene.guide->hold != HoldKind::glue) {
+    return fill_once(scene, model, 0);
+  }
+  for (uint32_t attempt = 0;; ++attempt) {
+    Model filled = model;
+    GuideFilling filling = fill_once(scene, filled, attempt);
+    filling.tries = attempt + 1;
+    if (filling.tries < kMostFillings && !stands(scene, filled)) continue;
+    model = std::move(filled);
+    return filling;
+  }
 }
 
 }  // namespace pilesim

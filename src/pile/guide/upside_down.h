@@ -5,8 +5,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "model/model.h"
+#include "pile/guide/glue_director.h"
 #include "scene/scene.h"
 
 namespace pilesim {
@@ -16,6 +18,7 @@ struct GuideFilling {
   uint32_t kept = 0;        // that came to lie inside, between the base and the walls
   double volume_share = 0;  // of the guide, that these have
   double simulated_s = 0;
+  uint32_t tries = 1;     // fillings made: the last is that which is kept
   bool is_mould = false;  // not upside down
   double outside_m = 0;   // of a mould: how far the bodies kept reach through its walls, at most
 };
@@ -25,6 +28,10 @@ struct GuideFilling {
 // where no emitter fills the guide. Upside down, the base are the triangles in the guide's lowest
 // level, against gravity. Deterministic in scene.seed. Throws Error(input) at /guide where it has
 // no level base, and at the emitter where nothing fits.
-GuideFilling fill_guide(const Scene& scene, Model& model);
+//
+// A mould whose bodies glue is to hold is filled anew, otherwise, where `stands` says of the model
+// as filled that none can: up to kMostFillings times in all.
+using Stands = std::function<bool(const Scene&, const Model&)>;
+GuideFilling fill_guide(const Scene& scene, Model& model, const Stands& stands = glue_holds);
 
 }  // namespace pilesim
