@@ -3,6 +3,7 @@
 
 #include "geometry/inside_test.h"
 #include "geometry/primitives.h"
+#include "inspect/pile_inspection.h"
 #include "pile/guide/guide_constants.h"
 #include "pile/guide/upside_down.h"
 #include "support/small_model.h"
@@ -130,6 +131,43 @@ TEST(Mould, AFillingThatNoGlueHoldsIsMadeAnewOtherwise) {
   EXPECT_EQ(none.filling.tries, guide_constants::kMostFillings);
   EXPECT_TRUE(are_alike(third.model, none.model));
   EXPECT_EQ(none.filling.kept, none.model.bodies.size());
+}
+
+// Three thin rods crosswise, which hook into each other.
+uint32_t jack(SmallModel& world) {
+  constexpr double w = 0.012;
+  const uint32_t rod = world.box({0.3, w, w});
+  ModelShape& shape = world.model.shapes[rod];
+  shape.pieces.clear();
+  shape.mesh = {};
+  for (const Vec3& size : {Vec3(0.3, w, w), Vec3(w, 0.3, w), Vec3(w, w, 0.3)}) {
+    shape.pieces.push_back({CollisionPiece::Kind::box, {}, size, {}});
+    shape.mesh = together(shape.mesh, box_mesh(size));
+  }
+  shape.mass = mass_properties(shape.mesh);
+  return rod;
+}
+
+TEST(Mould, WhatIsStuckInAnotherIsTakenOut) {
+  SmallModel world;
+  world.scene.guide.emplace().hold = HoldKind::freeze;
+  const uint32_t wood = world.material(0, 0.5), shape = jack(world);
+  constexpr uint32_t kMost = 120;
+  for (uint32_t i = 0; i < kMost; ++i) world.body(shape, wood, Vec3::Zero());
+  world.model.guide = box_mesh({0.8, 0.9, 0.8});
+  world.model.guide_fill = {0, kMost, 0, true};
+  const GuideFilling filling = fill_guide(world.scene, world.model);
+  EXPECT_GT(filling.kept, 0.9 * filling.dropped);
+  BodyStates states;
+  for (const ModelBody& body : world.model.bodies) {
+    states.position.push_back(body.pose.position);
+    states.orientation.push_back(body.pose.orientation);
+    states.flags.push_back(kPresent);
+  }
+  states.linear_velocity.assign(states.size(), Vec3::Zero());
+  states.angular_velocity = states.linear_velocity;
+  EXPECT_LT(std::ranges::max(overlap_depths(world.model, states)),
+            guide_constants::kMostStuck * world.model.shapes[shape].bounding_radius);
 }
 
 TEST(Mould, WhatIsHeldOtherwiseThanByGlueIsFilledOnce) {

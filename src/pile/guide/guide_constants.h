@@ -122,6 +122,10 @@ inline constexpr double kTapTime = 3;
 inline constexpr int kMouldSettle = 30;
 // Of the thickness: what reaches farther through a wall is taken out.
 inline constexpr double kMostOutside = 0.1;
+// What is sunk into another by so much, in r, is stuck, and one of the two is taken out. After each
+// such round the others come to rest, so often at most.
+inline constexpr double kMostStuck = 0.03;
+inline constexpr int kMouldRests = 5;
 // Fillings, at most, until one is found that glue can hold.
 inline constexpr uint32_t kMostFillings = 3;
 

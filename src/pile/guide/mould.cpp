@@ -11,6 +11,7 @@
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
 #include "geometry/triangle_tree.h"
+#include "model/body_distances.h"
 #include "pile/guide/guide_constants.h"
 #include "pile/guide/room.h"
 #include "simulate/exact/engine.h"
@@ -31,6 +32,7 @@ class Mould {
   void fall(double time);
   void tap();
   void settle();
+  bool take_out_stuck();
   void set_friction(double share);
   double fastest() const;
   double outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const;
@@ -136,6 +138,7 @@ void Mould::fall(double time) {
 double Mould::fastest() const {
   double most = 0;
   for (uint32_t i = 0; i < next_; ++i) {
+    if (!engine_->contains(i)) continue;
     const BodyMotion motion = engine_->motion(i);
     most = std::max(most, motion.linear_velocity.norm() + radius_ * motion.angular_velocity.norm());
   }
@@ -175,7 +178,34 @@ MouldFilling Mould::run() {
   settle();
   set_friction(1);
   settle();
+  for (int round = 0; round < kMouldRests && take_out_stuck(); ++round) {
+    fall(1);  // what lay on them
+    settle();
+  }
   return read();
+}
+
+// The upper one of each two that are stuck in each other: they would stay so, held by glue. Whether
+// there were any. Contacts of what has several pieces lie along its way out, which may be far.
+bool Mould::take_out_stuck() {
+  std::vector<BodyContact> contacts;
+  engine_->read_contacts(contacts);
+  const BodyDistances distances(world_);
+  const auto placed = [&](uint32_t body) {
+    const BodyMotion motion = engine_->motion(body);
+    return distances.place(world_.bodies[body].shape, {motion.position, motion.orientation});
+  };
+  bool found = false;
+  for (const BodyContact& contact : contacts) {
+    const auto [a, b] = std::pair(contact.a, contact.b);
+    if (std::max(a, b) >= next_ || contact.distance_m > -kMostStuck * radius_) continue;
+    if (!engine_->contains(a) || !engine_->contains(b)) continue;
+    if (distances.distance(placed(a), placed(b), 0) > -kMostStuck * radius_) continue;
+    const Vec3 from_b = engine_->motion(a).position - engine_->motion(b).position;
+    engine_->remove(from_b.dot(scene_.gravity) < 0 ? a : b);
+    found = true;
+  }
+  return found;
 }
 
 // How far it reaches out of the guide.
@@ -216,6 +246,7 @@ MouldFilling Mould::read() const {
   const TriangleTree walls(model_.guide);
   double volume = 0;
   for (uint32_t i = 0; i < next_; ++i) {
+    if (!engine_->contains(i)) continue;
     const BodyMotion motion = engine_->motion(i);
     const double outside = outside_m(i, inside, walls);
     if (!inside.contains(motion.position) || outside > kMostOutside * thickness_) continue;
