@@ -55,10 +55,10 @@ class Compare(CommandTest):
             self.assertEqual(mode["quality_at_end"]["bodies_at_end"]["value"], 8)
         self.assertIn("3 pieces", "".join(figures["modes"][2]["collision_shapes"]))
         page = (self.dir / "out/compare.html").read_text()
-        self.assertEqual(page.count("<svg"), 3)
+        self.assertEqual(page.count("<svg"), 4)
         for outside in ('src="http', 'href="http', "<link", "<script src"):
             self.assertNotIn(outside, page)
-        for chart in ("pareto", "errors", "energy"):
+        for chart in ("pareto", "overlap", "errors", "energy"):
             self.assertIn("<svg", (self.dir / f"out/compare.{chart}.svg").read_text())
             png = (self.dir / f"out/compare.{chart}.png").read_bytes()
             self.assertTrue(png.startswith(b"\x89PNG"))

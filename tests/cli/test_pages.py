@@ -152,7 +152,7 @@ class Pages(CommandTest):
         work = self.dir / "work"
         for name in ("presets", "assets"):
             (work / name).symlink_to(SOURCE / name)
-        for name in ("mug.obj", "stick.obj"):
+        for name in ("mug.obj", "stick.obj", "brick.obj"):
             (work / name).write_bytes((SOURCE / "assets/ring.obj").read_bytes())
         scene = copy.deepcopy(BOXES)
         scene["duration_s"] = 5.1

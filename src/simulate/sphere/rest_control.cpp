@@ -95,13 +95,6 @@ size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& o
   return choose(targets, orientation.conjugate() * normal);
 }
 
-const RestTarget& nearest_rest_target(const std::vector<RestTarget>& targets,
-                                      const Quatf& orientation, const Vec3f& normal) {
-  const Vec3f up = orientation.conjugate() * normal;
-  return *std::ranges::max_element(targets, {},
-                                   [&](const RestTarget& target) { return target.up.dot(up); });
-}
-
 bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
   const Vec3f now = orientation * up;
   Vec3f axis = now.cross(normal);

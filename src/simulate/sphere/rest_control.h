@@ -23,12 +23,9 @@ struct RestTarget {
 inline constexpr size_t kMostRestTargets = 127;
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
-// The pose of a body that what carries it pushes along `normal` (world): by the offsets, and the
-// plainly nearest one. `targets` is not empty.
+// The pose of a body that what carries it pushes along `normal` (world). `targets` is not empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
                           const Vec3f& normal);
-const RestTarget& nearest_rest_target(const std::vector<RestTarget>& targets,
-                                      const Quatf& orientation, const Vec3f& normal);
 
 // Turns the body's `up` (body frame) towards `normal` (world), by `most` (rad) at most. True once
 // it is there, exactly.

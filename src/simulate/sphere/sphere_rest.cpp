@@ -130,7 +130,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
   if (controlled && !bears && !is_late && surface_push + body_push > 0.5F * weight) {
     const float rate = leans ? kind.object->leaning : kind.object->turning;
-    turn_up(nearest_rest_target(targets, body.orientation, up).up, up,
+    turn_up(targets[choose_rest_target(targets, body.orientation, up)].up, up,
             rate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
   }
   // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
