@@ -59,7 +59,8 @@ inline constexpr float kPositionTime = 0.3F;
 inline constexpr float kPositionTimeInFlight = 0.03F;
 inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
 // Out of surfaces so many times as fast as out of each other: nothing drawn is to stay in a wall.
-// half: Statistical.AtRestNothingReachesThroughAWall; twice: none (three times: heap)
+// half: Statistical.AtRestNothingReachesThroughAWall;
+// twice: Statistical.WhatCannotRollOverItsTipFallsOver
 inline constexpr float kFirmness = 2;
 
 // --- Rest poses. Tried on bodies that fall side by side (presets/statistical/rest_control.json)
@@ -69,7 +70,8 @@ inline constexpr float kFirmness = 2;
 // half: none (a cube's tip is higher); twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kControlSpeed = 0.4F;
 // ... or than this part of what would lift them from their lowest pose onto their tip.
-// half, twice: not tried
+// half: heap, Statistical.WhatCannotRollOverItsTipFallsOver;
+// twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
@@ -78,6 +80,7 @@ inline constexpr float kTurnRate = 0.4F;
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
 // Of its height: a pose is kept on slopes by a body whose base is below its centre by no less.
+// half, twice: none
 inline constexpr float kSurely = 1e-4F;
 
 // --- What a body is as a sphere. A signature has measured its radius and its resistance to rolling
@@ -98,6 +101,7 @@ inline constexpr double kInterlocking = 4.0 / 7;
 // half, twice: not tried
 inline constexpr double kRound = 1.1;
 // Its longest semi-axis is at most so many times its shortest: numbers are good for that.
+// half, twice: not tried
 inline constexpr double kMostStretch = 100;
 
 // rad: a cube of a structure that has turned by more has corners where its neighbours have faces.

@@ -116,7 +116,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   if (controlled && bears) {
     if (body.rest_target == SphereBody::kNoTarget) {
       body.rest_target =
-          static_cast<uint8_t>(choose_rest_target(targets, body.orientation, normal) & 0x7F);
+          static_cast<uint8_t>(choose_rest_target(targets, body.orientation, normal));
     }
     const RestTarget& target = targets[body.rest_target];
     if (is_stable(kind, target, body.orientation, normal, model_.up)) {
@@ -125,8 +125,8 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     }
   }
   body.rest_target = SphereBody::kNoTarget;
-  // On others, or under them, it turns as fast as its signature says, until it sleeps.
-  // At last it stops, so that what it has turned into has time to come apart.
+  // On others, or under them, it turns as fast as its signature says. Some time before it sleeps it
+  // stops, so that what it has turned into has time to come apart.
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
   if (controlled && !bears && !is_late && surface_push + body_push > 0.5F * weight) {
     const float rate = leans ? kind.object->leaning : kind.object->turning;
