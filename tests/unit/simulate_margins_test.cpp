@@ -12,6 +12,7 @@
 #include "inspect/pile_inspection.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
+#include "support/mesh_grid.h"
 #include "support/small_model.h"
 #include "support/small_simulation.h"
 
@@ -29,37 +30,17 @@ const char* name_of(Ground ground) {
   return kNames[static_cast<size_t>(ground)];
 }
 
-// A rectangle of `cells` x `cells` squares, each of two triangles, from a corner along two edges;
-// outward is u x v.
-void add_grid(const Vec3& corner, const Vec3& u, const Vec3& v, uint32_t cells,
-              TriangleMesh& mesh) {
-  const auto first = static_cast<uint32_t>(mesh.vertices.size());
-  for (uint32_t i = 0; i <= cells; ++i) {
-    for (uint32_t j = 0; j <= cells; ++j) {
-      mesh.vertices.emplace_back(corner + static_cast<double>(i) / cells * u +
-                                 static_cast<double>(j) / cells * v);
-    }
-  }
-  for (uint32_t i = 0; i < cells; ++i) {
-    for (uint32_t j = 0; j < cells; ++j) {
-      const uint32_t a = first + i * (cells + 1) + j, b = a + cells + 1;
-      mesh.triangles.push_back({a, b, b + 1});
-      mesh.triangles.push_back({a, b + 1, a + 1});
-    }
-  }
-}
-
 // The inside of a cube of that edge, its floor at y = 0 about the origin.
 TriangleMesh room_mesh(double size) {
   TriangleMesh mesh;
   const double half = size / 2;
   const Vec3 x(size, 0, 0), y(0, size, 0), z(0, 0, size);
-  add_grid({-half, 0, -half}, z, x, 6, mesh);
-  add_grid({-half, size, -half}, x, z, 1, mesh);
-  add_grid({-half, 0, -half}, x, y, 1, mesh);
-  add_grid({-half, 0, half}, y, x, 1, mesh);
-  add_grid({-half, 0, -half}, y, z, 1, mesh);
-  add_grid({half, 0, -half}, z, y, 1, mesh);
+  add_mesh_grid({-half, 0, -half}, z, x, 6, mesh);
+  add_mesh_grid({-half, size, -half}, x, z, 1, mesh);
+  add_mesh_grid({-half, 0, -half}, x, y, 1, mesh);
+  add_mesh_grid({-half, 0, half}, y, x, 1, mesh);
+  add_mesh_grid({-half, 0, -half}, y, z, 1, mesh);
+  add_mesh_grid({half, 0, -half}, z, y, 1, mesh);
   return mesh;
 }
 
@@ -67,7 +48,7 @@ TriangleMesh room_mesh(double size) {
 TriangleMesh terrain_mesh(double size) {
   TriangleMesh mesh;
   const double half = size / 2;
-  add_grid({-half, 0, -half}, {0, 0, size}, {size, 0, 0}, 16, mesh);
+  add_mesh_grid({-half, 0, -half}, {0, 0, size}, {size, 0, 0}, 16, mesh);
   for (Vec3& v : mesh.vertices) {
     const double far = std::max(std::abs(v.x()), std::abs(v.z())) / half;
     v.y() = far > 0.3 ? 0.1 * size * (far - 0.3) * (1 + std::sin(9 * v.x() / half)) : 0;
@@ -226,7 +207,7 @@ void expect_planks_on_hills(bool is_closed) {
   };
   const Vec3 size(0.2, 0.02, 0.04);
   TriangleMesh hills;
-  add_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, kCells, hills);
+  add_mesh_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, kCells, hills);
   for (Vec3& v : hills.vertices) v.y() = height_m(v);
   if (is_closed) {
     close_below(kCells, -1, hills);
@@ -342,7 +323,7 @@ TEST(Margins, NothingThatSlidesFallsThroughEdges) {
     SmallModel m;
     const uint32_t material = m.material(0, 0.02);
     TriangleMesh floor;
-    add_grid({-50, 0, -50}, {0, 0, 100}, {100, 0, 0}, 300, floor);
+    add_mesh_grid({-50, 0, -50}, {0, 0, 100}, {100, 0, 0}, 300, floor);
     m.body(mesh_shape(m, floor), material, Vec3::Zero(), Role::fixed);
     const std::vector<uint32_t> shapes = {m.box(Vec3::Constant(size)), m.sphere(size / 2),
                                           pyramid(m, size), chair(m, size)};

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "signature/signature_fitting.h"
+#include "support/mesh_grid.h"
 #include "support/statistical_scene.h"
 
 namespace pilesim {
@@ -240,6 +241,42 @@ TEST_F(Statistical, AtRestNothingReachesThroughAWall) {
     beside_walls += across > kInside / 2 - most ? 1 : 0;
   }
   EXPECT_GE(beside_walls, 10);
+}
+
+// Where the nearest point of a hill need not be what a long body meets first.
+TEST_F(Statistical, AtRestNothingReachesIntoHills) {
+  constexpr uint32_t kCells = 80;
+  const auto height_m = [](const Vec3& at) {
+    return 0.15 * std::sin(3 * at.x()) * std::cos(3 * at.z());
+  };
+  TriangleMesh hills;
+  add_mesh_grid({-3, 0, -3}, {0, 0, 6}, {6, 0, 0}, kCells, hills);
+  for (Vec3& v : hills.vertices) v.y() = height_m(v);
+  write_obj(hills, directory_ / "hills.obj");
+  scene_.shapes["hills"] =
+      MeshShape{.file = directory_ / "hills.obj", .collision = CollisionKind::mesh};
+  scene_.bodies.push_back(
+      {.name = "hills", .shape = "hills", .material = "stuff", .role = Role::fixed});
+  const Vec3 size(0.3, 0.04, 0.12);
+  add_shape("plank", box_mesh(size));
+  add_grid("plank", {8, 1, 8}, {0.6, 1, 0.6}, {0, 0.6, 0});
+  start();
+  run(420);
+  int on_hills = 0;
+  for (size_t i = 1; i < states().size(); ++i) {
+    double deepest_m = 0;
+    for (const Vec3& corner : box_mesh(size).vertices) {
+      for (const double share : {0.0, 0.5, 1.0}) {  // along the plank
+        const Vec3 own(share * corner.x(), corner.y(), corner.z());
+        const Vec3 at = states().position[i] + states().orientation[i] * own;
+        if (std::max(std::abs(at.x()), std::abs(at.z())) > 2.9) continue;
+        deepest_m = std::max(deepest_m, height_m(at) - at.y());
+      }
+    }
+    EXPECT_LT(deepest_m, 0.02 * size.norm()) << i;
+    on_hills += states().position[i].y() > -1 ? 1 : 0;
+  }
+  EXPECT_GE(on_hills, 60);
 }
 
 TEST_F(Statistical, ASignatureThatDoesNotSayHowItsObjectPacksIsRefused) {

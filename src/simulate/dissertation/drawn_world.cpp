@@ -170,7 +170,10 @@ DrawnWorld::Response DrawnWorld::respond(uint32_t i) const {
   found.clear();
   const float reach_m = kind.outer_m * (1 + kNearGround);
   surfaces_.select({body.position, body.position}, reach_m, near);
-  surfaces_.find(near, body.position, 0, reach_m, found);
+  for (const uint32_t surface : near) {
+    surfaces_.find(surface, {.centre = body.position, .farthest_m = reach_m, .near_m = reach_m},
+                   found);
+  }
   for (const SurfaceContact& contact : found) {
     response.is_on_ground |= contact.level;
     meet({contact.normal, contact.velocity, contact.gap - body.radius_m}, i, random, response);

@@ -16,6 +16,10 @@ using Lanes = hn::FixedTag<float, kLanes>;
 
 constexpr uint32_t kNone = KeptImpulse::kLast;
 
+// Of the outer radius: a hull that is farther from a surface than all but this much of its reach
+// is looked for in a later step, however the surface moves. Speed alone.
+constexpr float kSurelyNear = 0.75F;
+
 // Calls visit(q) for those of the range within reach of the sphere.
 template <class Visit>
 void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& others,
@@ -35,12 +39,6 @@ void for_each_near(const Vec3f& centre, float reach_m, const SphereReaches& othe
     uint32_t bits = count < kLanes ? near & ((1U << count) - 1) : near;
     for (; bits != 0; bits &= bits - 1) visit(q + static_cast<uint32_t>(std::countr_zero(bits)));
   }
-}
-
-// m: how far a body reaches towards a surface, as it is turned.
-float extent_m(const SphereKind& kind, const Quatf& orientation, const SurfaceContact& contact) {
-  const Vec3f down = orientation.conjugate() * -contact.normal;
-  return contact.face ? kind.support_m(down) : kind.extent_m(down);
 }
 
 }  // namespace
@@ -361,6 +359,7 @@ void SphereContactSearch::Finder::touch(uint32_t p, const Partner& partner) {
 }
 
 bool SphereContactSearch::Finder::lie_on_faces(uint32_t p, const Partner& partner) const {
+  if (!model_.has_structures) return false;
   const uint32_t body = step_.body[p];
   return input_.bodies[body].block && input_.bodies[partner.body].block &&
          model_.method(body, partner.body) == PairMethod::statistical;
@@ -463,7 +462,16 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
   const Vec3f& velocity = step_.motion[p].velocity;
   thread_local std::vector<SurfaceContact> found;
   found.clear();
-  surfaces_.find(near, step_.centre[p], 0, reach, found);
+  SurfaceProbe probe{
+      .centre = step_.centre[p], .farthest_m = reach, .orientation = body.orientation};
+  for (const uint32_t surface : near) {
+    const uint32_t other = surfaces_.body(surface);
+    const bool has_extent = model_.has_extent(index, body, input_.radius_m[index], other);
+    probe.hull = has_extent ? &kind.hull : nullptr;
+    probe.near_m = has_extent ? reach - kSurelyNear * kind.outer_m : reach;
+    probe.radius_m = body.surface_radius_m;
+    surfaces_.find(surface, probe, found);
+  }
   bool touches = false;
   for (const SurfaceContact& contact : found) {
     const PairMethod method = model_.method(index, contact.body);
@@ -495,8 +503,7 @@ void SphereContactSearch::Finder::meet_surfaces(uint32_t p, float reach,
       continue;
     }
     const bool has_extent = model_.has_extent(index, body, input_.radius_m[index], contact.body);
-    const float radius =
-        has_extent ? extent_m(kind, body.orientation, contact) : body.surface_radius_m;
+    const float radius = has_extent ? contact.reach_m : body.surface_radius_m;
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
     // What leans on a wall flies still.
@@ -627,20 +634,26 @@ void SphereContactSearch::read_contact(uint32_t a, uint32_t b, const SphereState
 void SphereContactSearch::read_surface_contacts(uint32_t body, const SphereState& state,
                                                 std::vector<BodyContact>& contacts) const {
   const Vec3f& centre = state.bodies[body].position;
-  const float lying_m = state.bodies[body].surface_radius_m;
   const SphereKind& kind = model_.kind(body);
   const float reach = kind.outer_m * (1 + kNearby);
   thread_local std::vector<uint32_t> near;
   thread_local std::vector<SurfaceContact> found;
   surfaces_.select({centre, centre}, reach, near);
   found.clear();
-  surfaces_.find(near, centre, 0, reach, found);
+  SurfaceProbe probe{.centre = centre,
+                     .farthest_m = reach,
+                     .near_m = reach,
+                     .radius_m = state.bodies[body].surface_radius_m,
+                     .orientation = state.bodies[body].orientation};
+  for (const uint32_t surface : near) {
+    const bool has_extent =
+        model_.has_extent(body, state.bodies[body], state.radius_m[body], surfaces_.body(surface));
+    probe.hull = has_extent ? &kind.hull : nullptr;
+    surfaces_.find(surface, probe, found);
+  }
   for (const SurfaceContact& contact : found) {
     if (!by_spheres(model_.method(body, contact.body))) continue;
-    const bool has_extent =
-        model_.has_extent(body, state.bodies[body], state.radius_m[body], contact.body);
-    const float radius =
-        has_extent ? extent_m(kind, state.bodies[body].orientation, contact) : lying_m;
+    const float radius = contact.reach_m;
     if (contact.gap > radius * (1 + kNearby)) continue;
     contacts.push_back({.a = body,
                         .b = contact.body,

@@ -14,16 +14,16 @@ using namespace sphere_constants;
 
 void set_hull(std::span<const Vec3> vertices, SphereKind& kind) {
   const TriangleMesh hull = convex_hull(vertices);
-  kind.corners.resize(3, static_cast<Eigen::Index>(hull.vertices.size()));
-  for (Eigen::Index i = 0; i < kind.corners.cols(); ++i) {
-    kind.corners.col(i) = hull.vertices[static_cast<size_t>(i)].cast<float>().array();
+  kind.hull.corners.resize(3, static_cast<Eigen::Index>(hull.vertices.size()));
+  for (Eigen::Index i = 0; i < kind.hull.corners.cols(); ++i) {
+    kind.hull.corners.col(i) = hull.vertices[static_cast<size_t>(i)].cast<float>().array();
   }
-  kind.faces.resize(3, static_cast<Eigen::Index>(hull.triangles.size()));
-  for (Eigen::Index i = 0; i < kind.faces.cols(); ++i) {
+  kind.hull.faces.resize(3, static_cast<Eigen::Index>(hull.triangles.size()));
+  for (Eigen::Index i = 0; i < kind.hull.faces.cols(); ++i) {
     const auto& triangle = hull.triangles[static_cast<size_t>(i)];
     const Vec3& a = hull.vertices[triangle[0]];
     const Vec3 normal = (hull.vertices[triangle[1]] - a).cross(hull.vertices[triangle[2]] - a);
-    kind.faces.col(i) = (normal / normal.dot(a)).cast<float>().array();
+    kind.hull.faces.col(i) = (normal / normal.dot(a)).cast<float>().array();
   }
 }
 

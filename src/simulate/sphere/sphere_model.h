@@ -10,6 +10,7 @@
 #include "model/model.h"
 #include "simulate/sphere/body_ellipsoid.h"
 #include "simulate/sphere/body_signature.h"
+#include "simulate/sphere/convex_extent.h"
 #include "simulate/sphere/dispatch_table.h"
 #include "simulate/sphere/face_patch.h"
 #include "simulate/sphere/sphere_constants.h"
@@ -45,20 +46,7 @@ struct SphereKind {
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
   std::optional<BlockShape> block;              // where structures are of blocks
-  // Of the convex hull of what has a signature, body frame: its corners (m), and of its faces the
-  // normals over their distances from the centre (1/m). A row a coordinate.
-  using Points = Eigen::Array<float, 3, Eigen::Dynamic, Eigen::RowMajor>;
-  Points corners, faces;
-
-  // m: how far the hull reaches towards a plane whose normal is `-down`, and how far its surface is
-  // from the centre where it meets an edge. `down`: unit, body frame.
-  float support_m(const Vec3f& down) const { return greatest(corners, down); }
-  float extent_m(const Vec3f& down) const { return 1 / greatest(faces, down); }
-
- private:
-  static float greatest(const Points& points, const Vec3f& way) {
-    return (way.x() * points.row(0) + way.y() * points.row(1) + way.z() * points.row(2)).maxCoeff();
-  }
+  ConvexExtent hull;                            // of what has a signature
 };
 
 struct SphereModel {
@@ -90,7 +78,7 @@ struct SphereModel {
   // with. Not so what stands in a structure, `radius_m` being that of its sphere, nor what another
   // engine moves, too.
   bool has_extent(uint32_t body, const SphereBody& state, float radius_m, uint32_t surface) const {
-    return !state.shared && kind(body).corners.size() > 0 && radius_m == kind(body).radius_m &&
+    return !state.shared && !kind(body).hull.is_empty() && radius_m == kind(body).radius_m &&
            method(body, surface) == PairMethod::statistical;
   }
   // m/s; what approaches faster collides

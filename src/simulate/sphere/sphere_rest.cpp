@@ -34,7 +34,7 @@ bool is_stable(const SphereKind& kind, const RestTarget& target, const Quatf& or
                const Vec3f& normal, const Vec3f& up) {
   const Quatf there = float_rotation_between(orientation * target.up, normal) * orientation;
   const Vec3f down = there.conjugate() * -up;
-  return kind.extent_m(down) * -target.up.dot(down) >= (1 - kSurely) * target.height_m;
+  return kind.hull.surface_m(down) * -target.up.dot(down) >= (1 - kSurely) * target.height_m;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "simulate/sphere/sphere_constants.h"
 
@@ -32,6 +33,28 @@ double crossing(const Corners& corners, const Vec3& from, const Vec3& way) {
   if (u < 0 || v < 0 || u + v > 1) return 1;
   const double share = b.dot(q) / volume;
   return share >= 0 ? std::min(share, 1.0) : 1;
+}
+
+// How far the points reach against `outward`, of those whose feet are within the triangle and that
+// are below `height`; 0 if none is. Points and triangle: from one origin, surface's frame.
+float reach_below(const Corners& corners, const Vec3& outward, float height,
+                  const ConvexExtent::Points& points) {
+  using Row = Eigen::Array<float, 1, Eigen::Dynamic>;
+  const auto along = [&](const Vec3& way) {
+    const Vec3f w = way.cast<float>();
+    return w.x() * points.row(0) + w.y() * points.row(1) + w.z() * points.row(2);
+  };
+  thread_local Row above, inside;
+  above = along(outward);
+  if (above.minCoeff() >= height) return 0;
+  inside = Row::Ones(points.cols());
+  for (size_t k = 0; k < 3; ++k) {
+    const Vec3 inwards = outward.cross(corners[(k + 1) % 3] - corners[k]);
+    const auto edge = static_cast<float>(inwards.dot(corners[k]));
+    inside = (along(inwards) >= edge).select(inside, 0.0F);
+  }
+  const float lowest = (inside > 0.0F).select(above, height).minCoeff();
+  return lowest < height ? -lowest : 0;
 }
 
 }  // namespace
@@ -88,39 +111,47 @@ void SurfaceGeometry::select(const Eigen::AlignedBox3f& box, float reach,
   }
 }
 
-void SurfaceGeometry::find(std::span<const uint32_t> surfaces, const Vec3f& centre, float radius,
-                           float reach, std::vector<SurfaceContact>& contacts) const {
-  const Vec3 point = centre.cast<double>();
-  for (const uint32_t surface : surfaces) {
-    const Placed& placed = placed_[surface];
-    if (!placed.is_plane) {
-      find_on_mesh(placed, point, radius, reach, contacts);
-      continue;
-    }
-    const Vec3& normal = placed.normal;
-    const double gap = normal.dot(point - placed.pose.position) - radius;
-    if (gap > reach) continue;
-    const Vec3 arm = point - (gap + radius) * normal - placed.pose.position;
-    const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
-    contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(gap),
-                        velocity.cast<float>(), normal.y() > kLevelGround && velocity.isZero(),
-                        true});
+SurfaceContact SurfaceGeometry::contact_of(const Placed& placed, const Vec3& normal, double gap,
+                                           bool is_face, const SurfaceProbe& probe) {
+  const Vec3 arm = probe.centre.cast<double>() - gap * normal - placed.pose.position;
+  const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
+  SurfaceContact contact{placed.body,
+                         normal.cast<float>(),
+                         static_cast<float>(gap),
+                         velocity.cast<float>(),
+                         is_face && normal.y() > kLevelGround && velocity.isZero(),
+                         is_face,
+                         probe.radius_m};
+  if (probe.hull != nullptr) {
+    const Vec3f down = probe.orientation.conjugate() * -contact.normal;
+    contact.reach_m = is_face ? probe.hull->support_m(down) : probe.hull->surface_m(down);
   }
+  return contact;
 }
 
-void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, double radius,
-                                   double reach, std::vector<SurfaceContact>& contacts) const {
-  const double farthest = radius + reach;
+void SurfaceGeometry::find(uint32_t surface, const SurfaceProbe& probe,
+                           std::vector<SurfaceContact>& contacts) const {
+  const Placed& placed = placed_[surface];
+  if (!placed.is_plane) return find_on_mesh(placed, probe, contacts);
+  const double gap = placed.normal.dot(probe.centre.cast<double>() - placed.pose.position);
+  if (gap <= probe.farthest_m)
+    contacts.push_back(contact_of(placed, placed.normal, gap, true, probe));
+}
+
+void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& probe,
+                                   std::vector<SurfaceContact>& contacts) {
+  const Vec3 centre = probe.centre.cast<double>();
+  const double farthest = probe.farthest_m;
   if (placed.box.squaredExteriorDistance(centre) > farthest * farthest) return;
   const Quat to_local = placed.pose.orientation.conjugate();
   const Vec3 local = to_local * (centre - placed.pose.position);
   const Vec3 around = Vec3::Constant(farthest);
-  struct Near {
-    Vec3 normal;
-    double distance;
-    bool face;
-  };
-  thread_local std::vector<Near> near;
+  thread_local ConvexExtent::Points points;
+  if (probe.hull != nullptr) {
+    const Quatf turn = to_local.cast<float>() * probe.orientation;
+    points = (turn.toRotationMatrix() * probe.hull->corners.matrix()).array();
+  }
+  thread_local std::vector<SurfaceContact> near;
   near.clear();
   placed.tree->for_each_near(Bounds(local - around, local + around), 0, [&](uint32_t i) {
     const Corners& corners = placed.tree->corners()[i];
@@ -132,25 +163,36 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const Vec3& centre, dou
     const Vec3 apart = local - closest_point(corners, local);
     const double distance = apart.norm();
     if (distance > farthest || above < -kEdgeOn * distance) return;
-    const Vec3 normal = distance > 0 ? Vec3(apart / distance) : outward;
-    near.push_back({normal, distance, normal.dot(outward) > 0.999});
+    const Vec3 way = distance > 0 ? Vec3(apart / distance) : outward;
+    const bool is_face = way.dot(outward) > 0.999;
+    const auto add = [&](const SurfaceContact& contact) {
+      if (contact.gap - contact.reach_m <= probe.near_m) near.push_back(contact);
+    };
+    add(contact_of(placed, placed.pose.orientation * way, distance, is_face, probe));
+    if (is_face || probe.hull == nullptr) return;
+    // Its corners may be over triangles beside the one that the centre is above.
+    const Corners from_centre = {corners[0] - local, corners[1] - local, corners[2] - local};
+    const auto height = static_cast<float>(probe.near_m - above);
+    const float reach = reach_below(from_centre, outward, height, points);
+    if (reach <= 0) return;
+    SurfaceContact contact =
+        contact_of(placed, placed.pose.orientation * outward, above, true, probe);
+    contact.reach_m = reach;
+    add(contact);
   });
-  std::ranges::stable_sort(near, {}, &Near::distance);
-  std::array<Vec3, kMostContacts> taken;
-  size_t count = 0;
-  for (const Near& n : near) {
-    if (count == kMostContacts) break;
-    if (std::any_of(taken.begin(), taken.begin() + count,
-                    [&](const Vec3& t) { return t.dot(n.normal) > kSameSurface; })) {
-      continue;
-    }
-    taken[count++] = n.normal;
-    const Vec3 normal = placed.pose.orientation * n.normal;
-    const Vec3 arm = centre - n.distance * normal - placed.pose.position;
-    const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
-    contacts.push_back({placed.body, normal.cast<float>(), static_cast<float>(n.distance - radius),
-                        velocity.cast<float>(),
-                        n.face && normal.y() > kLevelGround && velocity.isZero(), n.face});
+  // Beside a face that goes on, an edge of it is as deep: rounding is not to choose the edge.
+  const auto order = [](const SurfaceContact& contact) {
+    return contact.gap - contact.reach_m * (contact.face ? 1.0001F : 1.0F);
+  };
+  std::ranges::stable_sort(near, {}, order);
+  const auto first = static_cast<ptrdiff_t>(contacts.size());
+  for (const SurfaceContact& n : near) {
+    const std::span<const SurfaceContact> taken(contacts.begin() + first, contacts.end());
+    if (taken.size() == kMostContacts) break;
+    const auto is_same = [&](const SurfaceContact& t) {
+      return t.normal.dot(n.normal) > kSameSurface;
+    };
+    if (std::ranges::none_of(taken, is_same)) contacts.push_back(n);
   }
 }
 

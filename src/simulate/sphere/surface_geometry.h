@@ -10,17 +10,29 @@
 #include "core/state_stream.h"
 #include "geometry/triangle_tree.h"
 #include "model/model.h"
+#include "simulate/sphere/convex_extent.h"
 
 namespace pilesim {
 
-// Where a sphere touches a surface, or is close to it. World frame.
+// What is close to a point of a surface. World frame.
 struct SurfaceContact {
   uint32_t body;   // of the model
-  Vec3f normal;    // unit, towards the sphere
-  float gap;       // m, less than 0 where the sphere is sunk in
+  Vec3f normal;    // unit, towards the point
+  float gap;       // m, from the point; less than 0 behind a plane
   Vec3f velocity;  // m/s, of the surface there
   bool level;      // the surface is horizontal and does not move
-  bool face;       // the point is within a face, not on an edge
+  bool face;       // a face is met, not an edge
+  float reach_m;   // of what is at the point, towards the surface
+};
+
+// What meets surfaces: a ball, or a convex hull about its centre.
+struct SurfaceProbe {
+  Vec3f centre;
+  float farthest_m;  // what is farther from the centre does not matter,
+  float near_m;      // nor what is farther from ball or hull
+  float radius_m = 0;
+  const ConvexExtent* hull = nullptr;  // in place of the ball
+  Quatf orientation = Quatf::Identity();
 };
 
 // A body's surface in the world: all that is known of it besides the model.
@@ -50,9 +62,12 @@ class SurfaceGeometry {
   // The surfaces (for find) that may be nearer than `reach` to a point of the box. Any thread.
   void select(const Eigen::AlignedBox3f& box, float reach, std::vector<uint32_t>& surfaces) const;
 
-  // Appends the contacts of a sphere with what is nearer than `reach` to its surface: one for each
-  // direction (kMostContacts at most a body, the nearest ones). Any thread.
-  void find(std::span<const uint32_t> surfaces, const Vec3f& centre, float radius, float reach,
+  // The body of one of them.
+  uint32_t body(uint32_t surface) const { return placed_[surface].body; }
+
+  // Appends the contacts of what is near one of them: one for each direction, kMostContacts at
+  // most, those that are deepest in the surface. Any thread.
+  void find(uint32_t surface, const SurfaceProbe& probe,
             std::vector<SurfaceContact>& contacts) const;
 
   // Whether a body's surface may touch the sphere.
@@ -71,8 +86,10 @@ class SurfaceGeometry {
     Bounds box;                // of a mesh, world frame
     const TriangleTree* tree;  // null for a plane
   };
-  void find_on_mesh(const Placed& placed, const Vec3& centre, double radius, double reach,
-                    std::vector<SurfaceContact>& contacts) const;
+  static SurfaceContact contact_of(const Placed& placed, const Vec3& normal, double gap,
+                                   bool is_face, const SurfaceProbe& probe);
+  static void find_on_mesh(const Placed& placed, const SurfaceProbe& probe,
+                           std::vector<SurfaceContact>& contacts);
 
   const Model& model_;
   std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, made when first needed

@@ -1,0 +1,25 @@
+// How far the convex hull of an object reaches.
+#pragma once
+
+#include "core/types.h"
+
+namespace pilesim {
+
+struct ConvexExtent {
+  // Body frame: corners (m), and of faces the normals over their distances from the centre (1/m).
+  // A row a coordinate.
+  using Points = Eigen::Array<float, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  Points corners, faces;
+
+  bool is_empty() const { return corners.size() == 0; }
+  // m: towards a plane whose normal is `-down`, and of its surface from the centre. `down`: unit.
+  float support_m(const Vec3f& down) const { return greatest(corners, down); }
+  float surface_m(const Vec3f& down) const { return 1 / greatest(faces, down); }
+
+ private:
+  static float greatest(const Points& points, const Vec3f& way) {
+    return (way.x() * points.row(0) + way.y() * points.row(1) + way.z() * points.row(2)).maxCoeff();
+  }
+};
+
+}  // namespace pilesim
