@@ -125,8 +125,9 @@ inline constexpr float kFaceToFace = 0.3F;
 // Cosine of the slope to the horizontal from which on a surface is a wall, 45 degrees: what leans
 // on it flies still. half, twice: none that is known
 inline constexpr float kWall = 0.7F;
-// Contacts whose normals are closer than this (the cosine) are one. half, twice (never): none
-inline constexpr double kSameSurface = 0.95;
+// Contacts whose normals are closer than this (the cosine) are one. At 0.95 planks on hills sink in
+// by 0.021 D, at 0.98 by less than 0.02.
+inline constexpr double kSameSurface = 0.98;
 // Cosine of the slope up to which ground is level.
 // half, twice (never): none. For the mode of the dissertation alone.
 inline constexpr double kLevelGround = 0.9995;
