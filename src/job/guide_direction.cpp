@@ -41,6 +41,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
     if (filling.is_mould) {
       figures["filling"]["outside_m"] = filling.outside_m;
       figures["filling"]["tries"] = filling.tries;
+      figures["filling"]["hanging"] = filling.hanging;
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
@@ -49,7 +50,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
         {"given", glue->given},       {"pairs", glue->pairs},
         {"contacts", glue->contacts}, {"glued_contacts", glue->glued_contacts},
         {"hanging", glue->hanging},   {"unbalanced", glue->unbalanced},
-        {"outside", glue->outside}};
+        {"outside", glue->outside},   {"leaning_unsolved", glue->leaning_unsolved}};
   }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
   return Json{{"guide", figures}}.dump();
@@ -59,13 +60,16 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
                                   const GuideFilling& filling) {
   std::vector<std::string> lines;
   if (filling.dropped > 0) {
-    lines.push_back(std::string("guide: filled ") +
-                    (filling.is_mould ? "as a mould; " : "upside down; ") +
-                    std::to_string(filling.kept) + " of " + std::to_string(filling.dropped) +
-                    " bodies lie inside, " + percent(filling.volume_share) + " of its volume" +
-                    (filling.tries > 1 ? "; the filling of try " + std::to_string(filling.tries) +
-                                             ", as no glue holds those before"
-                                       : ""));
+    lines.push_back(
+        std::string("guide: filled ") + (filling.is_mould ? "as a mould; " : "upside down; ") +
+        std::to_string(filling.kept) + " of " + std::to_string(filling.dropped) +
+        " bodies lie inside, " + percent(filling.volume_share) + " of its volume" +
+        (filling.tries > 1 ? "; the filling of try " + std::to_string(filling.tries) +
+                                 ", as no glue holds those before"
+                           : "") +
+        (filling.hanging > 0
+             ? "; " + std::to_string(filling.hanging) + " that touched the mould alone are left out"
+             : ""));
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
     lines.push_back(glue->is_solved

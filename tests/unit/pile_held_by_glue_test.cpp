@@ -50,9 +50,9 @@ TEST(HeldByGlue, AShelfStays) {
 // A cube beyond all measure: forces are found, but leave the others unbalanced.
 TEST(HeldByGlue, SaysWhereNoGlueIsFound) {
   Shelf shelf(3);
-  EXPECT_TRUE(glue_holds(shelf.scene, shelf.model));
+  EXPECT_TRUE(judge_start(shelf.scene, shelf.model).holds);
   shelf.model.bodies[4].mass_kg *= 1e12;
-  EXPECT_FALSE(glue_holds(shelf.scene, shelf.model));
+  EXPECT_FALSE(judge_start(shelf.scene, shelf.model).holds);
   GuidedSimulator simulator(shelf.scene, shelf.model);
   run(simulator, 2);
   ASSERT_EQ(simulator.notes().size(), 1);

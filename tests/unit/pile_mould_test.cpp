@@ -106,7 +106,7 @@ struct Refilled : SmallModel {
     model.guide_fill = {0, 40, 0, true};
     filling = fill_guide(scene, model, [&](const Scene&, const Model& filled) {
       EXPECT_FALSE(filled.guide_fill.has_value()) << "as it is simulated";
-      return ++asked >= first_that_stands;
+      return GlueVerdict{++asked >= first_that_stands, {}};
     });
   }
   uint32_t asked = 0;
@@ -131,6 +131,33 @@ TEST(Mould, AFillingThatNoGlueHoldsIsMadeAnewOtherwise) {
   EXPECT_EQ(none.filling.tries, guide_constants::kMostFillings);
   EXPECT_TRUE(are_alike(third.model, none.model));
   EXPECT_EQ(none.filling.kept, none.model.bodies.size());
+}
+
+// Two chambers, of which one is in the air.
+TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
+  SmallModel world;
+  world.scene.frame_rate = 60;
+  world.scene.step_s = 1.0 / 240;
+  world.scene.guide.emplace().file = "guide.obj";
+  const uint32_t wood = world.material(0.3, 0.5), cube = world.box(Vec3::Constant(0.1));
+  world.body(world.plane(), wood, Vec3::Zero(), Role::fixed);
+  for (int i = 0; i < 160; ++i) world.body(cube, wood, Vec3::Zero());
+  world.body(cube, wood, {9, 0.05, 0}).name = "last";
+  world.model.guide = together(moved(box_mesh({0.4, 0.5, 0.4}), {0, 0.25, 0}),
+                               moved(box_mesh({0.4, 0.5, 0.4}), {1, 3, 0}));
+  world.model.guide_fill = {1, 160, 0, true};
+  world.model.events.push_back({5, ModelEvent::Kind::remove, {0, 1, 161}, Vec3::Zero(), {}});
+  const GuideFilling filling = fill_guide(world.scene, world.model);
+  EXPECT_GT(filling.hanging, 25U);
+  EXPECT_GT(filling.kept, 25U);
+  ASSERT_EQ(world.model.bodies.size(), filling.kept + 2);
+  for (uint32_t i = 1; i <= filling.kept; ++i) {
+    EXPECT_LT(world.model.bodies[i].pose.position.y(), 0.5);
+    EXPECT_EQ(world.model.bodies[i].name, "body/" + std::to_string(i));
+  }
+  EXPECT_EQ(world.model.bodies.back().name, "last");
+  EXPECT_NEAR(filling.volume_share, filling.kept * 0.001 / 0.16, 1e-9);
+  EXPECT_EQ(world.model.events[0].bodies, (std::vector<uint32_t>{0, 1, filling.kept + 1}));
 }
 
 // Three thin rods crosswise, which hook into each other.
@@ -176,8 +203,9 @@ TEST(Mould, WhatIsHeldOtherwiseThanByGlueIsFilledOnce) {
   world.body(world.box(Vec3::Constant(0.1)), world.material(0.3, 0.5), Vec3::Zero());
   world.model.guide = box_mesh({0.4, 0.4, 0.4});
   world.model.guide_fill = {0, 1, 0, true};
-  const GuideFilling filling =
-      fill_guide(world.scene, world.model, [](const Scene&, const Model&) { return false; });
+  const GuideFilling filling = fill_guide(world.scene, world.model, [](const Scene&, const Model&) {
+    return GlueVerdict{false, {}};
+  });
   EXPECT_EQ(filling.tries, 1);
 }
 

@@ -150,12 +150,14 @@ void GlueDirector::analyse(ImpulseControl& control) {
   GlueFigures figures;
   figures.is_solved = solution.is_solved;
   figures.contacts = static_cast<uint32_t>(contacts.size());
+  hanging_.clear();
   double mass_kg = 0;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] != Part::pile) continue;
     mass_kg += bodies[body].mass_kg;
-    figures.hanging += solution.hangs[body];
+    if (solution.hangs[body] != 0) hanging_.push_back(body);
   }
+  figures.hanging = static_cast<uint32_t>(hanging_.size());
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] == Part::pile && figures.hanging < state_.counts.in_guide) {
       state_.covered[body] = 1;
@@ -184,7 +186,11 @@ void GlueDirector::analyse(ImpulseControl& control) {
     for (int i = 0; i < 3; ++i) {
       const Vec3 aside = Eigen::AngleAxisd(2 * kPi * i / 3, up_) * side;
       GlueSolution turned = least_glue(bodies, contacts, (up_ + kGlueTilt * aside).normalized());
-      if (turned.is_solved) cases.push_back(std::move(turned));
+      if (turned.is_solved) {
+        cases.push_back(std::move(turned));
+      } else {
+        ++state_.figures->leaning_unsolved;
+      }
     }
     put_on(control, contacts, cases);
   }
@@ -414,7 +420,7 @@ bool are_found(const GlueFigures& figures) {
   return figures.is_solved && figures.unbalanced <= kMostUnbalanced;
 }
 
-bool glue_holds(const Scene& scene, const Model& model) {
+GlueVerdict judge_start(const Scene& scene, const Model& model) {
   Scene start = scene;
   start.simulator.mode = SimulatorMode::impulse;
   start.simulator.engine = EngineKind::exact;
@@ -425,7 +431,7 @@ bool glue_holds(const Scene& scene, const Model& model) {
   GlueDirector director(start, model);
   make_directed_simulator(start, model, static_cast<ImpulseDirector&>(director))->step_frame();
   const std::optional<GlueFigures> figures = director.glue_figures();
-  return !figures || are_found(*figures);
+  return {!figures || are_found(*figures), director.hanging()};
 }
 
 }  // namespace pilesim

@@ -49,8 +49,12 @@ struct GlueState {
 // Whether the forces that an analysis found hold the pile.
 bool are_found(const GlueFigures& figures);
 
-// Whether the analysis of what lies there at the start finds such forces, or there is none yet.
-bool glue_holds(const Scene& scene, const Model& model);
+// What an analysis of what lies there at the start says.
+struct GlueVerdict {
+  bool holds = true;              // such forces are found, or nothing is there yet
+  std::vector<uint32_t> hanging;  // bodies with no way through others to anything that stands
+};
+GlueVerdict judge_start(const Scene& scene, const Model& model);
 
 class GlueDirector final : public PileHolder {
  public:
@@ -67,6 +71,8 @@ class GlueDirector final : public PileHolder {
   std::vector<PairLine> glue() const override;
   std::vector<PairLine> forces() const override { return state_.forces; }
   std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
+  // Of the last analysis: bodies with no way through others to anything that stands.
+  const std::vector<uint32_t>& hanging() const { return hanging_; }
 
  private:
   enum class Part : uint8_t { none, pile, anchor };
@@ -96,6 +102,7 @@ class GlueDirector final : public PileHolder {
   std::optional<InsideTest> shape_;  // none: everywhere
 
   GlueState state_;
+  std::vector<uint32_t> hanging_;
 
   // Made anew in each control step.
   std::vector<Part> parts_;  // (B)

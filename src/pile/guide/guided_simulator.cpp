@@ -66,6 +66,10 @@ std::vector<std::string> GuidedSimulator::notes() const {
                                " of a body's weight unbalanced"
                          : std::string("no glue was found that holds the pile")) +
         ", and it may fall; another \"seed\", fewer bodies or smaller ones may stand");
+  } else if (glue && glue->leaning_unsolved > 0) {
+    notes.push_back("/guide: no glue was found for " + std::to_string(glue->leaning_unsolved) +
+                    " of the three ways in which the pile may lean: it is held upright, but may "
+                    "rock; another \"seed\" may stand more firmly");
   }
   return notes;
 }

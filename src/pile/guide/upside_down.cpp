@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -204,10 +205,41 @@ std::vector<std::pair<uint32_t, Pose>> Fill::kept() const {
   return kept;
 }
 
-// Without the bodies [first, last), which `bodies` may name.
-void forget(std::vector<uint32_t>& bodies, uint32_t first, uint32_t last) {
-  std::erase_if(bodies, [&](uint32_t body) { return body >= first && body < last; });
-  for (uint32_t& body : bodies) body -= body >= last ? last - first : 0;
+// The model without some bodies, by rising index.
+void take_out(std::span<const uint32_t> gone, Model& model) {
+  std::vector<uint32_t> place(model.bodies.size());
+  uint32_t left = 0;
+  for (uint32_t i = 0; i < place.size(); ++i) {
+    place[i] = left;
+    if (std::ranges::binary_search(gone, i)) continue;
+    if (left < i) model.bodies[left] = std::move(model.bodies[i]);
+    ++left;
+  }
+  model.bodies.resize(left);
+  const auto forget = [&](std::vector<uint32_t>& bodies) {
+    std::erase_if(bodies, [&](uint32_t body) { return std::ranges::binary_search(gone, body); });
+    for (uint32_t& body : bodies) body = place[body];
+  };
+  for (ModelEvent& event : model.events) forget(event.bodies);
+  for (ModelPairRule& rule : model.pair_rules) {
+    forget(rule.a);
+    forget(rule.b);
+  }
+}
+
+// What nothing but the mould held. Names go on in order.
+void leave_out(const std::vector<uint32_t>& hanging, uint32_t first, const TriangleMesh& guide,
+               Model& model, GuideFilling& filling) {
+  filling.hanging = static_cast<uint32_t>(hanging.size());
+  double volume = 0;
+  for (const uint32_t body : hanging)
+    volume += model.shapes[model.bodies[body].shape].mass.volume_m3;
+  filling.volume_share -= volume / mass_properties(guide).volume_m3;
+  std::vector<std::string> names;
+  for (uint32_t i = 0; i < filling.kept; ++i) names.push_back(model.bodies[first + i].name);
+  filling.kept -= filling.hanging;
+  take_out(hanging, model);
+  for (uint32_t i = 0; i < filling.kept; ++i) model.bodies[first + i].name = names[i];
 }
 
 void release(double time_s, uint32_t body, Model& model) {
@@ -254,13 +286,9 @@ GuideFilling fill_once(const Scene& scene, Model& model, uint32_t attempt) {
     volume += model.shapes[body.shape].mass.volume_m3;
   }
   filling.volume_share = volume / mass_properties(model.guide).volume_m3;
-  const uint32_t last_kept = range.first + filling.kept, last = range.first + range.count;
-  model.bodies.erase(model.bodies.begin() + last_kept, model.bodies.begin() + last);
-  for (ModelEvent& event : model.events) forget(event.bodies, last_kept, last);
-  for (ModelPairRule& rule : model.pair_rules) {
-    forget(rule.a, last_kept, last);
-    forget(rule.b, last_kept, last);
-  }
+  std::vector<uint32_t> gone(range.count - filling.kept);
+  std::iota(gone.begin(), gone.end(), range.first + filling.kept);
+  take_out(gone, model);
   for (uint32_t i = 0; i < filling.kept; ++i) {
     if (before[i].start_s > 0) release(before[i].start_s, range.first + i, model);
   }
@@ -271,16 +299,19 @@ GuideFilling fill_once(const Scene& scene, Model& model, uint32_t attempt) {
 
 }  // namespace
 
-GuideFilling fill_guide(const Scene& scene, Model& model, const Stands& stands) {
+GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge) {
   if (!model.guide_fill) return {};
-  if (!model.guide_fill->is_mould || scene.guide->hold != HoldKind::glue) {
-    return fill_once(scene, model, 0);
-  }
+  const GuideFill range = *model.guide_fill;
+  if (!range.is_mould || scene.guide->hold != HoldKind::glue) return fill_once(scene, model, 0);
   for (uint32_t attempt = 0;; ++attempt) {
     Model filled = model;
     GuideFilling filling = fill_once(scene, filled, attempt);
     filling.tries = attempt + 1;
-    if (filling.tries < kMostFillings && !stands(scene, filled)) continue;
+    const GlueVerdict verdict = judge(scene, filled);
+    if (!verdict.holds && filling.tries < kMostFillings) continue;
+    if (verdict.hanging.size() < filling.kept) {
+      leave_out(verdict.hanging, range.first, model.guide, filled, filling);
+    }
     model = std::move(filled);
     return filling;
   }

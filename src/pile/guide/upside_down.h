@@ -19,6 +19,7 @@ struct GuideFilling {
   double volume_share = 0;  // of the guide, that these have
   double simulated_s = 0;
   uint32_t tries = 1;     // fillings made: the last is that which is kept
+  uint32_t hanging = 0;   // left out, as nothing but the mould held them
   bool is_mould = false;  // not upside down
   double outside_m = 0;   // of a mould: how far the bodies kept reach through its walls, at most
 };
@@ -29,9 +30,9 @@ struct GuideFilling {
 // level, against gravity. Deterministic in scene.seed. Throws Error(input) at /guide where it has
 // no level base, and at the emitter where nothing fits.
 //
-// A mould whose bodies glue is to hold is filled anew, otherwise, where `stands` says of the model
-// as filled that none can: up to kMostFillings times in all.
-using Stands = std::function<bool(const Scene&, const Model&)>;
-GuideFilling fill_guide(const Scene& scene, Model& model, const Stands& stands = glue_holds);
+// A mould whose bodies glue is to hold is filled anew, otherwise, where `judge` says of the model
+// as filled that none can: up to kMostFillings times in all. What then hangs leaves the model.
+using JudgeStart = std::function<GlueVerdict(const Scene&, const Model&)>;
+GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge = judge_start);
 
 }  // namespace pilesim
