@@ -45,12 +45,17 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
-    figures["glue_needed"] = {
-        {"solved", glue->is_solved},  {"weights", glue->weights},
-        {"given", glue->given},       {"pairs", glue->pairs},
-        {"contacts", glue->contacts}, {"glued_contacts", glue->glued_contacts},
-        {"hanging", glue->hanging},   {"unbalanced", glue->unbalanced},
-        {"outside", glue->outside},   {"leaning_unsolved", glue->leaning_unsolved}};
+    figures["glue_needed"] = {{"solved", glue->is_solved},
+                              {"weights", glue->weights},
+                              {"given", glue->given},
+                              {"pairs", glue->pairs},
+                              {"contacts", glue->contacts},
+                              {"glued_contacts", glue->glued_contacts},
+                              {"hanging", glue->hanging},
+                              {"unbalanced", glue->unbalanced},
+                              {"outside", glue->outside},
+                              {"largest_force", glue->largest_force},
+                              {"leaning_unsolved", glue->leaning_unsolved}};
   }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
   return Json{{"guide", figures}}.dump();

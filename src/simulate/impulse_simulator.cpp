@@ -61,7 +61,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   ConstraintId add_glue(const GlueSpot& spot) override { return exact_.add_glue(spot); }
   void remove_constraint(ConstraintId constraint) override { exact_.remove_constraint(constraint); }
   bool holds(ConstraintId constraint) const override { return exact_.holds(constraint); }
-  void solve_finely() override { exact_.solve_finely(); }
+  void solve_finely(int substeps) override { exact_.solve_finely(substeps); }
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
   void save(StateWriter& writer) const override;
   void load(StateReader& reader) override;

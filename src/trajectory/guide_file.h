@@ -79,11 +79,13 @@ struct GlueFigures {
   // Of its certificate, in long double: the most of any body's force and torque, in its m g and
   // m g r, that does not balance; the most by which a force leaves its cone, in mean weights.
   double unbalanced = 0, outside = 0;
+  double largest_force = 0;       // of two that push each other, in mean weights
   uint32_t leaning_unsolved = 0;  // cases of gravity that leans for which no forces were found
 
   static void fields(auto& self, auto& stream) {
     stream(self.is_solved, self.contacts, self.glued_contacts, self.pairs, self.hanging,
-           self.weights, self.given, self.unbalanced, self.outside, self.leaning_unsolved);
+           self.weights, self.given, self.unbalanced, self.outside, self.largest_force,
+           self.leaning_unsolved);
   }
 };
 

@@ -37,7 +37,7 @@ void GlueDirector::direct(ImpulseControl& control) {
     state_.control_s += watch.seconds();
   }
   // What stands without glue, too: a high pile that is soft leans until it falls.
-  if (is_as_analysed()) control.solve_finely();
+  if (is_as_analysed()) control.solve_finely(substeps());
   ++state_.step;
 }
 
@@ -172,6 +172,10 @@ void GlueDirector::analyse(ImpulseControl& control) {
       figures.given = *guide_.max_glue / figures.weights;
     }
     for (const double glue : solution.glue_kg) figures.glued_contacts += glue > 0 ? 1 : 0;
+    for (const Vec3& force : solution.force) {
+      figures.largest_force = std::max(figures.largest_force, force.norm());
+    }
+    figures.largest_force /= mass_kg / state_.counts.in_guide;
     note_forces(control, contacts, solution);
   }
   for (uint32_t body = 0; body < parts_.size(); ++body) {
@@ -378,6 +382,12 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
 }
 
 // While forces of the last analysis last: the others ended before it.
+// What carries much gives much: as many weights times the square of the substep.
+int GlueDirector::substeps() const {
+  return state_.figures && state_.figures->largest_force > kGreatForce ? kSubstepsOfGreatForces
+                                                                       : kSubstepsOfForces;
+}
+
 bool GlueDirector::is_as_analysed() const {
   return std::ranges::any_of(state_.forces,
                              [](const PairLine& line) { return !std::isfinite(line.until_s); });
@@ -425,9 +435,9 @@ GlueVerdict judge_start(const Scene& scene, const Model& model) {
   start.simulator.mode = SimulatorMode::impulse;
   start.simulator.engine = EngineKind::exact;
   start.guide->control = false;
-  // Contacts are known after a step.
+  // Contacts are known after a step, those with the ground perhaps after some more.
   start.step_s = scene.actual_step_s();
-  start.frame_rate = 1 / (2 * start.step_s);
+  start.frame_rate = 1 / (kStepsOfStart * start.step_s);
   GlueDirector director(start, model);
   make_directed_simulator(start, model, static_cast<ImpulseDirector&>(director))->step_frame();
   const std::optional<GlueFigures> figures = director.glue_figures();

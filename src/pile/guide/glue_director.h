@@ -85,6 +85,7 @@ class GlueDirector final : public PileHolder {
   void note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
                    const GlueSolution& solution);
   void end_forces(const ImpulseControl& control);
+  int substeps() const;
   bool is_as_analysed() const;
   void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
               std::span<const GlueSolution> cases);

@@ -51,6 +51,12 @@ inline constexpr double kGlueStrength = 3;
 // Glue holds with gravity turned by so much to any side, tan: what stands on a small foot, and
 // moves by a little when the mould goes, asks more of it than where it was.
 inline constexpr double kGlueTilt = 0.05;
+// In which a pile has come to touch what it stands on.
+inline constexpr int kStepsOfStart = 4;
+// Substeps of a step while forces of an analysis hold, and where one of them is greater than so many
+// mean weights: a pile is as soft as a force is great, and by the square of a substep.
+inline constexpr int kSubstepsOfForces = 16, kSubstepsOfGreatForces = 32;
+inline constexpr double kGreatForce = 50;
 // What has less glue than it needs is analysed anew where a body of it has moved by so much, in r.
 inline constexpr double kSlumps = 0.2;
 // ... and is as slow as this, in sqrt(g r).

@@ -86,13 +86,14 @@ void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& 
 void StepSolver::solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
                        const std::function<void(int)>& partner) {
   list_bodies(touching, ahead_s, static_cast<bool>(partner));
-  const bool is_fine = std::exchange(is_fine_, false);
+  const int least_substeps = std::exchange(least_substeps_, 0);
   if (moving_ == 0) return;
   list_contacts(touching);
   list_joints();
   settings_.partner = partner;
   settings_.substeps = is_few_ ? kSubstepsOfFew : kSubstepsOfMany;
-  if (is_fine || std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
+  settings_.substeps = std::max(settings_.substeps, least_substeps);
+  if (std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
     settings_.substeps = std::max(settings_.substeps, kSubstepsOfGlue);
   }
   if (is_few_) {

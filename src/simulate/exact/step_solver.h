@@ -23,7 +23,7 @@ class StepSolver {
   // it shares the partner is called; empty: there is none.
   void solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
              const std::function<void(int)>& partner);
-  void solve_finely() { is_fine_ = true; }  // next time, with the substeps of what is glued
+  void solve_finely(int substeps) { least_substeps_ = substeps; }  // next time
   // Whether solve() has moved the body.
   bool has_moved(uint32_t body) const { return place_[body] != kNone; }
 
@@ -51,7 +51,7 @@ class StepSolver {
   std::vector<Body>& bodies_;
   RollingResistance resistance_;
   bool is_few_;
-  bool is_fine_ = false;  // the next solve()
+  int least_substeps_ = 0;  // of the next solve()
   SolverSettings settings_;
   ContactSolver<float> many_;
   ContactSolver<double> few_;
