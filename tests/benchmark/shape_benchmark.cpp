@@ -4,9 +4,10 @@
 // Scenes: plane125 and plane512, bodies that fall onto a plane, crate200, and funnel125, through a
 // funnel onto a plane. A shape's signature is measured first, with how it packs. Prints by how much
 // mean height, mean radius, pile angle and packing differ from the reference's (in brackets: the
-// deviations of one run, the reference's and the statistical mode's), and how many are within the
-// goals of each scene. Meshes and signatures stay in the directory, and so do the runs of the
-// reference (reference.csv): remove it where the exact engine has changed.
+// deviations of one run, the reference's and the statistical mode's), how many are within the goals
+// of each scene, and how many would be by chance alone. Meshes and signatures stay in the
+// directory, and so do the runs of the reference (reference.csv): remove it where the exact engine
+// has changed.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -210,8 +211,18 @@ Spread spread_of(const std::vector<Figures>& runs, double Figures::*figure) {
   return s;
 }
 
-// By scene and figure, of each shape: the size of its error.
-using Errors = std::map<std::string, std::array<std::vector<double>, kJudged.size()>>;
+// The size of an error, and how likely one within the goal is by chance alone: of means of other
+// runs of the reference, and of this mode's if its figure were right.
+struct ShapeError {
+  double size = 0, again = 0, right = 0;
+};
+// By scene and figure, of each shape.
+using Errors = std::map<std::string, std::array<std::vector<ShapeError>, kJudged.size()>>;
+
+// That the difference of two means of so many runs is within the goal.
+double chance_within(double goal, double deviation_a, double deviation_b, int runs) {
+  return std::erf(goal / (std::sqrt(2.0 / runs) * std::hypot(deviation_a, deviation_b)));
+}
 
 void judge(const NamedSolid& solid, const Options& options, Reference& reference, Errors& errors) {
   const fs::path mesh = fs::absolute(options.output / (solid.name + ".obj"));
@@ -244,9 +255,12 @@ void judge(const NamedSolid& solid, const Options& options, Reference& reference
       const Spread a = spread_of(exact, judged.figure), b = spread_of(drawn, judged.figure);
       const double unit = judged.is_relative ? 100 / a.mean : 1;
       const double error = unit * (b.mean - a.mean);
-      errors[name][i].push_back(std::abs(error));
+      const double own = unit * a.deviation, other = unit * b.deviation;
+      errors[name][i].push_back({std::abs(error),
+                                 chance_within(judged.goal, own, own, options.seeds),
+                                 chance_within(judged.goal, own, other, options.seeds)});
       std::printf("  %7.3f %+5.1f%s (%4.1f, %4.1f)", a.mean, error, judged.is_relative ? "%" : "",
-                  unit * a.deviation, unit * b.deviation);
+                  own, other);
     }
     std::printf("  %.2f and %.2f s\n", exact[0].time_s, drawn[0].time_s);
     std::fflush(stdout);
@@ -256,13 +270,20 @@ void judge(const NamedSolid& solid, const Options& options, Reference& reference
 void sum_up(Errors& errors) {
   for (auto& [scene, figures] : errors) {
     for (size_t i = 0; i < kJudged.size(); ++i) {
-      std::vector<double>& sizes = figures[i];
-      std::ranges::sort(sizes);
-      const size_t count = sizes.size();
-      const auto within = std::ranges::upper_bound(sizes, kJudged[i].goal) - sizes.begin();
-      std::printf("%-9s %-8s %td of %zu within %.1f; median %.1f, nine of ten below %.1f\n",
-                  scene.c_str(), kJudged[i].name, within, count, kJudged[i].goal, sizes[count / 2],
-                  sizes[count * 9 / 10]);
+      std::vector<ShapeError>& all = figures[i];
+      std::ranges::sort(all, {}, &ShapeError::size);
+      double again = 0, right = 0;
+      for (const ShapeError& error : all) {
+        again += error.again;
+        right += error.right;
+      }
+      const auto within =
+          std::ranges::upper_bound(all, kJudged[i].goal, {}, &ShapeError::size) - all.begin();
+      std::printf(
+          "%-9s %-8s %td of %zu within %.1f; median %.1f, nine of ten below %.1f; by chance alone "
+          "%.1f would be if right, and %.1f other runs of the reference\n",
+          scene.c_str(), kJudged[i].name, within, all.size(), kJudged[i].goal,
+          all[all.size() / 2].size, all[all.size() * 9 / 10].size, right, again);
     }
   }
 }
