@@ -143,6 +143,20 @@ TEST(FinishRest, WhatReachesThroughAThinWallIsDrawnBack) {
   EXPECT_EQ(states.position[3], pile.states().position[3]);
 }
 
+TEST(FinishRest, WhatReachesThroughAThinWallEndsBesideIt) {
+  Pile pile;
+  const uint32_t wall = pile.box({0.02, 1, 2});
+  pile.body(wall, pile.stuff, {0, 0.5, 0}, Role::fixed);
+  const uint32_t stick = pile.box({0.6, 0.05, 0.05});
+  for (const double z : {-0.4, 0.0, 0.4}) pile.body(stick, pile.stuff, {-0.05, 0.03, z});
+  ExactRest rest(pile.scene, pile.model, pile.states());
+  finish(rest);
+  for (size_t i = 2; i < pile.model.bodies.size(); ++i) {
+    EXPECT_LT(rest.states().position[i].x(), -0.3) << i;
+    EXPECT_NEAR(rest.states().position[i].y(), 0.025, 0.002) << i;
+  }
+}
+
 TEST(FinishRest, WhatIsHeldOrFrozenStandsAndWhatIsAbsentIsNotThere) {
   Pile pile;
   pile.add({0, 1, 0});       // held in the air
