@@ -17,6 +17,8 @@ bl_info = {
 }
 
 MOST_OBJECTS = 1000  # above it bodies become instances, as pilesim export has it
+MOST_GLOSSES, GLOSS_STEPS = 64, numpy.array([10, 5])  # more different ones are rounded, to tenths and fifths
+PLAIN_GLOSS = 0.45, 0  # roughness and clear coat, where the run does not say
 MOST_HELD = 64  # chunks of frames that are kept in memory
 
 
@@ -118,7 +120,8 @@ class Store:
         painted = numpy.zeros(len(material), bool)
         if os.path.isdir(os.path.join(path, "body_painted")):
             painted = self.stored("body_painted").whole().astype(bool)
-        of_body = list(zip(material.tolist(), map(tuple, colour.tolist()), painted.tolist()))
+        gloss = self.gloss_of_bodies()
+        of_body = list(zip(material.tolist(), map(tuple, colour.tolist()), painted.tolist(), map(tuple, gloss.tolist())))
         looks = sorted(set(of_body))
         number = {look: i for i, look in enumerate(looks)}
         self.look = numpy.array([number[key] for key in of_body], int)
@@ -127,9 +130,11 @@ class Store:
         self.about = {
             "body_name": self.attributes["body_name"],
             "shape_name": [shape["name"] for shape in self.attributes["shapes"]],
-            "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c, _ in looks],
-            "look_colour": [c for _, c, _ in looks],
-            "look_painted": [p for _, _, p in looks],
+            "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c, _, _ in looks],
+            "look_colour": [c for _, c, _, _ in looks],
+            "look_painted": [p for _, _, p, _ in looks],
+            "look_roughness": [g[0] for _, _, _, g in looks],
+            "look_clear_coat": [g[1] for _, _, _, g in looks],
             "frame_rate": self.attributes["frame_rate"],
             "aspect": size[0] / size[1],
         }
@@ -137,18 +142,35 @@ class Store:
         if "camera" in scene:
             self.made["camera"] = camera_rows(scene["camera"], self.frame / self.attributes["frame_rate"])
 
+    def gloss_of_bodies(self):
+        """Roughness and clear coat, as pilesim export has them: many different ones rounded, planes matt."""
+        gloss = numpy.full((len(self.shape), 2), PLAIN_GLOSS)
+        if os.path.isdir(os.path.join(self.path, "body_gloss")):
+            gloss = self.stored("body_gloss").whole().astype(float)
+        if len(numpy.unique(gloss, axis=0)) > MOST_GLOSSES:
+            gloss = numpy.round(gloss * GLOSS_STEPS) / GLOSS_STEPS
+        plane = numpy.array([shape["plane"] for shape in self.attributes["shapes"]])
+        gloss[plane[self.shape]] = 1, 0
+        return gloss
+
     def stored(self, name):
         return Array(os.path.join(self.path, *name.split("/")), self.unpack)
 
     def has(self, name):
-        return name in self.made
+        return name in self.made or os.path.isdir(os.path.join(self.path, self.place(name)))
+
+    @staticmethod
+    def place(name):
+        """Of an array of Pile's in the store: shape_2_uv is shapes/2/uv, texture_0 is textures/0."""
+        kind, *inner = name.split("_")
+        return os.path.join(kind + "s", *inner)
 
     def array(self, name):
         if name in self.made:
             return self.made[name]
-        _, shape, what = name.split("_")
-        if what == "colours":
-            return self.stored(f"shapes/{shape}/colours").whole()
+        kind, shape, *what = name.split("_")
+        if kind == "texture" or what[0] in ("colours", "texture", "uv"):
+            return self.stored(self.place(name)).whole()
         if f"shape_{shape}_vertices" not in self.made:
             self.made[f"shape_{shape}_vertices"], self.made[f"shape_{shape}_triangles"] = self.mesh(int(shape))
         return self.made[name]

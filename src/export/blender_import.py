@@ -20,6 +20,7 @@ DATA, FORM = "pile.npz", "objects"
 
 LINEAR, CONSTANT = 1, 0  # interpolations of keys
 PAINT = "paint"  # the attribute with the colours of a mesh's own file
+COAT_ROUGHNESS = 0.08  # of the clear layer over a body
 
 
 class Pile:
@@ -79,26 +80,78 @@ def linear_of(srgb):
     return numpy.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
-def make_material(name, srgb, painted):
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    linear = linear_of(srgb)
-    shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
-    shader.inputs["Base Color"].default_value = (*linear, 1)
-    shader.inputs["Roughness"].default_value = 0.7
-    material.diffuse_color = (*linear, 1)
-    if painted:
-        paint = material.node_tree.nodes.new("ShaderNodeAttribute")
-        paint.attribute_name = PAINT
-        material.node_tree.links.new(paint.outputs["Color"], shader.inputs["Base Color"])
-    return material
+def make_image(name, pixels):
+    """A picture that the .blend holds. `pixels`: rows from the top, sRGB bytes; Blender's begin at the bottom."""
+    height, width, _ = pixels.shape
+    rows = numpy.ones((height, width, 4), numpy.float32)
+    rows[..., :3] = pixels[::-1] / numpy.float32(255)
+    image = bpy.data.images.new(name, width, height)
+    image.pixels.foreach_set(rows.ravel())
+    image.update()
+    image.pack()
+    return image
+
+
+class Materials:
+    """Of looks and textures: each is made once, when it is first asked for."""
+
+    def __init__(self, pile):
+        self.pile, self.made, self.images = pile, {}, {}
+
+    def of(self, look, texture):
+        """`texture`: 1 + number of the picture, 0: none."""
+        if (look, texture) not in self.made:
+            self.made[look, texture] = self.make(look, texture)
+        return self.made[look, texture]
+
+    def make(self, look, texture):
+        name, colour, painted, roughness, coat = (
+            self.pile.about["look_" + what][look] for what in ("name", "colour", "painted", "roughness", "clear_coat"))
+        material = bpy.data.materials.new(name + (f" texture {texture}" if texture else ""))
+        material.use_nodes = True
+        nodes, linear = material.node_tree.nodes, linear_of(colour)
+        shader = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
+        shader.inputs["Base Color"].default_value = (*linear, 1)
+        shader.inputs["Roughness"].default_value = roughness
+        new = bpy.app.version >= (4, 0, 0)
+        shader.inputs["Coat Weight" if new else "Clearcoat"].default_value = coat
+        shader.inputs["Coat Roughness" if new else "Clearcoat Roughness"].default_value = COAT_ROUGHNESS
+        material.diffuse_color = (*linear, 1)
+        if texture:
+            paint = nodes.new("ShaderNodeTexImage")
+            paint.image = self.image(texture)
+        elif painted:
+            paint = nodes.new("ShaderNodeAttribute")
+            paint.attribute_name = PAINT
+        if painted:
+            material.node_tree.links.new(paint.outputs["Color"], shader.inputs["Base Color"])
+        return material
+
+    def image(self, texture):
+        if texture not in self.images:
+            pixels = numpy.asarray(self.pile.array(f"texture_{texture - 1}"))
+            self.images[texture] = make_image(f"texture {texture}", pixels)
+        return self.images[texture]
+
+
+def add_materials(mesh, pile, materials, shape, look):
+    """The look's own, or of a painted one a material for each of the mesh's textures, with the places in them."""
+    texture = f"shape_{shape}_texture"
+    if not pile.about["look_painted"][look] or not pile.has(texture):
+        mesh.materials.append(materials.of(look, 0))
+        return
+    numbers, of_triangle = numpy.unique(pile.array(texture), return_inverse=True)
+    for number in numbers.tolist():
+        mesh.materials.append(materials.of(look, number))
+    mesh.polygons.foreach_set("material_index", of_triangle.astype(numpy.int32))
+    places = numpy.array(pile.array(f"shape_{shape}_uv"), numpy.float32)
+    places[..., 1] = 1 - places[..., 1]  # from the lower border
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", places.ravel())
 
 
 def make_meshes(pile):
     """(shape, look) -> a mesh that all bodies of both share."""
-    materials = [make_material(*look) for look in
-                 zip(*(pile.about.get("look_" + what, []) for what in ("name", "colour", "painted")))]
-    meshes = {}
+    materials, meshes = Materials(pile), {}
     for shape, look in sorted(set(zip(pile.shape.tolist(), pile.look.tolist()))):
         name = pile.about["shape_name"][shape]
         vertices = pile.array(f"shape_{shape}_vertices")
@@ -114,7 +167,7 @@ def make_meshes(pile):
         if bpy.app.version < (4, 1, 0):
             mesh.polygons.foreach_set("loop_total", numpy.full(len(triangles), 3, numpy.int32))
         mesh.polygons.foreach_set("use_smooth", numpy.ones(len(triangles), bool))
-        mesh.materials.append(materials[look])
+        add_materials(mesh, pile, materials, shape, look)
         if pile.about["look_painted"][look]:
             colours = linear_of(pile.array(f"shape_{shape}_colours"))
             paint = mesh.attributes.new(PAINT, "FLOAT_COLOR", "CORNER")

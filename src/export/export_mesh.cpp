@@ -1,5 +1,6 @@
 #include "export/export_mesh.h"
 
+#include <algorithm>
 #include <map>
 
 #include "render/draw_list.h"
@@ -55,6 +56,21 @@ ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m) {
     if (!drawn.texture_map.empty()) mesh.texture_map.add(drawn.texture_map, triangle);
   }
   return mesh;
+}
+
+uint32_t NumberedTextures::number(const Texture& texture) {
+  const auto found = std::ranges::find(all_, &texture);
+  const auto number = static_cast<uint32_t>(1 + (found - all_.begin()));
+  if (found == all_.end()) all_.push_back(&texture);
+  return number;
+}
+
+std::vector<uint32_t> NumberedTextures::numbers(const TextureMap& map) {
+  std::vector<uint32_t> numbers;
+  for (const uint32_t own : map.texture) {
+    numbers.push_back(own == 0 ? 0 : number(*map.textures[own - 1]));
+  }
+  return numbers;
 }
 
 }  // namespace pilesim

@@ -33,4 +33,15 @@ struct ExportMesh {
 // A plane becomes a square about its origin that reaches `plane_reach_m` each way.
 ExportMesh make_export_mesh(const TrajectoryShape& shape, float plane_reach_m);
 
+// The textures of several meshes, each of them once.
+class NumberedTextures {
+ public:
+  uint32_t number(const Texture& texture);               // 1 + index into all()
+  std::vector<uint32_t> numbers(const TextureMap& map);  // of its triangles, 0: none
+  const std::vector<const Texture*>& all() const { return all_; }
+
+ private:
+  std::vector<const Texture*> all_;
+};
+
 }  // namespace pilesim

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
 #include "core/error.h"
+#include "export/export_text.h"
 #include "render/view.h"
 #include "scene/camera_path.h"
 
@@ -20,6 +23,10 @@ namespace {
 // Planes end where nothing is: farther off than anything was, but not where one body fell for ever.
 constexpr float kPlaneReaches = 2;  // of the farthest place of a body
 constexpr float kLeastPlane_m = 1, kMostPlane_m = 1000;
+// Emitters may draw roughness and clear coat for each body, which then would share its material
+// with no other: more pairs than these are rounded.
+constexpr size_t kMostGlosses = 64;
+constexpr float kRoughnessSteps = 10, kCoatSteps = 5;
 
 std::vector<uint8_t> chosen_by(const std::vector<std::string>& patterns,
                                const std::vector<std::string>& names) {
@@ -49,6 +56,40 @@ std::string hex(const Colour& colour) {
   return text.data();
 }
 
+using Gloss = std::array<float, 2>;  // roughness, clear coat
+
+Gloss plain_gloss() {
+  const Material plain;
+  return {static_cast<float>(plain.roughness), static_cast<float>(plain.clear_coat)};
+}
+
+// Of each body. Planes are matt, as pictures have them.
+std::vector<Gloss> glosses_of(const TrajectoryHeader& header) {
+  std::vector<Gloss> gloss = header.body_gloss;
+  if (gloss.empty()) gloss.assign(header.body_count(), plain_gloss());
+  if (std::set(gloss.begin(), gloss.end()).size() > kMostGlosses) {
+    for (auto& [roughness, clear_coat] : gloss) {
+      roughness = std::round(kRoughnessSteps * roughness) / kRoughnessSteps;
+      clear_coat = std::round(kCoatSteps * clear_coat) / kCoatSteps;
+    }
+  }
+  for (size_t body = 0; body < gloss.size(); ++body) {
+    if (header.shapes[header.body_shape[body]].is_plane) gloss[body] = {1, 0};
+  }
+  return gloss;
+}
+
+// What names of looks end with, where they have another gloss than what nothing is said of.
+std::string gloss_words(const Gloss& gloss, bool is_plane) {
+  if (is_plane || gloss == plain_gloss()) return "";
+  std::string text = " roughness ";
+  append_rounded(text, gloss[0], 3);
+  if (gloss[1] == 0) return text;
+  text += " coat ";
+  append_rounded(text, gloss[1], 3);
+  return text;
+}
+
 bool is_present(uint8_t state) { return (state & kPresent) != 0; }
 
 }  // namespace
@@ -76,17 +117,19 @@ ExportSource::ExportSource(TrajectoryReader& trajectory, ExportChoice choice)
 void ExportSource::choose_bodies() {
   const TrajectoryHeader& all = header();
   const std::vector<uint8_t> chosen = chosen_by(choice_.only, all.body_name);
-  std::map<std::tuple<uint32_t, bool, Colour>, uint32_t> look_of;
+  const std::vector<Gloss> gloss = glosses_of(all);
+  std::map<std::tuple<uint32_t, bool, Gloss, Colour>, uint32_t> look_of;
   for (uint32_t id = 0; id < all.body_count(); ++id) {
     if (chosen[id] == 0) continue;
     const bool is_painted = all.body_painted[id] != 0;
-    const std::tuple key(all.body_material[id], is_painted, all.body_colour[id]);
+    const std::tuple key(all.body_material[id], is_painted, gloss[id], all.body_colour[id]);
     const auto [look, is_new] = look_of.try_emplace(key, static_cast<uint32_t>(looks_.size()));
     if (is_new) {
       const Colour& colour = all.body_colour[id];
       looks_.push_back({all.materials[all.body_material[id]] + ' ' + hex(colour) +
-                            (is_painted ? " painted" : ""),
-                        colour, is_painted});
+                            (is_painted ? " painted" : "") +
+                            gloss_words(gloss[id], all.shapes[all.body_shape[id]].is_plane),
+                        colour, is_painted, gloss[id][0], gloss[id][1]});
     }
     bodies_.push_back(
         {.name = all.body_name[id], .id = id, .shape = all.body_shape[id], .look = look->second});

@@ -16,7 +16,8 @@ namespace pilesim {
 struct ExportLook {
   std::string name;  // "wood d66b4e": of the material and the colour; "wood d66b4e painted"
   Colour colour;
-  bool is_painted = false;  // in the colours of its mesh; `colour` is a mean of them
+  bool is_painted = false;              // in the colours of its mesh; `colour` is a mean of them
+  float roughness = 0, clear_coat = 0;  // [0, 1], as Material has them; planes are matt
 };
 
 struct ExportBody {

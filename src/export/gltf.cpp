@@ -122,8 +122,10 @@ class Document {
     std::string text = R"({"asset": {"version": "2.0", "generator": "pilesim"},)";
     text += "\n\"extras\": {\"frame_rate\": " + text_of(source_.header().frame_rate) +
             ", \"first_frame\": " + std::to_string(source_.frame(0)) + "}";
+    std::string used = has_instances_ ? "\"EXT_mesh_gpu_instancing\"" : "";
+    if (has_coats_) used += (used.empty() ? "" : ", ") + quoted("KHR_materials_clearcoat");
+    if (!used.empty()) text += ",\n\"extensionsUsed\": [" + used + "]";
     if (has_instances_) {
-      text += ",\n\"extensionsUsed\": [\"EXT_mesh_gpu_instancing\"]";
       text += ",\n\"extensionsRequired\": [\"EXT_mesh_gpu_instancing\"]";
     }
     std::string roots;
@@ -304,11 +306,19 @@ class Document {
       picture =
           ", \"baseColorTexture\": {\"index\": " + std::to_string(add_texture(*texture)) + "}";
     }
-    found->second =
-        materials_.add("{\"name\": " + quoted(source.name) +
-                       ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour + "1]" +
-                       picture + ", \"metallicFactor\": 0, \"roughnessFactor\": 0.7}}");
+    found->second = materials_.add(
+        "{\"name\": " + quoted(source.name) +
+        ", \"pbrMetallicRoughness\": {\"baseColorFactor\": [" + colour + "1]" + picture +
+        ", \"metallicFactor\": 0, \"roughnessFactor\": " + text_of(source.roughness) + "}" +
+        clear_coat(source.clear_coat) + "}");
     return found->second;
+  }
+
+  std::string clear_coat(float amount) {
+    if (amount == 0) return "";
+    has_coats_ = true;
+    return ", \"extensions\": {\"KHR_materials_clearcoat\": {\"clearcoatFactor\": " +
+           text_of(amount) + ", \"clearcoatRoughnessFactor\": " + text_of(kCoatRoughness) + "}}";
   }
 
   size_t add_texture(const Texture& texture) {
@@ -475,7 +485,7 @@ class Document {
   std::map<std::pair<uint32_t, const Texture*>, size_t> material_of_;
   std::map<const Texture*, size_t> texture_of_;
   std::map<std::string, size_t> times_;
-  bool has_instances_ = false;
+  bool has_instances_ = false, has_coats_ = false;
 };
 
 std::string word(uint64_t value) {

@@ -207,6 +207,8 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
     about["look_name"].push_back(l.name);
     about["look_colour"].push_back(l.colour);
     about["look_painted"].push_back(l.is_painted);
+    about["look_roughness"].push_back(l.roughness);
+    about["look_clear_coat"].push_back(l.clear_coat);
   }
   add_json(archive, "about_json", about);
   archive.array("id", "<u4", count + ",", id);
@@ -228,6 +230,7 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
   over_frames("orientation", "<f4", ", 4", [&] { archive.add_values(wxyz(poses.orientation)); });
   over_frames("state", "|u1", "", [&] { archive.add_values(poses.state); });
 
+  NumberedTextures textures;
   for (size_t i = 0; i < source.shapes().size(); ++i) {
     const ExportMesh& mesh = source.shapes()[i];
     const std::string prefix = "shape_" + std::to_string(i);
@@ -238,6 +241,17 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
     if (mesh.colours.empty()) continue;
     archive.array(prefix + "_colours", "|u1", std::to_string(mesh.colours.size()) + ", 3",
                   mesh.colours);
+    if (mesh.texture_map.empty()) continue;
+    archive.array(prefix + "_texture", "<u4", std::to_string(mesh.texture_map.texture.size()) + ",",
+                  textures.numbers(mesh.texture_map));
+    archive.array(prefix + "_uv", "<f4", std::to_string(mesh.texture_map.corners.size()) + ", 3, 2",
+                  mesh.texture_map.corners);
+  }
+  for (size_t k = 0; k < textures.all().size(); ++k) {
+    const Texture& texture = *textures.all()[k];
+    archive.array("texture_" + std::to_string(k), "|u1",
+                  std::to_string(texture.height) + ", " + std::to_string(texture.width) + ", 3",
+                  texture.pixels);
   }
   if (source.has_camera()) {
     // One row where it stands still.

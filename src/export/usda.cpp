@@ -74,10 +74,7 @@ class UsdaWriter {
     for (const uint32_t number : mesh.texture_map.texture) {
       const auto [subset, is_new] = subsets.try_emplace(subset_name(number), 0);
       if (!is_new || number == 0) continue;
-      const Texture* texture = mesh.texture_map.textures[number - 1].get();
-      const auto [picture, is_new_picture] = picture_of_.try_emplace(texture, pictures_.size() + 1);
-      if (is_new_picture) pictures_.push_back(texture);
-      subset->second = picture->second;
+      subset->second = pictures_.number(*mesh.texture_map.textures[number - 1]);
     }
     return subsets;
   }
@@ -224,6 +221,12 @@ class UsdaWriter {
     }
   }
 
+  static std::string number(double value) {
+    std::string text;
+    append_number(text, static_cast<float>(value));
+    return text;
+  }
+
   static std::string linear_tuple(const Colour& colour) {
     std::string text = "(";
     for (size_t c = 0; c < 3; ++c) {
@@ -235,7 +238,7 @@ class UsdaWriter {
 
   void write_looks() {
     std::vector<std::string> picture_file;
-    for (const Texture* picture : pictures_) {
+    for (const Texture* picture : pictures_.all()) {
       ExportFile& file = add_beside(".texture." + std::to_string(picture_file.size() + 1) + ".png");
       file.write(png_of(*picture));
       picture_file.push_back(asset(file));
@@ -245,16 +248,17 @@ class UsdaWriter {
       const ExportLook& look = source_.looks()[i];
       const std::string path = "</pile/materials/" + prims_.look[i];
       if (look.is_painted) {
-        write_material(prims_.look[i], ".connect = " + path + "/paint.outputs:result>");
+        write_material(prims_.look[i], look, ".connect = " + path + "/paint.outputs:result>");
         write_reader("paint", "float3", "displayColor");
       } else {
-        write_material(prims_.look[i], " = " + linear_tuple(look.colour));
+        write_material(prims_.look[i], look, " = " + linear_tuple(look.colour));
       }
       line("        }");
     }
     for (const auto& [key, name] : prims_.textured_look) {
       const std::string path = "</pile/materials/" + name;
-      write_material(name, ".connect = " + path + "/texture.outputs:rgb>");
+      write_material(name, source_.looks()[key.first],
+                     ".connect = " + path + "/texture.outputs:rgb>");
       line("\n            def Shader \"texture\"\n            {");
       line("                uniform token info:id = \"UsdUVTexture\"");
       line("                asset inputs:file = " + picture_file[key.second - 1]);
@@ -270,14 +274,18 @@ class UsdaWriter {
   }
 
   // But for its end. `colour`: what follows the name of the surface's input.
-  void write_material(const std::string& name, const std::string& colour) {
+  void write_material(const std::string& name, const ExportLook& look, const std::string& colour) {
     line("        def Material \"" + name + "\"\n        {");
     line("            token outputs:surface.connect = </pile/materials/" + name +
          "/surface.outputs:surface>\n");
     line("            def Shader \"surface\"\n            {");
     line("                uniform token info:id = \"UsdPreviewSurface\"");
     line("                color3f inputs:diffuseColor" + colour);
-    line("                float inputs:roughness = 0.7");
+    line("                float inputs:roughness = " + number(look.roughness));
+    if (look.clear_coat > 0) {
+      line("                float inputs:clearcoat = " + number(look.clear_coat));
+      line("                float inputs:clearcoatRoughness = " + number(kCoatRoughness));
+    }
     line("                token outputs:surface\n            }");
   }
 
@@ -337,8 +345,7 @@ class UsdaWriter {
   ExportFile* file_;  // that is being written
   const FrameSpan all_{0, source_.frame_count() - 1};
   UsdaPrims prims_;
-  std::vector<const Texture*> pictures_;         // of painted bodies
-  std::map<const Texture*, size_t> picture_of_;  // 1 + index into them
+  NumberedTextures pictures_;  // of painted bodies
   std::unique_ptr<UsdaBodies> bodies_;
   std::vector<FrameSpan> clips_;  // none: all motion is in the scene itself
 };

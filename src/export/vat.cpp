@@ -79,7 +79,7 @@ class MergedMesh {
     json["nodes"] = {{{"name", "pile"}, {"mesh", 0}}};
     json["materials"] = {
         {{"name", "pile"},
-         {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.7}}}}};
+         {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", mean_roughness()}}}}};
     Json attributes;
     uint64_t place = 0;
     const auto add = [&](uint64_t count, uint64_t bytes, int target, Json accessor) {
@@ -142,6 +142,13 @@ class MergedMesh {
   }
 
  private:
+  // All bodies have one material.
+  float mean_roughness() const {
+    double sum = 0;
+    for (const ExportBody& body : source_.bodies()) sum += source_.looks()[body.look].roughness;
+    const size_t count = std::max<size_t>(source_.bodies().size(), 1);
+    return static_cast<float>(std::round(1000 * sum / static_cast<double>(count)) / 1000);
+  }
   // Linear light, of 65535.
   std::array<uint16_t, 4> colour(size_t body) const {
     const Colour& srgb = source_.looks()[source_.bodies()[body].look].colour;

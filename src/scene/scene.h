@@ -30,6 +30,8 @@ struct Material {
   double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
 };
 
+inline constexpr float kCoatRoughness = 0.08f;  // of that layer
+
 // How a mesh collides. `mesh`: its triangles, for static and kinematic bodies only. `automatic`: a
 // scene that was read has none; in one that was not it is the hull.
 enum class CollisionKind { automatic, hull, decomposition, spheres, sphere, mesh };

@@ -49,6 +49,20 @@ def png(pixels):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
 
 
+def textured_wedge(folder):
+    """Writes a wedge one of whose triangles has a picture, another colour the others. Returns the picture's pixels."""
+    pixels = numpy.array([[[200, 10, 20], [30, 40, 250]], [[0, 255, 0], [90, 91, 92]]], numpy.uint8)
+    (folder / "four.png").write_bytes(png(pixels))
+    (folder / "t.mtl").write_text("newmtl t\nmap_Kd four.png\nnewmtl red\nKd 1 0 0\n")
+    head, _, faces = WEDGE_OBJ.partition("f ")
+    first, *others = ("f " + faces).strip().split("\n")
+    textured = "f " + " ".join(f"{v}/{i}" for i, v in enumerate(first.split()[1:], 1))
+    (folder / "wedge.obj").write_text(
+        f"mtllib t.mtl\n{head}vt 0.25 0.75\nvt 3 0.5\nvt 0 -1\nusemtl t\n{textured}\nusemtl red\n"
+        + "\n".join(others))
+    return pixels
+
+
 def matrix(q):
     """The rotation of a quaternion w, x, y, z, by its effect on the axes."""
 
@@ -164,15 +178,7 @@ class Colours(CommandTest):
     """Those of a mesh's file go with its bodies, unless the scene has one for them."""
 
     def test_a_texture_goes_through_gltf_and_back(self):
-        pixels = numpy.array([[[200, 10, 20], [30, 40, 250]], [[0, 255, 0], [90, 91, 92]]], numpy.uint8)
-        (self.dir / "four.png").write_bytes(png(pixels))
-        (self.dir / "t.mtl").write_text("newmtl t\nmap_Kd four.png\nnewmtl red\nKd 1 0 0\n")
-        head, _, faces = WEDGE_OBJ.partition("f ")
-        first, *others = ("f " + faces).strip().split("\n")
-        textured = "f " + " ".join(f"{v}/{i}" for i, v in enumerate(first.split()[1:], 1))
-        (self.dir / "wedge.obj").write_text(
-            f"mtllib t.mtl\n{head}vt 0.25 0.75\nvt 3 0.5\nvt 0 -1\nusemtl t\n{textured}\nusemtl red\n"
-            + "\n".join(others))
+        pixels = textured_wedge(self.dir)
         self.succeed("simulate", self.write_scene(add_wedges), "-o", "run")
 
         def textured_corners(run):
@@ -358,6 +364,59 @@ class Colours(CommandTest):
         (values,) = re.findall(r"primvars:displayColor = \[(.*?)\] \(", usda, re.S)
         self.assertEqual(values.count("("), len(colours))
         self.assertEqual(usda.count("UsdPrimvarReader_float3"), 1)
+
+
+class Surfaces(CommandTest):
+    """Roughness and clear coat of the scene are in all that is written."""
+
+    def test_gloss(self):
+        def glossy(scene):
+            scene["materials"]["wood"]["roughness"] = 0.25
+            scene["materials"]["lacquer"] = {"roughness": 0.6, "clear_coat": 0.5}
+            scene["bodies"].append({"name": "lacquered", "shape": "box", "material": "lacquer", "position": [3, 1, 0]})
+
+        self.succeed("simulate", self.write_scene(glossy), "-o", "run")
+        for name in ("a.gltf", "a.usda", "a.npz", "a.vat.glb"):
+            self.succeed("export", "run", "--frame", "0", "-o", name, *(["--as", "instances"] if name == "a.gltf" else []))
+        wanted = {"ground": (1, 0), "boxes/0": (0.25, 0), "lacquered": (0.6, 0.5)}
+
+        gltf = json.loads((self.dir / "a.gltf").read_text())
+        self.assertEqual(gltf["extensionsUsed"], ["EXT_mesh_gpu_instancing", "KHR_materials_clearcoat"])
+        self.assertEqual(gltf["extensionsRequired"], ["EXT_mesh_gpu_instancing"])
+        found = {}
+        for material in gltf["materials"]:
+            coat = material.get("extensions", {}).get("KHR_materials_clearcoat", {})
+            if coat:
+                self.assertEqual(coat["clearcoatRoughnessFactor"], 0.08)
+            gloss = material["pbrMetallicRoughness"]["roughnessFactor"], coat.get("clearcoatFactor", 0)
+            found.setdefault(gloss, []).append(material["name"])
+        self.assertEqual(set(found), set(wanted.values()))
+        self.assertTrue(found[0.6, 0.5][0].endswith(" roughness 0.6 coat 0.5"), found)
+        self.assertTrue(found[0.25, 0][0].endswith(" roughness 0.25"), found)
+        self.succeed("export", "run", "--frame", "0", "--only", "boxes/*", "-o", "plain.gltf", "--as", "objects")
+        self.assertNotIn("extensionsUsed", json.loads((self.dir / "plain.gltf").read_text()))
+
+        usda = (self.dir / "a.usda").read_text()
+        found = set()
+        for surface in re.findall(r'"UsdPreviewSurface"(.*?)\}', usda, re.S):
+            value = {name: float(text) for name, text in re.findall(r"float inputs:(\w+) = (.*)", surface)}
+            found.add((value["roughness"], value.get("clearcoat", 0)))
+            self.assertEqual(value.get("clearcoatRoughness"), 0.08 if "clearcoat" in value else None)
+        self.assertEqual(found, set(wanted.values()))
+
+        arrays = numpy.load(self.dir / "a.npz")
+        about = json.loads(bytes(arrays["about_json"]))
+        for name, (roughness, coat) in wanted.items():
+            look = arrays["look"][about["body_name"].index(name)]
+            self.assertAlmostEqual(about["look_roughness"][look], roughness)
+            self.assertAlmostEqual(about["look_clear_coat"][look], coat)
+
+        # The one mesh has one material.
+        data = (self.dir / "a.vat.glb").read_bytes()
+        (length,) = struct.unpack_from("<I", data, 12)
+        (material,) = json.loads(data[20 : 20 + length])["materials"]
+        mean = numpy.mean(numpy.array(about["look_roughness"])[arrays["look"]])
+        self.assertAlmostEqual(material["pbrMetallicRoughness"]["roughnessFactor"], mean, 3)
 
 
 def add_life(scene):

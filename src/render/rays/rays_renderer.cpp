@@ -19,7 +19,6 @@ namespace {
 
 // A perfect mirror has no size in which sun and sky could be met.
 constexpr double kLeastRoughness = 0.03;
-constexpr float kCoatRoughness = 0.08f;
 // Between two looks at whether it is time to keep the film: setting tiles up costs as much as a
 // tenth of a sample.
 constexpr uint32_t kSamplesAtOnce = 4;
