@@ -57,11 +57,14 @@ class Trajectory {
       radius: mesh.radius_m,
       points: reader.take(Float32Array, 3 * mesh.vertices),
       normals: reader.take(Int8Array, 4 * mesh.vertices),
-      levels: mesh.levels.map((count) => reader.take(Uint32Array, count)),
+      paint: mesh.is_painted && reader.take(Uint8Array, 4 * mesh.vertices),
+      places: mesh.is_textured && reader.take(Float32Array, 2 * mesh.vertices),
+      levels: mesh.levels.map((count, i) => ({ indices: reader.take(Uint32Array, count), runs: mesh.runs[i] })),
     }));
     this.id = reader.take(Uint32Array, n);
     this.shape = reader.take(Uint32Array, n);
     this.colour = reader.take(Uint8Array, 4 * n);  // and whether it moves
+    this.surface = reader.take(Uint8Array, 4 * n);  // roughness, clear coat, whether it is painted
     this.low = reader.take(Float32Array, 3 * n);
     this.step = reader.take(Float32Array, n);
     this.firstKey = starts(reader.take(Uint32Array, n));
@@ -75,8 +78,15 @@ class Trajectory {
     this.moments = about.overlaps.frames;
     this.depth = reader.take(Uint16Array, n * this.moments.length);
     this.depthUnit = 1 / about.overlaps.units;
+    this.pictures = about.pictures.map((size) => reader.take(Uint8Array, size));
     this.cursor = this.firstKey.slice(0, n);
     this.stateCursor = this.firstChange.slice(0, n);
+  }
+
+  // Before they are drawn.
+  async unpackPictures() {
+    this.pictures = await Promise.all(this.pictures.map((png) =>
+      createImageBitmap(new Blob([png], { type: "image/png" }), { colorSpaceConversion: "none" })));
   }
 
   // The last key at or before `frame`.

@@ -151,6 +151,7 @@ class Page {
     const { trajectory, renderer, frame, colouring } = this;
     const whole = Math.floor(frame + 1e-6), counts = [];
     const fixed = colouring.key !== "body";
+    renderer.painted = !fixed;
     for (let body = 0; body < trajectory.count; ++body) {
       const state = trajectory.state(body, whole), at = 32 * body + 28;
       if (!(state & STATE.present)) { renderer.bytes[at + 3] = 0; continue; }
@@ -339,7 +340,9 @@ function layerSigns([bottom, top, ...ring], index) {
 (async () => {
   try {
     if (!window.DecompressionStream) throw new Error("This browser is too old: it cannot inflate data (DecompressionStream).");
-    window.page = new Page(new Trajectory(await inflated($("#data").textContent), ABOUT));
+    const trajectory = new Trajectory(await inflated($("#data").textContent), ABOUT);
+    await trajectory.unpackPictures();
+    window.page = new Page(trajectory);
   } catch (fault) {
     $("#fault").hidden = false;
     $("#fault").textContent = "This page cannot be shown. " + fault.message;

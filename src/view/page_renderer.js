@@ -14,13 +14,22 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 place;
 layout(location = 3) in vec4 turn;
 layout(location = 4) in vec4 colour;
+layout(location = 5) in vec4 paint;
+layout(location = 6) in vec2 onPicture;
+layout(location = 7) in vec4 surface;
 uniform mat4 clip, shadow;
 uniform int first;
 uniform float bias;
 out vec3 at, facing, tint;
 out vec4 inShadow;
+flat out vec3 own;
+out vec2 place2;
+flat out vec3 finish;
 flat out int body;
 void main() {
+  own = paint.rgb;
+  place2 = onPicture;
+  finish = vec3(surface.xy, surface.z > 0.0 ? 1.0 : 0.0);
   at = place + turned(turn, point);
   facing = turned(turn, normal);
   tint = colour.rgb;
@@ -54,18 +63,30 @@ float lit(vec4 place) {
 const BODY_FRAGMENT = COMMON + LIGHT + `
 in vec3 at, facing, tint;
 in vec4 inShadow;
+flat in vec3 own;  // roots of linear light
+in vec2 place2;
+flat in vec3 finish;  // roughness, clear coat, whether it has colours of its own
 flat in int body;
 uniform int picked;
+uniform bool painted, textured;
+uniform sampler2D picture;
 out vec4 result;
+vec3 skyTowards(float up) { return mix(vec3(0.30, 0.28, 0.27), vec3(0.60, 0.66, 0.74), 0.5 + 0.5 * up); }
+// Of the sun, by microfacets; of a roughness of 0.45 as wide as a power of 47.
+float highlight(float roughness, float cosine) {
+  float power = 2.0 / pow(max(roughness, 0.15), 4.0) - 2.0;
+  return 0.1 * (power + 2.0) / 49.0 * pow(max(cosine, 0.0), power);
+}
 void main() {
   vec3 n = normalize(facing), v = normalize(eye - at);
   if (dot(n, v) < 0.0 && !gl_FrontFacing) n = -n;
-  vec3 albedo = linear(tint);
+  vec3 texel = texture(picture, place2).rgb;
+  vec3 albedo = painted && finish.z > 0.5 ? (textured ? texel : own * own) : linear(tint);
   float direct = max(dot(n, sun), 0.0) * lit(inShadow);
-  vec3 sky = mix(vec3(0.30, 0.28, 0.27), vec3(0.60, 0.66, 0.74), 0.5 + 0.5 * n.y);
-  vec3 h = normalize(sun + v);
-  float gloss = 0.10 * pow(max(dot(n, h), 0.0), 36.0) * step(0.001, direct) * direct;
-  vec3 c = albedo * (sky + direct * vec3(1.55, 1.46, 1.32)) + gloss;
+  float middle = dot(n, normalize(sun + v));
+  vec3 c = albedo * (skyTowards(n.y) + direct * vec3(1.55, 1.46, 1.32)) + direct * highlight(finish.x, middle);
+  float coat = finish.y * (0.04 + 0.96 * pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 5.0));
+  c = mix(c, skyTowards(reflect(-v, n).y), coat) + finish.y * direct * highlight(0.0, middle);
   if (body == picked) {
     float rim = pow(1.0 - max(dot(n, v), 0.0), 1.5);
     c = mix(c, vec3(1.0, 0.72, 0.15), 0.28 + 0.72 * rim);
@@ -139,10 +160,12 @@ class Renderer {
       backdrop: this.program(BACKDROP_VERTEX, BACKDROP_FRAGMENT), sign: this.program(SIGN_VERTEX, SIGN_FRAGMENT),
     };
     this.empty = gl.createVertexArray();
+    this.makePictures(trajectory);
     this.makeBatches(trajectory);
     this.makeShadowMap();
     this.picked = -1;
     this.coarse = false;
+    this.painted = true;
     this.shadows = true;
   }
 
@@ -165,7 +188,22 @@ class Renderer {
     return { id, at };
   }
 
-  // Bodies of one shape lie together: a draw call a shape.
+  // Number 0 is for what has none.
+  makePictures(trajectory) {
+    const gl = this.gl, finer = gl.getExtension("EXT_texture_filter_anisotropic");
+    this.pictures = [new ImageData(1, 1), ...trajectory.pictures].map((picture) => {
+      const texture = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+      gl.generateMipmap(gl.TEXTURE_2D);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+      if (finer) gl.texParameterf(gl.TEXTURE_2D, finer.TEXTURE_MAX_ANISOTROPY_EXT, 4);
+      return texture;
+    });
+    gl.bindTexture(gl.TEXTURE_2D, null);
+  }
+
+  // Bodies of one shape lie together: a draw call a shape and picture.
   makeBatches(trajectory) {
     const gl = this.gl, n = trajectory.count;
     this.floats = new Float32Array(INSTANCE * n);
@@ -173,18 +211,21 @@ class Renderer {
     this.instances = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
     gl.bufferData(gl.ARRAY_BUFFER, this.floats.byteLength, gl.DYNAMIC_DRAW);
+    this.surfaces = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.surfaces);
+    gl.bufferData(gl.ARRAY_BUFFER, trajectory.surface, gl.STATIC_DRAW);
     this.batches = [];
     for (let first = 0; first < n;) {
       let last = first;
       while (last < n && trajectory.shape[last] === trajectory.shape[first]) ++last;
       const shape = trajectory.shape[first], mesh = trajectory.meshes[shape];
       this.batches.push({ first, count: last - first, isPlane: PLANES.has(shape),
-        levels: mesh.levels.map((indices) => this.mesh(mesh, indices, first)) });
+        levels: mesh.levels.map((level) => this.mesh(mesh, level, first)) });
       first = last;
     }
   }
 
-  mesh(mesh, indices, first) {
+  mesh(mesh, { indices, runs }, first) {
     const gl = this.gl, array = gl.createVertexArray();
     const buffer = (target, data) => {
       gl.bindBuffer(target, gl.createBuffer());
@@ -195,18 +236,30 @@ class Renderer {
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
     buffer(gl.ARRAY_BUFFER, mesh.normals);
     gl.vertexAttribPointer(1, 3, gl.BYTE, true, 4, 0);
+    if (mesh.paint) {
+      buffer(gl.ARRAY_BUFFER, mesh.paint);
+      gl.vertexAttribPointer(5, 4, gl.UNSIGNED_BYTE, true, 4, 0);
+      gl.enableVertexAttribArray(5);
+    }
+    if (mesh.places) {
+      buffer(gl.ARRAY_BUFFER, mesh.places);
+      gl.vertexAttribPointer(6, 2, gl.FLOAT, false, 8, 0);
+      gl.enableVertexAttribArray(6);
+    }
     buffer(gl.ELEMENT_ARRAY_BUFFER, indices);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.instances);
     const stride = 4 * INSTANCE, at = first * stride;
     gl.vertexAttribPointer(2, 3, gl.FLOAT, false, stride, at);
     gl.vertexAttribPointer(3, 4, gl.FLOAT, false, stride, at + 12);
     gl.vertexAttribPointer(4, 4, gl.UNSIGNED_BYTE, true, stride, at + 28);
-    for (let i = 0; i < 5; ++i) {
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.surfaces);
+    gl.vertexAttribPointer(7, 4, gl.UNSIGNED_BYTE, true, 4, 4 * first);
+    for (const i of [0, 1, 2, 3, 4, 7]) {
       gl.enableVertexAttribArray(i);
       if (i > 1) gl.vertexAttribDivisor(i, 1);
     }
     gl.bindVertexArray(null);
-    return { array, count: indices.length };
+    return { array, runs };
   }
 
   makeShadowMap() {
@@ -259,6 +312,8 @@ class Renderer {
     gl.uniform3fv(at.sun, SUN);
     gl.uniform3fv(at.eye, view.eye);
     gl.uniform1i(at.picked, this.picked);
+    gl.uniform1i(at.painted, this.painted ? 1 : 0);
+    gl.uniform1i(at.picture, 1);
     gl.uniform3fv(at.horizon, HORIZON);
     gl.uniform4f(at.fade, ...scene.ground, scene.reach);
   }
@@ -270,8 +325,16 @@ class Renderer {
       const mesh = batch.levels[Math.min(level, batch.levels.length - 1)];
       gl.uniform1i(program.at.first, batch.first);
       gl.bindVertexArray(mesh.array);
-      gl.drawElementsInstanced(gl.TRIANGLES, mesh.count, gl.UNSIGNED_INT, 0, batch.count);
+      let from = 0;
+      for (const [picture, count] of mesh.runs) {
+        gl.activeTexture(gl.TEXTURE1);
+        gl.bindTexture(gl.TEXTURE_2D, this.pictures[picture]);
+        gl.uniform1i(program.at.textured, picture > 0 ? 1 : 0);
+        gl.drawElementsInstanced(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * from, batch.count);
+        from += count;
+      }
     }
+    gl.activeTexture(gl.TEXTURE0);
     gl.bindVertexArray(null);
   }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/body_flags.h"
+#include "render/image_output.h"
 
 namespace pilesim {
 namespace {
@@ -20,6 +21,7 @@ constexpr size_t kMoments = 240;           // of the curve of moving bodies
 constexpr float kStepOfRadius = 5e-4f;     // finer than what is seen
 constexpr size_t kOfFast = 98;             // per cent are slower
 constexpr size_t kMostMeasured = 200'000;  // bodies times frames: under a minute
+constexpr int kLargestPicture = 1024;      // texels a side: a page is sent by mail
 
 bool is_present(uint8_t state) { return (state & kPresent) != 0; }
 
@@ -191,37 +193,58 @@ void measure_overlaps(const ExportSource& source, const OverlapMeter& meter, Vie
   }
 }
 
-RenderMesh mesh_of(const TrajectoryShape& shape, float plane_reach_m) {
+RenderMesh mesh_of(const TrajectoryShape& shape, bool is_painted, float plane_reach_m) {
   const float r = plane_reach_m;
+  if (is_painted) {
+    return make_render_mesh(shape.vertices, shape.triangles, shape.colours, shape.texture_map);
+  }
   if (!shape.is_plane) return make_render_mesh(shape.vertices, shape.triangles);
   return make_render_mesh(
       std::array{Vec3f(-r, 0, -r), Vec3f(-r, 0, r), Vec3f(r, 0, r), Vec3f(r, 0, -r)},
       std::array<std::array<uint32_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}});
 }
 
-void add_level(const RenderMesh& mesh, size_t index, ViewMesh& view) {
+// `pictures`: of the mesh's textures.
+void add_level(const RenderMesh& mesh, size_t index, const std::vector<uint32_t>& pictures,
+               ViewMesh& view) {
   const MeshLevel& level = mesh.levels[index];
   const auto base = static_cast<uint32_t>(view.vertices.size());
-  std::vector<uint32_t>& indices = view.levels.emplace_back();
+  auto& [indices, runs] = view.levels.emplace_back();
   uint32_t count = 0;
   for (uint32_t i = 0; i < level.index_count; ++i) {
     const uint32_t corner = mesh.indices[level.first_index + i];
     count = std::max(count, corner + 1);
     indices.push_back(base + corner);
   }
+  for (const TextureRun& run : level.runs) {
+    runs.emplace_back(run.texture == 0 ? 0 : pictures[run.texture - 1], run.index_count);
+  }
   const auto first = mesh.vertices.begin() + level.first_vertex;
   view.vertices.insert(view.vertices.end(), first, first + count);
+}
+
+std::string picture_of(const Texture& texture, bool& is_shrunk) {
+  const int longer = std::max(texture.width, texture.height);
+  if (longer <= kLargestPicture) return png_of(texture);
+  is_shrunk = true;
+  const auto side = [&](int texels) { return std::max(1, texels * kLargestPicture / longer); };
+  return png_of(shrunk(texture, side(texture.width), side(texture.height)));
 }
 
 // The finest levels of which all bodies together have no more than so many triangles.
 void make_meshes(const ExportSource& source, ViewData& data) {
   const std::vector<TrajectoryShape>& shapes = source.header().shapes;
-  std::vector<RenderMesh> meshes;
-  for (const TrajectoryShape& shape : shapes) {
-    meshes.push_back(mesh_of(shape, kGroundReach * data.radius_m));
-  }
   std::vector<size_t> users(shapes.size()), level(shapes.size());
-  for (const uint32_t i : data.shown) ++users[source.bodies()[i].shape];
+  std::vector<uint8_t> is_painted(shapes.size());
+  for (const uint32_t i : data.shown) {
+    const ExportBody& body = source.bodies()[i];
+    ++users[body.shape];
+    if (source.looks()[body.look].is_painted) is_painted[body.shape] = 1;
+  }
+  std::vector<RenderMesh> meshes;
+  for (size_t s = 0; s < shapes.size(); ++s) {
+    meshes.push_back(mesh_of(shapes[s], is_painted[s] != 0, kGroundReach * data.radius_m));
+  }
   const auto triangles = [&](size_t s) {
     return users[s] * meshes[s].levels[level[s]].index_count / 3;
   };
@@ -237,8 +260,12 @@ void make_meshes(const ExportSource& source, ViewData& data) {
     if (total <= kMostTriangles || worst == shapes.size()) break;
     ++level[worst];
   }
+  NumberedTextures textures;
   for (size_t s = 0; s < shapes.size(); ++s) {
     ViewMesh& view = data.meshes.emplace_back();
+    const TextureMap& map = shapes[s].texture_map;
+    view.is_painted = is_painted[s] != 0;
+    view.is_textured = view.is_painted && !map.empty();
     view.name = shapes[s].name;
     view.is_plane = shapes[s].is_plane;
     view.radius_m = meshes[s].radius_m;
@@ -247,8 +274,15 @@ void make_meshes(const ExportSource& source, ViewData& data) {
       view.levels.resize(2);
       continue;
     }
-    add_level(meshes[s], level[s], view);
-    add_level(meshes[s], std::min(level[s] + 2, meshes[s].levels.size() - 1), view);
+    std::vector<uint32_t> pictures;
+    if (view.is_textured) {
+      for (const auto& texture : map.textures) pictures.push_back(textures.number(*texture));
+    }
+    add_level(meshes[s], level[s], pictures, view);
+    add_level(meshes[s], std::min(level[s] + 2, meshes[s].levels.size() - 1), pictures, view);
+  }
+  for (const Texture* texture : textures.all()) {
+    data.pictures.push_back(picture_of(*texture, data.pictures_are_shrunk));
   }
 }
 
@@ -268,8 +302,14 @@ void append_mesh(std::string& bytes, const ViewMesh& mesh) {
     for (const float n : vertex.normal) append(bytes, static_cast<int8_t>(std::lround(127 * n)));
     append(bytes, int8_t{0});
   }
-  for (const std::vector<uint32_t>& level : mesh.levels) {
-    for (const uint32_t index : level) append(bytes, index);
+  if (mesh.is_painted) {
+    for (const RenderVertex& vertex : mesh.vertices) append(bytes, vertex.paint);
+  }
+  if (mesh.is_textured) {
+    for (const RenderVertex& vertex : mesh.vertices) append(bytes, vertex.uv);
+  }
+  for (const ViewLevel& level : mesh.levels) {
+    for (const uint32_t index : level.indices) append(bytes, index);
   }
 }
 
@@ -329,6 +369,13 @@ std::string view_bytes(const ExportSource& source, const ViewData& data, const s
     append(bytes, source.looks()[bodies[i].look].colour);
     append(bytes, static_cast<uint8_t>(moves(source, i) ? 1 : 0));
   }
+  for (const uint32_t i : data.shown) {
+    const ExportLook& look = source.looks()[bodies[i].look];
+    for (const float share : {look.roughness, look.clear_coat}) {
+      append(bytes, static_cast<uint8_t>(std::lround(255 * share)));
+    }
+    append(bytes, std::array<uint8_t, 2>{static_cast<uint8_t>(look.is_painted ? 1 : 0), 0});
+  }
   for (const ViewTrack& track : data.tracks) {
     for (const float value : track.low) append(bytes, value);
   }
@@ -348,6 +395,7 @@ std::string view_bytes(const ExportSource& source, const ViewData& data, const s
     for (const auto& [frame, state] : track.states) append(bytes, state);
   }
   for (const uint16_t depth : data.overlaps.depth) append(bytes, depth);
+  for (const std::string& picture : data.pictures) bytes += picture;
   return bytes;
 }
 

@@ -11,14 +11,22 @@
 
 namespace pilesim {
 
+struct ViewLevel {
+  std::vector<uint32_t> indices;  // three a triangle
+  // Of all indices, one after another: 1 + index into ViewData::pictures, 0: none; how many.
+  std::vector<std::pair<uint32_t, uint32_t>> runs;
+};
+
 // A shape as the page draws it: the levels of its mesh for pictures and for shadows.
 struct ViewMesh {
   std::string name;
   bool is_plane = false;
+  bool is_painted = false;   // has colours of its own, which a body shows
+  bool is_textured = false;  // has pictures, too
   float radius_m = 0;
-  std::vector<RenderVertex> vertices;         // body frame
-  std::vector<std::vector<uint32_t>> levels;  // 2, finer first: three indices a triangle
-  size_t full_triangles = 0;                  // of the mesh itself
+  std::vector<RenderVertex> vertices;  // body frame
+  std::vector<ViewLevel> levels;       // 2, finer first
+  size_t full_triangles = 0;           // of the mesh itself
 };
 
 // Poses are steps from the body's lowest place; quaternions have kTurnUnits for 1.
@@ -50,9 +58,11 @@ struct OverlapMeter {
 };
 
 struct ViewData {
-  std::vector<uint32_t> shown;                      // indices of ExportSource::bodies(), ascending
-  std::vector<ViewTrack> tracks;                    // of these
-  std::vector<ViewMesh> meshes;                     // as ExportSource::shapes()
+  std::vector<uint32_t> shown;        // indices of ExportSource::bodies(), ascending
+  std::vector<ViewTrack> tracks;      // of these
+  std::vector<ViewMesh> meshes;       // as ExportSource::shapes()
+  std::vector<std::string> pictures;  // PNG, that bodies show
+  bool pictures_are_shrunk = false;
   size_t frames = 0;                                // that are played
   size_t every = 1;                                 // of the source's frames, these
   size_t moving_bodies = 0, all_moving_bodies = 0;  // shown, and chosen

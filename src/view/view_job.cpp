@@ -32,11 +32,19 @@ Json camera_json(const ExportSource& source, const ViewData& data) {
 Json meshes_json(const ViewData& data) {
   Json meshes = Json::array();
   for (const ViewMesh& mesh : data.meshes) {
+    Json levels = Json::array(), runs = Json::array();
+    for (const ViewLevel& level : mesh.levels) {
+      levels.push_back(level.indices.size());
+      runs.push_back(level.runs);
+    }
     meshes.push_back({{"name", mesh.name},
                       {"is_plane", mesh.is_plane},
                       {"radius_m", mesh.radius_m},
                       {"vertices", mesh.vertices.size()},
-                      {"levels", {mesh.levels[0].size(), mesh.levels[1].size()}}});
+                      {"is_painted", mesh.is_painted},
+                      {"is_textured", mesh.is_textured},
+                      {"levels", levels},
+                      {"runs", runs}});
   }
   return meshes;
 }
@@ -74,11 +82,12 @@ std::string overlaps_text(const ViewOverlaps& overlaps, size_t frames) {
 Json lines_json(const ViewData& data) {
   Json lines = Json::array();
   for (const ViewMesh& mesh : data.meshes) {
-    const size_t triangles = mesh.levels[0].size() / 3;
+    const size_t triangles = mesh.levels[0].indices.size() / 3;
     if (triangles == 0 || triangles >= mesh.full_triangles) continue;
     lines.push_back(mesh.name + ": drawn with " + grouped(triangles) + " of its " +
                     grouped(mesh.full_triangles) + " triangles");
   }
+  if (data.pictures_are_shrunk) lines.push_back("Textures are at most 1,024 texels wide and high");
   float step_m = 0;
   for (const ViewTrack& track : data.tracks) step_m = std::max(step_m, track.step_m);
   lines.push_back("Places are true to " + with_digits(1e3 * 0.5 * step_m, 2) +
@@ -89,6 +98,12 @@ Json lines_json(const ViewData& data) {
   lines.push_back("Click a body for its data");
   lines.push_back("Space plays, arrows step, Home and End, R for the first view");
   return lines;
+}
+
+Json picture_sizes(const ViewData& data) {
+  Json sizes = Json::array();
+  for (const std::string& picture : data.pictures) sizes.push_back(picture.size());
+  return sizes;
 }
 
 Json about_json(const ExportSource& source, const ViewData& data, const ViewJob& job) {
@@ -122,7 +137,8 @@ Json about_json(const ExportSource& source, const ViewData& data, const ViewJob&
             {"ground", {c.x(), c.y(), c.z()}},
             {"radius", data.radius_m},
             {"reach", kGroundReach * data.radius_m}}},
-          {"meshes", meshes_json(data)}};
+          {"meshes", meshes_json(data)},
+          {"pictures", picture_sizes(data)}};
 }
 
 }  // namespace

@@ -13,7 +13,9 @@ import zlib
 import numpy
 import zarr
 
+from png_reader import read_png
 from support import BOX_OBJ, HANGING, CommandTest
+from test_export import WEDGE_OBJ, add_wedges, png, textured_wedge
 
 CHROMIUM = shutil.which("chromium")
 
@@ -28,14 +30,19 @@ class Page:
         self.at = 0
         self.names = self.json()
         self.signs = self.json()
+        self.meshes = []
         for mesh in self.about["meshes"]:
-            self.take("f4", 3 * mesh["vertices"])
-            self.take("i1", 4 * mesh["vertices"])
-            for count in mesh["levels"]:
-                self.take("u4", count)
+            count = mesh["vertices"]
+            points = self.take("f4", 3 * count).reshape(-1, 3)
+            self.take("i1", 4 * count)
+            paint = self.take("u1", 4 * count * mesh["is_painted"]).reshape(-1, 4)
+            places = self.take("f4", 2 * count * mesh["is_textured"]).reshape(-1, 2)
+            levels = [self.take("u4", corners) for corners in mesh["levels"]]
+            self.meshes.append((points, paint, places, levels, mesh["runs"]))
         n = self.about["bodies"]
         self.id, self.shape = self.take("u4", n), self.take("u4", n)
         self.colour = self.take("u1", 4 * n).reshape(n, 4)
+        self.surface = self.take("u1", 4 * n).reshape(n, 4)
         self.low, self.step = self.take("f4", 3 * n).reshape(n, 3), self.take("f4", n)
         keys, changes = self.take("u4", n), self.take("u4", n)
         self.first = numpy.concatenate([[0], numpy.cumsum(keys)]).astype(int)
@@ -48,6 +55,7 @@ class Page:
         overlaps = self.about["overlaps"]
         moments = len(overlaps["frames"])
         self.depth = self.take("u2", n * moments).reshape(n, moments) / overlaps["units"]
+        self.pictures = [self.take("u1", size).tobytes() for size in self.about["pictures"]]
         assert self.at == len(self.bytes)
 
     def take(self, kind, count):
@@ -162,6 +170,60 @@ class View(CommandTest):
             self.assertNotIn("data-fault", shown)
             self.assertIn("Glue</label>", shown)
 
+    def simulate_painted(self, change=lambda scene: None):
+        """A wedge with a picture on one triangle, one in a plain colour. Returns the picture's pixels."""
+        pixels = textured_wedge(self.dir)
+
+        def painted(scene):
+            add_wedges(scene)
+            scene["bodies"][-1]["colour"] = "#00ff00"
+            change(scene)
+
+        self.succeed("simulate", self.write_scene(painted), "-o", "out/a", "--force")
+        self.store = zarr.open(str(self.dir / "out/a/trajectory.zarr"), mode="r")
+        return pixels
+
+    def test_has_the_colours_and_pictures_of_meshes(self):
+        pixels = self.simulate_painted()
+        page = self.page()
+        falling, leaning = (page.names.index(name) for name in ("falling wedge", "leaning wedge"))
+        self.assertEqual([page.surface[falling, 2], page.surface[leaning, 2], sum(page.surface[:, 2])], [1, 0, 1])
+        shape = page.shape[falling]
+        points, paint, places, levels, runs = page.meshes[shape]
+        self.assertFalse(any(mesh[1].size or mesh[2].size for i, mesh in enumerate(page.meshes) if i != shape))
+        (picture,) = page.pictures
+        (self.dir / "picture.png").write_bytes(picture)
+        self.assertEqual(read_png(self.dir / "picture.png"), (2, 2, pixels.tolist()))
+        store = self.store[f"shapes/{shape}"]
+        (textured,) = numpy.flatnonzero(store["texture"][:])
+        expected = {(*place.round(5), *uv.round(5)) for place, uv in zip(
+            store["vertices"][:][store["triangles"][textured]], store["uv"][textured])}
+        for corners, of_level in zip(levels, runs):
+            self.assertEqual(of_level, [[0, 15], [1, 3]])
+            self.assertTrue((paint[corners[:15], :3] == [255, 0, 0]).all())
+            self.assertEqual({(*points[i].round(5), *places[i].round(5)) for i in corners[15:]}, expected)
+        # Where no body shows them they are not there.
+        page = self.page("--only", "leaning wedge")
+        self.assertEqual((page.pictures, page.meshes[shape][1].size), ([], 0))
+
+    def test_large_pictures_are_shrunk_and_it_says_so(self):
+        textured_wedge(self.dir)
+        (self.dir / "four.png").write_bytes(png(numpy.full((2, 1500, 3), (9, 99, 200), numpy.uint8)))
+        self.succeed("simulate", self.write_scene(add_wedges), "-o", "out/a", "--force")
+        page = self.page()
+        (self.dir / "picture.png").write_bytes(page.pictures[0])
+        self.assertEqual(read_png(self.dir / "picture.png"), (1024, 1, [[[9, 99, 200]] * 1024]))
+        self.assertTrue(any("at most 1,024 texels" in line for line in page.about["lines"]))
+
+    def test_has_how_bodies_shine(self):
+        def glossy(scene):
+            scene["materials"]["wood"].update(roughness=0.2, clear_coat=0.6)
+
+        self.succeed("simulate", self.write_scene(glossy), "-o", "out/a", "--force")
+        page = self.page()
+        for body, name in enumerate(page.names):
+            self.assertEqual(page.surface[body].tolist(), [255, 0, 0, 0] if name == "ground" else [51, 153, 0, 0])
+
     def test_overlaps_need_the_scene(self):
         (self.dir / "scene.json").rename(self.dir / "moved.json")
         self.succeed("view", "out/a", "--overlaps", "--scene", "moved.json")
@@ -198,11 +260,11 @@ class View(CommandTest):
                 capture_output=True, text=True, timeout=HANGING,
             ).stdout  # fmt: skip
 
-    def shown_when_drawn(self, page):
+    def shown_when_drawn(self, page, sign="data-drawn="):
         # Time in the page is not the clock's: what it unpacks in other threads may take longer.
         for budget in (1000, 4000, 16000, 64000):
             shown = self.shown_by_browser(page, budget)
-            if "data-drawn=" in shown:
+            if sign in shown:
                 break
         return shown
 
@@ -234,6 +296,45 @@ class View(CommandTest):
         for left, _, right, _ in (about, show, bar):
             self.assertGreater(left, 0)
             self.assertLess(right, 390)
+
+    @unittest.skipUnless(CHROMIUM, "chromium is not installed")
+    def test_a_browser_shows_the_pictures(self):
+        """Stripes of red and blue, where in the mean colour all would be one purple; by speed it is none of these."""
+
+        def near(scene):
+            scene["emitters"] = []
+            scene["bodies"] = scene["bodies"][:2]
+            scene["camera"] = {"position": [3, 1, 3], "target": [3, 1, 0]}
+
+        self.simulate_painted(near)
+        head, _, faces = WEDGE_OBJ.partition("f ")
+        faces = ("f " + faces).strip().split("\n")
+        (self.dir / "wedge.obj").write_text(
+            f"mtllib t.mtl\n{head}vt 0 0\nvt 4 0\nvt 0 4\nusemtl t\n"
+            + "\n".join("f " + " ".join(f"{v}/{i}" for i, v in enumerate(f.split()[1:], 1)) for f in faces))
+        (self.dir / "four.png").write_bytes(png(numpy.array([[[255, 0, 0]] * 8 + [[0, 0, 255]] * 8] * 16, numpy.uint8)))
+        self.succeed("simulate", self.dir / "scene.json", "-o", "out/a", "--force")
+        self.page()
+        page = self.dir / "page.html"
+        measure = """<script>setInterval(() => {
+            if (!document.documentElement.dataset.drawn || !window.page) return;
+            const { renderer } = window.page, { gl, canvas } = renderer;
+            renderer.draw(window.page.view(), window.page.scene, []);
+            const seen = new Uint8Array(4 * canvas.width * canvas.height);
+            gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, seen);
+            let red = 0, blue = 0;
+            for (let i = 0; i < seen.length; i += 4) {
+              if (seen[i] > 2 * seen[i + 2] + 20) ++red;
+              if (seen[i + 2] > 2 * seen[i] + 20) ++blue;
+            }
+            document.documentElement.dataset.seen = red + " " + blue;
+          }, 50)</script>"""
+        page.write_text(page.read_text().replace("</body>", measure + "</body>"))
+        for colours, is_shown in (("body", True), ("speed", False)):
+            shown = self.shown_when_drawn(f"page.html#frame=0&colours={colours}", "data-seen=")
+            self.assertNotIn("data-fault", shown)
+            red, blue = (int(count) for count in re.search(r'data-seen="(\d+) (\d+)"', shown).groups())
+            self.assertEqual(red > 100 and blue > 100, is_shown, (colours, red, blue))
 
     @unittest.skipUnless(CHROMIUM, "chromium is not installed")
     def test_plays_in_a_browser(self):
