@@ -35,6 +35,7 @@ class Surroundings {
     Bounds standing;
     for (const ModelBody& body : model.bodies) {
       const ModelShape& shape = model.shapes[body.shape];
+      used_.insert(shape.source);
       if (body.role == Role::dynamic) {
         moves[body.shape] = 1;
       } else if (!shape.mesh.vertices.empty()) {
@@ -53,6 +54,7 @@ class Surroundings {
   bool moves(const std::string& source) const {
     return std::ranges::any_of(moving_, [&](const auto& each) { return each.first == source; });
   }
+  bool is_there(const std::string& source) const { return used_.contains(source); }
   double standing_m() const { return standing_m_; }  // 0: nothing
   double longest_moving_m() const {
     double longest = 0;
@@ -74,6 +76,7 @@ class Surroundings {
  private:
   std::vector<std::pair<std::string, double>> moving_;  // source and length, m
   double standing_m_ = 0;
+  std::set<std::string> used_;
 };
 
 // The longest way from the camera to its target; 0: there is none.
@@ -131,7 +134,8 @@ std::string too_short(const Scene& scene, const Surroundings& around, const Mode
   return "";
 }
 
-void add_unit_hint(const Scene& scene, const Surroundings& around, const ModelShape& shape,
+// Whether there is one.
+bool add_unit_hint(const Scene& scene, const Surroundings& around, const ModelShape& shape,
                    std::vector<std::string>& hints) {
   const double length = shape.mesh.bounds().sizes().maxCoeff();
   const auto hint = [&](const std::string& reason, double first, const std::string& first_unit,
@@ -149,7 +153,23 @@ void add_unit_hint(const Scene& scene, const Surroundings& around, const ModelSh
     hint(large, 0.01, "from centimetres, or Blender's FBX", 0.001, "from millimetres");
   } else if (const std::string small = too_short(scene, around, shape, length); !small.empty()) {
     hint(small, 100, "a scale for centimetres was too much", 1000, "one for millimetres");
+  } else {
+    return false;
   }
+  return true;
+}
+
+// Of what is no mesh file's: its author wrote its size, perhaps in another unit. Where the camera
+// is as near as such a thing takes, it is meant.
+void add_size_hint(const Scene& scene, const Surroundings& around, const ModelShape& shape,
+                   std::vector<std::string>& hints) {
+  if (shape.mesh.vertices.empty() || !around.is_there(shape.source)) return;
+  const double length = shape.mesh.bounds().sizes().maxCoeff();
+  const double others = around.others_m(shape.source);
+  if (length >= kLeastOfOthers * others) return;
+  if (length > kLeastOfOthers * camera_distance(scene) && !scene.camera.keys.empty()) return;
+  hints.push_back(shape.source + " is " + metres(length) + " long, and others that move are " +
+                  metres(others) + " long: lengths of a scene are in metres");
 }
 
 // The area of triangles that lie in the lowest plane of an axis, as a share of the bounds'
@@ -230,12 +250,20 @@ std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Mode
   const Surroundings around(model);
   std::vector<std::string> hints;
   std::set<std::filesystem::path> files;
+  bool has_unit_hint = false;
   for (const ModelShape& shape : model.shapes) {
     const auto* source = std::get_if<MeshShape>(&scene.shapes.at(shape.source));
     if (source == nullptr || shape.size != 1) continue;
-    if (!source->size_m) add_unit_hint(scene, around, shape, hints);
+    if (!source->size_m) has_unit_hint |= add_unit_hint(scene, around, shape, hints);
     add_axis_hint(scene, *source, shape, hints);
     if (files.insert(source->file).second) add_lost_textures(*source, shape.mesh, hints);
+  }
+  // Beside a mesh of a wrong unit all others seem to be wrong.
+  if (!has_unit_hint) {
+    for (const ModelShape& shape : model.shapes) {
+      const bool is_file = std::holds_alternative<MeshShape>(scene.shapes.at(shape.source));
+      if (!is_file && shape.size == 1) add_size_hint(scene, around, shape, hints);
+    }
   }
   return hints;
 }

@@ -1,5 +1,5 @@
-// Mesh files whose unit or upward axis is likely another than the scene takes it for, or whose
-// textures cannot be read.
+// Shapes whose size is likely given in another unit than the scene takes it for, mesh files that
+// likely have another upward axis, and those whose textures cannot be read.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 namespace pilesim {
 
 // One line a shape and doubt: what is odd about it, and what to write if it is wrong; and one a
-// texture that is left out, once a file. No doubts about
-// shapes that say their "size_m" or, of the axis, their "up". `model` is that of `scene`.
+// texture that is left out, once a file. No doubts about shapes that say their "size_m" or, of the
+// axis, their "up". `model` is that of `scene`.
 std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Model& model);
 
 }  // namespace pilesim

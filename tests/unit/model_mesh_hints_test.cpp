@@ -102,6 +102,45 @@ TEST_F(MeshHints, ShapesAThousandTimesSmallerOrLargerThanTheirNeighboursAreNamed
               ElementsAre(HasSubstr("thing is 1e+03 m long, and others that move are 1 m long")));
 }
 
+// Boxes, balls and the like, too, whether they move or stand.
+TEST_F(MeshHints, WrittenShapesAThousandTimesSmallerThanTheirNeighboursAreNamed) {
+  const auto among = [&](const std::string& shape, const std::string& role,
+                         const std::string& rest = "\"duration_s\": 5") {
+    return hints(R"(, "size_m": 1)"
+                 "}, \"ball\": {\"type\": \"sphere\", \"radius\": 0.4}, \"it\": {" +
+                     shape,
+                 R"("bodies": [
+                   {"name": "it", "shape": "it", "material": "m", "role": ")" +
+                     role + R"("},
+                   {"name": "b", "shape": "ball", "material": "m", "position": [3, 0, 0]},
+                   {"name": "c", "shape": "thing", "material": "m", "position": [6, 0, 0]}], )" +
+                     rest);
+  };
+  const std::pair<std::string, std::string> small[] = {
+      {R"("type": "box", "size": [0.0005, 0.001, 0.0005])", "0.001"},
+      {R"("type": "sphere", "radius": 0.001)", "0.002"},
+      {R"("type": "cylinder", "radius": 0.001, "height": 0.003)", "0.003"}};
+  for (const std::string role : {"dynamic", "static"}) {
+    for (const auto& [shape, length] : small) {
+      EXPECT_THAT(among(shape, role),
+                  ElementsAre("it is " + length +
+                              " m long, and others that move are 1 m long: lengths of a scene are "
+                              "in metres"))
+          << role;
+    }
+    EXPECT_THAT(among(R"("type": "box", "size": [0.01, 0.02, 0.01])", role), IsEmpty()) << role;
+    EXPECT_THAT(among(R"("type": "box", "size": [60, 60, 60])", role), IsEmpty()) << role;
+  }
+  // The camera says what is meant.
+  for (const auto& [away, count] : {std::pair("0.09", 0), {"0.2", 1}}) {
+    EXPECT_THAT(among(R"("type": "sphere", "radius": 0.0005)", "dynamic",
+                      R"("camera": {"position": [0, 0, )" + std::string(away) +
+                          R"(], "target": [0, 0, 0]})"),
+                testing::Contains(HasSubstr("lengths of a scene")).Times(count))
+        << away;
+  }
+}
+
 TEST_F(MeshHints, CentimetresTakenForMetresAreSeenAndMended) {
   // A mug of 10 cm as Blender's FBX and files in centimetres have it.
   write_obj(box_mesh({8, 10, 12}), scratch_ / "mug.obj");
