@@ -39,10 +39,16 @@ struct Quadric {
 class Decimation {
  public:
   explicit Decimation(const TriangleMesh& mesh)
-      : triangles_(mesh.triangles), around_(mesh.vertices.size()), quadrics_(mesh.vertices.size()) {
+      : triangles_(mesh.triangles),
+        around_(mesh.vertices.size()),
+        quadrics_(mesh.vertices.size()),
+        in_ring_(mesh.vertices.size()),
+        counted_(mesh.vertices.size()) {
     const Bounds box = mesh.bounds();
     extent_ = box.diagonal().norm();
     for (const Vec3& vertex : mesh.vertices) places_.push_back(vertex - box.center());
+    constexpr size_t kUsual = 8;
+    for (std::vector<uint32_t>& around : around_) around.reserve(kUsual);
     for (uint32_t i = 0; i < triangles_.size(); ++i) {
       const auto [a, b, c] = triangles_[i];
       const Vec3 doubled = normal_of(triangles_[i]);
@@ -65,20 +71,20 @@ class Decimation {
     waits.resize(around_.size(), 0);
     for (uint32_t v = 0; v < around_.size(); ++v) {
       if (around_[v].empty() || waits[v] != 0) continue;
-      const std::vector<uint32_t> ring = neighbours(v);
+      find_neighbours(v);
       choices_.clear();
-      for (const uint32_t u : ring) {
+      for (const uint32_t u : ring_) {
         Quadric sum = quadrics_[v];
         sum.add(quadrics_[u]);
         const double error = sum(places_[u]);
         if (error <= limit) choices_.emplace_back(error, u);
       }
       std::ranges::sort(choices_);
-      const auto choice = std::ranges::find_if(
-          choices_, [&](const auto& each) { return may_go(v, each.second, ring); });
+      const auto choice =
+          std::ranges::find_if(choices_, [&](const auto& each) { return may_go(v, each.second); });
       if (choice == choices_.end()) continue;
       give(v, choice->second);
-      for (const uint32_t u : ring) waits[u] = 1;
+      for (const uint32_t u : ring_) waits[u] = 1;
       ++taken;
     }
     return taken;
@@ -106,23 +112,36 @@ class Decimation {
     return (places_[t[1]] - places_[t[0]]).cross(places_[t[2]] - places_[t[0]]);
   }
 
-  std::vector<uint32_t> neighbours(uint32_t v) const {
-    std::vector<uint32_t> ring;
+  // Into ring_, and marks them.
+  void find_neighbours(uint32_t v) {
+    ring_.clear();
+    ++mark_;
     for (const uint32_t i : around_[v]) {
       for (const uint32_t u : triangles_[i]) {
-        if (u != v) ring.push_back(u);
+        if (u == v || in_ring_[u] == mark_) continue;
+        in_ring_[u] = mark_;
+        ring_.push_back(u);
       }
     }
-    std::ranges::sort(ring);
-    ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-    return ring;
+  }
+
+  // Of the vertices in ring_, those next to `u`.
+  size_t common_neighbours(uint32_t u) {
+    ++count_mark_;
+    size_t common = 0;
+    for (const uint32_t i : around_[u]) {
+      for (const uint32_t w : triangles_[i]) {
+        if (w == u || in_ring_[w] != mark_ || counted_[w] == count_mark_) continue;
+        counted_[w] = count_mark_;
+        ++common;
+      }
+    }
+    return common;
   }
 
   // That the surface around stays one, and all triangles have a height and face as they did.
-  bool may_go(uint32_t v, uint32_t u, const std::vector<uint32_t>& ring) const {
-    size_t common = 0;
-    for (const uint32_t w : neighbours(u)) common += std::ranges::binary_search(ring, w) ? 1 : 0;
-    if (common != 2 || ring.size() < 4) return false;
+  bool may_go(uint32_t v, uint32_t u) {
+    if (ring_.size() < 4 || common_neighbours(u) != 2) return false;
     for (const uint32_t i : around_[v]) {
       Triangle triangle = triangles_[i];
       if (std::ranges::find(triangle, u) != triangle.end()) continue;
@@ -161,6 +180,9 @@ class Decimation {
   std::vector<std::vector<uint32_t>> around_;  // (vertex) its triangles; none: it is gone
   std::vector<Quadric> quadrics_;              // (vertex)
   std::vector<std::pair<double, uint32_t>> choices_;
+  std::vector<uint32_t> ring_;               // around the vertex that is looked at
+  std::vector<uint64_t> in_ring_, counted_;  // (vertex) the last mark that it got
+  uint64_t mark_ = 0, count_mark_ = 0;
   double extent_ = 0;
 };
 

@@ -1,6 +1,8 @@
 #include "geometry/fast_winding.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pilesim {
 namespace {
@@ -42,7 +44,8 @@ class AngleSum {
 
 }  // namespace
 
-FastWinding::FastWinding(const TriangleMesh& mesh) : tree_(mesh), exact_(mesh) {
+FastWinding::FastWinding(const TriangleMesh& mesh)
+    : tree_(mesh), exact_(mesh), border_(border_of(mesh)) {
   const std::vector<TriangleTree::Node>& nodes = tree_.nodes();
   dipoles_.resize(nodes.size());
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -96,9 +99,76 @@ double FastWinding::approximate(const Vec3& point) const {
   return (sum + 2 * half_of_near.radians()) / (4 * kPi);
 }
 
-bool FastWinding::contains(const Vec3& point) const {
-  const double winding = approximate(point);
-  return std::abs(winding - 0.5) > kMargin ? winding > 0.5 : exact_.contains(point);
+std::optional<FastWinding::Border> FastWinding::border_of(const TriangleMesh& mesh) {
+  // Lower and higher vertex, and one way or the other.
+  std::vector<std::pair<uint64_t, int>> edges;
+  edges.reserve(3 * mesh.triangles.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
+      edges.emplace_back(uint64_t{std::min(a, b)} << 32 | std::max(a, b), a < b ? 1 : -1);
+    }
+  }
+  std::ranges::sort(edges);
+  std::vector<Bounds> boxes;
+  std::vector<Vec3> centres;
+  std::vector<double> lengths;
+  for (size_t i = 0, end = 0; i < edges.size(); i = end) {
+    const uint64_t edge = edges[i].first;
+    int count = 0;
+    for (; end < edges.size() && edges[end].first == edge; ++end) count += edges[end].second;
+    if (count == 0) continue;
+    const Vec3 &a = mesh.vertices[edge >> 32], &b = mesh.vertices[edge & UINT32_MAX];
+    boxes.emplace_back(a.cwiseMin(b), a.cwiseMax(b));
+    centres.emplace_back((a + b) / 2);
+    lengths.push_back(std::abs(count) * (b - a).norm());
+  }
+  if (boxes.empty()) return {};
+  Border border{.tree = BoxTree(boxes, centres, 1), .length_m = {}};
+  for (const BoxTree::Node& node : border.tree.nodes()) {
+    double sum = 0;
+    for (uint32_t i = node.first; i < node.first + node.count; ++i) {
+      sum += lengths[border.tree.items()[i]];
+    }
+    border.length_m.push_back(sum);
+  }
+  return border;
+}
+
+// Of the winding number, a metre, as far as it is no triangle's: its gradient is that of the field
+// of a current along the border (Biot and Savart), an edge's at most length / 4 pi distance^2.
+// Within `around_m` of the point.
+double FastWinding::fastest_change(const Vec3& point, double around_m) const {
+  const std::vector<BoxTree::Node>& nodes = border_->tree.nodes();
+  std::array<uint32_t, 128> stack;
+  size_t size = 0;
+  stack[size++] = 0;
+  double sum = 0;
+  while (size > 0) {
+    const uint32_t index = stack[--size];
+    const BoxTree::Node& node = nodes[index];
+    const double distance = node.box.exteriorDistance(point) - around_m;
+    if (node.is_leaf() || distance > node.box.diagonal().norm()) {
+      if (distance <= 0) return std::numeric_limits<double>::infinity();
+      sum += border_->length_m[index] / (4 * kPi * distance * distance);
+      continue;
+    }
+    stack[size++] = node.right;
+    stack[size++] = index + 1;
+  }
+  return sum;
+}
+
+FastWinding::Side FastWinding::side(const Vec3& point, double most_m) const {
+  double winding = approximate(point);
+  double slack = std::abs(winding - 0.5) - kMargin;
+  if (!(slack > 0)) {
+    winding = exact_.winding_number(point);
+    slack = std::abs(winding - 0.5);
+  }
+  Side side{.is_inside = winding > 0.5, .reach_m = std::numeric_limits<double>::infinity()};
+  if (border_ && most_m > 0) side.reach_m = std::min(most_m, slack / fastest_change(point, most_m));
+  return side;
 }
 
 }  // namespace pilesim

@@ -61,9 +61,9 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh, uint32_t leaf_size)
   }
 }
 
-double TriangleTree::distance(const Vec3& point) const {
+double TriangleTree::distance(const Vec3& point, double at_most_m) const {
   const std::vector<Node>& nodes = this->nodes();
-  double best = std::numeric_limits<double>::infinity();  // squared, m^2
+  double best = at_most_m * at_most_m;  // squared, m^2
   struct Pending {
     uint32_t index;
     double distance;  // of its box, squared, m^2

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/types.h"
@@ -28,8 +29,10 @@ class TriangleTree {
   const std::vector<Corners>& corners() const { return corners_; }
   const std::vector<uint32_t>& triangles() const { return boxes_.items(); }
 
-  // Distance from `point` to the surface, m.
-  double distance(const Vec3& point) const;
+  // Distance from `point` to the surface, m; the sooner found the better it is known to be below
+  // `at_most_m`.
+  double distance(const Vec3& point,
+                  double at_most_m = std::numeric_limits<double>::infinity()) const;
 
   // As BoxTree's: visit(i) for places in corners(), in tree order.
   template <typename Visit>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
@@ -22,6 +23,9 @@ constexpr int kBlock = 8;
 constexpr double kFromEnds = 0.05;
 // Where the surface is found by halves, on an edge that crosses no triangle.
 constexpr int kHalves = 10;
+// Farther from the triangles than 1.5 diagonals of a cell, distances play no part in it.
+constexpr double kFar = 2.6;
+constexpr double kRounded = 1e-9;  // cells
 // How far simplification may move the surface, in cells.
 constexpr double kSimplified = 0.1;
 
@@ -34,24 +38,11 @@ struct Cell {
   int x, y, z;
 };
 
-// Each edge has as many triangles that run along it one way as the other.
-bool is_closed(const TriangleMesh& mesh) {
-  std::unordered_map<uint64_t, int> surplus;
-  for (const Triangle& triangle : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) {
-      const uint32_t a = triangle[k], b = triangle[(k + 1) % 3];
-      surplus[uint64_t{std::min(a, b)} << 32 | std::max(a, b)] += a < b ? 1 : -1;
-    }
-  }
-  return std::ranges::all_of(surplus, [](const auto& edge) { return edge.second == 0; });
-}
-
 class Wrapper {
  public:
   Wrapper(const TriangleMesh& mesh, const TriangleMesh& sheets, const WrapOptions& options)
       : thickness_m_(sheets.triangles.empty() ? 0 : options.thickness_m) {
     if (!mesh.triangles.empty()) enclosing_.emplace(mesh);
-    is_closed_ = is_closed(mesh);
     if (!sheets.triangles.empty()) sheets_.emplace(sheets);
     Bounds box;
     for (const TriangleMesh* each : {&mesh, &sheets}) {
@@ -84,6 +75,7 @@ class Wrapper {
   TriangleMesh surface() {
     find_blocks();
     march();
+    place_openings();
     return std::move(mesh_);
   }
 
@@ -93,9 +85,49 @@ class Wrapper {
 
   struct Block {
     std::array<float, size_t{kPoints} * kPoints * kPoints>
-        value;  // below 0 inside; |value| in cells
+        value;  // below 0 inside; |value| in cells: from kFar on it may be less than it is
   };
 
+  static constexpr size_t kPointsOfBlock = size_t{kPoints} * kPoints * kPoints;
+  using BlockValues = std::array<double, kPointsOfBlock>;
+
+  template <class Visit>
+  static void for_each_point(const Visit& visit) {  // in the order of place()
+    for (int z = 0; z < kPoints; ++z) {
+      for (int y = 0; y < kPoints; ++y) {
+        for (int x = 0; x < kPoints; ++x) visit(x, y, z);
+      }
+    }
+  }
+  // visit(place) of those along the axes, within the block.
+  template <class Visit>
+  static void for_each_neighbour(int x, int y, int z, const Visit& visit) {
+    if (x > 0) visit(place(x - 1, y, z));
+    if (y > 0) visit(place(x, y - 1, z));
+    if (z > 0) visit(place(x, y, z - 1));
+    if (x + 1 < kPoints) visit(place(x + 1, y, z));
+    if (y + 1 < kPoints) visit(place(x, y + 1, z));
+    if (z + 1 < kPoints) visit(place(x, y, z + 1));
+  }
+
+  // visit(place, how far away in cells) of all 26, within the block.
+  template <class Visit>
+  static void for_each_around(const Eigen::Vector3i& at, const Visit& visit) {
+    static const std::array<double, 4> kAway = {0, 1, std::sqrt(2.0), std::sqrt(3.0)};
+    const Eigen::Vector3i low = (at.array() - 1).max(0), high = (at.array() + 1).min(kPoints - 1);
+    for (int z = low.z(); z <= high.z(); ++z) {
+      for (int y = low.y(); y <= high.y(); ++y) {
+        for (int x = low.x(); x <= high.x(); ++x) {
+          const int steps = (x != at.x()) + (y != at.y()) + (z != at.z());
+          if (steps > 0) visit(place(x, y, z), kAway[static_cast<size_t>(steps)]);
+        }
+      }
+    }
+  }
+
+  Vec3 point_of(const Cell& b, int x, int y, int z) const {
+    return point(b.x * kBlock + x, b.y * kBlock + y, b.z * kBlock + z);
+  }
   Vec3 point(int x, int y, int z) const { return origin_ + cell_ * Vec3(x, y, z); }
   size_t index(int x, int y, int z) const {
     return (static_cast<size_t>(z) * static_cast<size_t>(blocks_[1]) + static_cast<size_t>(y)) *
@@ -103,34 +135,85 @@ class Wrapper {
            static_cast<size_t>(x);
   }
 
-  double distance_to_enclosing(const Vec3& at) const {
-    return enclosing_ ? enclosing_->triangles().distance(at)
-                      : std::numeric_limits<double>::infinity();
+  bool is_inside(const Vec3& at) const {
+    return encloses(at) || (sheets_ && sheets_->distance(at) < thickness_m_ / 2);
   }
 
-  // Signed distance, m: below 0 inside.
-  double value(const Vec3& at, double distance, bool is_inside) const {
-    const double value = is_inside ? -distance : distance;
-    return sheets_ ? std::min(value, sheets_->distance(at) - thickness_m_ / 2) : value;
-  }
-  double value(const Vec3& at) const { return value(at, distance_to_enclosing(at), encloses(at)); }
-
-  // Along a row of points only those whose neighbour lies beyond a triangle are asked about, where
-  // triangles alone part inside and outside.
-  void fill(int bx, int by, int bz, Block& block) const {
-    for (int z = 0, n = 0; z < kPoints; ++z) {
-      for (int y = 0; y < kPoints; ++y) {
-        bool is_inside = false;
-        for (int x = 0; x < kPoints; ++x, ++n) {
-          const Vec3 at = point(bx * kBlock + x, by * kBlock + y, bz * kBlock + z);
-          const double distance = distance_to_enclosing(at);
-          const bool is_as_before = x > 0 && is_closed_ && distance > cell_;
-          if (!is_as_before) is_inside = encloses(at);
-          const double v = value(at, distance, is_inside) / cell_;
-          block.value[static_cast<size_t>(n)] = v == 0 ? 1e-6f : static_cast<float>(v);
-        }
+  // Distances of a block's points from the enclosing triangles, in cells. From kFar on those of
+  // their neighbours tell enough.
+  void measure(const Cell& b, BlockValues& distance) const {
+    std::array<double, kPointsOfBlock> most;  // no farther
+    for_each_point([&](int x, int y, int z) {
+      const size_t i = place(x, y, z);
+      double least = 0;
+      most[i] = std::numeric_limits<double>::infinity();
+      for_each_neighbour(x, y, z, [&](size_t other) {
+        if (other > i) return;
+        least = std::max(least, distance[other] - 1 - kRounded);
+        most[i] = std::min(most[i], most[other] + 1 + kRounded);
+      });
+      if (least < kFar) {
+        least = enclosing_->triangles().distance(point_of(b, x, y, z), most[i] * cell_) / cell_;
+        most[i] = least;
       }
+      distance[i] = least;
+    });
+  }
+
+  // Gives distances of points that are inside the other sign. From the farthest one on, points take
+  // the side of a neighbour where no triangle lies between them and winding numbers cannot change
+  // so much otherwise.
+  void sign(const Cell& b, BlockValues& distance) const {
+    constexpr double kFarthestSame = 4;  // cells
+    std::array<uint16_t, kPointsOfBlock> order;
+    std::iota(order.begin(), order.end(), uint16_t{0});
+    std::ranges::sort(order, [&](uint16_t i, uint16_t j) {
+      return distance[i] != distance[j] ? distance[i] > distance[j] : i < j;
+    });
+    struct Known {
+      FastWinding::Side side;
+      uint16_t asked;  // the point that it is of
+      bool is_known = false;
+    };
+    std::array<Known, kPointsOfBlock> known{};
+    const auto at = [](size_t i) {
+      const auto n = static_cast<int>(i);
+      return Eigen::Vector3i(n % kPoints, n / kPoints % kPoints, n / kPoints / kPoints);
+    };
+    for (const uint16_t i : order) {
+      const Eigen::Vector3i own = at(i);
+      Known& found = known[i];
+      for_each_around(own, [&](size_t other, double away) {
+        const Known& next = known[other];
+        if (found.is_known || !next.is_known) return;
+        // The balls about both that hold no triangle meet.
+        if (!(distance[i] + distance[other] > away + kRounded)) return;
+        const double way = cell_ * (own - at(next.asked)).cast<double>().norm();
+        if (way < next.side.reach_m) found = next;
+      });
+      if (found.is_known) continue;
+      found = {enclosing_->side(point_of(b, own.x(), own.y(), own.z()), kFarthestSame * cell_), i,
+               true};
     }
+    for (size_t i = 0; i < kPointsOfBlock; ++i) {
+      if (known[i].side.is_inside) distance[i] = -distance[i];
+    }
+  }
+
+  void fill(const Cell& b, Block& block) const {
+    BlockValues value;
+    value.fill(std::numeric_limits<double>::infinity());
+    if (enclosing_) {
+      measure(b, value);
+      sign(b, value);
+    }
+    for_each_point([&](int x, int y, int z) {
+      double& v = value[place(x, y, z)];
+      if (sheets_) {
+        v = std::min(v, (sheets_->distance(point_of(b, x, y, z)) - thickness_m_ / 2) / cell_);
+      }
+      block.value[place(x, y, z)] = v == 0 ? 1e-6f : static_cast<float>(v);
+    });
   }
 
   // Blocks near the triangles, and those that the border of what is inside goes on into.
@@ -160,7 +243,7 @@ class Wrapper {
       store_.resize(first + front.size());
       parallel_for(front.size(), 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
-          fill(front[i].x, front[i].y, front[i].z, store_[first + i]);
+          fill(front[i], store_[first + i]);
         }
       });
       std::vector<Cell> next;
@@ -216,6 +299,7 @@ class Wrapper {
 
   void march() {
     const size_t count = blocks_of_.size();
+    crossings_.reserve(store_.size() * size_t{kBlock} * kBlock * 4);  // of a flat through each
     for (size_t i = 0; i < count; ++i) {
       if (blocks_of_[i] == UINT32_MAX) continue;
       const Cell b = block_at(i);
@@ -290,26 +374,57 @@ class Wrapper {
     const Vec3 from = corner_point(corner, a), to = corner_point(corner, b);
     const double at_a = value[static_cast<size_t>(a)], at_b = value[static_cast<size_t>(b)];
     const double length = (to - from).norm() / cell_;
-    double share = at_a / (at_a - at_b);
     // Farther from the triangles than the edge is long: there are none between.
-    if (std::abs(at_a) + std::abs(at_b) > 1.5 * length) share = halved(from, to, at_a < 0);
-    share = std::clamp(share, kFromEnds, 1 - kFromEnds);
-    mesh_.vertices.push_back(from + share * (to - from));
+    if (std::abs(at_a) + std::abs(at_b) > 1.5 * length) {
+      openings_.push_back({found->second, from, to});
+      mesh_.vertices.emplace_back((from + to) / 2);
+    } else {
+      mesh_.vertices.push_back(between(from, to, at_a / (at_a - at_b)));
+    }
     return found->second;
   }
 
-  double halved(const Vec3& from, const Vec3& to, bool starts_inside) const {
+  static Vec3 between(const Vec3& from, const Vec3& to, double share) {
+    return from + std::clamp(share, kFromEnds, 1 - kFromEnds) * (to - from);
+  }
+
+  // Where the surface closes openings; which way triangles face does not depend on it.
+  void place_openings() {
+    parallel_for(openings_.size(), 64, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const auto& [vertex, from, to] = openings_[i];
+        mesh_.vertices[vertex] = between(from, to, sheets_ ? halved(from, to) : secant(from, to));
+      }
+    });
+  }
+
+  double halved(const Vec3& from, const Vec3& to) const {
+    const bool starts_inside = is_inside(from);
     double low = 0, high = 1;
     for (int i = 0; i < kHalves; ++i) {
       const double middle = (low + high) / 2;
-      const bool is_inside = value(from + middle * (to - from)) < 0;
-      (is_inside == starts_inside ? low : high) = middle;
+      (is_inside(from + middle * (to - from)) == starts_inside ? low : high) = middle;
     }
     return (low + high) / 2;
   }
 
+  // The winding number is smooth there: twice where a straight line through its ends is one half.
+  double secant(const Vec3& from, const Vec3& to) const {
+    const auto excess = [&](double share) {
+      return enclosing_->exact(from + share * (to - from)) - 0.5;
+    };
+    double low = 0, high = 1, at_low = excess(low), at_high = excess(high), share = 0.5;
+    for (int i = 0; i < 2 && at_low != at_high; ++i) {
+      share = low + (high - low) * at_low / (at_low - at_high);
+      const double at_share = excess(share);
+      const bool is_low = (at_share > 0) == (at_low > 0);
+      (is_low ? low : high) = share;
+      (is_low ? at_low : at_high) = at_share;
+    }
+    return low + (high - low) * (at_low != at_high ? at_low / (at_low - at_high) : 0.5);
+  }
+
   std::optional<FastWinding> enclosing_;
-  bool is_closed_ = false;  // its winding numbers change at triangles only
   std::optional<TriangleTree> sheets_;
   double thickness_m_, cell_ = 0;
   Vec3 origin_;
@@ -317,6 +432,11 @@ class Wrapper {
   std::vector<uint32_t> blocks_of_;  // places in store_, by block
   std::vector<Block> store_;
   std::unordered_map<uint64_t, uint32_t> crossings_;  // grid edge -> vertex
+  struct Opening {
+    uint32_t vertex;
+    Vec3 from, to;  // the edge that it is on
+  };
+  std::vector<Opening> openings_;
   TriangleMesh mesh_;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "../geometry_shapes.h"
+#include "geometry/fast_winding.h"
 #include "geometry/primitives.h"
 #include "support/random_vectors.h"
 
@@ -111,6 +112,44 @@ TEST(InsideTest, CountsShells) {
   const InsideTest hollow(test::joined(ball, test::turned_inside_out(sphere_mesh(0.5, 3))));
   EXPECT_FALSE(hollow.contains({0.2, 0.1, 0}));
   EXPECT_TRUE(hollow.contains({0.7, 0.1, 0}));
+}
+
+// Where a point says that others are on its side they are: around a ball, a tube without ends and
+// one with triangles missing here and there.
+TEST(FastWinding, PointsKnowHowFarTheirSideReaches) {
+  TriangleMesh ball = sphere_mesh(1, 3), tube = cylinder_mesh(0.7, 2, 24), torn = ball;
+  std::erase_if(tube.triangles, [&](const Triangle& t) {
+    const Vec3 normal = (tube.vertices[t[1]] - tube.vertices[t[0]])
+                            .cross(tube.vertices[t[2]] - tube.vertices[t[0]]);
+    return std::abs(normal.normalized().y()) > 0.5;
+  });
+  for (size_t i = 0; i < torn.triangles.size(); i += 50) {
+    torn.triangles.erase(torn.triangles.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  for (const TriangleMesh* mesh : {&ball, &tube, &torn}) {
+    const FastWinding fast(*mesh);
+    const InsideTest exact(*mesh);
+    int asked = 0, inside = 0, far = 0;
+    for (uint64_t i = 0; i < 20000; ++i) {
+      Philox random(37, Stream::test, i);
+      const Vec3 point = test::random_in_box(random, -1.3, 1.3);
+      const FastWinding::Side side = fast.side(point, 0.5);
+      ASSERT_EQ(side.is_inside, exact.contains(point)) << point.transpose();
+      if (mesh == &ball) {
+        ASSERT_GT(side.reach_m, 100);
+      }
+      far += side.reach_m > 0.1;
+      const double free = std::min(side.reach_m, fast.triangles().distance(point));
+      const Vec3 other = point + 0.999 * free * random.direction();
+      if (free < 0.01) continue;
+      ++asked;
+      inside += side.is_inside;
+      ASSERT_EQ(exact.contains(other), side.is_inside) << point.transpose();
+    }
+    EXPECT_GT(asked, 5000);
+    EXPECT_GT(inside, 500);
+    EXPECT_GT(far, 3000);
+  }
 }
 
 TEST(InsideTest, FarAwayIsOutside) {

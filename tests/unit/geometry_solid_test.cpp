@@ -17,6 +17,7 @@
 #include "geometry/mesh_repair.h"
 #include "geometry/obj_writer.h"
 #include "geometry/surface_distance.h"
+#include "geometry/triangle_tree.h"
 #include "geometry/wrap.h"
 #include "support/dirty_meshes.h"
 #include "support/scratch_directory.h"
@@ -183,6 +184,27 @@ TEST(Wrap, OfFlatBoardsHasFewTriangles) {
   EXPECT_EQ(solid.way, SolidWay::wrapped);
   EXPECT_TRUE(find_mesh_defects(solid.mesh).empty());
   EXPECT_LT(solid.mesh.triangles.size(), 8000u);  // of 60,000
+}
+
+// A box without its lid: what closes it is where one half of all directions meet the box.
+TEST(Wrap, ClosesAnOpeningWhereTheWindingNumberIsOneHalf) {
+  TriangleMesh box = box_mesh({1, 1, 1});
+  std::erase_if(box.triangles, [&](const Triangle& t) {
+    return std::ranges::all_of(t, [&](uint32_t v) { return box.vertices[v].y() > 0; });
+  });
+  ASSERT_EQ(box.triangles.size(), 10u);
+  const Wrap wrap = wrap_mesh(box, {}, {.cells = 32});
+  EXPECT_TRUE(find_mesh_defects(wrap.mesh).empty());
+  const InsideTest inside(box);
+  const TriangleTree walls(box);
+  int closing = 0;
+  for (const Vec3& vertex : wrap.mesh.vertices) {
+    if (walls.distance(vertex) < 4 * wrap.cell_m) continue;
+    ++closing;
+    EXPECT_NEAR(inside.winding_number(vertex), 0.5, 2e-3) << vertex.transpose();
+  }
+  EXPECT_GT(closing, 15);
+  EXPECT_GT(wrap.closing_share, 0.1);
 }
 
 TEST(Wrap, UnitesPartsThatCross) {

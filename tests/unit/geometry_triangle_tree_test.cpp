@@ -19,6 +19,7 @@ TEST(TriangleTree, DistanceToTheBoxIsExact) {
     const Vec3 outside = (p.cwiseAbs() - Vec3::Ones()).cwiseMax(0);
     const double expected = outside.norm() > 0 ? outside.norm() : 1 - p.cwiseAbs().maxCoeff();
     ASSERT_NEAR(tree.distance(p), expected, 1e-14) << p.transpose();
+    ASSERT_EQ(tree.distance(p, expected + 1e-9), tree.distance(p)) << p.transpose();
   }
 }
 
