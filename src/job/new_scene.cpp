@@ -169,8 +169,8 @@ constexpr const char* kGuide = R"(  "materials": {
     {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
   ],
   "emitters": [
-    // the guide is filled like a mould: as many as fit, about $count; the least glue holds them
-    {"name": "heap", "type": "mould", "shape": "body", "material": "body"}
+    // the guide is filled like a mould$limit; the least glue holds them
+    {"name": "heap", "type": "mould", "shape": "body", "material": "body"$most}
   ],
   // the shape that the heap is to keep: any closed mesh with a level base
   "guide": {"file": $guide},
@@ -263,8 +263,9 @@ TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& va
   // Volume of a cone of height 1.4 R whose top is kTop of its base, in R^3.
   const double share = kPi * 1.4 / 3 * (1 + kTop + kTop * kTop);
   const double ball_m3 = 4 / 3.0 * kPi * std::pow(body.radius_m, 3);
-  const double each_m3 =
-      std::max(body.hull_m3 / kPacked, std::sqrt(ball_m3 * body.hull_m3) / kLongPacked);
+  const double compact_m3 = body.hull_m3 / kPacked;
+  const double long_m3 = std::sqrt(ball_m3 * body.hull_m3) / kLongPacked;
+  const double each_m3 = std::max(compact_m3, long_m3);
   const auto fewest = static_cast<int>(std::ceil(share * std::pow(least - wall, 3) / each_m3));
   if (job.count && *job.count < fewest) {
     throw Error(ErrorKind::usage,
@@ -275,6 +276,11 @@ TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& va
   }
   const int count = std::max(job.count.value_or(kUsualCount), fewest);
   values["count"] = std::to_string(count);
+  // Among long ones there is room for a few more for long, one beside the other.
+  const bool is_long = long_m3 > compact_m3;
+  values["limit"] = is_long ? ": about so many long ones fill it, more lie denser"
+                            : ": as many as fit, about " + values.at("count");
+  values["most"] = is_long ? ", \"count\": " + values.at("count") : "";
   const double base = wall + std::cbrt(count * each_m3 / share);
   const double away = 4.5 * base;
   values["camera"] = camera(away, 0.4 * away, 0.6 * base);

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import subprocess
 import unittest
 
@@ -55,6 +56,22 @@ class New(CommandTest):
             guide = json.loads((self.dir / name / "report.json").read_text())["piles"]["guide"]
             self.assertEqual(guide["bodies_inside"], 1, name)
             self.assertAlmostEqual(guide["filling"]["kept"], count, delta=count / 3, msg=name)
+
+    def test_a_guide_of_long_bodies_is_full_of_a_number(self):
+        """They find room beside each other for long, each round a few: as many as are to be, and in about the whole cone."""
+        (self.dir / "box.obj").write_text(BOX_OBJ)
+        long = "".join(f"v {float(x) / 14} {y} {float(z) / 14}\n" if kind == "v" else " ".join((kind, x, y, z, *more)) + "\n"
+                       for kind, x, y, z, *more in (line.split() for line in BOX_OBJ.splitlines()))
+        (self.dir / "stick.obj").write_text(long)
+        self.succeed("new", "guide", "box.obj", "-o", "boxes.json")
+        self.assertNotIn('"count"', (self.dir / "boxes.json").read_text())
+        said = self.succeed("new", "guide", "stick.obj", "-o", "sticks.json").stdout
+        count = int(re.search(r"about (\d+) of them", said)[1])
+        self.assertIn(f'"count": {count}', (self.dir / "sticks.json").read_text())
+        self.succeed("direct-pile", "sticks.json", "-o", "sticks", "--set", "/duration_s=0.5")
+        filling = json.loads((self.dir / "sticks/report.json").read_text())["piles"]["guide"]["filling"]
+        self.assertLessEqual(filling["kept"], count)
+        self.assertGreater(filling["kept"], 0.9 * count)
 
     def test_a_guide_of_too_few_is_refused(self):
         (self.dir / "cup.obj").write_text(cup_obj())
