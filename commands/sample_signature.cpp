@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "options.h"
 #include "packing/packing_measurement.h"
 #include "print.h"
+#include "signature/measured_collisions.h"
 #include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
 #include "signature/signature_summary.h"
@@ -24,6 +26,8 @@ struct SampleSignatureArguments {
   RunOptions run;
   std::string mesh;
   std::string output;
+  std::string collisions;        // to read
+  std::string write_collisions;  // to write
   bool micro = false;
   bool no_accuracy = false;
   int trials = 0;      // 0: the layout's own
@@ -83,9 +87,30 @@ void warn_of_packing(const Signature& signature) {
   say("fills", packing.measured.column_height, packing.spheres.column_height);
 }
 
+void warn_of_collisions(const SignatureRun& run) {
+  if (!run.signature.collisions) return;
+  if (!run.ignored_columns.empty()) {
+    std::string names;
+    for (const std::string& name : run.ignored_columns) {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    warn("columns that say nothing of a collision: " + names);
+  }
+  const ResponseTable& table = run.signature.responses;
+  const auto empty = std::ranges::count(table.trials, 0.0F);
+  if (empty > 0) {
+    warn(std::to_string(empty) + " of " + std::to_string(table.cell_count()) +
+         " cells have fewer than " + with_digits(kFewestCollisions, 3) +
+         " collisions and take the response of the nearest that has; pilesim inspect says which");
+  }
+}
+
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
   claim_output_file(output, options.run.force);
+  if (!options.write_collisions.empty()) {
+    claim_output_file(options.write_collisions, options.run.force);
+  }
   SignatureOptions& s = options.sampling;
   const double target_error = s.sampling.target_error;
   s.mesh = options.mesh;
@@ -95,6 +120,8 @@ void sample(SampleSignatureArguments& options) {
   if (options.trials > 0) s.sampling.trials_per_cell = static_cast<uint32_t>(options.trials);
   if (options.exemplars >= 0) s.sampling.exemplars = static_cast<uint32_t>(options.exemplars);
   if (options.no_accuracy) s.accuracy.reset();
+  s.collisions = options.collisions;
+  s.keep_collisions = !options.write_collisions.empty();
   s.partial_file = options.output + ".partial";
   s.discard_partial = options.run.force;
   s.progress = options.run.quiet ? ProgressMode::none : options.run.progress;
@@ -109,10 +136,12 @@ void sample(SampleSignatureArguments& options) {
                         {.pours = options.pours, .seed = s.seed, .progress = s.progress});
   }
   const double pours_s = watch.seconds();
+  if (s.keep_collisions) write_collisions(run.collisions, options.write_collisions);
   write_signature(run.signature, output);
   remove_in_one_go(s.partial_file);
   warn_of_disagreement(run.signature);
   warn_of_packing(run.signature);
+  warn_of_collisions(run);
   if (options.run.quiet) return;
   print(
       "%s: %.2f MB; sampled in %.2f s, accuracy measured in %.2f s, dropped in %.2f s, "
@@ -157,14 +186,26 @@ void add_sample_signature_command(CLI::App& app) {
       "Metres per unit of the mesh file; default 1");
   add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, s.is_z_up,
                    "Which axis of the mesh points up: y (default), or z, as in most STL files");
-  add_whole_number(
+  CLI::Option* collisions =
+      command
+          ->add_option("--collisions", options->collisions,
+                       "Take the responses from these collisions, FILE.csv, measured or simulated, "
+                       "instead of sampling them")
+          ->check(named(), "");
+  command
+      ->add_option("--write-collisions", options->write_collisions,
+                   "Write the sampled collisions as such a file, too; scale-free layout only")
+      ->check(named(), "")
+      ->excludes(collisions);
+  CLI::Option* per_cell = add_whole_number(
       *command, "--trials", {2, 1'000'000},
       [options](uint64_t trials) { options->trials = static_cast<int>(trials); },
       "Trials a cell of the table; default " + defaults(&TableSampling::trials_per_cell));
-  add_real_number(
+  CLI::Option* target = add_real_number(
       *command, "--target-error", {.excludes_least = true},
       [&s](double error) { s.sampling.target_error = error; },
       "Go on until no cell's mean has a larger standard error, in units of the speed before");
+  for (CLI::Option* option : {per_cell, target}) option->excludes(collisions);
   add_whole_number(
       *command, "--exemplars", {0, 1000},
       [options](uint64_t kept) { options->exemplars = static_cast<int>(kept); },
@@ -189,6 +230,7 @@ void add_sample_signature_command(CLI::App& app) {
 Examples:
   pilesim sample-signature assets/ring.obj -o ring.sig
   pilesim sample-signature rabbit.obj -o rabbit.sig --restitution 0.5 --target-error 0.01
+  pilesim sample-signature ring.obj --collisions drops.csv -o measured.sig
   pilesim inspect ring.sig --plot ring-pictures
 
 Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and drops and

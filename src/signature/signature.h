@@ -30,12 +30,19 @@ struct SignatureBody {
   double outer_radius_m = 0;
 };
 
+// Where responses come from that were not sampled here.
+struct CollisionSource {
+  std::string file;  // name, without folders
+  uint64_t count = 0;
+};
+
 struct Signature {
   SignatureBody body;
   ContactMaterial material;
   TrialKind kind = TrialKind::macro;
   uint64_t seed = 1;
   TableSampling sampling;
+  std::optional<CollisionSource> collisions;  // then nothing of `sampling` but exemplars was used
   CollisionHeightTable heights;  // if fitted: as the fit gives it, without trials and errors
   // Where `fit` stands for the table: layout, axes and most_growth only, no cells. ResponseModel
   // takes either.

@@ -426,6 +426,10 @@ json signature_document(const Signature& signature) {
   }
   document["rest_poses"] = to_json(signature.rest_poses);
   document["rest_drops"] = signature.rest_drops;
+  if (signature.collisions) {
+    document["collisions"] = {{"file", signature.collisions->file},
+                              {"count", signature.collisions->count}};
+  }
   if (signature.packing) document["packing"] = to_json(*signature.packing);
   if (signature.accuracy) document["accuracy"] = to_json(*signature.accuracy);
   return document;
@@ -452,6 +456,11 @@ Signature signature_of(const json& document) {
   }
   signature.rest_drops = whole_number_of<uint32_t>(document, "rest_drops");
   signature.rest_poses = rest_poses_of(document.at("rest_poses"), signature.rest_drops);
+  if (document.contains("collisions")) {
+    const json& from = document.at("collisions");
+    signature.collisions = {.file = from.at("file"),
+                            .count = whole_number_of<uint64_t>(from, "count")};
+  }
   if (document.contains("packing")) {
     signature.packing = packing_of(document.at("packing"), signature.body.outer_radius_m);
   }

@@ -9,6 +9,7 @@
 #include "core/naming.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh_import.h"
+#include "signature/measured_collisions.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/sampled_mesh.h"
 #include "signature/signature_file.h"
@@ -39,6 +40,10 @@ void check_options(const SignatureOptions& options) {
     refuse("the scale-free layout with a restitution that depends on speed",
            "a restitution threshold of 0",
            "Use --layout dissertation, which has the speed among its keys.");
+  }
+  if (options.layout == TableLayout::dissertation && options.keep_collisions) {
+    refuse("collisions to write of the dissertation's layout",
+           "the scale-free layout: the other keeps no azimuth of the spin");
   }
   if (options.layout == TableLayout::dissertation && sampling.exemplars > 0) {
     refuse("exemplars in the dissertation's layout", "none: it has means and deviations only");
@@ -92,7 +97,8 @@ void take_up(const SignatureOptions& options, const std::string& print, TableSam
   sampler.restore(std::move(partial.state));
 }
 
-ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup& setup) {
+ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup& setup,
+                               SignatureRun& run) {
   const ResponseTable axes = make_table(options.layout, setup.body->gyration_m);
   TableSampler sampler(setup, axes, options.sampling);
   const std::string print = fingerprint(options, *setup.body, axes);
@@ -120,7 +126,19 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
   if (!options.partial_file.empty()) {
     write_partial_sampling({print, sampler.state()}, options.partial_file);
   }
+  if (options.keep_collisions) {
+    run.collisions = collisions_of(sampler.state().responses, setup.body->gyration_m, axes);
+  }
   return sampler.table();
+}
+
+ResponseTable measured_responses(const SignatureOptions& options, const TrialSetup& setup,
+                                 const std::vector<PlaneCollision>& collisions) {
+  const double k = setup.body->gyration_m;
+  return naming(options.collisions.string(), [&] {
+    return table_of(collisions, options.material, k, make_table(options.layout, k),
+                    options.sampling.exemplars);
+  });
 }
 
 AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup& setup,
@@ -159,6 +177,16 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 
+  CollisionFile measured;
+  std::optional<ResponseTable> responses;
+  std::optional<CollisionSource> source;
+  if (!options.collisions.empty()) {
+    measured = read_collisions(options.collisions);
+    responses = measured_responses(options, setup, measured.collisions);
+    source = {.file = options.collisions.filename().string(), .count = measured.collisions.size()};
+    run.ignored_columns = std::move(measured.ignored);
+  }
+
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
   Stopwatch watch;
@@ -172,8 +200,9 @@ SignatureRun sample_signature(const SignatureOptions& options) {
       .kind = options.kind,
       .seed = options.seed,
       .sampling = options.sampling,
+      .collisions = std::move(source),
       .heights = sample_collision_heights(setup, options.layout, height_trials),
-      .responses = sample_responses(options, setup),
+      .responses = responses ? std::move(*responses) : sample_responses(options, setup, run),
       .rest_poses = known_rest_poses(mesh_rest_poses(mesh, body.centre_of_mass), drops),
       .rest_drops = static_cast<uint32_t>(drops.size())};
   run.sampling_s = watch.seconds();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/progress.h"
+#include "signature/collision_file.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/signature.h"
 
@@ -21,6 +22,10 @@ struct SignatureOptions {
   TrialKind kind = TrialKind::macro;  // or micro
   uint64_t seed = 1;
   TableSampling sampling;
+  // Instead of sampled ones, responses come from these (collision_file.h); the rest is of the mesh
+  // as ever. Empty: none.
+  std::filesystem::path collisions;
+  bool keep_collisions = false;  // those that are sampled, in the scale-free layout
   std::optional<AccuracySettings> accuracy = AccuracySettings{};
   // Drops the checked mesh in a simulation (job/rest_drops.h: simulators lie above this folder).
   // Empty: rest poses are by geometry only.
@@ -34,6 +39,8 @@ struct SignatureOptions {
 
 struct SignatureRun {
   Signature signature;
+  std::vector<PlaneCollision> collisions;    // with keep_collisions
+  std::vector<std::string> ignored_columns;  // of the file of collisions
   std::string solid;      // how the mesh became one (geometry/solid.h); empty: as it is
   double sampling_s = 0;  // wall time of the tables
   double accuracy_s = 0;  // of the accuracy report

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "signature/rest/known_rest_poses.h"
+#include "signature/table/axis_labels.h"
 
 namespace pilesim {
 namespace {
@@ -68,6 +69,11 @@ std::string origin_text(const Signature& s) {
       "collision response: %s layout, %s, seed %llu\n", layout_name(t.layout).c_str(),
       s.kind == TrialKind::macro ? "until the body leaves the plane (macro)" : "one impact (micro)",
       static_cast<unsigned long long>(s.seed));
+  if (s.collisions) {
+    text +=
+        format("  from %llu collisions of %s\n",
+               static_cast<unsigned long long>(s.collisions->count), s.collisions->file.c_str());
+  }
   text += "  keys";
   for (const Axis& axis : t.axes) text += " " + axis_text(axis);
   return text + "\n";
@@ -100,6 +106,40 @@ std::string fit_text(const Signature& s) {
          growth_text(s.responses);
 }
 
+// Cells that took the response of others: how many of them each node of the axes has, and the
+// first ones by their keys.
+constexpr size_t kEmptyListed = 8;
+
+std::string empty_text(const ResponseTable& t) {
+  const auto empty = static_cast<size_t>(std::ranges::count(t.trials, 0.0F));
+  if (empty == 0) return {};
+  std::string text = format(
+      "  %zu cells had too few collisions and have the response of the nearest others\n", empty);
+  for (size_t axis = 0; axis < 4; ++axis) {
+    std::vector<size_t> counts(t.axes[axis].size(), 0);
+    for (size_t cell = 0; cell < t.cell_count(); ++cell) {
+      if (t.trials[cell] == 0) ++counts[t.cell_index(cell)[axis]];
+    }
+    text += format("    by %s, of %zu each:", label(t.axes[axis]).c_str(),
+                   t.cell_count() / counts.size());
+    for (size_t node = 0; node < counts.size(); ++node) {
+      text += format(" %.3g: %zu%s", shown(t.axes[axis], node), counts[node],
+                     node + 1 < counts.size() ? "," : "\n");
+    }
+  }
+  size_t listed = 0;
+  for (size_t cell = 0; cell < t.cell_count() && listed < kEmptyListed; ++cell) {
+    if (t.trials[cell] != 0) continue;
+    const std::array<uint32_t, 4> index = t.cell_index(cell);
+    text += listed++ == 0 ? "    they are (" : ", (";
+    for (size_t axis = 0; axis < 4; ++axis) {
+      text += format("%s%.3g", axis == 0 ? "" : " ", shown(t.axes[axis], index[axis]));
+    }
+    text += ")";
+  }
+  return text + (empty > listed ? format(" and %zu more\n", empty - listed) : "\n");
+}
+
 std::string responses_text(const Signature& s) {
   const ResponseTable& t = s.responses;
   const auto [fewest, most] = std::minmax_element(t.trials.begin(), t.trials.end());
@@ -113,6 +153,7 @@ std::string responses_text(const Signature& s) {
   std::string text = origin_text(s);
   text +=
       format("  %zu cells, %.0f .. %.0f effective trials a cell\n", t.cell_count(), *fewest, *most);
+  text += empty_text(t);
   text +=
       format("  standard error of the mean (rms over cells): v %.2g%s, %s %.2g%s\n",
              std::sqrt(squares[0] / cells), raw ? " m/s" : "", raw ? "w" : "k w",

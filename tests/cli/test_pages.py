@@ -174,6 +174,11 @@ class Pages(CommandTest):
         self.run_commands("docs/view.md")
         self.run_commands("docs/meshes.md", [("sample-signature", quick)])
         self.run_commands("docs/render.md", left_out=["out/film"])
+        # The collisions that are written are those that are read.
+        self.run_commands("docs/signatures.md", [
+            ("--rest-drops 100", "--trials 2 --no-accuracy --pours 0"),
+            ("--write-collisions", "--trials 3 --no-accuracy --pours 0"), ("--collisions", "--no-accuracy --pours 0"),
+        ])  # fmt: skip
         self.run_commands("docs/files.md", left_out=["direct-pile"])
         self.run_commands("README.md", [
             ("presets copy", "--force"),

@@ -9,6 +9,7 @@ from support import HANGING, PILESIM, SOURCE, CommandTest
 
 BOX = SOURCE / "assets" / "box.obj"
 BRIEF = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
+SIX = ["--trials", "6", "--no-accuracy", "--pours", "0"]
 QUICK = [*BRIEF, "--pours", "0"]
 
 
@@ -158,6 +159,49 @@ class SampleSignature(CommandTest):
         )
         self.assertIn("--layout dissertation", result.stderr)
         self.assertFalse((self.dir / "x.sig").exists())
+
+    def test_collisions_that_were_written_are_measured_again(self):
+        drops = self.dir / "drops.csv"
+        self.succeed("sample-signature", BOX, "-o", "a.sig", *SIX, "--write-collisions", drops)
+        result = self.succeed("sample-signature", BOX, "-o", "b.sig", "--collisions", drops, "--pours", "0")
+        self.assertEqual(result.stderr, "")
+        self.assertIn("from 35280 collisions of drops.csv", result.stdout)
+        self.assertIn(self.succeed("inspect", "b.sig").stdout, result.stdout)
+
+        # How near the tables are to fresh trials.
+        def distance(sig):
+            options = ["--trials", "20"] if sig == "c.sig" else ["--collisions", drops]
+            more = ["--write-collisions", drops, "--force"] if sig == "c.sig" else []
+            text = self.succeed("sample-signature", BOX, "-o", sig, "--pours", "0", *options, *more).stdout
+            return float(re.search(r"4 keys, exemplars +([\d.]+)", text)[1])
+
+        sampled, measured = distance("c.sig"), distance("d.sig")
+        self.assertLess(abs(measured / sampled - 1), 0.1)
+
+    def test_few_collisions_leave_cells_empty_which_are_named(self):
+        drops = self.dir / "drops.csv"
+        self.succeed("sample-signature", BOX, "-o", "a.sig", *SIX, "--write-collisions", drops)
+        # Those at the first node of theta.
+        header, *rows = drops.read_text().splitlines()
+        drops.write_text("\n".join(["number," + header, *(f"{i},{row}" for i, row in enumerate(rows[:5040]))]))
+        result = self.succeed("sample-signature", BOX, "-o", "b.sig", "--collisions", drops, "--pours", "0")
+        self.assertIn("columns that say nothing of a collision: number", result.stderr)
+        self.assertIn("5040 of 5880 cells have fewer than 4 collisions", result.stderr)
+        inspected = self.succeed("inspect", "b.sig").stdout
+        self.assertIn("5040 cells had too few collisions", inspected)
+        self.assertIn("by theta (deg), of 840 each: 0: 0, 14: 840,", inspected)
+        self.assertIn("they are (14 0 -180 0), (14 0 -180 9.67),", inspected)
+        self.assertIn(" and 5032 more", inspected)
+
+    def test_collisions_are_not_sampled_too(self):
+        (self.dir / "drops.csv").write_text("")
+        for option in ("--trials", "--target-error", "--write-collisions"):
+            self.expect_exit(2, "sample-signature", BOX, "-o", "a.sig", "--collisions", "drops.csv", option, "2")
+        self.expect_exit(2, "sample-signature", BOX, "-o", "a.sig", "--layout", "dissertation", "--write-collisions", "w.csv")
+        (self.dir / "w.csv").write_text("mine")
+        self.expect_exit(2, "sample-signature", BOX, "-o", "a.sig", "--write-collisions", "w.csv")
+        self.assertEqual((self.dir / "w.csv").read_text(), "mine")
+        self.assertFalse((self.dir / "a.sig").exists())
 
     def test_a_mesh_of_a_million_vertices(self):
         write_fine_cube(self.dir / "fine.obj", 409)  # 1,003,688 vertices

@@ -109,6 +109,16 @@ def signatures(pilesim):
     put("partial_signature", "whole", cbor(partial) + SEAL)
     partial["trials"] = 2**31
     put("partial_signature", "trials_without_end", cbor(partial) + SEAL)
+    names = ["normal"] + [f"{what}_{when}_{unit}" for when in ("before", "after") for what, unit in
+                          (("v", "m_s"), ("w", "rad_s"))]
+    header = ",".join(name.replace("_", axis + "_", 1) if "_" in name else f"{name}_{axis}"
+                      for name in names for axis in "xyz")
+    row = "\n0,1,0,1,-2,0,1,2,3,0.5,1,0,0,0,1"
+    put("collisions", "whole", header + row * 6)
+    put("collisions", "huge", header + row.replace("-2", "-1e300").replace("0.5", "1e300") * 6)
+    put("collisions", "tiny", header + row.replace(",1,-2,0,1,2,3", ",0,-1e-300,0,0,0,0") * 6)
+    put("collisions", "commas", header + "\n" + "," * 5000)
+    put("collisions", "no_column", header[9:] + row)
     with tempfile.TemporaryDirectory() as folder:
         table, fitted = f"{folder}/box.sig", f"{folder}/box.fit.sig"
         box = ROOT / "assets" / "box.obj"

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -23,6 +24,7 @@
 #include "render/guide_overlay.h"
 #include "render/pile_overlay.h"
 #include "scene/scene_loader.h"
+#include "signature/measured_collisions.h"
 #include "signature/response_model.h"
 #include "signature/signature_document.h"
 #include "signature/signature_file.h"
@@ -94,6 +96,21 @@ void signature(std::string_view bytes) {
 
 void partial_signature(std::string_view bytes) {
   accept_errors([&] { read_partial_sampling(file_of("any.sig.partial", bytes)); });
+}
+
+// Tables, as well: what is read is finite, what comes of it is not.
+void collisions(std::string_view bytes) {
+  static const ResponseTable empty = make_table(TableLayout::scale_free, 0.1);
+  accept_errors([&] {
+    const CollisionFile read = read_collisions(file_of("drops.csv", bytes));
+    for (const PlaneCollision& collision : read.collisions) {
+      if (!(collision.velocity_before.dot(collision.normal) < 0)) std::abort();
+    }
+    const ResponseTable table = table_of(read.collisions, {}, 0.1, empty, 2);
+    for (const float mean : table.mean) {
+      if (!std::isfinite(mean)) std::abort();
+    }
+  });
 }
 
 void piles(std::string_view bytes) {
@@ -250,6 +267,7 @@ std::span<const Target> program_targets() {
                                           Target{"mesh_off", mesh<7>},
                                           Target{"signature", signature},
                                           Target{"partial_signature", partial_signature},
+                                          Target{"collisions", collisions},
                                           Target{"piles", piles},
                                           Target{"guide", guide},
                                           Target{"decomposition", cached<DecompositionCache>},

@@ -83,9 +83,6 @@ Measurements joined(const std::vector<Measurements>& parts) {
   return all;
 }
 
-// fit_table() never interpolates along its first axis.
-const Axis kOneNode{.name = "all", .nodes = {0}};
-
 }  // namespace
 
 CollisionHeight collision_height(const CollisionHeightTable& table, float gyration_m,

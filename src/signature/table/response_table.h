@@ -32,6 +32,7 @@ std::string layout_name(TableLayout layout);
 
 using Vector6 = Eigen::Matrix<float, 6, 1>;  // v+ (3), w+ (3), working frame, units of the layout
 inline constexpr size_t kFactorSize = 21;    // of a lower triangular 6 x 6 matrix, row by row
+constexpr size_t lower_index(size_t row, size_t column) { return row * (row + 1) / 2 + column; }
 
 // One row a cell; cells in row-major order of the axes (the last one runs fastest).
 struct ResponseTable {

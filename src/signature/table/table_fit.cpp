@@ -31,7 +31,7 @@ class BlockFit {
     for (size_t i = 0; i < data.first.size(); ++i) {
       if (data.first[i] != first) continue;
       samples_.push_back(i);
-      corners_.push_back(table_corners(axes, first, &data.keys[i * (axes.size() - 1)]));
+      corners_.push_back(table_corners(axes, data, i));
       Values& residual = residuals_.emplace_back();
       for (size_t k = 0; k < width; ++k) residual[k] = data.values[i * width + k];
     }
@@ -51,6 +51,7 @@ class BlockFit {
     find_covariance(weight);
     for (size_t cell = 0; cell < cells_; ++cell) {
       if (weight[cell] > 0) {
+        fit_.weight[first_cell_ + cell] = weight[cell];
         fit_.trials[first_cell_ + cell] = weight[cell] * weight[cell] / squares[cell];
       }
     }
@@ -150,14 +151,25 @@ TableCorners table_corners(std::span<const Axis> axes, uint32_t first, const flo
   return corners;
 }
 
+TableCorners table_corners(std::span<const Axis> axes, const Measurements& measurements, size_t i) {
+  TableCorners corners =
+      table_corners(axes, measurements.first[i], &measurements.keys[i * (axes.size() - 1)]);
+  if (measurements.stands_for.empty()) return corners;
+  for (size_t c = 0; c < corners.count; ++c) {
+    corners.cell[c] = measurements.stands_for[corners.cell[c]];
+  }
+  return corners;
+}
+
 TableFit fit_table(std::span<const Axis> axes, size_t width, const Measurements& measurements) {
-  assert(!axes.empty() && axes.size() <= 4 && width <= kMostValues);
+  assert(!axes.empty() && axes.size() <= 5 && width <= kMostValues);
   size_t cells = 1;
   for (const Axis& axis : axes) cells *= axis.size();
   TableFit fit;
   fit.mean.assign(cells * width, 0.0);
   fit.covariance.assign(cells * width * (width + 1) / 2, 0.0);
   fit.trials.assign(cells, 0.0);
+  fit.weight.assign(cells, 0.0);
   fit.residuals.assign(measurements.values.size(), 0.0F);
   parallel_for(axes[0].size(), 1, [&](size_t begin, size_t end) {
     for (size_t first = begin; first < end; ++first) {

@@ -19,17 +19,24 @@ struct Measurements {
   std::vector<uint32_t> first;  // (N) index of a node of the first axis
   std::vector<float> keys;      // (N, D - 1)
   std::vector<float> values;    // (N, W)
+  // (cells) or empty: for cells that are one and the same, which of them has what is measured; the
+  // others have no trials.
+  std::vector<uint32_t> stands_for;
 };
 
 struct TableFit {
   std::vector<double> mean;        // (cells, W)
   std::vector<double> covariance;  // (cells, W (W + 1) / 2), lower triangle row by row
   std::vector<double> trials;      // (cells) effective number, (sum w)^2 / sum w^2
+  std::vector<double> weight;      // (cells) sum w: 1 for a measurement at the cell's own keys
   std::vector<float> residuals;    // (N, W): measurements less the interpolated mean
 };
 
-// At most 4 axes and 6 values; cells in row-major order. Cells that no measurement reaches have 0
-// trials.
+// For tables of measurements that lie between the nodes of all their keys.
+inline const Axis kOneNode{.name = "all", .nodes = {0}};
+
+// At most 4 axes behind the first and 6 values; cells in row-major order. Cells that no measurement
+// reaches have 0 trials.
 TableFit fit_table(std::span<const Axis> axes, size_t width, const Measurements& measurements);
 
 // The corners of the cell block around `keys`, (axes), with weights > 0; the sum is 1.
@@ -39,5 +46,7 @@ struct TableCorners {
   std::array<float, 16> weight;
 };
 TableCorners table_corners(std::span<const Axis> axes, uint32_t first, const float* keys);
+// Of a measurement, by `stands_for`.
+TableCorners table_corners(std::span<const Axis> axes, const Measurements& measurements, size_t i);
 
 }  // namespace pilesim

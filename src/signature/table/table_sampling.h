@@ -54,7 +54,6 @@ class TableSampler {
   void run_slice(std::span<const Work> work);
   void record(const TrialRequest& request, size_t cell, const TrialResult& result, size_t at);
   double relative_error(size_t cell) const;
-  void add_exemplars(ResponseTable& table) const;
 
   TrialSetup setup_;
   ResponseTable table_;

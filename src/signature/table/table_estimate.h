@@ -1,0 +1,18 @@
+// A response table from what was measured: means, spreads, errors and exemplars.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "signature/table/response_table.h"
+#include "signature/table/table_fit.h"
+
+namespace pilesim {
+
+// Of `responses`, in the units of the table's layout, as `fit` found them over `axes`; `empty` has
+// the table's axes. Cells without trials have zeros.
+ResponseTable estimated_table(const ResponseTable& empty, std::span<const Axis> axes,
+                              const Measurements& responses, const TableFit& fit,
+                              uint32_t exemplars);
+
+}  // namespace pilesim
