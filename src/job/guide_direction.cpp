@@ -8,6 +8,7 @@
 #include "core/naming.h"
 #include "core/text.h"
 #include "pile/guide/guide_fit.h"
+#include "pile/guide/surface_profile.h"
 #include "trajectory/guide_file.h"
 
 namespace pilesim {
@@ -22,8 +23,22 @@ std::string percent(double share) {
   return (all < 1000 ? with_digits(all, 3) : grouped(std::llround(all))) + " %";
 }
 
+Json surface_json(const SurfaceProfile& surface) {
+  Json rings = Json::array();
+  for (const SurfaceRing& ring : surface.rings) {
+    rings.push_back({{"radius_m", ring.radius_m},
+                     {"height_m", ring.height_m},
+                     {"guide_height_m", ring.guide_height_m}});
+  }
+  return {{"difference", surface.difference},
+          {"slope_deg", surface.slope_deg},
+          {"guide_slope_deg", surface.guide_slope_deg},
+          {"column_m", surface.column_m},
+          {"rings", rings}};
+}
+
 std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
-                       const GuideFilling& filling) {
+                       const SurfaceProfile& surface, const GuideFilling& filling) {
   Json figures = {{"control_share", simulator.control_share()},
                   {"control_step_s", simulator.control_step_s()},
                   {"simulation_step_s", simulator.simulation_step_s()}};
@@ -33,6 +48,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
     figures["overlap"] = fit.overlap;
     figures["voxel_m"] = fit.voxel_m;
   }
+  if (surface.column_m > 0) figures["surface"] = surface_json(surface);
   if (filling.dropped > 0) {
     figures["filling"] = {{"dropped", filling.dropped},
                           {"kept", filling.kept},
@@ -62,7 +78,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
 }
 
 std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideFit& fit,
-                                  const GuideFilling& filling) {
+                                  const SurfaceProfile& surface, const GuideFilling& filling) {
   std::vector<std::string> lines;
   if (filling.dropped > 0) {
     lines.push_back(
@@ -113,6 +129,13 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
                       " of its bodies lie outside; it has slumped, or something hit it");
     }
   }
+  if (surface.column_m > 0) {
+    lines.push_back("guide: the pile's surface is " + percent(surface.difference) +
+                    " of the guide's height off it in the mean; it falls at " +
+                    with_digits(surface.slope_deg, 3) +
+                    " degrees from the middle, the guide's at " +
+                    with_digits(surface.guide_slope_deg, 3));
+  }
   return lines;
 }
 
@@ -139,7 +162,9 @@ DirectedRun GuideDirection::finish(const Simulator& simulator,
                                               .glue = simulator_->glue(),
                                               .forces = simulator_->forces()});
   const GuideFit fit = measure_guide_fit(model_, simulator.states());
-  return {figures_of(*simulator_, fit, filling_), lines_of(*simulator_, fit, filling_)};
+  const SurfaceProfile surface = measure_surface(model_, simulator.states(), fit.voxel_m);
+  return {figures_of(*simulator_, fit, surface, filling_),
+          lines_of(*simulator_, fit, surface, filling_)};
 }
 
 }  // namespace pilesim

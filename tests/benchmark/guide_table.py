@@ -51,6 +51,12 @@ def steps(figures):
                                       1e3 * figures["control_step_s"])
 
 
+def surface(figures):
+    return "%.0f %% off, %.0f of %.0f degrees" % (100 * figures["surface"]["difference"],
+                                                  figures["surface"]["slope_deg"],
+                                                  figures["surface"]["guide_slope_deg"])
+
+
 def row(*cells):
     print("| " + " | ".join(cells) + " |", flush=True)
 
@@ -64,7 +70,7 @@ def given(pilesim, preset):
             collapse(frames), "%.2g %%" % (100 * frames[-1]["largest_drift_m"] / height),
             "%.2g %%" % (100 * (frames[-1]["largest_drift_m"] - frames[14]["largest_drift_m"])
                          / height),
-            "", "%.1f s for %d s" % (cpu, duration_s), steps(figures))
+            "", "", "%.1f s for %d s" % (cpu, duration_s), steps(figures))
     frames, figures, _ = run(pilesim, preset)
     print("  hit: height %.2f m before, %.2f m at the end, %d knocked loose"
           % (frames[0]["height_m"], frames[-1]["height_m"], figures["knocked_loose"]), flush=True)
@@ -81,6 +87,7 @@ def grown(pilesim, preset, seeds):
                 "%.2g m" % frames[-1]["mean_drift_m"], "",
                 "%.0f %%, overlap %.0f %%" % (100 * figures["bodies_inside"],
                                               100 * figures["overlap"]),
+                surface(figures),
                 "%.1f s for %.0f s" % (cpu, frames[-1]["time_s"]),
                 steps(figures))
             if filling:
@@ -97,8 +104,8 @@ def main():
     options = parser.parse_args()
     OVERRIDES.extend(options.set)
     row("Preset", "Control", "Seed", "Falls after, or ends at", "Drift", "of it after 0.5 s", "Inside",
-        "CPU", "Held", "A step, a control step")
-    row(*["---"] * 10)
+        "Surface", "CPU", "Held", "A step, a control step")
+    row(*["---"] * 11)
     for preset in options.presets:
         if preset in GROWN:
             grown(options.pilesim, preset, options.seeds)

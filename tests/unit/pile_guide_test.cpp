@@ -9,6 +9,7 @@
 #include "geometry/primitives.h"
 #include "pile/guide/guide_fit.h"
 #include "pile/guide/guided_simulator.h"
+#include "pile/guide/surface_profile.h"
 #include "support/small_model.h"
 
 namespace pilesim {
@@ -145,7 +146,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
 // Whatever its mass: a guide is for piles that more is laid upon.
 TEST(Guide, WhatComesSlowlyIsNoHit) {
   Column column(5);
-  column.scene.guide->most_speed = 0.02;  // so that the ball is not held itself,
+  column.scene.guide->most_speed = 0.02;   // so that the ball is not held itself,
   column.scene.guide->neighbours = false;  // nor frees the column by its touch alone
   const uint32_t ball = column.sphere(0.15);
   ModelBody& slow = column.body(ball, column.wood, {-0.27, 0.15, 0});
@@ -282,6 +283,17 @@ TEST(Guide, NeedsTheImpulseMode) {
   EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
 }
 
+// Where the bodies of the model are given, all present.
+BodyStates states_of(const Model& model) {
+  BodyStates states;
+  for (const ModelBody& body : model.bodies) {
+    states.position.push_back(body.pose.position);
+    states.orientation.push_back(body.pose.orientation);
+    states.flags.push_back(kPresent);
+  }
+  return states;
+}
+
 // Also of those that are many voxels wide, where most bodies are small.
 TEST(Guide, FitSeesAllOfALargeBody) {
   SmallModel large;
@@ -290,12 +302,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
   const uint32_t crumb = large.box(Vec3::Constant(0.05));
   for (int i = 0; i < 40; ++i) large.body(crumb, stone, {-0.4 + 0.02 * i, 0.2, 0.1});
   large.model.guide = box_mesh(Vec3::Constant(1));
-  BodyStates states;
-  for (const ModelBody& body : large.model.bodies) {
-    states.position.push_back(body.pose.position);
-    states.orientation.push_back(body.pose.orientation);
-    states.flags.push_back(kPresent);
-  }
+  const BodyStates states = states_of(large.model);
   const GuideFit fit = measure_guide_fit(large.model, states);
   ASSERT_LT(fit.voxel_m, 0.1);
   EXPECT_GT(fit.overlap, 0.7);
@@ -303,12 +310,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
 
 TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   Column column(4);
-  BodyStates states;
-  for (const ModelBody& body : column.model.bodies) {
-    states.position.push_back(body.pose.position);
-    states.orientation.push_back(body.pose.orientation);
-    states.flags.push_back(kPresent);
-  }
+  const BodyStates states = states_of(column.model);
   column.model.guide = box_mesh({0.2, 0.8, 0.2});  // its lower half is below the ground
   const GuideFit fit = measure_guide_fit(column.model, states);
   EXPECT_DOUBLE_EQ(fit.bodies_inside, 0.5);
@@ -320,6 +322,91 @@ TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   for (Vec3& vertex : column.model.guide.vertices) vertex.x() += 5;
   EXPECT_EQ(measure_guide_fit(column.model, states).overlap, 0);
   EXPECT_EQ(measure_guide_fit(column.model, states).bodies_inside, 0);
+}
+
+// Cubes of a quarter of a metre, whose middles are at `places`, in a guide of a cubic metre.
+SurfaceProfile surface_of_cubes(const std::vector<Vec3>& places) {
+  SmallModel cubes;
+  const uint32_t wood = cubes.material(0, 0.7), cube = cubes.box(Vec3::Constant(0.25));
+  for (const Vec3& place : places) cubes.body(cube, wood, place);
+  cubes.model.guide = box_mesh(Vec3::Constant(1));
+  for (Vec3& vertex : cubes.model.guide.vertices) vertex.y() += 0.5;
+  return measure_surface(cubes.model, states_of(cubes.model), 0.1);
+}
+
+TEST(Guide, SurfaceOfAPileThatFillsABoxIsTheBoxs) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < 64; ++i) places.push_back(0.25 * Vec3(i % 4, i / 16, i / 4 % 4));
+  for (Vec3& place : places) place += Vec3(-0.375, 0.125, -0.375);
+  const SurfaceProfile full = surface_of_cubes(places);
+  EXPECT_NEAR(full.difference, 0, 1e-9);
+  EXPECT_NEAR(full.slope_deg, 0, 1e-9);
+  EXPECT_NEAR(full.guide_slope_deg, 0, 1e-9);
+  for (const SurfaceRing& ring : full.rings) {
+    EXPECT_NEAR(ring.height_m, 1, 1e-9);
+    EXPECT_NEAR(ring.guide_height_m, 1, 1e-9);
+  }
+  // Without its topmost layer it is a quarter too low.
+  const SurfaceProfile low = surface_of_cubes({places.begin(), places.begin() + 48});
+  EXPECT_NEAR(low.difference, 0.25, 1e-9);
+  EXPECT_NEAR(low.slope_deg, 0, 1e-9);
+  // Beside it, eight in a layer, they are as much too high; far away they are only missing.
+  for (int i = 0; i < 16; ++i) {
+    places[48 + i] = Vec3(0.625, 0.125, -0.375) + 0.25 * Vec3(i / 4 % 2, i / 8, i % 4);
+  }
+  EXPECT_NEAR(surface_of_cubes(places).difference, 0.5, 1e-9);
+  for (int i = 48; i < 64; ++i) places[i].x() += 5;
+  EXPECT_NEAR(surface_of_cubes(places).difference, 0.25, 1e-9);
+  EXPECT_EQ(surface_of_cubes({}).column_m, 0);
+}
+
+// About the y axis, on the ground.
+TriangleMesh cone(double radius, double height) {
+  constexpr int kSides = 96;
+  TriangleMesh mesh;
+  mesh.vertices = {{0, height, 0}, {0, 0, 0}};
+  for (uint32_t i = 0; i < kSides; ++i) {
+    const double angle = 2 * kPi * i / kSides;
+    mesh.vertices.push_back(radius * Vec3(std::cos(angle), 0, std::sin(angle)));
+    const uint32_t here = 2 + i, next = 2 + (i + 1) % kSides;
+    mesh.triangles.push_back({0, next, here});
+    mesh.triangles.push_back({1, here, next});
+  }
+  return mesh;
+}
+
+SurfaceProfile surface_of_cone(double radius, double height, const Vec3& place) {
+  SmallModel heap;
+  const uint32_t sand = heap.material(0, 0.7), shape = heap.box(Vec3::Ones());
+  heap.model.shapes[shape].mesh = cone(radius, height);
+  heap.body(shape, sand, place);
+  heap.model.guide = cone(1, 1);
+  for (Vec3& vertex : heap.model.guide.vertices) vertex += Vec3(7, 3, -2);
+  return measure_surface(heap.model, states_of(heap.model), 0.02);
+}
+
+// A cone as high as wide; what has slumped to twice the plan has half the height, falls at half the
+// tangent over the root of two, and is off by what closed forms say.
+TEST(Guide, SurfaceOfAConeFallsAsTheConeAndLessWhereItHasSlumped) {
+  const Vec3 place(7, 3, -2);
+  const SurfaceProfile whole = surface_of_cone(1, 1, place);
+  EXPECT_NEAR(whole.difference, 0, 1e-9);
+  EXPECT_NEAR(whole.slope_deg, 45, 0.7);
+  EXPECT_DOUBLE_EQ(whole.slope_deg, whole.guide_slope_deg);
+  EXPECT_NEAR(whole.rings[0].guide_height_m, 1 - 1 / 12.0, 0.02);  // the mean over a disk of 1/8
+
+  const SurfaceProfile slumped = surface_of_cone(std::sqrt(2.0), 0.5, place);
+  EXPECT_NEAR(slumped.slope_deg, degrees(std::atan(0.5 / std::sqrt(2.0))), 0.7);
+  EXPECT_NEAR(slumped.guide_slope_deg, whole.guide_slope_deg, 1e-9);
+  // Surfaces cross at r = (1 - 1/2) / (1 - 1 / sqrt(8)); as much lies beyond as is missing within.
+  const double r = 0.5 / (1 - 1 / std::sqrt(8.0));
+  const double missing = r * r * (0.5 / 3);  // of pi, as the guide's volume is a third
+  EXPECT_NEAR(slumped.difference, 2 * missing / (1 / 3.0), 0.04);
+
+  // Shifted sideways it falls as fast, but elsewhere.
+  EXPECT_GT(surface_of_cone(1, 1, place + Vec3(0.3, 0, 0)).difference, 0.25);
+  // Below the guide's base there is no height.
+  EXPECT_NEAR(surface_of_cone(1, 1, place - Vec3(0, 1, 0)).difference, 1, 1e-9);
 }
 
 }  // namespace
