@@ -33,6 +33,7 @@ LEFT_OUT = {
 # The moment of the picture where it is not the last one: what is held until it is hit, while it stands or breaks.
 WHEN = {
     "equilibrium/book_spiral": "4.9s",
+    "equilibrium/books_upside_down": "5.9s",
     "equilibrium/card_tower": "5.5s",
     "equilibrium/rough_crates": "4.9s",
     "equilibrium/stick_tower": "4.9s",

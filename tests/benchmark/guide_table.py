@@ -16,7 +16,7 @@ from pathlib import Path
 
 PRESETS = Path(__file__).resolve().parents[2] / "presets/equilibrium"
 GIVEN = ["card_tower", "rough_crates", "tyre_fan", "stick_tower", "book_spiral"]
-GROWN = ["chair_pile", "stick_pile", "bananas_in_a_cart"]
+GROWN = ["chair_pile", "chair_cone", "stick_pile", "books_upside_down", "bananas_in_a_cart"]
 LEFT_ALONE = ["/emitters=[]"]
 OVERRIDES = []
 
