@@ -60,7 +60,8 @@ class HeightMap {
         if (!is_over(a, b, c, at, normal.y())) continue;
         const double y =
             a.y() - (normal.x() * (at.x() - a.x()) + normal.z() * (at.z() - a.z())) / normal.y();
-        double& height = height_[static_cast<size_t>(x / kSamples * columns_z_ + z / kSamples)];
+        const int column = x / kSamples * columns_z_ + z / kSamples;
+        double& height = height_[static_cast<size_t>(column)];
         height = std::max(height, y - base_);
       }
     }
