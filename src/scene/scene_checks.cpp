@@ -370,6 +370,11 @@ class Checker {
       log_.report(place / key, R"(stands beside "method": "dissertation")",
                   "levels by \"level_of_detail\" only", "Take it out");
     }
+    if (simulator.mode == SimulatorMode::mixed && !scene_.piles.empty()) {
+      log_.report(root_ / "piles", R"(stand beside /simulator/method "dissertation")",
+                  "none: contacts that are drawn cannot be steered",
+                  R"(Set /simulator/method to "own")");
+    }
   }
 
   // Spheres that stand for bodies have the rolling resistance of their mode.

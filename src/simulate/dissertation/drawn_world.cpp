@@ -99,11 +99,24 @@ void DrawnWorld::wake_near(uint32_t body) {
   }
 }
 
+void DrawnWorld::put_to_sleep(uint32_t body) {
+  set_velocity(body, Vec3::Zero(), Vec3::Zero());
+  state_.bodies[body].asleep = true;
+}
+
+void DrawnWorld::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  DrawnBody& set = state_.bodies[body];
+  set.velocity = linear.cast<float>();
+  set.spin = angular.cast<float>();
+  set.changed = true;
+}
+
 // 3.2.4.1: the mean collision height of its spin over its speed. Tables of the project's own layout
 // are asked for a plane that it flies straight at.
 float DrawnWorld::collision_radius_m(uint32_t i) const {
   const DrawnBody& body = state_.bodies[i];
   const BodySignature& object = *kind(i).object;
+  if (!object.signature) return kind(i).radius_m;  // a particle
   const float speed = body.velocity.norm();
   const Vec3f normal = speed > 0 ? Vec3f(-body.velocity / speed) : Vec3f::UnitY();
   const Vec3f velocity = speed > 0 ? body.velocity : Vec3f(-1e-6F * Vec3f::UnitY());
@@ -111,7 +124,7 @@ float DrawnWorld::collision_radius_m(uint32_t i) const {
       .mean_m;
 }
 
-void DrawnWorld::step(StageTimer& timer) {
+void DrawnWorld::begin_step(StageTimer& timer) {
   ++state_.steps;
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -122,12 +135,19 @@ void DrawnWorld::step(StageTimer& timer) {
     sort();
   }
   responses_.resize(state_.members.size());
-  {
-    StageTimer::Scope scope(timer, Stage::narrow_phase);
-    parallel_for(state_.members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
-      for (size_t k = begin; k < end; ++k) responses_[k] = respond(state_.members[k]);
-    });
-  }
+  StageTimer::Scope scope(timer, Stage::narrow_phase);
+  parallel_for(state_.members.size(), kBodiesPerTask, [&](size_t begin, size_t end) {
+    for (size_t k = begin; k < end; ++k) responses_[k] = respond(state_.members[k]);
+  });
+}
+
+DrawnWorld::Drawn DrawnWorld::drawn(uint32_t body) const {
+  const auto place = std::ranges::lower_bound(state_.members, body) - state_.members.begin();
+  const Response& response = responses_[static_cast<size_t>(place)];
+  return {response.is_hit, response.velocity, response.spin};
+}
+
+void DrawnWorld::end_step(StageTimer& timer) {
   StageTimer::Scope scope(timer, Stage::integration);
   state_.contacts = 0;
   state_.deepest_m = 0;
@@ -175,12 +195,14 @@ DrawnWorld::Response DrawnWorld::respond(uint32_t i) const {
                    found);
   }
   for (const SurfaceContact& contact : found) {
+    if (!by_spheres(model_.method(i, contact.body))) continue;
     response.is_on_ground |= contact.level;
-    meet({contact.normal, contact.velocity, contact.gap - body.radius_m}, i, random, response);
+    meet({contact.normal, contact.velocity, contact.gap - body.radius_m}, i, contact.body, random,
+         response);
   }
   const auto meet_body = [&](uint32_t place) {
     const uint32_t other = state_.members[grid_.order()[place]];
-    if (other == i) return;
+    if (other == i || !by_spheres(model_.method(i, other))) return;
     const DrawnBody& partner = state_.bodies[other];
     if (body.asleep && partner.asleep) return;
     const Vec3f apart = body.position - partner.position;
@@ -189,7 +211,7 @@ DrawnWorld::Response DrawnWorld::respond(uint32_t i) const {
     // Of two in one place the order decides.
     const Vec3f normal =
         distance > 0 ? Vec3f(apart / distance) : Vec3f((i < other ? 1.0F : -1.0F) * Vec3f::UnitY());
-    meet({normal, partner.velocity, gap_m}, i, random, response);
+    meet({normal, partner.velocity, gap_m}, i, other, random, response);
   };
   const Vec3f reach = Vec3f::Constant(kind.outer_m + grid_.widest_m());
   grid_.for_each_in(body.position - reach, body.position + reach, meet_body);
@@ -200,7 +222,7 @@ DrawnWorld::Response DrawnWorld::respond(uint32_t i) const {
 }
 
 // 3.2.4.2, steps 1 to 8.
-void DrawnWorld::meet(const Contact& contact, uint32_t i, Philox& random,
+void DrawnWorld::meet(const Contact& contact, uint32_t i, uint32_t other, Philox& random,
                       Response& response) const {
   if (contact.gap_m > 0) return;
   const DrawnBody& body = state_.bodies[i];
@@ -213,6 +235,22 @@ void DrawnWorld::meet(const Contact& contact, uint32_t i, Philox& random,
   if (closing <= 0 || (body.asleep && closing < kHit * fall_speed(kind))) return;
   response.is_hit = true;
   const BodySignature& object = *kind.object;
+  if (model_.method(i, other) == PairMethod::particle) {
+    bounce(contact, i, other, response);
+  } else {
+    draw(contact, object, random, response);
+  }
+  if (body.rest_target == DrawnBody::kNoTarget) return;
+  // 3.2.5: a rotational impulse towards the rest pose in place of the drawn spin.
+  const Vec3f turn = turn_to(object.rest_targets[body.rest_target].up, body.orientation);
+  const float rate = kTurn * std::sqrt(model_.settings.gravity.norm() / kind.outer_m);
+  const float most = rate * model_.settings.step_s, angle = turn.norm();
+  response.spin = turn * (angle > most ? most / angle : 1) / model_.settings.step_s;
+}
+
+void DrawnWorld::draw(const Contact& contact, const BodySignature& object, Philox& random,
+                      Response& response) const {
+  const Vec3f velocity = response.velocity - contact.other_velocity;
   const ContactMaterial& material = object.signature->material;
   const ResponseDraw draw =
       draw_response(*object.responses, DrawModel::diagonal, object.gyration_m, material.restitution,
@@ -220,12 +258,18 @@ void DrawnWorld::meet(const Contact& contact, uint32_t i, Philox& random,
                     in_working_plane(response.spin, contact.normal, velocity), random);
   response.velocity = draw.velocity + contact.other_velocity;
   response.spin = draw.spin;
-  if (body.rest_target == DrawnBody::kNoTarget) return;
-  // 3.2.5: a rotational impulse towards the rest pose in place of the drawn spin.
-  const Vec3f turn = turn_to(object.rest_targets[body.rest_target].up, body.orientation);
-  const float rate = kTurn * std::sqrt(model_.settings.gravity.norm() / kind.outer_m);
-  const float most = rate * model_.settings.step_s, angle = turn.norm();
-  response.spin = turn * (angle > most ? most / angle : 1) / model_.settings.step_s;
+}
+
+// 4.3, level 3: no table, by the materials; the spin stays.
+void DrawnWorld::bounce(const Contact& contact, uint32_t i, uint32_t other,
+                        Response& response) const {
+  const Vec3f velocity = response.velocity - contact.other_velocity;
+  const WorkingFrame frame = working_frame(contact.normal, velocity);
+  const SphereKind &kind = this->kind(i), &partner = this->kind(other);
+  const Vec3 after = particle_response(frame.to_frame(velocity).cast<double>(),
+                                       kind.root_restitution * partner.root_restitution,
+                                       kind.root_friction * partner.root_friction);
+  response.velocity = frame.to_world(after.cast<float>()) + contact.other_velocity;
 }
 
 // Slower than `least_speed`, sqrt(g r), and what gravity adds in a step.
@@ -240,8 +284,8 @@ bool DrawnWorld::is_calm(uint32_t i, float least_speed) const {
 void DrawnWorld::choose_rest(uint32_t i, const Response& response) {
   DrawnBody& body = state_.bodies[i];
   const std::vector<RestTarget>& targets = kind(i).object->rest_targets;
-  const bool applies =
-      model_.settings.rest_control && response.is_on_ground && !targets.empty() && is_calm(i, kLow);
+  const bool applies = model_.settings.rest_control && is_posed(i) && response.is_on_ground &&
+                       !targets.empty() && is_calm(i, kLow);
   if (!applies) {
     body.rest_target = DrawnBody::kNoTarget;
   } else if (body.rest_target == DrawnBody::kNoTarget) {
@@ -252,6 +296,7 @@ void DrawnWorld::choose_rest(uint32_t i, const Response& response) {
 void DrawnWorld::move(uint32_t i, const Response& response) {
   DrawnBody& body = state_.bodies[i];
   if (body.asleep && !response.is_hit) return;
+  if (body.shared) return;  // who moves it wakes it, too
   const SphereKind& kind = this->kind(i);
   const float step_s = model_.settings.step_s;
   body.asleep = false;

@@ -33,10 +33,11 @@ struct DrawnBody {
   uint32_t rest_target = kNoTarget;       // to which it turns
   bool asleep = false;                    // at rest, until something hits it
   bool changed = false;                   // set by the world, cleared by who reads the state
+  bool shared = false;                    // an exact engine moves it, too, and puts it to sleep
 
   static void fields(auto& self, auto& stream) {
     stream(self.orientation, self.position, self.velocity, self.spin, self.radius_m,
-           self.rest_target, self.asleep, self.changed);
+           self.rest_target, self.asleep, self.changed, self.shared);
   }
 };
 
@@ -67,7 +68,23 @@ class DrawnWorld {
   // All that touches a body or a surface of the world.
   void wake_near(uint32_t body);
 
-  void step(StageTimer& timer);
+  void put_to_sleep(uint32_t body);
+  void wake(uint32_t body) { state_.bodies[body].asleep = false; }
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
+
+  void step(StageTimer& timer) {
+    begin_step(timer);
+    end_step(timer);
+  }
+  // The same in parts, for bodies that an exact engine moves: after the first, drawn() has what
+  // contacts make of a member's velocities; the second moves all but shared bodies.
+  void begin_step(StageTimer& timer);
+  void end_step(StageTimer& timer);
+  struct Drawn {
+    bool is_hit;  // else as before, but for gravity
+    Vec3f velocity, spin;
+  };
+  Drawn drawn(uint32_t body) const;
 
   const DrawnBody& body(uint32_t i) const { return state_.bodies[i]; }
   DrawnBody& body(uint32_t i) { return state_.bodies[i]; }
@@ -98,7 +115,14 @@ class DrawnWorld {
   void speed_up();
   void sort();
   Response respond(uint32_t body) const;
-  void meet(const Contact& contact, uint32_t body, Philox& random, Response& response) const;
+  void meet(const Contact& contact, uint32_t body, uint32_t other, Philox& random,
+            Response& response) const;
+  void draw(const Contact& contact, const BodySignature& object, Philox& random,
+            Response& response) const;
+  void bounce(const Contact& contact, uint32_t body, uint32_t other, Response& response) const;
+  bool is_posed(uint32_t body) const {
+    return model_.settings.dispatch == nullptr || model_.settings.dispatch->is_posed(body);
+  }
   bool is_calm(uint32_t body, float least_speed) const;
   void choose_rest(uint32_t body, const Response& response);
   void move(uint32_t body, const Response& response);

@@ -73,14 +73,6 @@ void MixedCoupling::get_ready() {
 }
 
 void MixedCoupling::hand_over() {
-  if (!takes_turns_) {
-    while (!spheres_.is_swept()) spheres_.sweep();
-    for (size_t i = 0; i < bodies_.size(); ++i) {
-      hand_over(bodies_[i], shared_[i]);
-      shared_[i].solved = !shared_[i].asleep;
-    }
-    return;
-  }
   for (size_t i = 0; i < bodies_.size(); ++i) hand_over(bodies_[i], shared_[i]);
   exact_.set_partner(bodies_.empty() ? std::function<void(int)>()
                                      : [this](int iteration) { sweep(iteration); });

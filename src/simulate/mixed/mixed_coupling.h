@@ -18,15 +18,9 @@ namespace pilesim {
 
 class MixedCoupling {
  public:
-  // Both worlds must outlive it. Without taking turns, each solves its own contacts: the spheres'
-  // first, then the exact ones.
-  MixedCoupling(const Vec3& gravity, double step_s, bool takes_turns, ExactEngine& exact,
-                SphereWorld& spheres)
-      : change_(step_s * gravity),
-        step_s_(step_s),
-        takes_turns_(takes_turns),
-        exact_(exact),
-        spheres_(spheres) {}
+  // Both worlds must outlive it.
+  MixedCoupling(const Vec3& gravity, double step_s, ExactEngine& exact, SphereWorld& spheres)
+      : change_(step_s * gravity), step_s_(step_s), exact_(exact), spheres_(spheres) {}
 
   std::span<const uint32_t> bodies() const { return bodies_; }  // ascending
   // A body of the spheres goes into the exact engine, or leaves it, with pose and velocities.
@@ -66,7 +60,6 @@ class MixedCoupling {
 
   Vec3 change_;  // of a velocity by gravity in a step
   double step_s_;
-  bool takes_turns_;
   ExactEngine& exact_;
   SphereWorld& spheres_;
   std::vector<uint32_t> bodies_;

@@ -41,14 +41,13 @@ void MixedFigures::begin_exact_step(const ExactEngine& world, std::span<const ui
   if (!entered.empty()) before_j_ = exact_energy_j(world);
 }
 
-void MixedFigures::end_exact_step(const ExactEngine& world, const MixedCoupling& coupling,
+void MixedFigures::end_exact_step(const ExactEngine& world, std::span<const uint32_t> shared,
+                                  const std::function<BodyMotion(size_t)>& handed,
                                   std::span<const uint32_t> entered) {
   if (entered.empty()) return;
-  for (size_t i = 0; i < coupling.bodies().size(); ++i) {
-    before_j_ += energy_j(coupling.bodies()[i], coupling.handed_motion(i));
-  }
+  for (size_t i = 0; i < shared.size(); ++i) before_j_ += energy_j(shared[i], handed(i));
   double after_j = exact_energy_j(world);
-  for (const uint32_t body : coupling.bodies()) after_j += energy_j(body, world.motion(body));
+  for (const uint32_t body : shared) after_j += energy_j(body, world.motion(body));
   largest_rise_j_ = std::max(largest_rise_j_, after_j - before_j_);
   entries_ += entered.size();
   world.read_contacts(contacts_);

@@ -10,7 +10,6 @@
 #include "simulate/body_state.h"
 #include "simulate/exact_engine.h"
 #include "simulate/mixed/detail_budget.h"
-#include "simulate/mixed/mixed_coupling.h"
 
 namespace pilesim {
 
@@ -21,7 +20,9 @@ class MixedFigures {
 
   // Around the exact engine's part of a step; `entered`: the I' bodies that came in this step.
   void begin_exact_step(const ExactEngine& world, std::span<const uint32_t> entered);
-  void end_exact_step(const ExactEngine& world, const MixedCoupling& coupling,
+  // `shared`: all I' bodies, and what each was handed over with.
+  void end_exact_step(const ExactEngine& world, std::span<const uint32_t> shared,
+                      const std::function<BodyMotion(size_t)>& handed,
                       std::span<const uint32_t> entered);
   void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
   void count_budget(const DetailBudget& budget);  // after each of its choices

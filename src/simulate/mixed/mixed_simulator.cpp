@@ -1,17 +1,21 @@
 #include "simulate/mixed/mixed_simulator.h"
 
 #include <algorithm>
+#include <cassert>
 #include <functional>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "core/error.h"
 #include "core/parallel_for.h"
+#include "simulate/dissertation/drawn_world.h"
 #include "simulate/exact_engine.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
 #include "simulate/mixed/detail_budget.h"
+#include "simulate/mixed/drawn_coupling.h"
 #include "simulate/mixed/exact_boxes.h"
 #include "simulate/mixed/kept_contacts.h"
 #include "simulate/mixed/level_of_detail.h"
@@ -83,6 +87,9 @@ struct MixedState {
   }
 };
 
+// `World` is SphereWorld with MixedCoupling, or, as the dissertation is written, DrawnWorld with
+// DrawnCoupling.
+template <class World, class Coupling>
 class MixedSimulator final : public Simulator, public BodyControl {
  public:
   MixedSimulator(const Scene& scene, const Model& model, std::unique_ptr<ExactEngine> engine,
@@ -122,6 +129,8 @@ class MixedSimulator final : public Simulator, public BodyControl {
            state_.behaviours[body] == Behaviour::threaded;
   }
 
+  static constexpr bool kAsWritten = std::is_same_v<World, DrawnWorld>;
+
   void step();
   void add(uint32_t body);
   void remove(uint32_t body);
@@ -151,10 +160,10 @@ class MixedSimulator final : public Simulator, public BodyControl {
   LifeHandlers handlers_;
   DispatchTable dispatch_;
   std::vector<BodySignature> objects_;
-  SphereWorld spheres_;
+  World spheres_;
   std::unique_ptr<ExactEngine> engine_;
   ExactEngine& exact_;
-  MixedCoupling coupling_;
+  Coupling coupling_;
   ExactBoxes boxes_;
   LevelSelector levels_;
   std::optional<DetailBudget> budget_;
@@ -169,8 +178,10 @@ class MixedSimulator final : public Simulator, public BodyControl {
   StepDirector* director_;
 };
 
-MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
-                               std::unique_ptr<ExactEngine> engine, StepDirector* director)
+template <class World, class Coupling>
+MixedSimulator<World, Coupling>::MixedSimulator(const Scene& scene, const Model& model,
+                                                std::unique_ptr<ExactEngine> engine,
+                                                StepDirector* director)
     : scene_(scene),
       model_(model),
       life_(scene, model),
@@ -184,9 +195,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
       spheres_(model, objects_, sphere_settings(scene, dispatch_)),
       engine_(std::move(engine)),
       exact_(*engine_),
-      coupling_(scene.gravity, life_.step_s(), scene.simulator.method == Method::own, exact_,
-                spheres_),
-      boxes_(model, dispatch_, exact_, scene.simulator.method == Method::own),
+      coupling_(scene.gravity, life_.step_s(), exact_, spheres_),
+      boxes_(model, dispatch_, exact_, !kAsWritten),
       levels_(scene, model),
       state_{.behaviours = std::vector<Behaviour>(model.bodies.size(), Behaviour::exact),
              .level_set = std::vector<uint8_t>(model.bodies.size())},
@@ -209,7 +219,8 @@ MixedSimulator::MixedSimulator(const Scene& scene, const Model& model,
   life_.bring_bodies(handlers_);
 }
 
-void MixedSimulator::add(uint32_t body) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::add(uint32_t body) {
   BodyStates& states = life_.states();
   const ModelBody& source = model_.bodies[body];
   const Pose pose{states.position[body], states.orientation[body]};
@@ -233,7 +244,8 @@ void MixedSimulator::add(uint32_t body) {
   set_behaviour(body, is_exact ? Behaviour::exact : Behaviour::standing);
 }
 
-void MixedSimulator::remove(uint32_t body) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::remove(uint32_t body) {
   state_.kept_contacts.forget([&](uint32_t a, uint32_t b) { return a != body && b != body; });
   boxes_.remove(body);
   if (is_near(body)) {
@@ -249,13 +261,17 @@ void MixedSimulator::remove(uint32_t body) {
   }
 }
 
-void MixedSimulator::apply_impulse(uint32_t body, const ModelEvent& event) {
-  if (is_near(body) && spheres_.body(body).put_to_sleep) wake(body);
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::apply_impulse(uint32_t body, const ModelEvent& event) {
+  if constexpr (!kAsWritten) {
+    if (is_near(body) && spheres_.body(body).put_to_sleep) wake(body);
+  }
   if (exact_.contains(body)) return exact_.apply_impulse(body, event);
   spheres_.push(body, event.impulse, event.point);
 }
 
-void MixedSimulator::move_kinematic_bodies() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::move_kinematic_bodies() {
   for (const uint32_t i : kinematic_) {
     if (!has(i, kPresent)) continue;
     exact_.move_by_keys(i, time_s());
@@ -271,7 +287,8 @@ void MixedSimulator::move_kinematic_bodies() {
   }
 }
 
-void MixedSimulator::choose_levels() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::choose_levels() {
   if (!levels_.is_variable() && !budget_) return;
   levels_.choose(time_s(), life_.states(), spheres_.members());
   if (budget_) {
@@ -292,7 +309,8 @@ void MixedSimulator::choose_levels() {
 }
 
 // Of a step, whatever the levels are.
-StepWork MixedSimulator::must_work() const {
+template <class World, class Coupling>
+StepWork MixedSimulator<World, Coupling>::must_work() const {
   StepWork work;
   for (uint32_t i = 0; i < states().size(); ++i) {
     if (!has(i, kPresent) || has(i, kAsleep) || !is_free(i) || is_sphere(i)) continue;
@@ -302,12 +320,15 @@ StepWork MixedSimulator::must_work() const {
 }
 
 // Of a step, as bodies and contacts are now.
-StepWork MixedSimulator::work() const {
+template <class World, class Coupling>
+StepWork MixedSimulator<World, Coupling>::work() const {
   StepWork work = must_work();
   for (const uint32_t i : spheres_.members()) {
     if (has(i, kAsleep)) continue;
     work.spheres += 1;
-    if (spheres_.body(i).block) work.blocks += 1;
+    if constexpr (!kAsWritten) {
+      if (spheres_.body(i).block) work.blocks += 1;
+    }
     if (!is_near(i)) continue;
     const size_t pieces = model_.shapes[model_.bodies[i].shape].pieces.size();
     work.pieces += static_cast<double>(pieces);
@@ -320,44 +341,49 @@ StepWork MixedSimulator::work() const {
   return work;
 }
 
-void MixedSimulator::set_behaviour(uint32_t body, Behaviour behaviour) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::set_behaviour(uint32_t body, Behaviour behaviour) {
   state_.behaviours[body] = behaviour;
   state_.level_set[body] = static_cast<uint8_t>(level(body));
   dispatch_.set(body, behaviour, state_.level_set[body]);
 }
 
-bool MixedSimulator::is_attracted(uint32_t body) const {
-  const SphereBody& sphere = spheres_.body(body);
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
+  const auto& sphere = spheres_.body(body);
   if (dispatch_.level(level(body)).exact) return true;
   if (sphere.asleep && is_near(body)) return true;
   const double outer = spheres_.kind(body).outer_m;
   const double way = step_s() * (static_cast<double>(sphere.velocity.norm()) +
                                  outer * static_cast<double>(sphere.spin.norm()) +
                                  step_s() * scene_.gravity.norm());
-  const bool lingers = is_near(body) && scene_.simulator.method == Method::own;
+  const bool lingers = is_near(body) && !kAsWritten;
   const double margin = way + (lingers ? kLeaveMargin * outer : 0);
-  const Vec3 centre = sphere.position.cast<double>();
+  const Vec3 centre = sphere.position.template cast<double>();
   if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
   return boxes_.touches({.body = body,
-                         .pose = {centre, sphere.orientation.cast<double>().normalized()},
+                         .pose = {centre, sphere.orientation.template cast<double>().normalized()},
                          .radius_m = outer,
                          .margin_m = margin,
                          .only_moving = sphere.asleep});
 }
 
 // What is threaded stays so until it leaves: as balls, those that lie on each other would be sunk.
-Behaviour MixedSimulator::next_behaviour(uint32_t body) const {
+template <class World, class Coupling>
+Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   if (!is_attracted(body)) return Behaviour::statistical;
-  const SphereBody& sphere = spheres_.body(body);
+  const auto& sphere = spheres_.body(body);
   if (state_.behaviours[body] == Behaviour::threaded) return Behaviour::threaded;
   if (sphere.asleep || !dispatch_.tells_threaded(level(body))) return Behaviour::near_exact;
-  const Pose pose{sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()};
+  const Pose pose{sphere.position.template cast<double>(),
+                  sphere.orientation.template cast<double>().normalized()};
   return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
 }
 
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
 // that of an I body, else S.
-void MixedSimulator::update_behaviours() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::update_behaviours() {
   entered_.clear();
   switched_.clear();
   const std::vector<uint32_t>& members = spheres_.members();
@@ -368,10 +394,11 @@ void MixedSimulator::update_behaviours() {
   });
   change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
                        [&] { switch_engines(); });
-  wake_what_is_hit();
+  if constexpr (!kAsWritten) wake_what_is_hit();
 }
 
-void MixedSimulator::switch_engines() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::switch_engines() {
   for (const uint32_t body : spheres_.members()) {
     const Behaviour next = next_[body];
     if (next == state_.behaviours[body]) continue;
@@ -393,19 +420,21 @@ void MixedSimulator::switch_engines() {
 
 // A structure gives way in the step of the blow: what sleeps would stand like a wall in it, and
 // keep the momentum that passes through the bodies in between.
-void MixedSimulator::wake_what_is_hit() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::wake_what_is_hit() {
   bool is_hit = false;
   for (const uint32_t body : coupling_.bodies()) {
-    const SphereBody& sphere = spheres_.body(body);
+    const auto& sphere = spheres_.body(body);
     if (!sphere.asleep || sphere.put_to_sleep) continue;
     const SphereKind& kind = spheres_.kind(body);
-    const double blow_ns = boxes_.blow_ns(
-        {.body = body,
-         .pose = {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized()},
-         .radius_m = kind.outer_m,
-         .margin_m = 0,
-         .only_moving = true},
-        spheres_.impact_speed(body));
+    const double blow_ns =
+        boxes_.blow_ns({.body = body,
+                        .pose = {sphere.position.template cast<double>(),
+                                 sphere.orientation.template cast<double>().normalized()},
+                        .radius_m = kind.outer_m,
+                        .margin_m = 0,
+                        .only_moving = true},
+                       spheres_.impact_speed(body));
     if (blow_ns == 0) continue;
     spheres_.wake_hit(body, static_cast<float>(blow_ns));
     is_hit = true;
@@ -414,7 +443,8 @@ void MixedSimulator::wake_what_is_hit() {
 }
 
 // That other bodies may lie on.
-bool MixedSimulator::stands(uint32_t body) const {
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::stands(uint32_t body) const {
   if (is_free(body)) return is_asleep(body);
   if (model_.bodies[body].role != Role::kinematic) return true;
   const BodyMotion motion = exact_.motion(body);
@@ -422,8 +452,9 @@ bool MixedSimulator::stands(uint32_t body) const {
 }
 
 // Sleepers that change engines or levels keep their contacts, for a director.
-void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body)>& changes,
-                                          const std::function<void()>& change) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::change_with_contacts(
+    const std::function<bool(uint32_t body)>& changes, const std::function<void()>& change) {
   if (director_ == nullptr) return change();
   const auto stand = [&](uint32_t a, uint32_t b) { return stands(a) && stands(b); };
   state_.kept_contacts.forget(stand);
@@ -441,7 +472,8 @@ void MixedSimulator::change_with_contacts(const std::function<bool(uint32_t body
   });
 }
 
-void MixedSimulator::step() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::step() {
   coupling_.pull();
   {
     StageTimer::Scope scope(timer_, Stage::broad_phase);
@@ -452,14 +484,17 @@ void MixedSimulator::step() {
   coupling_.hand_over();
   figures_.begin_exact_step(exact_, entered_);
   exact_.step(timer_, [] {});
-  figures_.end_exact_step(exact_, coupling_, entered_);
+  figures_.end_exact_step(
+      exact_, coupling_.bodies(), [this](size_t i) { return coupling_.handed_motion(i); },
+      entered_);
   coupling_.take_back();
   spheres_.end_step(timer_);
   coupling_.nudge();
   for (const auto& [body, before] : switched_) figures_.count_switch(before, motion(body));
 }
 
-FrameStatistics MixedSimulator::step_frame() {
+template <class World, class Coupling>
+FrameStatistics MixedSimulator<World, Coupling>::step_frame() {
   timer_.take();
   choose_levels();
   const int steps = scene_.steps_per_frame();
@@ -490,11 +525,12 @@ FrameStatistics MixedSimulator::step_frame() {
   return statistics;
 }
 
-void MixedSimulator::read_states() {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::read_states() {
   BodyStates& states = life_.states();
   coupling_.pull();
   for (const uint32_t i : spheres_.members()) {
-    SphereBody& sphere = spheres_.body(i);
+    auto& sphere = spheres_.body(i);
     const bool near = is_near(i);
     if (!sphere.changed && near == has(i, kImpulse)) continue;
     sphere.changed = false;
@@ -502,10 +538,10 @@ void MixedSimulator::read_states() {
     if (sphere.asleep) states.flags[i] |= kAsleep;
     if (near) states.flags[i] |= kImpulse;
     if (near) continue;
-    states.position[i] = sphere.position.cast<double>();
-    states.orientation[i] = sphere.orientation.cast<double>().normalized();
-    states.linear_velocity[i] = sphere.velocity.cast<double>();
-    states.angular_velocity[i] = sphere.spin.cast<double>();
+    states.position[i] = sphere.position.template cast<double>();
+    states.orientation[i] = sphere.orientation.template cast<double>().normalized();
+    states.linear_velocity[i] = sphere.velocity.template cast<double>();
+    states.angular_velocity[i] = sphere.spin.template cast<double>();
     life_.check_finite(i);
   }
   for (uint32_t i = 0; i < states.size(); ++i) {
@@ -530,7 +566,8 @@ void MixedSimulator::read_states() {
   }
 }
 
-FrameStatistics MixedSimulator::statistics() const {
+template <class World, class Coupling>
+FrameStatistics MixedSimulator<World, Coupling>::statistics() const {
   const BodyStates& states = life_.states();
   FrameStatistics statistics;
   for (uint32_t i = 0; i < states.size(); ++i) {
@@ -553,56 +590,67 @@ FrameStatistics MixedSimulator::statistics() const {
   return statistics;
 }
 
-Pose MixedSimulator::pose_now(uint32_t body) const {
+template <class World, class Coupling>
+Pose MixedSimulator<World, Coupling>::pose_now(uint32_t body) const {
   const ModelBody& source = model_.bodies[body];
   if (!source.motion.empty()) return pose_at(model_.shapes[source.shape], source.motion, time_s());
   const BodyMotion now = motion(body);
   return {now.position, now.orientation};
 }
 
-BodyMotion MixedSimulator::motion(uint32_t body) const {
+template <class World, class Coupling>
+BodyMotion MixedSimulator<World, Coupling>::motion(uint32_t body) const {
   if (exact_.contains(body)) return exact_.motion(body);
-  const SphereBody& sphere = spheres_.body(body);
-  return {sphere.position.cast<double>(), sphere.orientation.cast<double>().normalized(),
-          sphere.velocity.cast<double>(), sphere.spin.cast<double>()};
+  const auto& sphere = spheres_.body(body);
+  return {sphere.position.template cast<double>(),
+          sphere.orientation.template cast<double>().normalized(),
+          sphere.velocity.template cast<double>(), sphere.spin.template cast<double>()};
 }
 
 // I' bodies are in both engines.
-void MixedSimulator::put_to_sleep(uint32_t body) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::put_to_sleep(uint32_t body) {
   if (exact_.contains(body)) exact_.put_to_sleep(body);
   if (is_sphere(body)) spheres_.put_to_sleep(body);
 }
 
-void MixedSimulator::wake(uint32_t body) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::wake(uint32_t body) {
   if (!is_asleep(body)) return;
   if (exact_.contains(body)) exact_.wake(body);
   if (is_sphere(body)) spheres_.wake(body);
 }
 
-bool MixedSimulator::is_asleep(uint32_t body) const {
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::is_asleep(uint32_t body) const {
   return exact_.contains(body) ? !exact_.is_active(body) : spheres_.body(body).asleep;
 }
 
-void MixedSimulator::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::set_velocity(uint32_t body, const Vec3& linear,
+                                                   const Vec3& angular) {
   if (exact_.contains(body)) return exact_.set_velocity(body, linear, angular);
   spheres_.set_velocity(body, linear, angular);
 }
 
-void MixedSimulator::set_friction(uint32_t body, double friction) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::set_friction(uint32_t body, double friction) {
   if (exact_.contains(body)) exact_.set_friction(body, friction);
   if (!is_sphere(body)) return;
-  spheres_.set_friction(body, friction);
+  if constexpr (!kAsWritten) spheres_.set_friction(body, friction);
   if (state_.friction.empty()) state_.friction.assign(states().size(), -1);
   state_.friction[body] = friction;
 }
 
-void MixedSimulator::read_contacts(std::vector<BodyContact>& contacts) const {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::read_contacts(std::vector<BodyContact>& contacts) const {
   exact_.read_contacts(contacts);
-  spheres_.read_contacts(contacts);
+  if constexpr (!kAsWritten) spheres_.read_contacts(contacts);
   state_.kept_contacts.put_into(contacts);
 }
 
-void MixedSimulator::save(StateWriter& writer) const {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::save(StateWriter& writer) const {
   life_.save(writer);
   dispatch_.save(writer);
   spheres_.save(writer);
@@ -614,7 +662,8 @@ void MixedSimulator::save(StateWriter& writer) const {
   if (director_ != nullptr) director_->save(writer);
 }
 
-void MixedSimulator::load(StateReader& reader) {
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::load(StateReader& reader) {
   const size_t afforded = state_.afforded.size(), levels = figures_.level_count();
   life_.load(reader);
   dispatch_.load(reader);
@@ -654,7 +703,13 @@ void MixedSimulator::load(StateReader& reader) {
 std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
                                                 std::unique_ptr<ExactEngine> engine,
                                                 StepDirector* director) {
-  return std::make_unique<MixedSimulator>(scene, model, std::move(engine), director);
+  if (scene.simulator.method == Method::dissertation) {
+    assert(director == nullptr);  // the scene's checks refuse it
+    return std::make_unique<MixedSimulator<DrawnWorld, DrawnCoupling>>(scene, model,
+                                                                       std::move(engine), nullptr);
+  }
+  return std::make_unique<MixedSimulator<SphereWorld, MixedCoupling>>(scene, model,
+                                                                      std::move(engine), director);
 }
 
 }  // namespace pilesim
