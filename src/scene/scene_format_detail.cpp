@@ -101,8 +101,8 @@ Codec<SimulatorSettings> simulator_codec() {
                     "Who solves contacts, in the impulse and the mixed mode: exact, pilesim's own "
                     "engine, or bullet, as a second opinion."),
            field<S>("method", &S::method, method_codec(),
-                    "Statistical and mixed mode: pilesim's own method, or dissertation, chapter 3 "
-                    "and 4.2 as they are written, to compare with."),
+                    "Statistical and mixed mode: pilesim's own method, or dissertation, chapters 3 "
+                    "and 4 as they are written, to compare with."),
            field<S>("sleeping", &S::sleeping, boolean(),
                     "Bodies at rest leave the solver until they are touched."),
            field<S>(
