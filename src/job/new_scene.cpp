@@ -41,14 +41,15 @@ Measured measure(const TriangleMesh& mesh) {
     measured.radius_m = std::max(measured.radius_m, (vertex - middle).norm());
   }
   measured.hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
-  double volume_m3 = measured.hull_m3;
+  measured.is_convex = true;
   try {
-    volume_m3 = mass_properties(make_solid(mesh, {}, user_cache_directory()).mesh).volume_m3;
+    const TriangleMesh solid = make_solid(mesh, {}, user_cache_directory()).mesh;
+    const double volume_m3 = mass_properties(solid).volume_m3;
+    measured.is_convex = volume_m3 > kNearlyConvex * measured.hull_m3;
     measured.has_inside = true;
   } catch (const Error&) {
     // Its hull, then, and the scene says so.
   }
-  measured.is_convex = volume_m3 > kNearlyConvex * measured.hull_m3;
   return measured;
 }
 

@@ -146,13 +146,19 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& pro
   const Quat to_local = placed.pose.orientation.conjugate();
   const Vec3 local = to_local * (centre - placed.pose.position);
   const Vec3 around = Vec3::Constant(farthest);
-  thread_local ConvexExtent::Points points;
-  if (probe.hull != nullptr) {
-    const Quatf turn = to_local.cast<float>() * probe.orientation;
-    points = (turn.toRotationMatrix() * probe.hull->corners.matrix()).array();
-  }
   thread_local std::vector<SurfaceContact> near;
   near.clear();
+  const auto add = [&](const SurfaceContact& contact) {
+    if (contact.gap - contact.reach_m <= probe.near_m) near.push_back(contact);
+  };
+  // Triangles that the centre is not above.
+  struct Beside {
+    uint32_t triangle;
+    Vec3 outward, way;
+    double above, distance;
+  };
+  thread_local std::vector<Beside> beside;
+  beside.clear();
   placed.tree->for_each_near(Bounds(local - around, local + around), 0, [&](uint32_t i) {
     const Corners& corners = placed.tree->corners()[i];
     const Vec3 outward =
@@ -164,22 +170,37 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& pro
     const double distance = apart.norm();
     if (distance > farthest || above < -kEdgeOn * distance) return;
     const Vec3 way = distance > 0 ? Vec3(apart / distance) : outward;
-    const bool is_face = way.dot(outward) > 0.999;
-    const auto add = [&](const SurfaceContact& contact) {
-      if (contact.gap - contact.reach_m <= probe.near_m) near.push_back(contact);
+    if (way.dot(outward) <= 0.999) return beside.push_back({i, outward, way, above, distance});
+    add(contact_of(placed, placed.pose.orientation * way, distance, true, probe));
+  });
+  thread_local ConvexExtent::Points points;
+  points.resize(3, 0);
+  const size_t faces = near.size();
+  for (const Beside& triangle : beside) {
+    const Vec3 normal = placed.pose.orientation * triangle.outward;
+    add(contact_of(placed, placed.pose.orientation * triangle.way, triangle.distance, false,
+                   probe));
+    // Where the face under the centre goes on all corners are met already.
+    const auto goes_on = [&](const SurfaceContact& face) {
+      return face.normal.cast<double>().dot(normal) > kOnePlane &&
+             std::abs(face.gap - triangle.above) < (1 - kOnePlane) * farthest;
     };
-    add(contact_of(placed, placed.pose.orientation * way, distance, is_face, probe));
-    if (is_face || probe.hull == nullptr) return;
+    const auto last_face = near.begin() + static_cast<ptrdiff_t>(faces);
+    if (probe.hull == nullptr || std::any_of(near.begin(), last_face, goes_on)) continue;
     // Its corners may be over triangles beside the one that the centre is above.
+    if (points.size() == 0) {
+      const Quatf turn = to_local.cast<float>() * probe.orientation;
+      points = (turn.toRotationMatrix() * probe.hull->corners.matrix()).array();
+    }
+    const Corners& corners = placed.tree->corners()[triangle.triangle];
     const Corners from_centre = {corners[0] - local, corners[1] - local, corners[2] - local};
-    const auto height = static_cast<float>(probe.near_m - above);
-    const float reach = reach_below(from_centre, outward, height, points);
-    if (reach <= 0) return;
-    SurfaceContact contact =
-        contact_of(placed, placed.pose.orientation * outward, above, true, probe);
+    const auto height = static_cast<float>(probe.near_m - triangle.above);
+    const float reach = reach_below(from_centre, triangle.outward, height, points);
+    if (reach <= 0) continue;
+    SurfaceContact contact = contact_of(placed, normal, triangle.above, true, probe);
     contact.reach_m = reach;
     add(contact);
-  });
+  }
   // Beside a face that goes on, an edge of it is as deep: rounding is not to choose the edge.
   const auto order = [](const SurfaceContact& contact) {
     return contact.gap - contact.reach_m * (contact.face ? 1.0001F : 1.0F);
