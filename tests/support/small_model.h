@@ -10,6 +10,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/primitives.h"
 #include "model/model.h"
+#include "simulate/body_state.h"
 #include "support/engine_under_test.h"
 
 namespace pilesim {
@@ -97,6 +98,19 @@ struct SmallModel {
     }
     model.bodies.push_back(std::move(body));
     return model.bodies.back();
+  }
+
+  // All bodies as they are given, present and at rest.
+  BodyStates states() const {
+    BodyStates states;
+    for (const ModelBody& body : model.bodies) {
+      states.position.push_back(body.pose.position);
+      states.orientation.push_back(body.pose.orientation);
+    }
+    states.linear_velocity.assign(model.bodies.size(), Vec3::Zero());
+    states.angular_velocity = states.linear_velocity;
+    states.flags.assign(model.bodies.size(), kPresent);
+    return states;
   }
 
  private:

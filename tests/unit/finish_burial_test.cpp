@@ -31,15 +31,6 @@ struct Lattice : SmallModel {
     body(ball, stuff, centre);
     return static_cast<uint32_t>(model.bodies.size() - 1);
   }
-  BodyStates states() const {
-    BodyStates states;
-    for (const ModelBody& body : model.bodies) {
-      states.position.push_back(body.pose.position);
-      states.orientation.push_back(body.pose.orientation);
-      states.flags.push_back(kPresent);
-    }
-    return states;
-  }
   std::vector<double> depths() const { return depths_under_surface(model, states()); }
   // Of a ball that is so far from the outermost ones: its own top lies so much deeper than theirs.
   static double layers(int count) { return count * kSpacing; }

@@ -23,18 +23,6 @@ struct Pile : SmallModel {
     body(ground, stuff, Vec3::Zero(), Role::fixed);
   }
   void add(const Vec3& position) { body(crate, stuff, position); }
-
-  BodyStates states() const {
-    BodyStates states;
-    for (const ModelBody& body : model.bodies) {
-      states.position.push_back(body.pose.position);
-      states.orientation.push_back(body.pose.orientation);
-      states.linear_velocity.emplace_back(Vec3::Zero());
-      states.angular_velocity.emplace_back(Vec3::Zero());
-      states.flags.push_back(kPresent);
-    }
-    return states;
-  }
   uint32_t stuff = 0, ground = 0, crate = 0;
 };
 

@@ -283,17 +283,6 @@ TEST(Guide, NeedsTheImpulseMode) {
   EXPECT_THROW(GuidedSimulator(column.scene, column.model), Error);
 }
 
-// Where the bodies of the model are given, all present.
-BodyStates states_of(const Model& model) {
-  BodyStates states;
-  for (const ModelBody& body : model.bodies) {
-    states.position.push_back(body.pose.position);
-    states.orientation.push_back(body.pose.orientation);
-    states.flags.push_back(kPresent);
-  }
-  return states;
-}
-
 // Also of those that are many voxels wide, where most bodies are small.
 TEST(Guide, FitSeesAllOfALargeBody) {
   SmallModel large;
@@ -302,7 +291,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
   const uint32_t crumb = large.box(Vec3::Constant(0.05));
   for (int i = 0; i < 40; ++i) large.body(crumb, stone, {-0.4 + 0.02 * i, 0.2, 0.1});
   large.model.guide = box_mesh(Vec3::Constant(1));
-  const BodyStates states = states_of(large.model);
+  const BodyStates states = large.states();
   const GuideFit fit = measure_guide_fit(large.model, states);
   ASSERT_LT(fit.voxel_m, 0.1);
   EXPECT_GT(fit.overlap, 0.7);
@@ -310,7 +299,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
 
 TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   Column column(4);
-  const BodyStates states = states_of(column.model);
+  const BodyStates states = column.states();
   column.model.guide = box_mesh({0.2, 0.8, 0.2});  // its lower half is below the ground
   const GuideFit fit = measure_guide_fit(column.model, states);
   EXPECT_DOUBLE_EQ(fit.bodies_inside, 0.5);
@@ -331,7 +320,7 @@ SurfaceProfile surface_of_cubes(const std::vector<Vec3>& places) {
   for (const Vec3& place : places) cubes.body(cube, wood, place);
   cubes.model.guide = box_mesh(Vec3::Constant(1));
   for (Vec3& vertex : cubes.model.guide.vertices) vertex.y() += 0.5;
-  return measure_surface(cubes.model, states_of(cubes.model), 0.1);
+  return measure_surface(cubes.model, cubes.states(), 0.1);
 }
 
 TEST(Guide, SurfaceOfAPileThatFillsABoxIsTheBoxs) {
@@ -382,7 +371,7 @@ SurfaceProfile surface_of_cone(double radius, double height, const Vec3& place) 
   heap.body(shape, sand, place);
   heap.model.guide = cone(1, 1);
   for (Vec3& vertex : heap.model.guide.vertices) vertex += Vec3(7, 3, -2);
-  return measure_surface(heap.model, states_of(heap.model), 0.02);
+  return measure_surface(heap.model, heap.states(), 0.02);
 }
 
 // A cone as high as wide; what has slumped to twice the plan has half the height, falls at half the

@@ -185,15 +185,7 @@ TEST(Mould, WhatIsStuckInAnotherIsTakenOut) {
   world.model.guide_fill = {0, kMost, 0, true};
   const GuideFilling filling = fill_guide(world.scene, world.model);
   EXPECT_GT(filling.kept, 0.9 * filling.dropped);
-  BodyStates states;
-  for (const ModelBody& body : world.model.bodies) {
-    states.position.push_back(body.pose.position);
-    states.orientation.push_back(body.pose.orientation);
-    states.flags.push_back(kPresent);
-  }
-  states.linear_velocity.assign(states.size(), Vec3::Zero());
-  states.angular_velocity = states.linear_velocity;
-  EXPECT_LT(std::ranges::max(overlap_depths(world.model, states)),
+  EXPECT_LT(std::ranges::max(overlap_depths(world.model, world.states())),
             guide_constants::kMostStuck * world.model.shapes[shape].bounding_radius);
 }
 

@@ -381,13 +381,13 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
   }
 }
 
-// While forces of the last analysis last: the others ended before it.
 // What carries much gives much: as many weights times the square of the substep.
 int GlueDirector::substeps() const {
   return state_.figures && state_.figures->largest_force > kGreatForce ? kSubstepsOfGreatForces
                                                                        : kSubstepsOfForces;
 }
 
+// While forces of the last analysis last: the others ended before it.
 bool GlueDirector::is_as_analysed() const {
   return std::ranges::any_of(state_.forces,
                              [](const PairLine& line) { return !std::isfinite(line.until_s); });

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "simulate/mixed/shared_bodies.h"
+
 namespace pilesim {
 
 void DrawnCoupling::enter(uint32_t body) {
@@ -52,12 +54,7 @@ void DrawnCoupling::hand_over() {
 
 void DrawnCoupling::load(StateReader& reader) {
   reader(bodies_);
-  StateReader::require(std::ranges::is_sorted(bodies_), "bodies in ascending order");
-  for (const uint32_t body : bodies_) {
-    StateReader::require(
-        std::ranges::binary_search(spheres_.members(), body) && exact_.contains(body),
-        "a body that is in both worlds");
-  }
+  require_shared(bodies_, spheres_.members(), exact_);
 }
 
 }  // namespace pilesim

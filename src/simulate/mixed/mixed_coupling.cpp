@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "simulate/mixed/mixed_constants.h"
+#include "simulate/mixed/shared_bodies.h"
 
 namespace pilesim {
 
@@ -184,12 +185,7 @@ void MixedCoupling::nudge(uint32_t body, const Shared& shared) {
 void MixedCoupling::load(StateReader& reader) {
   reader(bodies_, shared_);
   StateReader::require(shared_.size() == bodies_.size(), "an entry for each shared body");
-  StateReader::require(std::ranges::is_sorted(bodies_), "bodies in ascending order");
-  for (const uint32_t body : bodies_) {
-    StateReader::require(
-        std::ranges::binary_search(spheres_.members(), body) && exact_.contains(body),
-        "a body that is in both worlds");
-  }
+  require_shared(bodies_, spheres_.members(), exact_);
 }
 
 }  // namespace pilesim

@@ -138,69 +138,109 @@ void SurfaceGeometry::find(uint32_t surface, const SurfaceProbe& probe,
     contacts.push_back(contact_of(placed, placed.normal, gap, true, probe));
 }
 
-void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& probe,
-                                   std::vector<SurfaceContact>& contacts) {
-  const Vec3 centre = probe.centre.cast<double>();
-  const double farthest = probe.farthest_m;
-  if (placed.box.squaredExteriorDistance(centre) > farthest * farthest) return;
-  const Quat to_local = placed.pose.orientation.conjugate();
-  const Vec3 local = to_local * (centre - placed.pose.position);
-  const Vec3 around = Vec3::Constant(farthest);
-  thread_local std::vector<SurfaceContact> near;
-  near.clear();
-  const auto add = [&](const SurfaceContact& contact) {
-    if (contact.gap - contact.reach_m <= probe.near_m) near.push_back(contact);
-  };
-  // Triangles that the centre is not above.
+// What a mesh is met with, and where it may be met. Surface's frame, but for contacts.
+class SurfaceGeometry::MeshSearch {
+ public:
+  MeshSearch(const Placed& placed, const SurfaceProbe& probe, std::vector<SurfaceContact>& near)
+      : placed_(placed),
+        probe_(probe),
+        to_local_(placed.pose.orientation.conjugate()),
+        centre_(to_local_ * (probe.centre.cast<double>() - placed.pose.position)),
+        near_(near) {}
+
+  void run();
+
+ private:
+  // A triangle that the centre is not above.
   struct Beside {
     uint32_t triangle;
-    Vec3 outward, way;
+    Vec3 outward, way;  // way: from its nearest point to the centre, unit
     double above, distance;
   };
-  thread_local std::vector<Beside> beside;
-  beside.clear();
-  placed.tree->for_each_near(Bounds(local - around, local + around), 0, [&](uint32_t i) {
-    const Corners& corners = placed.tree->corners()[i];
-    const Vec3 outward =
-        (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
-    // From behind a triangle keeps nothing out: the front of the solid does.
-    const double above = outward.dot(local - corners[0]);
-    if (above > farthest || above < -kEdgeOn * farthest) return;
-    const Vec3 apart = local - closest_point(corners, local);
-    const double distance = apart.norm();
-    if (distance > farthest || above < -kEdgeOn * distance) return;
-    const Vec3 way = distance > 0 ? Vec3(apart / distance) : outward;
-    if (way.dot(outward) <= 0.999) return beside.push_back({i, outward, way, above, distance});
-    add(contact_of(placed, placed.pose.orientation * way, distance, true, probe));
-  });
-  thread_local ConvexExtent::Points points;
-  points.resize(3, 0);
-  const size_t faces = near.size();
-  for (const Beside& triangle : beside) {
-    const Vec3 normal = placed.pose.orientation * triangle.outward;
-    add(contact_of(placed, placed.pose.orientation * triangle.way, triangle.distance, false,
-                   probe));
-    // Where the face under the centre goes on all corners are met already.
-    const auto goes_on = [&](const SurfaceContact& face) {
-      return face.normal.cast<double>().dot(normal) > kOnePlane &&
-             std::abs(face.gap - triangle.above) < (1 - kOnePlane) * farthest;
-    };
-    const auto last_face = near.begin() + static_cast<ptrdiff_t>(faces);
-    if (probe.hull == nullptr || std::any_of(near.begin(), last_face, goes_on)) continue;
-    // Its corners may be over triangles beside the one that the centre is above.
-    if (points.size() == 0) {
-      const Quatf turn = to_local.cast<float>() * probe.orientation;
-      points = (turn.toRotationMatrix() * probe.hull->corners.matrix()).array();
-    }
-    const Corners& corners = placed.tree->corners()[triangle.triangle];
-    const Corners from_centre = {corners[0] - local, corners[1] - local, corners[2] - local};
-    const auto height = static_cast<float>(probe.near_m - triangle.above);
-    const float reach = reach_below(from_centre, triangle.outward, height, points);
-    if (reach <= 0) continue;
-    SurfaceContact contact = contact_of(placed, normal, triangle.above, true, probe);
-    contact.reach_m = reach;
-    add(contact);
+
+  void look_at(uint32_t triangle);
+  void add(const SurfaceContact& contact) {
+    if (contact.gap - contact.reach_m <= probe_.near_m) near_.push_back(contact);
   }
+  SurfaceContact contact(const Vec3& way, double gap, bool is_face) const {
+    return contact_of(placed_, placed_.pose.orientation * way, gap, is_face, probe_);
+  }
+  bool is_met_by_face(const Beside& triangle) const;
+  void meet_corners(const Beside& triangle);
+
+  const Placed& placed_;
+  const SurfaceProbe& probe_;
+  Quat to_local_;
+  Vec3 centre_;
+  std::vector<SurfaceContact>& near_;  // faces come first
+  size_t faces_ = 0;
+  std::vector<Beside> beside_;
+  ConvexExtent::Points corners_;  // of the hull, from the centre; turned when they are needed
+};
+
+void SurfaceGeometry::MeshSearch::run() {
+  const Vec3 around = Vec3::Constant(probe_.farthest_m);
+  placed_.tree->for_each_near(Bounds(centre_ - around, centre_ + around), 0,
+                              [&](uint32_t triangle) { look_at(triangle); });
+  faces_ = near_.size();
+  for (const Beside& triangle : beside_) {
+    add(contact(triangle.way, triangle.distance, false));
+    if (probe_.hull != nullptr && !is_met_by_face(triangle)) meet_corners(triangle);
+  }
+}
+
+void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
+  const double farthest = probe_.farthest_m;
+  const Corners& corners = placed_.tree->corners()[triangle];
+  const Vec3 outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
+  // From behind a triangle keeps nothing out: the front of the solid does.
+  const double above = outward.dot(centre_ - corners[0]);
+  if (above > farthest || above < -kEdgeOn * farthest) return;
+  const Vec3 apart = centre_ - closest_point(corners, centre_);
+  const double distance = apart.norm();
+  if (distance > farthest || above < -kEdgeOn * distance) return;
+  const Vec3 way = distance > 0 ? Vec3(apart / distance) : outward;
+  if (way.dot(outward) > 0.999) {
+    add(contact(way, distance, true));
+  } else {
+    beside_.push_back({triangle, outward, way, above, distance});
+  }
+}
+
+// Where the face under the centre goes on all corners are met already.
+bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
+  const Vec3 normal = placed_.pose.orientation * triangle.outward;
+  return std::any_of(near_.begin(), near_.begin() + static_cast<ptrdiff_t>(faces_),
+                     [&](const SurfaceContact& face) {
+                       return face.normal.cast<double>().dot(normal) > kOnePlane &&
+                              std::abs(face.gap - triangle.above) <
+                                  (1 - kOnePlane) * probe_.farthest_m;
+                     });
+}
+
+// The hull's corners may be over triangles beside the one that the centre is above.
+void SurfaceGeometry::MeshSearch::meet_corners(const Beside& triangle) {
+  if (corners_.size() == 0) {
+    const Quatf turn = to_local_.cast<float>() * probe_.orientation;
+    corners_ = (turn.toRotationMatrix() * probe_.hull->corners.matrix()).array();
+  }
+  Corners from_centre = placed_.tree->corners()[triangle.triangle];
+  for (Vec3& corner : from_centre) corner -= centre_;
+  const auto height = static_cast<float>(probe_.near_m - triangle.above);
+  const float reach_m = reach_below(from_centre, triangle.outward, height, corners_);
+  if (reach_m <= 0) return;
+  SurfaceContact met = contact(triangle.outward, triangle.above, true);
+  met.reach_m = reach_m;
+  add(met);
+}
+
+void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& probe,
+                                   std::vector<SurfaceContact>& contacts) {
+  const double farthest = probe.farthest_m;
+  if (placed.box.squaredExteriorDistance(probe.centre.cast<double>()) > farthest * farthest) return;
+  thread_local std::vector<SurfaceContact> near;
+  near.clear();
+  MeshSearch(placed, probe, near).run();
   // Beside a face that goes on, an edge of it is as deep: rounding is not to choose the edge.
   const auto order = [](const SurfaceContact& contact) {
     return contact.gap - contact.reach_m * (contact.face ? 1.0001F : 1.0F);

@@ -86,6 +86,7 @@ class SurfaceGeometry {
     Bounds box;                // of a mesh, world frame
     const TriangleTree* tree;  // null for a plane
   };
+  class MeshSearch;
   static SurfaceContact contact_of(const Placed& placed, const Vec3& normal, double gap,
                                    bool is_face, const SurfaceProbe& probe);
   static void find_on_mesh(const Placed& placed, const SurfaceProbe& probe,
