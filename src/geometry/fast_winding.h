@@ -17,8 +17,8 @@ class FastWinding {
 
   const TriangleTree& triangles() const { return tree_; }
   bool contains(const Vec3& point) const { return side(point, 0).is_inside; }
-  // Whether a point is inside, and up to which distance from it, `most_m` or more, others are that
-  // no triangle parts from it; 0 near to an edge of an opening.
+  // Whether a point is inside, and up to which distance from it others are that no triangle parts
+  // from it: any of a closed mesh, else at most `most_m`, and 0 near to an edge of an opening.
   struct Side {
     bool is_inside;
     double reach_m;
