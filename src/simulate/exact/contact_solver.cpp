@@ -202,7 +202,7 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
     for (Row& row : torque.given) scale(row);
   }
   for_blocks([&](size_t, Block& block) { apply_forces(block); });
-  for (const SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
+  for (SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);
     for (SolverJoint& joint : joints) hold(joint, bodies, step, false);
@@ -387,6 +387,18 @@ Vec3 ContactSolver<T>::spin(uint32_t body) const {
 }
 
 template <typename T>
+Quat ContactSolver<T>::turn_of(uint32_t body) const {
+  const Shift& shift = shifts_[body];
+  return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
+}
+
+template <typename T>
+Vec3 ContactSolver<T>::way_of(uint32_t body) const {
+  const Shift& shift = shifts_[body];
+  return Vec3(shift.v[0], shift.v[1], shift.v[2]);
+}
+
+template <typename T>
 void ContactSolver<T>::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   add_velocity(body, linear, angular);
   for (size_t k = 0; k < 3; ++k) {
@@ -442,7 +454,11 @@ void ContactSolver<T>::make_substeps(const SolverSettings& settings,
     });
     if (substep == 0) {
       for_blocks([&](size_t, Block& block) { apply_forces(block); });
-      for (const SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
+      for (SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
+    } else {
+      for (SolverJoint& joint : joints) {
+        if (joint.is_glue) turn_glue(joint, bodies, substep_s);
+      }
     }
     for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
     for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });

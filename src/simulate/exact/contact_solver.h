@@ -58,6 +58,11 @@ struct SolverJoint {
   bool is_glue = false;
   Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
   double strength_n = 0, strength_nm = 0;  // of glue
+  // Of glue: what it has changed of a's and b's velocities in the substep, m/s and rad/s.
+  struct Given {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  };
+  Given given_a, given_b;
 };
 
 // How a substep pushes back: the speed that it asks for is `rate` (1/s) times the distance; of the
@@ -194,8 +199,12 @@ class ContactSolver {
                      std::span<SolverJoint> joints);
   void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
-  void apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                    double substep_s);
+  Quat turn_of(uint32_t body) const;  // since the step began
+  Vec3 way_of(uint32_t body) const;
+  void apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double substep_s);
+  void give(SolverJoint& joint, const std::vector<SolverBody>& bodies, const Vec3& push,
+            const Vec3& twist);
+  void turn_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
   void bounce_all(const SolverSettings& settings);
   bool is_to_bounce(const Block& block) const;
   bool bounce(Block& block, T inverse_step, uint32_t now);

@@ -7,10 +7,11 @@ namespace pilesim::exact {
 using namespace exact_constants;
 
 template <typename T>
-void ContactSolver<T>::apply_forces(const SolverJoint& joint, const std::vector<SolverBody>& bodies,
+void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
                                     double substep_s) {
-  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
   const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
+  if (joint.is_glue) return give(joint, bodies, push, twist);
+  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
   if (joint.a < moving_) {
     add_velocity(joint.a, -a.inverse_mass * push,
                  -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
@@ -36,31 +37,65 @@ Vec3 change_within(const Vec3& now, const Vec3& more, double most) {
   return size > most ? Vec3(most / size * then - now) : more;
 }
 
+// 1 / kg m^2, world. Of what has hardly turned, as the step began.
+Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
+  if (4 * turn.vec().squaredNorm() < kLeastTurn * kLeastTurn) return body.inverse_inertia;
+  const Mat3 turned = turn.toRotationMatrix();
+  return turned * body.inverse_inertia * turned.transpose();
+}
+
 }  // namespace
+
+// To b, and against it to a: N s and N m s, where they are now.
+template <typename T>
+void ContactSolver<T>::give(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                            const Vec3& push, const Vec3& twist) {
+  const auto change = [&](uint32_t body, double side, const Vec3& arm, SolverJoint::Given& given) {
+    if (body >= moving_) return;
+    const Quat turn = turn_of(body);
+    const Vec3 linear = side * bodies[body].inverse_mass * push;
+    const Vec3 angular =
+        side * (inertia_as_turned(bodies[body], turn) * ((turn * arm).cross(push) + twist));
+    add_velocity(body, linear, angular);
+    given.linear += linear;
+    given.angular += angular;
+  };
+  change(joint.a, -1, joint.arm_a, joint.given_a);
+  change(joint.b, 1, joint.arm_b, joint.given_b);
+}
+
+// What a substep gave is given in the next, too, as contacts' forces are. Of two that turn fast
+// together it turns with them: along the way of before it would drive them.
+template <typename T>
+void ContactSolver<T>::turn_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                 double step) {
+  const Vec3 turned = step / 2 * (spin(joint.a) + spin(joint.b));
+  const auto take_back = [&](uint32_t body, const SolverJoint::Given& given) {
+    if (body < moving_) add_velocity(body, -given.linear, -given.angular);
+  };
+  const bool is_fast = turned.squaredNorm() > kLeastTurn * kLeastTurn;
+  if (is_fast) {
+    take_back(joint.a, joint.given_a);
+    take_back(joint.b, joint.given_b);
+  }
+  joint.given_a = joint.given_b = {};
+  if (!is_fast) return;
+  const Quat turn(Eigen::AngleAxisd(turned.norm(), turned.normalized()));
+  joint.force_n = turn * joint.force_n;
+  joint.torque_nm = turn * joint.torque_nm;
+  give(joint, bodies, step * joint.force_n, step * joint.torque_nm);
+}
 
 // As a nail that lets nothing turn, with no more than its strength.
 template <typename T>
 void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
                                  double step, const Softness& s) {
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  const auto turn_of = [&](uint32_t body) {
-    const Shift& shift = shifts_[body];
-    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
-  };
-  const auto way_of = [&](uint32_t body) {
-    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
-  };
-  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
-                        const Vec3& push, const Vec3& twist) {
-    if (body >= moving_) return;
-    add_velocity(body, side * of.inverse_mass * push,
-                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
-  };
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
-  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
+  const Mat3 inertia_a = inertia_as_turned(a, turn_a), inertia_b = inertia_as_turned(b, turn_b);
   const Quat bent = turn_b * joint.bent * turn_a.conjugate();
   const Vec3 angle = std::copysign(2.0, bent.w()) * bent.vec();
-  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
+  const Mat3 answer = inertia_a + inertia_b;
   const Vec3 rate = spin(joint.b) - spin(joint.a);
   const Vec3 old_twist = joint.torque_nm * step;
   const Vec3 twist = change_within(
@@ -68,12 +103,12 @@ void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBod
       -s.mass_scale * (answer.inverse() * (rate + s.rate * angle)) - s.force_scale * old_twist,
       joint.strength_nm * step);
   joint.torque_nm += twist / step;
-  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
-  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
+  give(joint, bodies, Vec3::Zero(), twist);
 
+  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
   const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
-  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
-                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
+  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() - ca * inertia_a * ca -
+                  cb * inertia_b * cb;
   const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
                      (arm_a - joint.arm_a);
   const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
@@ -84,8 +119,7 @@ void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBod
       -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) - s.force_scale * old_push,
       joint.strength_n * step);
   joint.force_n += push / step;
-  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
-  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
+  give(joint, bodies, push, Vec3::Zero());
 }
 
 template <typename T>
@@ -94,13 +128,6 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   const double step = static_cast<double>(h);
   const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
   if (joint.is_glue) return hold_glue(joint, bodies, step, s);
-  const auto turn_of = [&](uint32_t body) {
-    const Shift& shift = shifts_[body];
-    return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
-  };
-  const auto way_of = [&](uint32_t body) {
-    return Vec3(shifts_[body].v[0], shifts_[body].v[1], shifts_[body].v[2]);
-  };
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
   const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
@@ -142,10 +169,17 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   give(joint.b, b, 1, arm_b, push, Vec3::Zero());
 }
 
-template void ContactSolver<float>::apply_forces(const SolverJoint&, const std::vector<SolverBody>&,
+template void ContactSolver<float>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
                                                  double);
-template void ContactSolver<double>::apply_forces(const SolverJoint&,
-                                                  const std::vector<SolverBody>&, double);
+template void ContactSolver<double>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
+                                                  double);
+template void ContactSolver<float>::give(SolverJoint&, const std::vector<SolverBody>&, const Vec3&,
+                                         const Vec3&);
+template void ContactSolver<double>::give(SolverJoint&, const std::vector<SolverBody>&, const Vec3&,
+                                          const Vec3&);
+template void ContactSolver<float>::turn_glue(SolverJoint&, const std::vector<SolverBody>&, double);
+template void ContactSolver<double>::turn_glue(SolverJoint&, const std::vector<SolverBody>&,
+                                               double);
 template void ContactSolver<float>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
                                               const Softness&);
 template void ContactSolver<double>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
