@@ -456,9 +456,7 @@ void ContactSolver<T>::make_substeps(const SolverSettings& settings,
       for_blocks([&](size_t, Block& block) { apply_forces(block); });
       for (SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
     } else {
-      for (SolverJoint& joint : joints) {
-        if (joint.is_glue) turn_glue(joint, bodies, substep_s);
-      }
+      for (SolverJoint& joint : joints) turn_forces(joint, bodies, substep_s);
     }
     for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
     for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });

@@ -58,7 +58,7 @@ struct SolverJoint {
   bool is_glue = false;
   Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
   double strength_n = 0, strength_nm = 0;  // of glue
-  // Of glue: what it has changed of a's and b's velocities in the substep, m/s and rad/s.
+  // What it has changed of a's and b's velocities in the substep, m/s and rad/s.
   struct Given {
     Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   };
@@ -204,7 +204,7 @@ class ContactSolver {
   void apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double substep_s);
   void give(SolverJoint& joint, const std::vector<SolverBody>& bodies, const Vec3& push,
             const Vec3& twist);
-  void turn_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
+  void turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
   void bounce_all(const SolverSettings& settings);
   bool is_to_bounce(const Block& block) const;
   bool bounce(Block& block, T inverse_step, uint32_t now);

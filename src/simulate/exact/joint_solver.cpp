@@ -6,22 +6,6 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-template <typename T>
-void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                    double substep_s) {
-  const Vec3 push = joint.force_n * substep_s, twist = joint.torque_nm * substep_s;
-  if (joint.is_glue) return give(joint, bodies, push, twist);
-  const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  if (joint.a < moving_) {
-    add_velocity(joint.a, -a.inverse_mass * push,
-                 -(a.inverse_inertia * (joint.arm_a.cross(push) + twist)));
-  }
-  if (joint.b < moving_) {
-    add_velocity(joint.b, b.inverse_mass * push,
-                 b.inverse_inertia * (joint.arm_b.cross(push) + twist));
-  }
-}
-
 namespace {
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -64,17 +48,25 @@ void ContactSolver<T>::give(SolverJoint& joint, const std::vector<SolverBody>& b
   change(joint.b, 1, joint.arm_b, joint.given_b);
 }
 
-// What a substep gave is given in the next, too, as contacts' forces are. Of two that turn fast
-// together it turns with them: along the way of before it would drive them.
+// What the step before gave in a substep.
 template <typename T>
-void ContactSolver<T>::turn_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                 double step) {
-  const Vec3 turned = step / 2 * (spin(joint.a) + spin(joint.b));
-  const auto take_back = [&](uint32_t body, const SolverJoint::Given& given) {
-    if (body < moving_) add_velocity(body, -given.linear, -given.angular);
-  };
+void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                    double substep_s) {
+  give(joint, bodies, substep_s * joint.force_n, substep_s * joint.torque_nm);
+}
+
+// What a substep gave is given in the next, too, as contacts' forces are. Of what turns fast it
+// turns, too: along the way of before it would drive it.
+template <typename T>
+void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                   double step) {
+  const Vec3 turned = joint.b < moving_ ? Vec3(step / 2 * (spin(joint.a) + spin(joint.b)))
+                                        : Vec3(step * spin(joint.a));
   const bool is_fast = turned.squaredNorm() > kLeastTurn * kLeastTurn;
   if (is_fast) {
+    const auto take_back = [&](uint32_t body, const SolverJoint::Given& given) {
+      if (body < moving_) add_velocity(body, -given.linear, -given.angular);
+    };
     take_back(joint.a, joint.given_a);
     take_back(joint.b, joint.given_b);
   }
@@ -83,7 +75,7 @@ void ContactSolver<T>::turn_glue(SolverJoint& joint, const std::vector<SolverBod
   const Quat turn(Eigen::AngleAxisd(turned.norm(), turned.normalized()));
   joint.force_n = turn * joint.force_n;
   joint.torque_nm = turn * joint.torque_nm;
-  give(joint, bodies, step * joint.force_n, step * joint.torque_nm);
+  apply_forces(joint, bodies, step);
 }
 
 // As a nail that lets nothing turn, with no more than its strength.
@@ -131,16 +123,11 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
   const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
-  const auto give = [&](uint32_t body, const SolverBody& of, double side, const Vec3& arm,
-                        const Vec3& push, const Vec3& twist) {
-    if (body >= moving_) return;
-    add_velocity(body, side * of.inverse_mass * push,
-                 side * (of.inverse_inertia * (arm.cross(push) + twist)));
-  };
+  const Mat3 inertia_a = inertia_as_turned(a, turn_a), inertia_b = inertia_as_turned(b, turn_b);
   // About the axis they are free, across it not.
   const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
   const Vec3 u = axis_a.unitOrthogonal(), v = axis_a.cross(u);
-  const Mat3 answer = a.inverse_inertia + b.inverse_inertia;
+  const Mat3 answer = inertia_a + inertia_b;
   Eigen::Matrix<double, 3, 2> across;
   across << u, v;
   const Eigen::Matrix2d k2 = across.transpose() * answer * across;
@@ -152,12 +139,11 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
       s.force_scale * old2;
   const Vec3 twist = across * more2;
   joint.torque_nm += twist / step;
-  give(joint.a, a, -1, arm_a, Vec3::Zero(), twist);
-  give(joint.b, b, 1, arm_b, Vec3::Zero(), twist);
+  give(joint, bodies, Vec3::Zero(), twist);
 
   const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
-  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
-                  ca * a.inverse_inertia * ca - cb * b.inverse_inertia * cb;
+  const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() - ca * inertia_a * ca -
+                  cb * inertia_b * cb;
   const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
                      (arm_a - joint.arm_a);
   const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
@@ -165,8 +151,7 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   const Vec3 push = -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) -
                     s.force_scale * (joint.force_n * step);
   joint.force_n += push / step;
-  give(joint.a, a, -1, arm_a, push, Vec3::Zero());
-  give(joint.b, b, 1, arm_b, push, Vec3::Zero());
+  give(joint, bodies, push, Vec3::Zero());
 }
 
 template void ContactSolver<float>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
@@ -177,9 +162,10 @@ template void ContactSolver<float>::give(SolverJoint&, const std::vector<SolverB
                                          const Vec3&);
 template void ContactSolver<double>::give(SolverJoint&, const std::vector<SolverBody>&, const Vec3&,
                                           const Vec3&);
-template void ContactSolver<float>::turn_glue(SolverJoint&, const std::vector<SolverBody>&, double);
-template void ContactSolver<double>::turn_glue(SolverJoint&, const std::vector<SolverBody>&,
-                                               double);
+template void ContactSolver<float>::turn_forces(SolverJoint&, const std::vector<SolverBody>&,
+                                                double);
+template void ContactSolver<double>::turn_forces(SolverJoint&, const std::vector<SolverBody>&,
+                                                 double);
 template void ContactSolver<float>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
                                               const Softness&);
 template void ContactSolver<double>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
