@@ -54,6 +54,11 @@ Model without_restitution(Model model) {
   return model;
 }
 
+size_t count_of(std::span<const uint8_t> marks) {
+  return static_cast<size_t>(
+      std::ranges::count_if(marks, [](uint8_t mark) { return mark != kStill; }));
+}
+
 bool is_slow(const ModelShape& shape, double gravity, const BodyMotion& motion) {
   const double limit = kStillSpeed * std::sqrt(gravity * shape.bounding_radius);
   const Vec3 spin = motion.orientation.conjugate() * motion.angular_velocity;
@@ -140,7 +145,9 @@ double ExactRest::most_depth_m(uint32_t body) const {
                   kStillDepthInExtents * shape.smallest_extent);
 }
 
-bool ExactRest::is_time_for_sunk() const { return kStep * state_.settling_steps < kSunkTime; }
+bool ExactRest::is_time_for_sunk() const {
+  return kStep * state_.settling_steps < kSunkTime || state_.sunk.since < kSunkLooks;
+}
 
 std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
   auto engine = make_exact_engine(scene, model_);
@@ -169,11 +176,13 @@ void ExactRest::part() {
   if (state_.parting_steps < kPartingSteps || state_.parting_steps % kPartingRound != 0) return;
   engine_->read_contacts(contacts_);
   if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) let_go();
-  Marks sunk(model_.bodies.size(), kStill);
-  mark_sunk(sunk);
-  state_.is_parted = std::ranges::none_of(sunk, [](uint8_t mark) { return mark != kStill; }) ||
-                     state_.parting_steps >= kPartingSteps + kMorePartingSteps;
+  const Marks sunk = this->sunk();
+  const size_t count = count_of(sunk);
+  state_.sunk.note(count);
+  const bool is_late = state_.parting_steps >= kPartingSteps + kMorePartingSteps;
+  state_.is_parted = count == 0 || (is_late && state_.sunk.since >= kSunkRounds);
   if (state_.is_parted) {
+    state_.sunk = {};
     read_states();
     engine_ = engine_at(settling_);
     begin_to_watch();
@@ -286,9 +295,13 @@ void ExactRest::begin_to_watch() {
 void ExactRest::look() {
   engine_->read_contacts(contacts_);
   if (is_time_for_sunk()) let_go();
-  const Marks marks = restless();
-  const auto count = static_cast<size_t>(
-      std::ranges::count_if(movable_, [&](uint32_t body) { return marks[body] != kStill; }));
+  const Marks sunk = this->sunk();
+  state_.sunk.note(count_of(sunk));
+  Marks marks = restless();
+  if (is_time_for_sunk()) {
+    std::ranges::transform(marks, sunk, marks.begin(), std::ranges::max);
+  }
+  const size_t count = count_of(marks);
   state_.is_at_rest = count == 0;
   state_.still = movable() - count;
   const double few = kFew * static_cast<double>(movable());
@@ -301,11 +314,7 @@ void ExactRest::look() {
       meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
     }
     leave_in_solver(meant);
-    if (is_time_for_sunk()) {
-      Marks sunk(model_.bodies.size(), kStill);
-      mark_sunk(sunk);
-      push_apart(sunk);
-    }
+    if (is_time_for_sunk()) push_apart(sunk);
   }
   begin_to_watch();
 }
@@ -328,18 +337,17 @@ ExactRest::Marks ExactRest::restless() const {
     }
     if (strayed > kStirringDrift * radius) marks[body] = kStirring;
   }
-  if (is_time_for_sunk()) mark_sunk(marks);
   return marks;
 }
 
-void ExactRest::mark_sunk(Marks& marks) const {
+ExactRest::Marks ExactRest::sunk() const {
+  Marks marks(model_.bodies.size(), kStill);
   for (const BodyContact& contact : contacts_) {
     for (const uint32_t body : {contact.a, contact.b}) {
-      if (contact.distance_m < -most_depth_m(body) && is_meant(body)) {
-        marks[body] = std::max(marks[body], kRestless);
-      }
+      if (contact.distance_m < -most_depth_m(body) && is_meant(body)) marks[body] = kRestless;
     }
   }
+  return marks;
 }
 
 // Of what is left, what others are sunk into.

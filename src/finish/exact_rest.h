@@ -1,6 +1,8 @@
 // A pile brought to rest by the exact engine, from wherever its bodies lie, in each other or not.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -84,10 +86,22 @@ class ExactRest {
 
     static void fields(auto& self, auto& stream) { stream(self.position, self.orientation); }
   };
+  // Whether it still helps to work on what is sunk.
+  struct Sunk {
+    uint64_t fewest = std::numeric_limits<uint64_t>::max();  // bodies
+    int since = 0;                                           // times looked at without fewer
+
+    void note(uint64_t count) {
+      since = count < fewest ? 0 : since + 1;
+      fewest = std::min(fewest, count);
+    }
+    static void fields(auto& self, auto& stream) { stream(self.fewest, self.since); }
+  };
   // Beside the engine's.
   struct State {
     int parting_steps = 0, settling_steps = 0;
     bool is_parted = false;
+    Sunk sunk;           // in the parting, then in the settling
     double time_s = 0;   // under gravity
     uint64_t still = 0;  // bodies, when they were last looked at
     bool few_are_restless = false;
@@ -98,9 +112,9 @@ class ExactRest {
     std::vector<WayPoint> ways;
 
     static void fields(auto& self, auto& stream) {
-      stream(self.parting_steps, self.settling_steps, self.is_parted, self.time_s, self.still,
-             self.few_are_restless, self.is_at_rest, self.watched, self.way_end, self.left,
-             self.ways);
+      stream(self.parting_steps, self.settling_steps, self.is_parted, self.sunk, self.time_s,
+             self.still, self.few_are_restless, self.is_at_rest, self.watched, self.way_end,
+             self.left, self.ways);
     }
   };
   std::unique_ptr<ExactEngine> engine_at(const Scene& scene) const;
@@ -121,7 +135,7 @@ class ExactRest {
   void begin_to_watch();
   void look();
   Marks restless() const;
-  void mark_sunk(Marks& marks) const;
+  Marks sunk() const;
   Marks around(const Marks& marks, uint8_t least, int rings) const;
   void leave_in_solver(const Marks& meant);
   FrameStatistics statistics();

@@ -13,8 +13,10 @@ namespace pilesim::finish_constants {
 inline constexpr double kPartingWay = 0.15;
 // Steps of all bodies. With fewer those amid a large pile are left in each other.
 inline constexpr int kPartingSteps = 24;
-// Then up to so many of those near what is still sunk, ...
+// Then so many of those near what is still sunk, and on for as long as what is sunk becomes less:
+// no more when there were no fewer for so many rounds, ...
 inline constexpr int kMorePartingSteps = 72;
+inline constexpr int kSunkRounds = 4;
 // ... which are chosen anew after so many.
 inline constexpr int kPartingRound = 6;
 // What is sunk is moved apart by this share of its depth at the end of each round: some pairs of
@@ -40,8 +42,10 @@ inline constexpr double kStillSpeed = 0.03;
 // ... and is sunk into nothing by more, in its own diameter and in its smallest extent: ...
 inline constexpr double kStillDepth = 0.01;
 inline constexpr double kStillDepthInExtents = 0.1;
-// ... what is sunk for longer than this is left so, a thousand kilograms on one above all.
+// ... what is sunk for longer than this is left so, a thousand kilograms on one above all, when
+// what is sunk has not become less for so many still times.
 inline constexpr double kSunkTime = 30;
+inline constexpr int kSunkLooks = 10;
 // When so small a share of the bodies is restless, the others wait outside of the solver, but for
 // those so many contacts from them. Earlier, the pile would not have come to carry its weight.
 inline constexpr double kFew = 0.02;
