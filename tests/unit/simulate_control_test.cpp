@@ -349,6 +349,34 @@ TEST(ImpulseControl, NailsHoldUntilTheyAreRemoved) {
   EXPECT_LT(simulator->states().position[1].y(), 0.9);
 }
 
+// What holds an arm up turns with the nail's axis: none of it is left to drive the arm about it.
+TEST(ImpulseControl, ATurningNailDrivesNothing) {
+  SmallModel turntable;
+  turntable.scene.frame_rate = 60;
+  const uint32_t smooth = turntable.material(0, 0);
+  turntable.body(turntable.plane(), smooth, Vec3::Zero(), Role::fixed);
+  const Vec3 spin(0, 3, 0), arm(0.36, 0.2, 0);
+  turntable.body(turntable.box({0.4, 0.4, 0.4}), smooth, {0, 0.2, 0}).angular_velocity = spin;
+  ModelBody& held = turntable.body(turntable.box({0.3, 0.05, 0.05}), smooth, arm);
+  held.angular_velocity = spin;
+  held.linear_velocity = spin.cross(arm);
+  ImpulseScript script([&](ImpulseControl& control) {
+    if (control.time_s() > 0) return;
+    control.add_nail({.a = 2,
+                      .b = 1,
+                      .point = {0.2, 0.2, 0},
+                      .axis = Vec3::UnitX(),
+                      .breaking_impulse_ns = 1e9});
+  });
+  const auto simulator = make_directed_simulator(turntable.scene, turntable.model, script);
+  run(*simulator, 120);
+  const BodyStates& states = simulator->states();
+  const Vec3 axis = (states.position[2] - states.position[1]).normalized();
+  EXPECT_NEAR(axis.y(), 0, 0.01);
+  EXPECT_NEAR(states.angular_velocity[2].y(), 3, 0.1);
+  EXPECT_NEAR(states.angular_velocity[2].dot(axis), 0, 0.1);
+}
+
 // By the impulse of the whole step, which a blow gives at its beginning.
 TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
   for (const double share : {0.5, 2.0}) {
