@@ -24,7 +24,6 @@ SCENES = {
     "plane": ("compare/rabbits_on_a_plane", "rabbit", []),
     "l_shapes": ("statistical/l_shapes_300", "l_shape", []),
     "bipeds": ("statistical/bipeds_100", "biped", []),
-    "crate": ("compare/rabbits_in_a_crate", "rabbit", []),
 }
 SIGNATURES = {"own": "", "own, 5 KB": ".5k", "dissertation": ".written", "its fit": ".written.fit"}
 # Student's t for 95 %, by one less than the number of batches.
