@@ -242,8 +242,8 @@ void StepSolver::list_joints() {
     }
     made.force_n = joint.force_n;
     made.torque_nm = joint.torque_nm;
-    // What was across a nail is partly along it once it has turned, and would drive the bodies about
-    // it. The axis of a hinge stays.
+    // What was across a nail is partly along it once it has turned, and would drive the bodies
+    // about it. The axis of a hinge stays.
     if (of_b && !joint.is_glue) made.torque_nm -= made.axis_a * made.axis_a.dot(joint.torque_nm);
     solver_joints_.push_back(made);
     joint_at_.push_back(i);
