@@ -281,7 +281,7 @@ void GlueDirector::leave_out_highest(std::vector<GlueSpot>& spots) const {
 }
 
 // A spot for each pair that needs glue in any case: as strong as the glue of its contacts and its
-// patch. What was there is taken off.
+// patch, and as wide as a spot is. What was there is taken off.
 void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
                           std::span<const GlueSolution> cases) {
   for (GlueState::Spot& spot : state_.spots) {
@@ -301,6 +301,7 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
           std::max(spot.strength_n, strength * (need.glue_kg + need.patch_kgm / radius));
       spot.strength_nm = std::max(spot.strength_nm, strength * need.torque_kgm(spot.point));
     }
+    spot.strength_nm = std::max(spot.strength_nm, kGlueWidth * radius * spot.strength_n);
     if (spot.strength_n > 0) spots.push_back(spot);
   }
   leave_out_highest(spots);
