@@ -50,15 +50,16 @@ inline constexpr double kGlueFriction = 0.5;
 inline constexpr double kGlueStrength = 3;
 // A spot of glue has a width: so far from its middle, in r, all its strength holds a couple, too.
 // Where a body hangs by an edge the least glue is of great forces on levers of a few millimetres,
-// and those are others once it has moved. Tried at 0, 0.1 and 0.3 on presets/guides/letters.json.
-inline constexpr double kGlueWidth = 0.1;
+// and those are others once it has moved. Tried at 0, 0.1 and 0.3 on the letters and the figure of
+// presets/guides.
+inline constexpr double kGlueWidth = 0.3;
 // Glue holds with gravity turned by so much to any side, tan: what stands on a small foot, and
 // moves by a little when the mould goes, asks more of it than where it was.
 inline constexpr double kGlueTilt = 0.05;
 // In which a pile has come to touch what it stands on.
 inline constexpr int kStepsOfStart = 4;
-// Substeps of a step while forces of an analysis hold, and where one of them is greater than so many
-// mean weights: a pile is as soft as a force is great, and by the square of a substep.
+// Substeps of a step while forces of an analysis hold, and where one of them is greater than so
+// many mean weights: a pile is as soft as a force is great, and by the square of a substep.
 inline constexpr int kSubstepsOfForces = 16, kSubstepsOfGreatForces = 32;
 inline constexpr double kGreatForce = 50;
 // What has less glue than it needs is analysed anew where a body of it has moved by so much, in r.
