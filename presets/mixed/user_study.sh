@@ -17,12 +17,14 @@ camera='{"position": [3.5, 3, 6], "target": [0, 0.9, 0]}'
   --reference impulse@1/240 --modes impulse:sphere@1/240,mixed+/simulator/level_of_detail/level=2 \
   --set "/emitters/0/count=$rings"
 
-# draw SCENE REFERENCE MODE: side by side, under the modes' names.
+# draw SCENE REFERENCE MODE NAME: side by side, under the modes' names; small, too, as NAME.mp4, for pages.
 draw() {
   for mode in "$2" "$3"; do ln -sfn "runs/$mode/seed1" "$out/$1/$mode"; done
   "$pilesim" render "$out/$1/$2" --compare-with "$out/$1/$3" -o "$out/videos/$1_$3"
+  ffmpeg -loglevel error -y -i "$out/videos/$1_$3/video.mp4" -vf scale=640:-2,fps=15 -c:v libx264 -crf 32 -preset slow \
+    -pix_fmt yuv420p -movflags +faststart "$out/videos/$4.mp4"
 }
-draw rabbits impulse_decomposition_1_240 impulse_spheres7_1_240
-draw rabbits impulse_decomposition_1_240 statistical
-draw rings impulse_1_240 impulse_sphere_1_240
-draw rings impulse_1_240 mixed__simulator_level_of_detail_level_2
+draw rabbits impulse_decomposition_1_240 impulse_spheres7_1_240 study_rabbits_seven_spheres
+draw rabbits impulse_decomposition_1_240 statistical study_rabbits_statistical
+draw rings impulse_1_240 impulse_sphere_1_240 study_rings_one_sphere
+draw rings impulse_1_240 mixed__simulator_level_of_detail_level_2 study_rings_mixed
