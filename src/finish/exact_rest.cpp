@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 
 #include "finish/burial.h"
 #include "finish/finish_constants.h"

@@ -15,6 +15,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from guide_table import row
+
 PRESETS = Path(__file__).resolve().parents[2] / "presets"
 ANGLES = [10, 20, 35, 45, 60]
 REPOSE = [("dissertation", 0.99), ("dissertation", 0.5), ("dissertation", 0.3), ("dissertation", 0.2),
@@ -32,10 +34,6 @@ def run(pilesim, preset, seed, *overrides):
         guide = Path(directory, "out/guide.json")
         frames = json.loads(guide.read_text())["frames"] if guide.exists() else []
         return json.loads(Path(directory, "out/report.json").read_text())["piles"], frames
-
-
-def row(*cells):
-    print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def repose(pilesim, seeds):

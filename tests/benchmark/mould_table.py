@@ -16,6 +16,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from guide_table import row
+
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
 SHAPES = ["column", "cut_sphere", "l", "t", "arch", "torus", "heart", "spiral_tower", "letters",
           "figure"]
@@ -76,10 +78,6 @@ def run(options, guide, scale, body, is_hit, seed):
 
 def goal(text, reached):
     return text if reached else text + " !"
-
-
-def row(*cells):
-    print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def main():

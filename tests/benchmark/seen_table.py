@@ -18,6 +18,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "cli"))
+from guide_table import row  # noqa: E402
 from png_reader import read_png  # noqa: E402
 
 SIZE = "128x72"
@@ -65,10 +66,6 @@ def bustle_difference(a, b):
 def of_pairs(difference, runs, reference):
     return statistics.mean(difference(runs[i], reference[j])
                            for i in range(len(runs)) for j in range(len(reference)) if i != j)
-
-
-def row(*cells):
-    print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def main():

@@ -15,6 +15,8 @@ import statistics
 import subprocess
 from pathlib import Path
 
+from guide_table import row
+
 ROOT = Path(__file__).resolve().parents[2]
 # Restitution and friction of the presets.
 MATERIALS = {"rabbit": (0.25, 0.5), "l_shape": (0.25, 0.45), "biped": (0.25, 0.5)}
@@ -69,10 +71,6 @@ def compare(pilesim, out, scene, first_seed, runs):
 def interval(values):
     half = T95[min(len(values) - 1, max(T95))] * statistics.stdev(values) / math.sqrt(len(values))
     return "%.2f ± %.2f" % (statistics.mean(values), half)
-
-
-def row(*cells):
-    print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def main():
