@@ -21,6 +21,8 @@ from guide_table import row
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
 SHAPES = ["column", "cut_sphere", "l", "t", "arch", "torus", "heart", "spiral_tower", "letters",
           "figure"]
+# Radius of the ball that hits, m: it has a third of the pile's mass or more.
+BALLS = {"spiral_tower": 0.3}
 # File and scale of those that are not in assets/guides.
 OTHERS = {"figure": (ASSETS / "biped.obj", 8)}
 BODIES = {
@@ -37,14 +39,14 @@ f 1 2 3\nf 1 3 4\nf 5 7 6\nf 5 8 7\nf 1 6 2\nf 1 5 6
 f 2 7 3\nf 2 6 7\nf 3 8 4\nf 3 7 8\nf 4 5 1\nf 4 8 5\n"""
 
 
-def scene(guide, scale, body, is_hit):
+def scene(guide, scale, body, ball_m, is_hit):
     made = {
         "version": 1, "name": "mould", "duration_s": 5 if is_hit else 10, "frame_rate": 30,
         "materials": {"ground": {"friction": 0.7},
                       "wood": {"restitution": 0, "friction": 0.5, "density_kg_m3": 600},
                       "iron": {"restitution": 0.1, "friction": 0.5, "density_kg_m3": 7800}},
         "shapes": {"ground": {"type": "plane"}, "body": body,
-                   "ball": {"type": "sphere", "radius": 0.2}},
+                   "ball": {"type": "sphere", "radius": ball_m}},
         "bodies": [{"shape": "ground", "material": "ground", "role": "static"}],
         "emitters": [{"name": "pile", "type": "mould", "shape": "body", "material": "wood"}],
         "guide": {"file": str(guide), "scale": scale},
@@ -62,10 +64,10 @@ def cpu_s():
     return usage.ru_utime + usage.ru_stime
 
 
-def run(options, guide, scale, body, is_hit, seed):
+def run(options, guide, scale, body, seed, ball_m=0.2, is_hit=False):
     with tempfile.TemporaryDirectory() as directory:
         file = Path(directory, "scene.json")
-        file.write_text(json.dumps(scene(guide, scale, body, is_hit)))
+        file.write_text(json.dumps(scene(guide, scale, body, ball_m, is_hit)))
         start = cpu_s()
         sets = [part for override in options.set for part in ("--set", override)]
         subprocess.run([options.pilesim, "direct-pile", file, "-o", directory + "/out", "--quiet",
@@ -96,16 +98,16 @@ def main():
         with tempfile.TemporaryDirectory() as directory:
             box = Path(directory, "box.obj")
             box.write_text(BOX)
-            figures = run(options, box, 1, body, False, 1)[1]
+            figures = run(options, box, 1, body, 1)[1]
             row("a box", name, "1", str(figures["filling"]["kept"]),
                 "%.0f %%" % (100 * figures["filling"]["volume_share"]), *[""] * 8)
         for shape in options.shapes:
             guide = OTHERS.get(shape, (ASSETS / "guides" / (shape + ".obj"), 1))
             for seed in range(1, options.seeds + 1):
-                frames, figures, report, spent = run(options, *guide, body, False, seed)
+                frames, figures, report, spent = run(options, *guide, body, seed)
                 filling, glue, last = figures["filling"], figures["glue_needed"], frames[-1]
                 height = frames[0]["height_m"]
-                hit = run(options, *guide, body, True, seed)[0]
+                hit = run(options, *guide, body, seed, BALLS.get(shape, 0.2), True)[0]
                 # The ball is part of no pile, but counts until it has rolled away: its height is no more.
                 left = min(frame["height_m"] for frame in hit[len(hit) // 2:]) / hit[0]["height_m"]
                 kept = last["in_guide"] / filling["kept"]

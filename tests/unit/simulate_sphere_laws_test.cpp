@@ -98,6 +98,26 @@ TEST_F(SphereLaws, SunkSpheresStopHalfAPercentOfTheRadiusDeep) {
   EXPECT_NEAR(depth(), 0.005, 0.001);
 }
 
+TEST_F(SphereLaws, WhatBouncesWithoutLossKeepsItsHeight) {
+  for (const double step_s : {1.0 / 60, 1.0 / 240, 1.0 / 1000}) {
+    SCOPED_TRACE(step_s);
+    scene_.bodies.clear();
+    scene_.materials["stuff"].restitution = 1;
+    scene_.step_s = step_s;
+    scene_.frame_rate = 1 / step_s;
+    add("ground", {0, 0, 0}, Role::fixed);
+    add("ball", {0, 11, 0});
+    start();
+    double highest_m = 0;
+    const int steps = static_cast<int>(20 / step_s);
+    for (int i = 0; i < steps; ++i) {
+      run(1);
+      if (i > steps * 9 / 10) highest_m = std::max(highest_m, states().position[1].y());
+    }
+    EXPECT_NEAR(highest_m, 1.1, 0.01);
+  }
+}
+
 // Of a column of two that sleep the lower one is knocked away. A third one stands on the upper one,
 // so many radii and so steeply above it.
 class SphereSupports : public SphereLaws {

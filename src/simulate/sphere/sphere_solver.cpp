@@ -63,7 +63,11 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
   };
   if ((impact.other & kSurface) != 0) {
     const float share_s = until_s(impact.surface_velocity);
+    const Vec3f still_to_fall =
+        falls_after(impact, impact.surface_velocity - a.velocity, share_s, sleeps(impact.a));
+    a.velocity -= still_to_fall;
     collide_with_surface(collision(input, impact), impact.surface_velocity, random_a, a);
+    a.velocity += still_to_fall;
     return after(a, impact.body_a, impact.a, share_s);
   }
   Collider b = collider(impact.other, impact.b);
@@ -72,6 +76,16 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
   pilesim::collide(collision(input, impact), random_a, random_b, a, b);
   after(a, impact.body_a, impact.a, share_s);
   after(b, impact.other, impact.b, share_s);
+}
+
+// m/s, by which gravity speeds up a particle between its bounce on a surface and the step's end: it
+// comes to the surface without it, and would gain height with each bounce otherwise.
+Vec3f SphereSolver::falls_after(const SphereImpact& impact, const Vec3f& closing, float share_s,
+                                bool sleeps) const {
+  if (impact.method != PairMethod::particle || sleeps) return Vec3f::Zero();
+  const Vec3f change = (model_.settings.step_s - share_s) * model_.settings.gravity;
+  // What comes so slowly that it would not come without it is at rest but for this step.
+  return (closing + change).dot(impact.normal) > 0 ? change : Vec3f::Zero();
 }
 
 Collision SphereSolver::collision(const Input& input, const SphereImpact& impact) const {

@@ -42,6 +42,8 @@ class SphereSolver {
 
  private:
   void collide(const Input& input, const SphereImpact& impact, SphereStep& step) const;
+  Vec3f falls_after(const SphereImpact& impact, const Vec3f& closing, float share_s,
+                    bool sleeps) const;
   Collision collision(const Input& input, const SphereImpact& impact) const;
   static void prepare_contacts(SphereStep& step);
   void keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch, SphereStep& step) const;
