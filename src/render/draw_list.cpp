@@ -51,9 +51,10 @@ uint32_t choose_level(const RenderMesh& mesh, float tolerance_m) {
 }
 
 void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vector<Entry>& entries,
-               DrawList& list) {
+               const auto& footprint_of, DrawList& list) {
   std::sort(entries.begin(), entries.end());
   list.instances.clear();
+  list.footprints.clear();
   list.batches.clear();
   list.triangle_count = 0;
   for (const Entry& entry : entries) {
@@ -69,7 +70,50 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     list.instances.push_back({frame.position[entry.body],
                               {q.x(), q.y(), q.z(), q.w()},
                               scene.material_of(frame, entry.body)});
+    list.footprints.push_back(footprint_of(frame.position[entry.body], scene.radius(entry.body)));
   }
+}
+
+// More than depth buffers round by.
+constexpr float kDepthRounding = 2e-6f, kShadowDepthRounding = 1e-4f;
+
+// A point of the sphere lies by no more than r in any direction from its centre c. Its place in the
+// picture is x(p) / w(p), both linear; it differs from x(c) / w(c) by at most
+// r |grad(x - x(c) / w(c) w)| / (w(c) - r).
+Footprint footprint(const View& view, float width, float height, const Vec3f& centre,
+                    float radius) {
+  const Eigen::Vector4f clip = view.clip_from_world * centre.homogeneous();
+  Footprint result{0, width, 0, height, 0, clip.w(), radius};
+  const float nearest_m = clip.w() - radius;
+  if (nearest_m <= view.near_m) return result;
+  const auto half_width_of = [&](int row) {
+    const Vec3f gradient =
+        (view.clip_from_world.row(row) - clip[row] / clip.w() * view.clip_from_world.row(3))
+            .head<3>();
+    return radius * gradient.norm() / nearest_m;
+  };
+  const float x = clip.x() / clip.w(), y = clip.y() / clip.w();
+  const float half_x = half_width_of(0), half_y = half_width_of(1);
+  result.left = (0.5f + 0.5f * (x - half_x)) * width;
+  result.right = (0.5f + 0.5f * (x + half_x)) * width;
+  result.bottom = (0.5f + 0.5f * (y - half_y)) * height;
+  result.top = (0.5f + 0.5f * (y + half_y)) * height;
+  const float range = view.far_m - view.near_m;
+  result.nearest = view.far_m / range * (1 - view.near_m / nearest_m) - kDepthRounding;
+  return result;
+}
+
+Footprint footprint(const LightView& light, int resolution, const Vec3f& centre, float radius) {
+  const Vec3f at = (light.shadow_from_world * centre.homogeneous()).head<3>();
+  const Vec3f half = radius * light.extent.cwiseInverse();
+  const auto size = static_cast<float>(resolution);
+  return {(at.x() - half.x()) * size,
+          (at.x() + half.x()) * size,
+          (at.y() - half.y()) * size,
+          (at.y() + half.y()) * size,
+          at.z() - half.z() - kShadowDepthRounding,
+          at.z() * light.extent.z(),
+          radius};
 }
 
 struct Range {
@@ -189,7 +233,7 @@ bool is_painted(const PackedMaterial& material) {
 }
 
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
-                         float height, float pixel_error, DrawList& list) {
+                         float width, float height, float pixel_error, DrawList& list) {
   const float metres_per_pixel_at_1m = 2 * view.tan_half_height / height;
   std::vector<Entry> entries;
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
@@ -202,7 +246,12 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
         choose_level(scene.meshes[scene.shape[body]], pixel_error * metres_per_pixel_at_1m * depth);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, depth, body});
   }
-  fill_list(scene, frame, entries, list);
+  fill_list(
+      scene, frame, entries,
+      [&](const Vec3f& centre, float radius) {
+        return footprint(view, width, height, centre, radius);
+      },
+      list);
 }
 
 LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
@@ -274,7 +323,12 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
     const uint32_t level = choose_level(scene.meshes[scene.shape[body]], texel);
     entries.push_back({scene.shape[body] * kLevelsPerShape + level, at.z(), body});
   }
-  fill_list(scene, frame, entries, list);
+  fill_list(
+      scene, frame, entries,
+      [&](const Vec3f& centre, float radius) {
+        return footprint(light, resolution, centre, radius);
+      },
+      list);
 }
 
 }  // namespace pilesim

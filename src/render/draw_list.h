@@ -37,8 +37,17 @@ struct DrawBatch {
   uint32_t instance_count = 0;
 };
 
+// Where an instance is drawn at most, from its bounding sphere.
+struct Footprint {
+  float left = 0, right = 0, bottom = 0,
+        top = 0;                   // pixels of the target, from its lower left corner
+  float nearest = 0;               // least depth, as depth buffers have it
+  float away_m = 0, radius_m = 0;  // of its middle, along the view axis or the light
+};
+
 struct DrawList {
   std::vector<Instance> instances;
+  std::vector<Footprint> footprints;  // as instances
   std::vector<DrawBatch> batches;
   uint64_t triangle_count = 0;
 };
@@ -68,9 +77,9 @@ struct RenderScene {
 };
 
 // Bodies in view, each at the coarsest level whose error is below `pixel_error` pixels of a picture
-// `height` pixels high; from front to back within a batch.
+// of `width` x `height` pixels; from front to back within a batch.
 void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame, const View& view,
-                         float height, float pixel_error, DrawList& list);
+                         float width, float height, float pixel_error, DrawList& list);
 
 // The box along the light that holds what is seen and casts shadows: the same for the same frame
 // and view, and moving in whole texels of a map of `resolution` so that edges do not crawl.

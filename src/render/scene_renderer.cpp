@@ -12,6 +12,7 @@
 #include "render/draw_list.h"
 #include "render/gl_context.h"
 #include "render/gl_objects.h"
+#include "render/hidden.h"
 #include "render/lighting.h"
 #include "render/mesh_buffers.h"
 #include "render/scene_view.h"
@@ -57,6 +58,9 @@ struct Programs {
   GlProgram occlusion_blur{"occlusion_blur", shaders::screen_vert, shaders::occlusion_blur_frag};
   GlProgram key_light;
   GlProgram picture;
+  GlProgram farthest_depth{"farthest_depth", shaders::screen_vert, shaders::farthest_depth_frag};
+  GlProgram farthest_sample{"farthest_sample", shaders::screen_vert,
+                            concatenate({define(true), shaders::farthest_depth_frag})};
 
   explicit Programs(bool multisample)
       : occlusion_depth("occlusion_depth", shaders::screen_vert,
@@ -116,6 +120,14 @@ struct Targets {
         display_frame(make_framebuffer({display.name()})) {}
 };
 
+// A depth texture that bodies are drawn into by `frame`.
+struct DepthTarget {
+  const GlFramebuffer& frame;
+  const GlTexture& depth;
+  int width, height;
+  int samples;  // of its texture, 0: not multisampled
+};
+
 void set(GLint uniform, const Vec3f& value) { glUniform3fv(uniform, 1, value.data()); }
 void set(GLint uniform, const Eigen::Matrix4f& value) {
   glUniformMatrix4fv(uniform, 1, GL_FALSE, value.data());
@@ -137,8 +149,8 @@ bool same(const TrajectoryFrame& a, const TrajectoryFrame& b) {
          same(a.state, b.state);
 }
 bool same(const CameraKey& a, const CameraKey& b) {
-  return a.position == b.position && a.target == b.target &&
-         a.field_of_view == b.field_of_view && a.roll == b.roll && a.lens_shift == b.lens_shift;
+  return a.position == b.position && a.target == b.target && a.field_of_view == b.field_of_view &&
+         a.roll == b.roll && a.lens_shift == b.lens_shift;
 }
 
 // Pixel by pixel, into `a`.
@@ -166,17 +178,27 @@ struct SceneRenderer::State {
   GlBuffer ground_buffer;
 
   DrawList visible, casters;
+  // Of those, what is in front and what else may be seen.
+  DrawList drawn;
+  std::vector<uint8_t> marks;
+  FarthestDepths farthest;
   LightView light;
   Image image, pass_image;
   // What `image` shows: a pile at rest is drawn once.
   std::optional<CameraKey> shown_from;
   TrajectoryFrame shown;
 
-  State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours);
+  uint64_t worth_hiding;  // triangles
+  State(const TrajectoryHeader& header, const RenderSettings& settings, BodyColours colours,
+        uint64_t worth_hiding);
   ~State() { context.make_current(); }
   void draw_pass(const TrajectoryFrame& frame, const View& view, Image& result);
   void draw_shadow_map(const TrajectoryFrame& frame, const View& view);
   void draw_surfaces(const TrajectoryFrame& frame, const View& view);
+  void draw_bodies(const View& view);
+  template <typename Draw>
+  void draw_seen(const DrawList& list, const DepthTarget& target, const Draw& draw);
+  void read_farthest(const DepthTarget& target);
   void draw_ground(const TrajectoryFrame& frame, const View& view);
   void set_scene_view(const GlProgram& program, const View& view);
   void draw_occlusion(const View& view);
@@ -186,12 +208,13 @@ struct SceneRenderer::State {
 };
 
 SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings& settings,
-                            BodyColours colours)
+                            BodyColours colours, uint64_t triangles_worth_hiding)
     : scene(header, settings.analysis ? BodyColours::analysis : colours),
       lighting(make_lighting(settings.light)),
       width(settings.size[0]),
       height(settings.size[1]),
-      samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0) {
+      samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0),
+      worth_hiding(triangles_worth_hiding) {
   // The driver's four samples are a square lattice; a second pass fills the middle of its cells.
   if (settings.samples > kDriverSamples)
     passes = {{-3 / 16.0f, 1 / 16.0f}, {3 / 16.0f, -1 / 16.0f}};
@@ -221,35 +244,79 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
   list_shadow_casters(scene, frame, light, size, casters);
   glBindFramebuffer(GL_FRAMEBUFFER, targets->shadow_frame.name());
   glViewport(0, 0, size, size);
-  glEnable(GL_DEPTH_TEST);
   glClear(GL_DEPTH_BUFFER_BIT);
-  programs->shadow.use();
   // The unit cube of the map as clip space.
   Eigen::Matrix4f clip_from_shadow = Eigen::Matrix4f::Identity();
   clip_from_shadow.diagonal().head<3>().setConstant(2);
   clip_from_shadow.col(3).head<3>().setConstant(-1);
-  set(programs->shadow.uniform("clip_from_world"),
-      Eigen::Matrix4f(clip_from_shadow * light.shadow_from_world));
-  // What lies before or behind the box still casts.
-  glEnable(GL_DEPTH_CLAMP);
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(1.5f, 2.0f);
-  meshes->load(casters);
-  meshes->draw_all();
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_POLYGON_OFFSET_FILL);
-  glDisable(GL_DEPTH_CLAMP);
+  draw_seen(casters, {targets->shadow_frame, targets->shadow, size, size, 0}, [&] {
+    programs->shadow.use();
+    set(programs->shadow.uniform("clip_from_world"),
+        Eigen::Matrix4f(clip_from_shadow * light.shadow_from_world));
+    // What lies before or behind the box still casts.
+    glEnable(GL_DEPTH_CLAMP);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1.5f, 2.0f);
+    meshes->draw_all();
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_DEPTH_CLAMP);
+  });
+}
+
+// Draws what is in front, and then what its depths do not hide.
+template <typename Draw>
+void SceneRenderer::State::draw_seen(const DrawList& list, const DepthTarget& target,
+                                     const Draw& draw) {
+  const auto draw_into_target = [&](const DrawList& part) {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.frame.name());
+    glViewport(0, 0, target.width, target.height);
+    glEnable(GL_DEPTH_TEST);
+    meshes->load(part);
+    draw();
+    glDisable(GL_DEPTH_TEST);
+  };
+  if (list.triangle_count < worth_hiding) return draw_into_target(list);
+  mark_front(list, target.width, target.height, marks);
+  pick(list, marks, 1, drawn);
+  draw_into_target(drawn);
+  read_farthest(target);
+  mark_rest(list, farthest, marks);
+  pick(list, marks, 2, drawn);
+  draw_into_target(drawn);
+}
+
+void SceneRenderer::State::read_farthest(const DepthTarget& target) {
+  farthest.resize(target.width, target.height);
+  const GlTexture blocks = make_target(GL_R32F, farthest.columns, farthest.rows);
+  const GlFramebuffer frame = make_framebuffer({blocks.name()});
+  const GlProgram& program =
+      target.samples > 0 ? programs->farthest_sample : programs->farthest_depth;
+  program.use();
+  glUniform1i(program.uniform("depths"), kFirstUnit);
+  glUniform1i(program.uniform("block"), kDepthBlock);
+  glUniform1i(program.uniform("samples"), std::max(1, target.samples));
+  bind_texture(kFirstUnit, target.samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D,
+               target.depth);
+  draw_over_target(frame, farthest.columns, farthest.rows);
+  glReadPixels(0, 0, farthest.columns, farthest.rows, GL_RED, GL_FLOAT, farthest.depth.data());
 }
 
 void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const View& view) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets->scene_frame.name());
   glViewport(0, 0, width, height);
-  glEnable(GL_DEPTH_TEST);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  list_visible_bodies(scene, frame, view, static_cast<float>(height), kPixelError, visible);
+  list_visible_bodies(scene, frame, view, static_cast<float>(width), static_cast<float>(height),
+                      kPixelError, visible);
+  draw_seen(visible, {targets->scene_frame, targets->depth, width, height, samples},
+            [&] { draw_bodies(view); });
+  glEnable(GL_DEPTH_TEST);
+  draw_ground(frame, view);
+  glDisable(GL_DEPTH_TEST);
+}
+
+void SceneRenderer::State::draw_bodies(const View& view) {
   programs->body.use();
   set(programs->body.uniform("clip_from_world"), view.clip_from_world);
-  meshes->load(visible);
   meshes->draw_plain();
   if (meshes->has_textures()) {
     programs->textured_body.use();
@@ -257,8 +324,6 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
     glUniform1i(programs->textured_body.uniform("picture"), kFirstUnit);
     meshes->draw_textured();
   }
-  draw_ground(frame, view);
-  glDisable(GL_DEPTH_TEST);
 }
 
 void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View& view) {
@@ -383,8 +448,8 @@ void SceneRenderer::State::draw_pass(const TrajectoryFrame& frame, const View& v
 }
 
 SceneRenderer::SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
-                             BodyColours colours)
-    : state_(std::make_unique<State>(header, settings, colours)) {}
+                             BodyColours colours, uint64_t worth_hiding)
+    : state_(std::make_unique<State>(header, settings, colours, worth_hiding)) {}
 
 SceneRenderer::~SceneRenderer() = default;
 

@@ -20,6 +20,7 @@ extern const std::string_view key_light_frag;
 extern const std::string_view occlusion_depth_frag;
 extern const std::string_view occlusion_frag;
 extern const std::string_view occlusion_blur_frag;
+extern const std::string_view farthest_depth_frag;
 extern const std::string_view picture_frag;
 extern const std::string_view hits_vert;
 extern const std::string_view hits_frag;

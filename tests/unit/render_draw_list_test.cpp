@@ -14,7 +14,7 @@ namespace {
 
 using test::DrawnScene;
 
-constexpr float kHeight = 540;  // pixels
+constexpr float kWidth = 960, kHeight = 540;  // pixels
 const Vec3f kToLight = make_lighting().to_sun;
 
 View view_from(const Vec3& position, const Vec3& target) {
@@ -29,7 +29,8 @@ TEST(VisibleBodies, AreThoseInTheScene) {
   drawn.frame.state[2] = 0;                    // not released yet
   const RenderScene scene(drawn.header);
   DrawList list;
-  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kHeight, 1, list);
+  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kWidth, kHeight, 1,
+                      list);
   EXPECT_EQ(list.instances.size(), 1u);  // nor the plane
   EXPECT_GT(list.triangle_count, 0u);
 }
@@ -44,7 +45,7 @@ TEST(VisibleBodies, LevelsMissLessThanThePixelError) {
     const View view = view_from({0, 0, 0}, {0, 0, -1});
     const auto pixels = static_cast<float>(random.uniform(0.2, 2));
     DrawList list;
-    list_visible_bodies(scene, drawn.frame, view, kHeight, pixels, list);
+    list_visible_bodies(scene, drawn.frame, view, kWidth, kHeight, pixels, list);
     ASSERT_EQ(list.batches.size(), 1u);
     const auto& levels = scene.meshes[1].levels;
     const size_t level = list.batches[0].level;
@@ -64,7 +65,8 @@ TEST(VisibleBodies, RunFromFrontToBackInEachBatch) {
   for (const float z : {-3.0f, 2.0f, -7.0f, 0.0f, 1.0f}) drawn.add(2, {0, 1, z}, test::kRed, true);
   const RenderScene scene(drawn.header);
   DrawList list;
-  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kHeight, 1, list);
+  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kWidth, kHeight, 1,
+                      list);
   ASSERT_EQ(list.instances.size(), 5u);
   for (size_t i = 1; i < 5; ++i) {
     EXPECT_LT(list.instances[i].position.z(), list.instances[i - 1].position.z());

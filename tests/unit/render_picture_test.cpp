@@ -57,6 +57,41 @@ Vec3f along_shadow(float distance) {
   return distance * away.normalized();
 }
 
+// A heap of cubes, some of them large and some far away, one before the eye, some below the ground.
+DrawnScene heap() {
+  DrawnScene scene;
+  Philox random(6, Stream::test, 0, 0);
+  for (int i = 0; i < 3000; ++i) {
+    const double away = i % 10 == 0 ? 6 : 1.5;
+    scene.add(
+        i % 7 == 0 ? 1 : 2,
+        Vec3(random.uniform(-away, away), random.uniform(-0.2, 1.5), random.uniform(-away, away))
+            .cast<float>(),
+        {static_cast<uint8_t>(random.index(256)), static_cast<uint8_t>(random.index(256)),
+         static_cast<uint8_t>(random.index(256))},
+        i % 3 != 0,
+        Quatf(Eigen::AngleAxisf(static_cast<float>(random.uniform(0, 3)), Vec3f::UnitX())));
+  }
+  return scene;
+}
+
+TEST(Picture, IsTheSameWithoutWhatIsHidden) {
+  const DrawnScene scene = heap();
+  const CameraKey far{.position = {6, 4, 9}, .target = {0, 0.5, 0}};
+  const CameraKey near{
+      .position = {0.3, 1.2, 1.9}, .target = {0, 0.5, 0}, .roll = 0.2, .lens_shift = {0.1, -0.05}};
+  const CameraKey within{.position = {0.2, 0.7, 0.1}, .target = {0, 0.6, -3}};
+  for (const CameraKey& camera : {far, near, within}) {
+    for (const int samples : {1, 4, 8}) {
+      SCOPED_TRACE(samples);
+      const RenderSettings settings{.size = {321, 203}, .samples = samples};
+      SceneRenderer all(scene.header, settings, BodyColours::own, UINT64_MAX);
+      SceneRenderer seen(scene.header, settings, BodyColours::own, 0);
+      EXPECT_EQ(all.draw(scene.frame, camera).rgb, seen.draw(scene.frame, camera).rgb);
+    }
+  }
+}
+
 // A pile at rest is drawn once; anything else is drawn anew, whatever was drawn before.
 TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
   const DrawnScene first = red_sphere(true);

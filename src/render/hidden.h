@@ -1,0 +1,35 @@
+// What is certainly hidden need not be drawn: bodies that lie behind everything that the depths of
+// those in front, drawn before, hold. The picture stays the same, whatever is guessed to be in
+// front.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/draw_list.h"
+
+namespace pilesim {
+
+// Edge of the blocks that FarthestDepths holds, pixels.
+inline constexpr int kDepthBlock = 2;
+
+// The farthest depth of each block of a target, by rows from the bottom; 1: as far as can be.
+struct FarthestDepths {
+  int columns = 0, rows = 0;  // of blocks
+  std::vector<float> depth;   // (rows * columns)
+
+  // Of a target of that size, pixels.
+  void resize(int width, int height);
+  bool hide(const Footprint& footprint) const;
+};
+
+// Marks (1) what is likely in front of a target of that size.
+void mark_front(const DrawList& list, int width, int height, std::vector<uint8_t>& marks);
+
+// Marks (2) what is not marked, and not hidden.
+void mark_rest(const DrawList& list, const FarthestDepths& depths, std::vector<uint8_t>& marks);
+
+// Those of `list` with that mark.
+void pick(const DrawList& list, const std::vector<uint8_t>& marks, uint8_t mark, DrawList& picked);
+
+}  // namespace pilesim
