@@ -202,6 +202,15 @@ TEST(FinishRest, WaysOfWhatGoesFarAreKept) {
   }
 }
 
+// Overlaps leave from the ends inwards: the more bodies, the longer it takes.
+TEST(FinishRest, PartsForAsLongAsItHelps) {
+  const Pile pile = sunk_pile(4, 20);
+  ExactRest rest(pile.scene, pile.model, pile.states());
+  while (rest.time_s() == 0) rest.step();
+  const PileQuality parted = inspect_pile(pile.model, pile.scene.gravity, rest.states());
+  EXPECT_LT(parted.deepest_penetration_m, 0.02 * parted.body_diameter_m);
+}
+
 TEST(FinishRest, DoesNotDependOnThreads) {
   const Pile pile = sunk_pile(5, 5);
   const int threads = thread_count();
