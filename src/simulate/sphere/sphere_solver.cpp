@@ -68,6 +68,9 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
     a.velocity -= still_to_fall;
     collide_with_surface(collision(input, impact), impact.surface_velocity, random_a, a);
     a.velocity += still_to_fall;
+    // What does not leave the surface is carried by it.
+    const float into = (impact.surface_velocity - a.velocity).dot(impact.normal);
+    if (into > 0 && !still_to_fall.isZero()) a.velocity += into * impact.normal;
     return after(a, impact.body_a, impact.a, share_s);
   }
   Collider b = collider(impact.other, impact.b);
