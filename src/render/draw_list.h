@@ -39,9 +39,9 @@ struct DrawBatch {
 
 // Where an instance is drawn at most, from its bounding sphere.
 struct Footprint {
-  float left = 0, right = 0, bottom = 0,
-        top = 0;                   // pixels of the target, from its lower left corner
-  float nearest = 0;               // least depth, as depth buffers have it
+  // Pixels of the target, from its lower left corner.
+  float left = 0, right = 0, bottom = 0, top = 0;
+  float nearest = 0;               // least depth, as depth buffers have it; 0 or less: at the eye
   float away_m = 0, radius_m = 0;  // of its middle, along the view axis or the light
 };
 

@@ -10,6 +10,9 @@ namespace {
 // In front is what lies no more than so many radii behind the nearest in a block that it covers:
 // through the gaps between the nearest those behind them are seen.
 constexpr float kFrontRadii = 4;
+// What is larger than so many typical radii is hollow or flat as likely as not: a crate's middle
+// says nothing of where it is seen.
+constexpr float kLarge = 3;
 // Of its radius, the square that it certainly covers.
 constexpr float kCovered = 0.5f;
 
@@ -49,7 +52,8 @@ bool FarthestDepths::hide(const Footprint& footprint) const {
   return true;
 }
 
-void mark_front(const DrawList& list, int width, int height, std::vector<uint8_t>& marks) {
+void mark_front(const DrawList& list, int width, int height, float typical_radius_m,
+                std::vector<uint8_t>& marks) {
   const int columns = blocks(width), rows = blocks(height);
   std::vector<float> nearest_m(static_cast<size_t>(columns) * static_cast<size_t>(rows),
                                std::numeric_limits<float>::max());
@@ -65,12 +69,20 @@ void mark_front(const DrawList& list, int width, int height, std::vector<uint8_t
       }
     }
   };
+  const auto counts = [&](const Footprint& of) {
+    return of.nearest > 0 && of.radius_m <= kLarge * typical_radius_m;
+  };
   for (const Footprint& of : list.footprints) {
+    if (!counts(of)) continue;
     for_each_block(of, [&](float& nearest) { nearest = std::min(nearest, of.away_m); });
   }
   marks.assign(list.footprints.size(), 0);
   for (size_t i = 0; i < marks.size(); ++i) {
     const Footprint& of = list.footprints[i];
+    if (!counts(of)) {
+      marks[i] = 1;
+      continue;
+    }
     for_each_block(of, [&](float nearest) {
       if (of.away_m <= nearest + kFrontRadii * of.radius_m) marks[i] = 1;
     });

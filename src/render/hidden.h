@@ -23,8 +23,10 @@ struct FarthestDepths {
   bool hide(const Footprint& footprint) const;
 };
 
-// Marks (1) what is likely in front of a target of that size.
-void mark_front(const DrawList& list, int width, int height, std::vector<uint8_t>& marks);
+// Marks (1) what is likely in front of a target of that size, and what is much larger than
+// `typical_radius_m`, as walls are.
+void mark_front(const DrawList& list, int width, int height, float typical_radius_m,
+                std::vector<uint8_t>& marks);
 
 // Marks (2) what is not marked, and not hidden.
 void mark_rest(const DrawList& list, const FarthestDepths& depths, std::vector<uint8_t>& marks);

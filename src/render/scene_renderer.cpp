@@ -276,7 +276,7 @@ void SceneRenderer::State::draw_seen(const DrawList& list, const DepthTarget& ta
     glDisable(GL_DEPTH_TEST);
   };
   if (list.triangle_count < worth_hiding) return draw_into_target(list);
-  mark_front(list, target.width, target.height, marks);
+  mark_front(list, target.width, target.height, scene.typical_radius_m, marks);
   pick(list, marks, 1, drawn);
   draw_into_target(drawn);
   read_farthest(target);
