@@ -30,13 +30,11 @@ Blocks blocks_of(float left, float right, float bottom, float top, int columns, 
           std::max(0, block(bottom, rows)), std::min(rows, block(top, rows) + 1)};
 }
 
-int blocks(int pixels) { return (pixels + kDepthBlock - 1) / kDepthBlock; }
-
 }  // namespace
 
 void FarthestDepths::resize(int width, int height) {
-  columns = blocks(width);
-  rows = blocks(height);
+  columns = depth_blocks(width);
+  rows = depth_blocks(height);
   depth.resize(static_cast<size_t>(columns) * static_cast<size_t>(rows));
 }
 
@@ -54,7 +52,7 @@ bool FarthestDepths::hide(const Footprint& footprint) const {
 
 void mark_front(const DrawList& list, int width, int height, float typical_radius_m,
                 std::vector<uint8_t>& marks) {
-  const int columns = blocks(width), rows = blocks(height);
+  const int columns = depth_blocks(width), rows = depth_blocks(height);
   std::vector<float> nearest_m(static_cast<size_t>(columns) * static_cast<size_t>(rows),
                                std::numeric_limits<float>::max());
   const auto for_each_block = [&](const Footprint& of, const auto& visit) {
@@ -76,26 +74,27 @@ void mark_front(const DrawList& list, int width, int height, float typical_radiu
     if (!counts(of)) continue;
     for_each_block(of, [&](float& nearest) { nearest = std::min(nearest, of.away_m); });
   }
-  marks.assign(list.footprints.size(), 0);
+  marks.assign(list.footprints.size(), kHidden);
   for (size_t i = 0; i < marks.size(); ++i) {
     const Footprint& of = list.footprints[i];
     if (!counts(of)) {
-      marks[i] = 1;
+      marks[i] = kFront;
       continue;
     }
     for_each_block(of, [&](float nearest) {
-      if (of.away_m <= nearest + kFrontRadii * of.radius_m) marks[i] = 1;
+      if (of.away_m <= nearest + kFrontRadii * of.radius_m) marks[i] = kFront;
     });
   }
 }
 
 void mark_rest(const DrawList& list, const FarthestDepths& depths, std::vector<uint8_t>& marks) {
   for (size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i] == 0 && !depths.hide(list.footprints[i])) marks[i] = 2;
+    if (marks[i] == kHidden && !depths.hide(list.footprints[i])) marks[i] = kRest;
   }
 }
 
-void pick(const DrawList& list, const std::vector<uint8_t>& marks, uint8_t mark, DrawList& picked) {
+void pick(const DrawList& list, const std::vector<uint8_t>& marks, SeenMark mark,
+          DrawList& picked) {
   picked.instances.clear();
   picked.batches.clear();
   for (const DrawBatch& batch : list.batches) {

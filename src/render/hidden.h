@@ -12,6 +12,10 @@ namespace pilesim {
 
 // Edge of the blocks that FarthestDepths holds, pixels.
 inline constexpr int kDepthBlock = 2;
+constexpr int depth_blocks(int pixels) { return (pixels + kDepthBlock - 1) / kDepthBlock; }
+
+// Of an instance of a list: certainly hidden, or not looked at; in front; what else may be seen.
+enum SeenMark : uint8_t { kHidden, kFront, kRest };
 
 // The farthest depth of each block of a target, by rows from the bottom; 1: as far as can be.
 struct FarthestDepths {
@@ -23,15 +27,15 @@ struct FarthestDepths {
   bool hide(const Footprint& footprint) const;
 };
 
-// Marks (1) what is likely in front of a target of that size, and what is much larger than
+// Marks as kFront what is likely in front of a target of that size, and what is much larger than
 // `typical_radius_m`, as walls are.
 void mark_front(const DrawList& list, int width, int height, float typical_radius_m,
                 std::vector<uint8_t>& marks);
 
-// Marks (2) what is not marked, and not hidden.
+// Marks as kRest what is neither in front nor hidden.
 void mark_rest(const DrawList& list, const FarthestDepths& depths, std::vector<uint8_t>& marks);
 
 // Those of `list` with that mark.
-void pick(const DrawList& list, const std::vector<uint8_t>& marks, uint8_t mark, DrawList& picked);
+void pick(const DrawList& list, const std::vector<uint8_t>& marks, SeenMark mark, DrawList& picked);
 
 }  // namespace pilesim

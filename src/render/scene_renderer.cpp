@@ -98,6 +98,9 @@ struct Targets {
   GlFramebuffer half_depth_frame, half_occlusion_frame, half_blurred_frame, key_light_frame;
   GlTexture display;
   GlFramebuffer display_frame;
+  // The farthest depth of each block.
+  GlTexture scene_blocks, shadow_blocks;
+  GlFramebuffer scene_blocks_frame, shadow_blocks_frame;
 
   // `samples` 0: no multisampling.
   Targets(int width, int height, int samples)
@@ -117,13 +120,18 @@ struct Targets {
         half_blurred_frame(make_framebuffer({half_blurred.name()})),
         key_light_frame(make_framebuffer({key_light.name()})),
         display(make_target(GL_RGBA8, width, height)),
-        display_frame(make_framebuffer({display.name()})) {}
+        display_frame(make_framebuffer({display.name()})),
+        scene_blocks(make_target(GL_R32F, depth_blocks(width), depth_blocks(height))),
+        shadow_blocks(make_target(GL_R32F, depth_blocks(shadow_size), depth_blocks(shadow_size))),
+        scene_blocks_frame(make_framebuffer({scene_blocks.name()})),
+        shadow_blocks_frame(make_framebuffer({shadow_blocks.name()})) {}
 };
 
-// A depth texture that bodies are drawn into by `frame`.
+// A depth texture that bodies are drawn into by `frame`, and where its blocks go.
 struct DepthTarget {
   const GlFramebuffer& frame;
   const GlTexture& depth;
+  const GlFramebuffer& blocks_frame;
   int width, height;
   int samples;  // of its texture, 0: not multisampled
 };
@@ -249,18 +257,20 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
   Eigen::Matrix4f clip_from_shadow = Eigen::Matrix4f::Identity();
   clip_from_shadow.diagonal().head<3>().setConstant(2);
   clip_from_shadow.col(3).head<3>().setConstant(-1);
-  draw_seen(casters, {targets->shadow_frame, targets->shadow, size, size, 0}, [&] {
-    programs->shadow.use();
-    set(programs->shadow.uniform("clip_from_world"),
-        Eigen::Matrix4f(clip_from_shadow * light.shadow_from_world));
-    // What lies before or behind the box still casts.
-    glEnable(GL_DEPTH_CLAMP);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(1.5f, 2.0f);
-    meshes->draw_all();
-    glDisable(GL_POLYGON_OFFSET_FILL);
-    glDisable(GL_DEPTH_CLAMP);
-  });
+  draw_seen(casters,
+            {targets->shadow_frame, targets->shadow, targets->shadow_blocks_frame, size, size, 0},
+            [&] {
+              programs->shadow.use();
+              set(programs->shadow.uniform("clip_from_world"),
+                  Eigen::Matrix4f(clip_from_shadow * light.shadow_from_world));
+              // What lies before or behind the box still casts.
+              glEnable(GL_DEPTH_CLAMP);
+              glEnable(GL_POLYGON_OFFSET_FILL);
+              glPolygonOffset(1.5f, 2.0f);
+              meshes->draw_all();
+              glDisable(GL_POLYGON_OFFSET_FILL);
+              glDisable(GL_DEPTH_CLAMP);
+            });
 }
 
 // Draws what is in front, and then what its depths do not hide.
@@ -277,18 +287,16 @@ void SceneRenderer::State::draw_seen(const DrawList& list, const DepthTarget& ta
   };
   if (list.triangle_count < worth_hiding) return draw_into_target(list);
   mark_front(list, target.width, target.height, scene.typical_radius_m, marks);
-  pick(list, marks, 1, drawn);
+  pick(list, marks, kFront, drawn);
   draw_into_target(drawn);
   read_farthest(target);
   mark_rest(list, farthest, marks);
-  pick(list, marks, 2, drawn);
+  pick(list, marks, kRest, drawn);
   draw_into_target(drawn);
 }
 
 void SceneRenderer::State::read_farthest(const DepthTarget& target) {
   farthest.resize(target.width, target.height);
-  const GlTexture blocks = make_target(GL_R32F, farthest.columns, farthest.rows);
-  const GlFramebuffer frame = make_framebuffer({blocks.name()});
   const GlProgram& program =
       target.samples > 0 ? programs->farthest_sample : programs->farthest_depth;
   program.use();
@@ -297,7 +305,7 @@ void SceneRenderer::State::read_farthest(const DepthTarget& target) {
   glUniform1i(program.uniform("samples"), std::max(1, target.samples));
   bind_texture(kFirstUnit, target.samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D,
                target.depth);
-  draw_over_target(frame, farthest.columns, farthest.rows);
+  draw_over_target(target.blocks_frame, farthest.columns, farthest.rows);
   glReadPixels(0, 0, farthest.columns, farthest.rows, GL_RED, GL_FLOAT, farthest.depth.data());
 }
 
@@ -307,8 +315,10 @@ void SceneRenderer::State::draw_surfaces(const TrajectoryFrame& frame, const Vie
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   list_visible_bodies(scene, frame, view, static_cast<float>(width), static_cast<float>(height),
                       kPixelError, visible);
-  draw_seen(visible, {targets->scene_frame, targets->depth, width, height, samples},
-            [&] { draw_bodies(view); });
+  draw_seen(
+      visible,
+      {targets->scene_frame, targets->depth, targets->scene_blocks_frame, width, height, samples},
+      [&] { draw_bodies(view); });
   glEnable(GL_DEPTH_TEST);
   draw_ground(frame, view);
   glDisable(GL_DEPTH_TEST);

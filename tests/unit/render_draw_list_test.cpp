@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "core/philox.h"
+#include "render/hidden.h"
 #include "render/lighting.h"
 #include "render/overlay.h"
 #include "support/render_fixture.h"
@@ -58,6 +60,65 @@ TEST(VisibleBodies, LevelsMissLessThanThePixelError) {
       EXPECT_GE(levels[level + 1].error_m, pixels * pixel_m * 0.999f);
     }
   }
+}
+
+TEST(VisibleBodies, FootprintsHoldEveryPointOfTheSphere) {
+  for (uint32_t i = 0; i < 200; ++i) {
+    Philox random(5, Stream::test, i, 0);
+    const auto within = [&](double most) {
+      return Vec3(random.uniform(-most, most), random.uniform(-most, most),
+                  random.uniform(-most, most));
+    };
+    DrawnScene drawn;
+    const Vec3f centre = within(3).cast<float>();
+    drawn.add(1, centre, test::kRed, true);
+    const RenderScene scene(drawn.header);
+    const View view = view_from(Vec3(0, 0, 5) + within(2), within(2));
+    DrawList list;
+    list_visible_bodies(scene, drawn.frame, view, kWidth, kHeight, 1, list);
+    if (list.footprints.empty()) continue;
+    const Footprint& of = list.footprints[0];
+    for (int point = 0; point < 100; ++point) {
+      const Vec3f at = centre + scene.radius(1) * within(1).normalized().cast<float>();
+      const Eigen::Vector4f clip = view.clip_from_world * at.homogeneous();
+      if (clip.w() < view.near_m) continue;
+      const float x = (0.5f + 0.5f * clip.x() / clip.w()) * kWidth;
+      const float y = (0.5f + 0.5f * clip.y() / clip.w()) * kHeight;
+      if (x < 0 || x > kWidth || y < 0 || y > kHeight) continue;
+      EXPECT_TRUE(x >= of.left - 0.01f && x <= of.right + 0.01f) << x;
+      EXPECT_TRUE(y >= of.bottom - 0.01f && y <= of.top + 0.01f) << y;
+      EXPECT_GE(0.5f + 0.5f * clip.z() / clip.w(), of.nearest);
+    }
+  }
+}
+
+TEST(HiddenBodies, AreThoseBehindAllThatIsBeforeThem) {
+  DrawnScene drawn;
+  for (const float z : {0.0f, -2.0f, -8.0f}) drawn.add(1, {0, 1, z}, test::kRed, true);
+  const RenderScene scene(drawn.header);
+  DrawList list;
+  list_visible_bodies(scene, drawn.frame, view_from({0, 1, 8}, {0, 1, 0}), kWidth, kHeight, 1,
+                      list);
+  ASSERT_EQ(list.footprints.size(), 3u);
+  std::vector<uint8_t> marks;
+  mark_front(list, static_cast<int>(kWidth), static_cast<int>(kHeight), 0.5f, marks);
+  // Levels differ, and with them the order: the farthest is told by its depth.
+  const auto farthest = static_cast<size_t>(
+      std::ranges::max_element(list.footprints, {}, &Footprint::nearest) - list.footprints.begin());
+  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(marks[i], i == farthest ? kHidden : kFront);
+  FarthestDepths depths;
+  depths.resize(static_cast<int>(kWidth), static_cast<int>(kHeight));
+  std::ranges::fill(depths.depth, list.footprints[farthest].nearest - 1e-6f);
+  std::vector<uint8_t> all_covered = marks;
+  mark_rest(list, depths, all_covered);
+  EXPECT_EQ(all_covered, marks);
+  DrawList picked;
+  pick(list, all_covered, kFront, picked);
+  EXPECT_EQ(picked.instances.size(), 2u);
+  // One block through which it is seen.
+  depths.depth[static_cast<size_t>(depths.rows / 2 * depths.columns + depths.columns / 2)] = 1;
+  mark_rest(list, depths, marks);
+  EXPECT_EQ(marks[farthest], kRest);
 }
 
 TEST(VisibleBodies, RunFromFrontToBackInEachBatch) {

@@ -57,7 +57,7 @@ Vec3f along_shadow(float distance) {
   return distance * away.normalized();
 }
 
-// A heap of cubes, some of them large and some far away, one before the eye, some below the ground.
+// A heap of cubes and spheres, some far away and some below the ground.
 DrawnScene heap() {
   DrawnScene scene;
   Philox random(6, Stream::test, 0, 0);

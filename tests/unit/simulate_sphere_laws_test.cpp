@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "support/scene_run.h"
@@ -115,6 +116,24 @@ TEST_F(SphereLaws, WhatBouncesWithoutLossKeepsItsHeight) {
       if (i > steps * 9 / 10) highest_m = std::max(highest_m, states().position[1].y());
     }
     EXPECT_NEAR(highest_m, 1.1, 0.01);
+  }
+}
+
+TEST_F(SphereLaws, WhatDoesNotBounceStopsAtTheSurface) {
+  for (const double step_s : {1.0 / 60, 1.0 / 240}) {
+    SCOPED_TRACE(step_s);
+    scene_.bodies.clear();
+    scene_.step_s = step_s;
+    scene_.frame_rate = 1 / step_s;
+    add("ground", {0, 0, 0}, Role::fixed);
+    add("ball", {0, 11, 0});
+    start();
+    double lowest_m = 1;
+    for (int i = 0; i < 120; ++i) {
+      run(1);
+      lowest_m = std::min(lowest_m, states().position[1].y());
+    }
+    EXPECT_GT(lowest_m, 0.999 * radius_m_ - 1e-4);
   }
 }
 
