@@ -17,7 +17,7 @@ namespace pilesim {
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect);
 
 // Triangles from which on looking for what is hidden pays (docs/lab/raster.md).
-inline constexpr uint64_t kWorthHiding = 300'000;
+inline constexpr uint64_t kWorthHiding = 1'000'000;
 
 class SceneRenderer final : public FrameRenderer {
  public:
