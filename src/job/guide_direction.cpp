@@ -73,6 +73,13 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
                               {"largest_force", glue->largest_force},
                               {"leaning_unsolved", glue->leaning_unsolved}};
   }
+  if (const std::optional<GlueLeft> left = simulator.glue_left()) {
+    figures["glue_left"] = {
+        {"time_s", left->time_s},   {"solved", left->is_solved}, {"bodies", left->bodies},
+        {"hanging", left->hanging}, {"pairs", left->pairs},      {"needed", left->needed},
+        {"weights", left->weights}, {"missing", left->missing},  {"unbalanced", left->unbalanced},
+        {"outside", left->outside}, {"stands", stands(*left)}};
+  }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
   return Json{{"guide", figures}}.dump();
 }
@@ -106,6 +113,16 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
       lines.push_back("guide: " + std::to_string(glue->hanging) +
                       " bodies have no way through others to anything that stands, and fall");
     }
+  }
+  if (const std::optional<GlueLeft> left = simulator.glue_left()) {
+    lines.push_back("guide: analysed again at " + with_digits(left->time_s, 3) + " s: " +
+                    (stands(*left)
+                         ? "what is left stands, by " + std::to_string(left->needed) + " of " +
+                               std::to_string(left->pairs) + " pairs that are glued"
+                     : left->is_solved && left->missing > 0
+                         ? "for what is left to stand glue of " + with_digits(left->missing, 2) +
+                               " bodies' weight is missing"
+                         : "no forces were found that hold all that is left"));
   }
   if (!simulator.frames().empty()) {
     const GuideFrame& last = simulator.frames().back();

@@ -89,6 +89,25 @@ struct GlueFigures {
   }
 };
 
+// What an analysis of what a hit has left of a glued pile found: all that is calm and in the world,
+// at the whole of its friction. Not in
+// guide.json but in report.json.
+struct GlueLeft {
+  double time_s = 0;
+  bool is_solved = false;
+  uint32_t bodies = 0, hanging = 0;  // of the pile; of them, with no way to anything that stands
+  uint32_t pairs = 0, needed = 0;    // that are still glued; of them, that bear something
+  double weights = 0;                // of the glue that is there and needed, in that of the bodies
+  // Of glue that would be needed besides, in mean weights of a body.
+  double missing = 0;
+  double unbalanced = 0, outside = 0;  // as above
+
+  static void fields(auto& self, auto& stream) {
+    stream(self.time_s, self.is_solved, self.bodies, self.hanging, self.pairs, self.needed,
+           self.weights, self.missing, self.unbalanced, self.outside);
+  }
+};
+
 struct GuideFile {
   std::vector<GuideFrame> frames;
   std::vector<Vec3> vertices;  // m, world, of the guide; written as points are; empty: no mesh

@@ -2,7 +2,7 @@
 """The table of docs/lab/glue.md: shapes filled as moulds and held by the least glue.
 
     tests/benchmark/mould_table.py build/release/commands/pilesim [shape ...] [--bodies box,stick,...]
-        [--seeds N] [--set KEY=VALUE]
+        [--seeds 1,2,3] [--set KEY=VALUE]
 
 Each is left alone for 10 s and, in another run, hit by a ball. `!` marks what misses its goal: 90 %
 of the bodies inside and 95 % of the mould's packing kept, mean drift below 1 % of the height, height
@@ -88,7 +88,7 @@ def main():
     parser.add_argument("pilesim")
     parser.add_argument("shapes", nargs="*", default=SHAPES)
     parser.add_argument("--bodies", default=",".join(BODIES))
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", default="1,2,3")
     parser.add_argument("--set", action="append", default=[], help="override in every run")
     options = parser.parse_args()
     row("Guide", "Bodies", "Seed", "Number", "Packing", "Inside after 10 s", "Mean and largest drift",
@@ -103,7 +103,7 @@ def main():
                 "%.0f %%" % (100 * figures["filling"]["volume_share"]), *[""] * 8)
         for shape in options.shapes:
             guide = OTHERS.get(shape, (ASSETS / "guides" / (shape + ".obj"), 1))
-            for seed in range(1, options.seeds + 1):
+            for seed in map(int, options.seeds.split(",")):
                 frames, figures, report, spent = run(options, *guide, body, seed)
                 filling, glue, last = figures["filling"], figures["glue_needed"], frames[-1]
                 height = frames[0]["height_m"]

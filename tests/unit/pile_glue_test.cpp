@@ -189,6 +189,63 @@ GluePile random_pile(uint64_t seed, double friction) {
   return pile;
 }
 
+// A block that hangs by a spot of glue, and what that is too weak for.
+TEST(Glue, ASpotGivesWhatItHasTheStrengthFor) {
+  for (const double strength_kg : {3.0, 1.2}) {
+    GluePile pile;
+    const uint32_t block = pile.add(Vec3(0, -1, 0), 2);
+    pile.touch(block, 0, Vec3::Zero(), kX, kZ, 0.5);
+    const std::vector<GlueThere> there = {{block, 0, Vec3::Zero(), strength_kg, 1}};
+    const GlueSolution solution =
+        least_glue(pile.bodies, pile.contacts, pile.up, GlueSettings(), there);
+    ASSERT_TRUE(solution.is_solved);
+    EXPECT_NEAR(solution.total_kg, std::max(0.0, 2 - strength_kg), 1e-4);
+    EXPECT_NEAR(solution.there_force[0].y() - solution.there_lacks[0], std::min(2.0, strength_kg),
+                1e-4);
+    const GlueCertificate proof =
+        certify(pile.bodies, pile.contacts, pile.up, solution, GlueSettings().patch, there);
+    EXPECT_LT(proof.unbalanced, 1e-5);
+    EXPECT_LT(proof.outside, 1e-5);
+    EXPECT_NEAR(proof.total_kg, solution.total_kg, 1e-9);
+  }
+}
+
+// A beam held by a spot alone, which it touches no more: the couple of its weight is within the
+// spot's strength, or is not.
+TEST(Glue, ASpotHoldsACouple) {
+  for (const double strength_kgm : {7.0, 5.0}) {
+    GluePile pile;
+    const uint32_t beam = pile.add(Vec3(4, 0, 0), 1.5, 4);
+    for (const bool is_first : {true, false}) {
+      GlueThere spot{beam, 0, Vec3::Zero(), 10, strength_kgm};
+      if (!is_first) std::swap(spot.a, spot.b);
+      const std::vector<GlueThere> there = {spot};
+      const GlueSolution solution =
+          least_glue(pile.bodies, pile.contacts, pile.up, GlueSettings(), there);
+      ASSERT_TRUE(solution.is_solved);
+      EXPECT_EQ(solution.hangs[beam], 0);
+      const double lacks = std::max(0.0, 6 - strength_kgm);
+      EXPECT_NEAR(solution.total_kg, lacks / (0.1 * 4), 1e-3);
+      EXPECT_NEAR(solution.there_torque[0].z(), (is_first ? 1 : -1) * (6 - lacks), 1e-3);
+      EXPECT_LT(certify(pile.bodies, pile.contacts, pile.up, solution, GlueSettings().patch, there)
+                    .unbalanced,
+                1e-5);
+    }
+  }
+}
+
+TEST(Glue, TheCertificateSeesASpotThatGivesTooMuch) {
+  GluePile pile;
+  const uint32_t block = pile.add(Vec3(0, -1, 0), 2);
+  const std::vector<GlueThere> strong = {{block, 0, Vec3::Zero(), 3, 1}};
+  const std::vector<GlueThere> weak = {{block, 0, Vec3::Zero(), 1.5, 1}};
+  const GlueSolution solution =
+      least_glue(pile.bodies, pile.contacts, pile.up, GlueSettings(), strong);
+  EXPECT_NEAR(
+      certify(pile.bodies, pile.contacts, pile.up, solution, GlueSettings().patch, weak).outside,
+      0.5 / 2, 1e-4);
+}
+
 TEST(Glue, AgreesWithTheAnalysisOfWholePiles) {
   int stable = 0, unstable = 0;
   for (uint64_t seed = 0; seed < 12; ++seed) {

@@ -195,6 +195,34 @@ TEST(HeldByGlue, AHitTearsIt) {
   }));
 }
 
+// What a hit leaves is analysed once it is calm: two cubes beside a fixed one still hang by glue
+// that has the strength for it, the third lies on the ground.
+TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
+  Shelf shelf(3);
+  const double mass_kg = shelf.model.bodies[4].mass_kg;
+  shelf.model.events.push_back({0.5, ModelEvent::Kind::impulse, {4}, Vec3(0, -6 * mass_kg, 0), {}});
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 40);
+  EXPECT_FALSE(simulator.glue_left().has_value());
+  run(simulator, 140);
+  const std::optional<GlueLeft> left = simulator.glue_left();
+  ASSERT_TRUE(left.has_value());
+  EXPECT_GT(left->time_s, 0.5);
+  EXPECT_TRUE(left->is_solved);
+  EXPECT_EQ(left->bodies, 3);
+  EXPECT_EQ(left->hanging, 0);
+  EXPECT_EQ(left->pairs, 2);
+  EXPECT_EQ(left->needed, 2);
+  EXPECT_LT(left->missing, 1e-4);
+  EXPECT_LT(left->unbalanced, 1e-5);
+  const std::vector<PairLine> forces = simulator.forces();
+  EXPECT_EQ(std::ranges::count_if(
+                forces, [](const PairLine& line) { return !std::isfinite(line.until_s); }),
+            3)
+      << "two of the shelf and one of the ground";
+  EXPECT_EQ(simulator.frames().back().counts.glue, 2) << "nothing is glued anew";
+}
+
 TEST(HeldByGlue, TellsTheForcesItStandsBy) {
   // Three cubes beside a fixed one, one below it, and two on each other.
   Shelf shelf(3);
@@ -287,21 +315,23 @@ TEST(HeldByGlue, ASpotHoldsAsMuchAsItsStrength) {
 // Glues two bodies once, for good.
 class GluesTwo final : public ImpulseDirector {
  public:
-  explicit GluesTwo(const Vec3& point) : point_(point) {}
+  explicit GluesTwo(const Vec3& point, double strength_n = 1e6, double strength_nm = 1e6)
+      : point_(point), strength_n_(strength_n), strength_nm_(strength_nm) {}
   void direct(ImpulseControl& control) override {
     if (is_glued_) return;
     is_glued_ = true;
     control.add_glue({.a = 0,
                       .b = 1,
                       .point = point_,
-                      .strength_n = 1e6,
-                      .strength_nm = 1e6,
+                      .strength_n = strength_n_,
+                      .strength_nm = strength_nm_,
                       .tears_m = 1,
                       .tears_rad = 3});
   }
 
  private:
   Vec3 point_;
+  double strength_n_, strength_nm_;
   bool is_glued_ = false;
 };
 
@@ -335,6 +365,98 @@ TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
       EXPECT_LT(simulator->step_frame().kinetic_energy_j, 1.01 * energy_j)
           << "frame " << frame << " among " << others;
     }
+  }
+}
+
+// What is pulled aside, farther than its glue is strong, turns no faster for it: the two ends of a
+// stretched spot get the force at one place.
+TEST(HeldByGlue, GlueThatStretchesGivesNoSpin) {
+  for (const int others : {0, 120}) {
+    SmallModel pair;
+    pair.scene.step_s = 1.0 / 60;
+    pair.scene.frame_rate = 60;
+    pair.scene.gravity = Vec3::Zero();
+    pair.scene.simulator.engine = EngineKind::exact;
+    const uint32_t wood = pair.material(0, 0), cube = pair.box(Vec3::Constant(0.2));
+    for (const double x : {0.0, 0.25}) pair.body(cube, wood, {x, 0, 0});
+    const double kg = pair.model.bodies[0].mass_kg, kgm2 = kg * 0.2 * 0.2 / 6;
+    pair.model.bodies[1].linear_velocity = {0.3, 0.7, 0.2};
+    for (int i = 0; i < others; ++i) pair.body(cube, wood, {5 + 0.5 * (i % 12), 5, 0.5 * (i / 12)});
+    GluesTwo director({0.125, 0, 0}, 5 * kg, 0.1 * kg);
+    const auto simulator =
+        make_directed_simulator(pair.scene, pair.model, static_cast<ImpulseDirector&>(director));
+    const auto momentum = [&] {
+      const BodyStates& states = simulator->states();
+      Vec3 sum = Vec3::Zero();
+      for (const size_t i : {0, 1}) {
+        sum += kg * states.position[i].cross(states.linear_velocity[i]) +
+               kgm2 * states.angular_velocity[i];
+      }
+      return sum;
+    };
+    const Vec3 before = momentum();
+    for (int frame = 0; frame < 120; ++frame) {
+      simulator->step_frame();
+      EXPECT_LT((momentum() - before).norm(), 0.01 * before.norm())
+          << "frame " << frame << " among " << others;
+    }
+    const Vec3 way = simulator->states().position[1] - simulator->states().position[0];
+    EXPECT_LT(way.norm(), 0.5) << "it holds";
+  }
+}
+
+// Glues each two that touch, with strengths that differ; the ground is the last body.
+class GluesAllThatTouch final : public ImpulseDirector {
+ public:
+  explicit GluesAllThatTouch(double weight_n) : weight_n_(weight_n) {}
+  void direct(ImpulseControl& control) override {
+    if (step_++ != 1) return;
+    std::vector<BodyContact> contacts;
+    control.read_contacts(contacts);
+    std::map<std::pair<uint32_t, uint32_t>, Vec3> pairs;
+    for (const BodyContact& contact : contacts) {
+      pairs[std::minmax(contact.a, contact.b)] = contact.point;
+    }
+    for (const auto& [pair, point] : pairs) {
+      const double weights = 20 * std::pow(4.0, (pair.first * 7 + pair.second * 3) % 5);
+      control.add_glue({.a = pair.first,
+                        .b = pair.second,
+                        .point = point,
+                        .strength_n = weights * weight_n_,
+                        .strength_nm = 0.03 * weights * weight_n_,
+                        .tears_m = 0.03,
+                        .tears_rad = 0.3});
+    }
+  }
+
+ private:
+  double weight_n_;
+  int step_ = 0;
+};
+
+// What is left of a pile after a hit, glued through and through and in part stretched for good,
+// comes to rest; it swung for ever where glue was hardly damped.
+TEST(HeldByGlue, WhatIsLeftComesToRest) {
+  SmallModel pile;
+  pile.scene.step_s = 1.0 / 60;
+  pile.scene.frame_rate = 60;
+  pile.scene.simulator.engine = EngineKind::exact;
+  const uint32_t wood = pile.material(0, 0.5), cube = pile.box(Vec3::Constant(0.1));
+  for (int i = 0; i < 72; ++i) {
+    pile.body(cube, wood, {0.1 * (i % 2), 0.05 + 0.1 * (i / 6), 0.1 * (i / 2 % 3)});
+  }
+  for (int i = 0; i < 60; ++i) pile.body(cube, wood, {9 + 0.5 * (i % 10), 0.05, 0.5 * (i / 10)});
+  pile.body(pile.plane(), wood, Vec3::Zero(), Role::fixed);
+  const double kg = pile.model.bodies[0].mass_kg;
+  for (uint32_t i = 48; i < 72; ++i) {
+    pile.model.events.push_back({0.5, ModelEvent::Kind::impulse, {i}, Vec3(2 * kg, 0, kg), {}});
+  }
+  GluesAllThatTouch director(9.81 * kg);
+  const auto simulator =
+      make_directed_simulator(pile.scene, pile.model, static_cast<ImpulseDirector&>(director));
+  for (int frame = 0; frame < 660; ++frame) simulator->step_frame();
+  for (size_t i = 0; i < 72; ++i) {
+    EXPECT_LT(simulator->states().linear_velocity[i].norm(), 0.005) << i;
   }
 }
 

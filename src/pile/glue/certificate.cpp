@@ -14,7 +14,8 @@ Long3 exact(const Vec3& v) { return v.cast<long double>(); }
 }  // namespace
 
 GlueCertificate certify(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts,
-                        const Vec3& up, const GlueSolution& solution, double patch) {
+                        const Vec3& up, const GlueSolution& solution, double patch,
+                        std::span<const GlueThere> there) {
   std::vector<Long3> push(bodies.size(), Long3::Zero()), turn(bodies.size(), Long3::Zero());
   long double mass = 0, moving = 0, outside = 0, total = 0;
   bool is_sound = true;
@@ -36,6 +37,23 @@ GlueCertificate certify(std::span<const GlueBody> bodies, std::span<const GlueCo
     push[contact.b] -= force;
     turn[contact.a] += (exact(contact.position) - exact(bodies[contact.a].centre)).cross(force);
     turn[contact.b] -= (exact(contact.position) - exact(bodies[contact.b].centre)).cross(force);
+  }
+  for (size_t i = 0; i < there.size(); ++i) {
+    const GlueThere& spot = there[i];
+    const Long3 force = exact(solution.there_force[i]), torque = exact(solution.there_torque[i]);
+    const long double lacks = solution.there_lacks[i];
+    const auto smaller = static_cast<long double>(
+        std::min(bodies[spot.a].mass_kg > 0 ? bodies[spot.a].radius_m : 1e300,
+                 bodies[spot.b].mass_kg > 0 ? bodies[spot.b].radius_m : 1e300));
+    outside = std::max(
+        {outside, force.norm() - spot.most_kg - lacks, (torque.norm() - spot.most_kgm) / smaller});
+    is_sound = is_sound && lacks >= 0;
+    total += lacks;
+    const Long3 place = exact(spot.position);
+    push[spot.a] += force;
+    push[spot.b] -= force;
+    turn[spot.a] += (place - exact(bodies[spot.a].centre)).cross(force) + torque;
+    turn[spot.b] -= (place - exact(bodies[spot.b].centre)).cross(force) + torque;
   }
   for (const GluePatch& held : solution.patches) {
     double radius = std::numeric_limits<double>::infinity();

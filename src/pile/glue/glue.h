@@ -7,6 +7,9 @@
 //   where for each body the forces (p - g) n + t of its contacts, and the torques m of its pairs,
 //   balance its weight;  |t| <= friction p,  g >= 0
 //
+// Where pairs have a spot of glue already, the force and the torque that it has the strength for
+// cost next to nothing: what is found besides is what the pile lacks.
+//
 // A second-order cone program, solved by a primal-dual interior point method. A pair's torque m is
 // that of a patch of glue of some size: contacts too few for balance hold with it, so that whatever
 // hangs together with something fixed can be held. The cost of pushing keeps stresses that cost
@@ -36,6 +39,13 @@ struct GlueContact {
   double friction;  // >= 0
 };
 
+// A spot of glue that two bodies have: it gives any force and any torque, up to these.
+struct GlueThere {
+  uint32_t a, b;             // each pair once
+  Vec3 position;             // m
+  double most_kg, most_kgm;  // > 0
+};
+
 struct GlueSettings {
   double patch = 0.1;       // radius of the glue that carries a torque, in the smaller body's
   double push_cost = 1e-4;  // of a contact's push, where glue costs 1
@@ -60,24 +70,30 @@ struct GlueSolution {
   // (bodies) 1: no chain of contacts leads to something that stands by itself. Their contacts have
   // no forces.
   std::vector<uint8_t> hangs;
-  double total_kg = 0;  // of contacts and patches
+  // (there) what they give to a, kg and kg m; of the force, how much more than they can, kg.
+  std::vector<Vec3> there_force, there_torque;
+  std::vector<double> there_lacks;
+  double total_kg = 0;  // of contacts and patches, and what spots lack
   int iterations = 0;
 };
 
 // `up` is unit, against gravity. Deterministic at any number of threads.
 GlueSolution least_glue(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts,
-                        const Vec3& up, const GlueSettings& settings = {});
+                        const Vec3& up, const GlueSettings& settings = {},
+                        std::span<const GlueThere> there = {});
 
 // A solution judged from bodies and contacts alone, in long double.
 struct GlueCertificate {
   // The most of any body that does not hang: (force, torque) left over in its m g and m g r.
   double unbalanced = 0;
-  double outside = 0;  // the most by which a force leaves its cone, in the mean weight
+  double outside =
+      0;  // the most by which a force leaves its cone or its strength, in the mean weight
   double total_kg =
       0;  // the sum of the glue; < 0: some glue is negative, or a torque has too little
 };
 
 GlueCertificate certify(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts,
-                        const Vec3& up, const GlueSolution& solution, double patch);
+                        const Vec3& up, const GlueSolution& solution, double patch,
+                        std::span<const GlueThere> there = {});
 
 }  // namespace pilesim

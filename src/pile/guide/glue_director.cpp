@@ -46,10 +46,14 @@ void GlueDirector::control_step(ImpulseControl& control) {
   drop_torn(control);
   find_parts(control);
   end_forces(control);
-  if (!is_analysis_due(control)) return;
-  control.read_contacts(contacts_);
-  judge_each(control);
-  analyse(control);
+  if (is_analysis_due(control)) {
+    control.read_contacts(contacts_);
+    judge_each(control);
+    analyse(control);
+  } else if (is_left_due(control)) {
+    control.read_contacts(contacts_);
+    analyse_left(control);
+  }
 }
 
 // `most_speed` in sqrt(g r).
@@ -124,81 +128,24 @@ void GlueDirector::judge_each(ImpulseControl& control) {
   }
 }
 
-void GlueDirector::analyse(ImpulseControl& control) {
-  std::vector<GlueBody> bodies;
+// Once glue has torn, or bodies have moved, and what an analysis has seen has been calm for a
+// while, but for a few that roll away; and again once those lie too, if then it lacked something.
+bool GlueDirector::is_left_due(const ImpulseControl& control) {
+  if (!guide_.control || !state_.figures || state_.figures->given < 1) return false;
+  const bool has_changed =
+      state_.counts.torn > state_.torn_seen || (state_.had_forces && !is_as_analysed());
+  const bool lacks = state_.left && !stands(*state_.left);
+  if (!has_changed && !lacks) return false;
+  double seen = 0, moving = 0;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
-    const double radius = model_.shapes[model_.bodies[body].shape].bounding_radius;
-    const bool moves = parts_[body] == Part::pile;
-    bodies.push_back({moves ? control.motion(body).position : model_.bodies[body].pose.position,
-                      radius, moves ? model_.bodies[body].mass_kg : 0});
+    if (state_.covered[body] == 0 || !control.is_in_world(body)) continue;
+    seen += 1;
+    moving += is_slow(control, body, kSlumped) ? 0 : 1;
   }
-  const auto friction = [&](uint32_t body) {
-    return model_.materials[model_.bodies[body].material].friction;
-  };
-  std::vector<GlueContact> contacts;
-  for (const BodyContact& contact : contacts_) {
-    if (parts_[contact.a] == Part::none || parts_[contact.b] == Part::none) continue;
-    double radius = std::numeric_limits<double>::infinity();
-    for (const uint32_t body : {contact.a, contact.b}) {
-      if (parts_[body] == Part::pile) radius = std::min(radius, bodies[body].radius_m);
-    }
-    if (!std::isfinite(radius) || contact.distance_m > kGlueGap * radius) continue;
-    contacts.push_back({contact.a, contact.b, contact.point, contact.normal,
-                        kGlueFriction * std::sqrt(friction(contact.a) * friction(contact.b))});
-  }
-  const GlueSolution solution = least_glue(bodies, contacts, up_);
-  GlueFigures figures;
-  figures.is_solved = solution.is_solved;
-  figures.contacts = static_cast<uint32_t>(contacts.size());
-  hanging_.clear();
-  double mass_kg = 0;
-  for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] != Part::pile) continue;
-    mass_kg += bodies[body].mass_kg;
-    if (solution.hangs[body] != 0) hanging_.push_back(body);
-  }
-  figures.hanging = static_cast<uint32_t>(hanging_.size());
-  for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] == Part::pile && figures.hanging < state_.counts.in_guide) {
-      state_.covered[body] = 1;
-    }
-  }
-  if (solution.is_solved) {
-    const GlueCertificate proof = certify(bodies, contacts, up_, solution, GlueSettings().patch);
-    figures.unbalanced = proof.unbalanced;
-    figures.outside = proof.outside;
-    figures.weights = solution.total_kg / mass_kg;
-    if (guide_.max_glue && *guide_.max_glue < figures.weights) {
-      figures.given = *guide_.max_glue / figures.weights;
-    }
-    for (const double glue : solution.glue_kg) figures.glued_contacts += glue > 0 ? 1 : 0;
-    for (const Vec3& force : solution.force) {
-      figures.largest_force = std::max(figures.largest_force, force.norm());
-    }
-    figures.largest_force /= mass_kg / state_.counts.in_guide;
-    note_forces(control, contacts, solution);
-  }
-  for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] == Part::pile) state_.place[body] = bodies[body].centre;
-  }
-  state_.figures = figures;
-  if (solution.is_solved && guide_.control) {
-    // What stands with gravity turned to three sides stands with all that is between them: forces
-    // and the strength that they need can be averaged.
-    std::vector<GlueSolution> cases = {solution};
-    const Vec3 side = up_.unitOrthogonal();
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 aside = Eigen::AngleAxisd(2 * kPi * i / 3, up_) * side;
-      GlueSolution turned = least_glue(bodies, contacts, (up_ + kGlueTilt * aside).normalized());
-      if (turned.is_solved) {
-        cases.push_back(std::move(turned));
-      } else {
-        ++state_.figures->leaning_unsolved;
-      }
-    }
-    put_on(control, contacts, cases);
-  }
-  state_.figures->pairs = state_.counts.glue;
+  const bool is_calm =
+      has_changed ? moving <= kMostRolling * seen : moving == 0 && seen > state_.left->bodies;
+  state_.calm_looks = is_calm ? state_.calm_looks + 1 : 0;
+  return state_.calm_looks >= kCalmLooks;
 }
 
 namespace {
@@ -252,11 +199,13 @@ std::map<std::pair<uint32_t, uint32_t>, Pair> pairs_of(std::span<const GlueConta
 
 // Of the pile; 0: there is none.
 double GlueDirector::mean_kg() const {
-  double mean_kg = 0;
+  double all_kg = 0, count = 0;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
-    if (parts_[body] == Part::pile) mean_kg += model_.bodies[body].mass_kg / state_.counts.in_guide;
+    if (parts_[body] != Part::pile) continue;
+    all_kg += model_.bodies[body].mass_kg;
+    ++count;
   }
-  return mean_kg;
+  return count > 0 ? all_kg / count : 0;
 }
 
 // Of the smaller body of the pile; `a` is one.
@@ -317,55 +266,22 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
                              .b_stands = parts_[spot.b] != Part::pile,
                              .arm = motion.orientation.conjugate() * (spot.point - motion.position),
                              .weights = spot.strength_n / weight_n,
-                             .from_s = control.time_s()}});
+                             .from_s = control.time_s()},
+                            spot.strength_n / gravity_,
+                            spot.strength_nm / gravity_});
   }
   state_.counts.glue =
       static_cast<uint32_t>(std::ranges::count(state_.spots, true, &GlueState::Spot::holds));
-}
-
-// Between each two bodies one, the sum of those at their contacts.
-void GlueDirector::note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
-                               const GlueSolution& solution) {
-  struct Sum {
-    Vec3 force = Vec3::Zero(), middle = Vec3::Zero();  // kg, onto the first; kg m
-    double push_kg = 0, kg = 0;
-  };
-  std::map<std::pair<uint32_t, uint32_t>, Sum> sums;
-  for (size_t c = 0; c < contacts.size(); ++c) {
-    const GlueContact& contact = contacts[c];
-    const Vec3& force = solution.force[c];
-    Sum& sum = sums[std::minmax(contact.a, contact.b)];
-    sum.force += contact.a < contact.b ? force : Vec3(-force);
-    sum.push_kg += force.dot(contact.normal);
-    sum.middle += force.norm() * contact.position;
-    sum.kg += force.norm();
-  }
-  const double unit_kg = mean_kg();
-  for (PairLine& line : state_.forces) line.until_s = std::min(line.until_s, control.time_s());
-  for (const auto& [bodies, sum] : sums) {
-    const double weights = sum.force.norm() / unit_kg;
-    if (weights < kLeastShown) continue;
-    auto [a, b] = bodies;
-    if (parts_[a] != Part::pile) std::swap(a, b);
-    const BodyMotion motion = control.motion(a);
-    state_.forces.push_back(
-        {.a = a,
-         .b = b,
-         .b_stands = parts_[b] != Part::pile,
-         .arm = motion.orientation.conjugate() * (sum.middle / sum.kg - motion.position),
-         .weights = sum.push_kg < -kLeastShown * unit_kg ? -weights : weights,
-         .from_s = control.time_s()});
-  }
 }
 
 // Of bodies that do not lie to each other any more as the analysis had them; and all, once so many
 // have ended that what is left carries another load.
 void GlueDirector::end_forces(const ImpulseControl& control) {
   const auto has_gone = [&](const PairLine& line) {
-    if (parts_[line.a] != Part::pile) return true;
+    if (!control.is_in_world(line.a)) return true;
     Vec3 way = control.motion(line.a).position - state_.place[line.a];
     if (!line.b_stands) {
-      if (parts_[line.b] != Part::pile) return true;
+      if (!control.is_in_world(line.b)) return true;
       way -= control.motion(line.b).position - state_.place[line.b];
     }
     return way.norm() > kParted * radius_of(line.a, line.b);
@@ -425,10 +341,6 @@ void GlueDirector::load(StateReader& reader) {
   for (const PairLine& line : state_.forces) {
     StateReader::require(line.a < count && line.b < count, "forces of bodies");
   }
-}
-
-bool are_found(const GlueFigures& figures) {
-  return figures.is_solved && figures.unbalanced <= kMostUnbalanced;
 }
 
 GlueVerdict judge_start(const Scene& scene, const Model& model) {

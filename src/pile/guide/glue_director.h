@@ -26,8 +26,11 @@ struct GlueState {
   struct Spot {
     ConstraintId id = 0;
     PairLine line;
+    double strength_kg = 0, strength_kgm = 0;
     bool holds = true;
-    static void fields(auto& self, auto& stream) { stream(self.id, self.line, self.holds); }
+    static void fields(auto& self, auto& stream) {
+      stream(self.id, self.line, self.strength_kg, self.strength_kgm, self.holds);
+    }
   };
 
   uint64_t step = 0;             // to come
@@ -37,17 +40,25 @@ struct GlueState {
   std::optional<GlueFigures> figures;
   std::vector<Vec3> place;       // (B) m, when it was last analysed
   std::vector<PairLine> forces;  // GuideFile::forces
+  uint32_t torn_seen = 0;        // spots, when it was last analysed
+  bool had_forces = false;       // that analysis
+  int32_t calm_looks = 0;        // control steps for which what a hit has left is calm
+  std::optional<GlueLeft> left;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
     stream(self.step, self.covered, self.spots, self.counts, self.figures, self.place, self.forces,
-           self.control_steps, self.control_s);
+           self.torn_seen, self.had_forces, self.calm_looks, self.left, self.control_steps,
+           self.control_s);
   }
 };
 
 // Whether the forces that an analysis found hold the pile.
 bool are_found(const GlueFigures& figures);
+
+// Whether all that a hit has left is proved to stand, by friction and what glue is left.
+bool stands(const GlueLeft& left);
 
 // What an analysis of what lies there at the start says.
 struct GlueVerdict {
@@ -71,6 +82,7 @@ class GlueDirector final : public PileHolder {
   std::vector<PairLine> glue() const override;
   std::vector<PairLine> forces() const override { return state_.forces; }
   std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
+  std::optional<GlueLeft> glue_left() const override { return state_.left; }
   // Of the last analysis: bodies with no way through others to anything that stands.
   const std::vector<uint32_t>& hanging() const { return hanging_; }
 
@@ -81,15 +93,22 @@ class GlueDirector final : public PileHolder {
   bool is_analysis_due(const ImpulseControl& control) const;
   bool has_slumped(const ImpulseControl& control) const;
   void judge_each(ImpulseControl& control);
+  std::vector<GlueBody> bodies_of(const ImpulseControl& control) const;
+  std::vector<GlueContact> contacts_of(std::span<const GlueBody> bodies, double of_friction) const;
   void analyse(ImpulseControl& control);
+  void find_left(const ImpulseControl& control);
+  bool is_left_due(const ImpulseControl& control);
+  void analyse_left(ImpulseControl& control);
+  void note_analysis(const ImpulseControl& control);
   void note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
-                   const GlueSolution& solution);
+                   const GlueSolution& solution, std::span<const GlueThere> there = {});
   void end_forces(const ImpulseControl& control);
   int substeps() const;
   bool is_as_analysed() const;
   void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
               std::span<const GlueSolution> cases);
   double mean_kg() const;
+  double friction_of(uint32_t a, uint32_t b) const;
   double radius_of(uint32_t a, uint32_t b) const;
   void leave_out_highest(std::vector<GlueSpot>& spots) const;
   void drop_torn(const ImpulseControl& control);

@@ -64,8 +64,13 @@ inline constexpr int kSubstepsOfForces = 16, kSubstepsOfGreatForces = 32;
 inline constexpr double kGreatForce = 50;
 // What has less glue than it needs is analysed anew where a body of it has moved by so much, in r.
 inline constexpr double kSlumps = 0.2;
-// ... and is as slow as this, in sqrt(g r).
+// ... and is as slow as this, in sqrt(g r), as what a hit has left is, too.
 inline constexpr double kSlumped = 0.05;
+// ... for so many control steps, but for such a share of its bodies: what rocks stands still, too,
+// where it turns. Glue missing, in mean weights, that is none.
+inline constexpr int kCalmLooks = 4;
+inline constexpr double kMostRolling = 0.02;
+inline constexpr double kNothingMissing = 0.01;
 // Forces between two bodies that are less, in weights of a mean body, are not told.
 inline constexpr double kLeastShown = 0.01;
 // The force between two bodies ends when they have moved so far against each other, in r, and those

@@ -44,6 +44,7 @@ class GuidedSimulator final : public Simulator {
   std::vector<PairLine> glue() const { return holder_->glue(); }
   std::vector<PairLine> forces() const { return holder_->forces(); }
   std::optional<GlueFigures> glue_figures() const { return holder_->glue_figures(); }
+  std::optional<GlueLeft> glue_left() const { return holder_->glue_left(); }
   uint64_t control_steps() const { return holder_->control_steps(); }
   double control_share() const;      // of the wall time of all frames
   double control_step_s() const;     // wall time of a control step

@@ -201,6 +201,10 @@ class ContactSolver {
   void apply_forces(Block& block);
   Quat turn_of(uint32_t body) const;  // since the step began
   Vec3 way_of(uint32_t body) const;
+  struct Middle {
+    Vec3 from_a, from_b, apart;  // m
+  };
+  Middle middle_of(const SolverJoint& joint) const;
   void apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double substep_s);
   void give(SolverJoint& joint, const std::vector<SolverBody>& bodies, const Vec3& push,
             const Vec3& twist);

@@ -21,6 +21,12 @@ Vec3 change_within(const Vec3& now, const Vec3& more, double most) {
   return size > most ? Vec3(most / size * then - now) : more;
 }
 
+Vec3 no_longer_than(const Vec3& v, double most) {
+  const double size = v.norm();
+  return size > most ? Vec3(most / size * v) : v;
+}
+static const double kGlueLead = getenv("LEAD") ? atof(getenv("LEAD")) : 0.02;
+
 // 1 / kg m^2, world. Of what has hardly turned, as the step began.
 Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
   if (4 * turn.vec().squaredNorm() < kLeastTurn * kLeastTurn) return body.inverse_inertia;
@@ -30,22 +36,33 @@ Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
 
 }  // namespace
 
+// The middle between the points that it joins, where they are now, from the centres of both. What
+// it gives them it gives there: at two places that are apart a force and its answer would turn
+// them.
+template <typename T>
+typename ContactSolver<T>::Middle ContactSolver<T>::middle_of(const SolverJoint& joint) const {
+  const Vec3 arm_a = turn_of(joint.a) * joint.arm_a, arm_b = turn_of(joint.b) * joint.arm_b;
+  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
+                     (arm_a - joint.arm_a);
+  return {arm_a + apart / 2, arm_b - apart / 2, apart};
+}
+
 // To b, and against it to a: N s and N m s, where they are now.
 template <typename T>
 void ContactSolver<T>::give(SolverJoint& joint, const std::vector<SolverBody>& bodies,
                             const Vec3& push, const Vec3& twist) {
   const auto change = [&](uint32_t body, double side, const Vec3& arm, SolverJoint::Given& given) {
     if (body >= moving_) return;
-    const Quat turn = turn_of(body);
     const Vec3 linear = side * bodies[body].inverse_mass * push;
     const Vec3 angular =
-        side * (inertia_as_turned(bodies[body], turn) * ((turn * arm).cross(push) + twist));
+        side * (inertia_as_turned(bodies[body], turn_of(body)) * (arm.cross(push) + twist));
     add_velocity(body, linear, angular);
     given.linear += linear;
     given.angular += angular;
   };
-  change(joint.a, -1, joint.arm_a, joint.given_a);
-  change(joint.b, 1, joint.arm_b, joint.given_b);
+  const Middle middle = middle_of(joint);
+  change(joint.a, -1, middle.from_a, joint.given_a);
+  change(joint.b, 1, middle.from_b, joint.given_b);
 }
 
 // What the step before gave in a substep.
@@ -55,26 +72,31 @@ void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<Solver
   give(joint, bodies, substep_s * joint.force_n, substep_s * joint.torque_nm);
 }
 
-// What a substep gave is given in the next, too, as contacts' forces are. Of what turns fast it
-// turns, too: along the way of before it would drive it.
+// What a substep gave is given in the next, too, as contacts' forces are: to where the two are now,
+// and turned as they are. As it was it would drive what turns. Glue's is turned ahead of them, by
+// as they would turn without it: found once in a substep its force comes late, and what is late
+// feeds the swings of what hangs by much glue.
 template <typename T>
 void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
                                    double step) {
-  const Vec3 turned = joint.b < moving_ ? Vec3(step / 2 * (spin(joint.a) + spin(joint.b)))
-                                        : Vec3(step * spin(joint.a));
-  const bool is_fast = turned.squaredNorm() > kLeastTurn * kLeastTurn;
-  if (is_fast) {
-    const auto take_back = [&](uint32_t body, const SolverJoint::Given& given) {
-      if (body < moving_) add_velocity(body, -given.linear, -given.angular);
-    };
-    take_back(joint.a, joint.given_a);
-    take_back(joint.b, joint.given_b);
-  }
+  const auto turned = [&] {
+    return joint.b < moving_ ? Vec3(step / 2 * (spin(joint.a) + spin(joint.b)))
+                             : Vec3(step * spin(joint.a));
+  };
+  const Vec3 as_they_turn = turned();
+  const auto take_back = [&](uint32_t body, const SolverJoint::Given& given) {
+    if (body < moving_) add_velocity(body, -given.linear, -given.angular);
+  };
+  take_back(joint.a, joint.given_a);
+  take_back(joint.b, joint.given_b);
   joint.given_a = joint.given_b = {};
-  if (!is_fast) return;
-  const Quat turn(Eigen::AngleAxisd(turned.norm(), turned.normalized()));
-  joint.force_n = turn * joint.force_n;
-  joint.torque_nm = turn * joint.torque_nm;
+  const Vec3 lead = no_longer_than(turned() - as_they_turn, kMostLead);
+  const Vec3 all = joint.is_glue ? Vec3(as_they_turn + lead) : as_they_turn;
+  if (!all.isZero(0)) {
+    const Quat turn(Eigen::AngleAxisd(all.norm(), all.normalized()));
+    joint.force_n = turn * joint.force_n;
+    joint.torque_nm = turn * joint.torque_nm;
+  }
   apply_forces(joint, bodies, step);
 }
 
@@ -97,12 +119,10 @@ void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBod
   joint.torque_nm += twist / step;
   give(joint, bodies, Vec3::Zero(), twist);
 
-  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
+  const auto& [arm_a, arm_b, apart] = middle_of(joint);
   const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
   const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() - ca * inertia_a * ca -
                   cb * inertia_b * cb;
-  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
-                     (arm_a - joint.arm_a);
   const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
                        spin(joint.a).cross(arm_a);
   const Vec3 old_push = joint.force_n * step;
@@ -118,10 +138,10 @@ template <typename T>
 void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
                             bool soft) {
   const double step = static_cast<double>(h);
-  const Softness s = soft ? softness(kJointRate / step, kJointDamping, step) : Softness{0, 1, 0};
+  const double damping = joint.is_glue ? kGlueDamping : kJointDamping;
+  const Softness s = soft ? softness(kJointRate / step, damping, step) : Softness{0, 1, 0};
   if (joint.is_glue) return hold_glue(joint, bodies, step, s);
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
-  const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
   const Mat3 inertia_a = inertia_as_turned(a, turn_a), inertia_b = inertia_as_turned(b, turn_b);
   // About the axis they are free, across it not.
@@ -141,11 +161,10 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   joint.torque_nm += twist / step;
   give(joint, bodies, Vec3::Zero(), twist);
 
+  const auto& [arm_a, arm_b, apart] = middle_of(joint);
   const Mat3 ca = cross_matrix(arm_a), cb = cross_matrix(arm_b);
   const Mat3 k3 = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() - ca * inertia_a * ca -
                   cb * inertia_b * cb;
-  const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
-                     (arm_a - joint.arm_a);
   const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(arm_b) - velocity(joint.a) -
                        spin(joint.a).cross(arm_a);
   const Vec3 push = -s.mass_scale * (k3.inverse() * (parting + s.rate * apart)) -
@@ -154,6 +173,8 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   give(joint, bodies, push, Vec3::Zero());
 }
 
+template ContactSolver<float>::Middle ContactSolver<float>::middle_of(const SolverJoint&) const;
+template ContactSolver<double>::Middle ContactSolver<double>::middle_of(const SolverJoint&) const;
 template void ContactSolver<float>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
                                                  double);
 template void ContactSolver<double>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,

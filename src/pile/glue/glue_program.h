@@ -1,0 +1,124 @@
+// The program that least_glue() solves: what it is in glue_program.cpp, how it is solved in
+// interior_point.cpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "pile/glue/block_cholesky.h"
+#include "pile/glue/cone.h"
+#include "pile/glue/glue.h"
+
+namespace pilesim::glue {
+
+constexpr uint32_t kFixed = ~uint32_t{0};
+
+using cone::Mat4;
+using cone::Vec4;
+using Block = BlockCholesky::Block;
+using Wrench = Eigen::Matrix<double, 6, 1>;  // force, torque over the body's radius
+using Effect = Eigen::Matrix<double, 6, 4>;  // of a variable on a body
+using VectorX = Eigen::VectorXd;
+
+// Variables that lie in one cone, and the wrenches that they give two bodies.
+struct Variable {
+  Effect on_a = Effect::Zero(), on_b = Effect::Zero();
+  Vec4 cost = Vec4::Zero();
+  int limit = -1;  // of the pair, that x[0] counts for; -1: none
+  Vec4 x = Vec4::Zero(), s = Vec4::Zero();
+  // Of a step.
+  cone::Scaling scaling;
+  Vec4 dual_left, way_x, way_s;
+};
+
+// That a spot gives as much as it can, or less and a rest: a row that has nothing in common with
+// those of other pairs, and is taken out of the system before that is factored.
+struct Limit {
+  double most = 0;                    // in the mean weight, and times its body's radius
+  double y = 0, left = 0, way_y = 0;  // as those of bodies
+  double pivot = 0, known = 0;
+  Wrench on_a = Wrench::Zero(), on_b = Wrench::Zero();  // its column in the rows of the bodies
+};
+
+// What two bodies have in common: variables [first, last).
+struct Pair {
+  uint32_t a, b;  // rows, or kFixed
+  size_t first = 0, last = 0;
+  std::optional<uint32_t> edge;  // of the matrix, where both move
+  std::vector<Limit> limits;     // of the force and the torque of a spot, or none
+  Block aa = Block::Zero(), ab = Block::Zero(), bb = Block::Zero();
+};
+
+// In the mean weight and the radii of bodies.
+class Program {
+ public:
+  Program(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts, const Vec3& up,
+          const GlueSettings& settings, std::span<const GlueThere> there);
+  GlueSolution run();
+
+ private:
+  void find_hanging();
+  Pair& add_pair(uint32_t a, uint32_t b, std::span<const uint32_t> contacts);
+  void add_spot(Pair& pair, size_t there);
+  Variable& add_force(uint32_t a, uint32_t b, const Vec3& position,
+                      const Eigen::Matrix<double, 3, 4>& force);
+  Variable& add_torque(uint32_t a, uint32_t b, double side);
+  double patch_radius(uint32_t a, uint32_t b) const;
+  Effect effect(uint32_t body, const Vec3& position, const Eigen::Matrix<double, 3, 4>& force,
+                double sign) const;
+  void begin();
+  void leave();
+  bool is_done() const;
+  bool factor();
+  template <typename Visit>
+  void for_limited(Pair& pair, const Visit& visit);
+  void take_out(Pair& pair);
+  void find_way(const std::function<Vec4(const Variable&)>& wanted);
+  std::pair<double, double> most_steps() const;
+  void take_step(double primal, double dual);
+  VectorX sum(const std::function<Vec4(const Variable&)>& values) const;
+  Vec4 pull(const Variable& variable, const Pair& pair, const VectorX& on_rows,
+            double Limit::*on_limit) const;
+  void for_each(const std::function<void(Variable&, const Pair&)>& visit);
+  double gap() const;
+  GlueSolution read() const;
+
+  std::span<const GlueBody> bodies_;
+  std::span<const GlueContact> contacts_;
+  std::span<const GlueThere> there_;
+  Vec3 up_;
+  GlueSettings settings_;
+  double unit_kg_ = 1;  // mean mass
+  std::vector<uint8_t> hangs_;
+  std::vector<uint32_t> row_;     // of bodies: kFixed, or where their six rows are
+  std::vector<uint32_t> sorted_;  // contacts by pair
+  std::vector<size_t> variable_;  // of contacts: of their push; that of their glue is the next
+  std::vector<Variable> variables_;
+  std::vector<Pair> pairs_;
+  struct Patch {
+    uint32_t a, b;
+    size_t variable;
+  };
+  std::vector<Patch> patches_;
+  std::vector<size_t>
+      spots_;  // (there) of its force; then a rest, its torque, a rest, what it lacks
+  VectorX wanted_, y_, left_, way_y_;  // (6 rows)
+  std::vector<Block> diagonal_, beside_;
+  std::optional<BlockCholesky> matrix_;
+};
+
+// The variables that a limit counts.
+template <typename Visit>
+void Program::for_limited(Pair& pair, const Visit& visit) {
+  if (pair.limits.empty()) return;
+  for (size_t i = pair.first; i < pair.last; ++i) {
+    Variable& v = variables_[i];
+    if (v.limit >= 0) visit(v, pair.limits[static_cast<size_t>(v.limit)]);
+  }
+}
+
+}  // namespace pilesim::glue
