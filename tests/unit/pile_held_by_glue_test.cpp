@@ -479,5 +479,26 @@ TEST(HeldByGlue, GoesOnFromASavedState) {
   for (size_t i = 0; i < forces.size(); ++i) EXPECT_EQ(forces[i].weights, others[i].weights);
 }
 
+// Between a hit and the analysis of what it leaves, too.
+TEST(HeldByGlue, GoesOnFromAStateSavedAfterAHit) {
+  Shelf shelf(3);
+  const double mass_kg = shelf.model.bodies[4].mass_kg;
+  shelf.model.events.push_back({0.5, ModelEvent::Kind::impulse, {4}, Vec3(0, -6 * mass_kg, 0), {}});
+  GuidedSimulator first(shelf.scene, shelf.model), second(shelf.scene, shelf.model);
+  run(first, 50);
+  EXPECT_FALSE(first.glue_left().has_value());
+  StateWriter writer;
+  first.save(writer);
+  StateReader reader(writer.bytes());
+  second.load(reader);
+  run(first, 130);
+  run(second, 130);
+  ASSERT_TRUE(first.glue_left().has_value());
+  ASSERT_TRUE(second.glue_left().has_value());
+  EXPECT_EQ(first.glue_left()->time_s, second.glue_left()->time_s);
+  EXPECT_EQ(first.glue_left()->weights, second.glue_left()->weights);
+  EXPECT_EQ(first.glue_left()->pairs, second.glue_left()->pairs);
+}
+
 }  // namespace
 }  // namespace pilesim
