@@ -335,21 +335,30 @@ class GluesTwo final : public ImpulseDirector {
   bool is_glued_ = false;
 };
 
+struct Weightless : SmallModel {
+  Weightless() {
+    scene.step_s = 1.0 / 60;
+    scene.frame_rate = 60;
+    scene.gravity = Vec3::Zero();
+    scene.simulator.engine = EngineKind::exact;
+  }
+  // Aside, so that the scene is one of many bodies.
+  void add_others(uint32_t shape, uint32_t material, int count) {
+    for (int i = 0; i < count; ++i) {
+      body(shape, material, {5 + 0.5 * (i % 12), 5, 0.5 * (i / 12)});
+    }
+  }
+};
+
 // Two sticks glued into an L, as chairs that are torn off a pile together: nothing gives them
 // energy, as fast as they turn, in steps of many bodies and of few.
 TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
   for (const int others : {0, 120}) {
-    SmallModel pair;
-    pair.scene.step_s = 1.0 / 60;
-    pair.scene.frame_rate = 60;
-    pair.scene.gravity = Vec3::Zero();
-    pair.scene.simulator.engine = EngineKind::exact;
+    Weightless pair;
     const uint32_t wood = pair.material(0, 0.5), stick = pair.box({0.3, 0.06, 0.06});
     for (const Vec3& place : {Vec3(0, 0, 0), Vec3(0.12, 0, 0.18)}) pair.body(stick, wood, place);
     pair.model.bodies[1].pose.orientation = Quat(Eigen::AngleAxisd(kPi / 2, Vec3::UnitY()));
-    for (int i = 0; i < others; ++i) {
-      pair.body(stick, wood, {5 + 0.5 * (i % 12), 5, 0.5 * (i / 12)});
-    }
+    pair.add_others(stick, wood, others);
     const Vec3 spin(20, 150, 30), middle(0.06, 0, 0.09);
     for (int i = 0; i < 2; ++i) {
       ModelBody& body = pair.model.bodies[i];
@@ -372,16 +381,12 @@ TEST(HeldByGlue, WhatTurnsFastGainsNoEnergy) {
 // stretched spot get the force at one place.
 TEST(HeldByGlue, GlueThatStretchesGivesNoSpin) {
   for (const int others : {0, 120}) {
-    SmallModel pair;
-    pair.scene.step_s = 1.0 / 60;
-    pair.scene.frame_rate = 60;
-    pair.scene.gravity = Vec3::Zero();
-    pair.scene.simulator.engine = EngineKind::exact;
+    Weightless pair;
     const uint32_t wood = pair.material(0, 0), cube = pair.box(Vec3::Constant(0.2));
     for (const double x : {0.0, 0.25}) pair.body(cube, wood, {x, 0, 0});
     const double kg = pair.model.bodies[0].mass_kg, kgm2 = kg * 0.2 * 0.2 / 6;
     pair.model.bodies[1].linear_velocity = {0.3, 0.7, 0.2};
-    for (int i = 0; i < others; ++i) pair.body(cube, wood, {5 + 0.5 * (i % 12), 5, 0.5 * (i / 12)});
+    pair.add_others(cube, wood, others);
     GluesTwo director({0.125, 0, 0}, 5 * kg, 0.1 * kg);
     const auto simulator =
         make_directed_simulator(pair.scene, pair.model, static_cast<ImpulseDirector&>(director));

@@ -67,8 +67,8 @@ struct GlueSolution {
   std::vector<Vec3> force;         // (contacts) kg, onto a, glue included
   std::vector<double> glue_kg;     // (contacts) >= 0
   std::vector<GluePatch> patches;  // those that carry
-  // (bodies) 1: no chain of contacts leads to something that stands by itself. Their contacts have
-  // no forces.
+  // (bodies) 1: no chain of contacts and spots leads to something that stands by itself. Their
+  // contacts have no forces.
   std::vector<uint8_t> hangs;
   // (there) what they give to a, kg and kg m; of the force, how much more than they can, kg.
   std::vector<Vec3> there_force, there_torque;

@@ -71,7 +71,7 @@ Program::Program(std::span<const GlueBody> bodies, std::span<const GlueContact> 
   matrix_.emplace(places, std::move(edges));
 }
 
-// Whom no chain of contacts joins to what stands by itself.
+// Whom no chain of contacts and spots joins to what stands by itself.
 void Program::find_hanging() {
   std::vector<std::vector<uint32_t>> touching(bodies_.size());
   for (const GlueContact& contact : contacts_) {
@@ -139,16 +139,17 @@ Pair& Program::add_pair(uint32_t a, uint32_t b, std::span<const uint32_t> contac
 // To the pair that was added last.
 void Program::add_spot(Pair& pair, size_t there) {
   const GlueThere& spot = there_[there];
-  const bool is_so = row_[spot.a] == pair.a;
-  const uint32_t a = is_so ? spot.a : spot.b, b = is_so ? spot.b : spot.a;
-  const double side = is_so ? 1 : -1;
+  const bool is_first = row_[spot.a] == pair.a;
+  const uint32_t a = is_first ? spot.a : spot.b, b = is_first ? spot.b : spot.a;
+  const double side = is_first ? 1 : -1;
   Eigen::Matrix<double, 3, 4> force = Eigen::Matrix<double, 3, 4>::Zero();
   force.rightCols<3>() = side * Mat3::Identity();
   spots_[there] = variables_.size();
   const auto limit = [&](Variable& variable, double most, double cost) {
+    const int index = static_cast<int>(pair.limits.size());
     variable.cost[0] = cost;
-    variable.limit = static_cast<int>(pair.limits.size());
-    variables_.emplace_back().limit = variable.limit;  // the rest
+    variable.limit = index;
+    variables_.emplace_back().limit = index;  // the rest
     pair.limits.push_back({.most = most});
   };
   limit(add_force(a, b, spot.position, force), spot.most_kg / unit_kg_, kPriceThere);

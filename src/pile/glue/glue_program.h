@@ -17,7 +17,6 @@ namespace pilesim::glue {
 
 constexpr uint32_t kFixed = ~uint32_t{0};
 
-using cone::Mat4;
 using cone::Vec4;
 using Block = BlockCholesky::Block;
 using Wrench = Eigen::Matrix<double, 6, 1>;  // force, torque over the body's radius
@@ -33,6 +32,9 @@ struct Variable {
   // Of a step.
   cone::Scaling scaling;
   Vec4 dual_left, way_x, way_s;
+
+  // What a spot does not give of what it can: it costs nothing.
+  bool is_rest() const { return limit >= 0 && cost[0] == 0; }
 };
 
 // That a spot gives as much as it can, or less and a rest: a row that has nothing in common with
@@ -104,8 +106,8 @@ class Program {
     size_t variable;
   };
   std::vector<Patch> patches_;
-  std::vector<size_t>
-      spots_;  // (there) of its force; then a rest, its torque, a rest, what it lacks
+  // (there) variable of its force; then the rest, its torque, the rest, what it lacks.
+  std::vector<size_t> spots_;
   VectorX wanted_, y_, left_, way_y_;  // (6 rows)
   std::vector<Block> diagonal_, beside_;
   std::optional<BlockCholesky> matrix_;

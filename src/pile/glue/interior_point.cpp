@@ -58,11 +58,10 @@ void Program::begin() {
   }
   // A limit is kept from the start: what is far from its own would hold up all.
   for (Pair& pair : pairs_) {
-    for_limited(pair, [](Variable& v, Limit& limit) {
-      const double rest = limit.left == 0 ? limit.most : limit.left;
-      v.x[0] = limit.left == 0 ? std::min(1.0, limit.most / 2) : rest;
+    for_limited(pair, [](Variable& v, const Limit& limit) {
+      const double given = std::min(1.0, limit.most / 2);
+      v.x[0] = v.is_rest() ? limit.most - given : given;
       v.s[0] = 1 / v.x[0];
-      limit.left = rest - v.x[0];
     });
   }
 }
@@ -89,7 +88,7 @@ bool Program::is_done() const {
   for (const Variable& v : variables_) {
     dual = std::max(dual, v.dual_left.cwiseAbs().maxCoeff());
     cost += v.cost.dot(v.x);
-    largest = std::max(largest, v.x[0]);
+    if (!v.is_rest()) largest = std::max(largest, v.x[0]);
   }
   double limits = 0;
   for (const Pair& pair : pairs_) {

@@ -219,7 +219,8 @@ void GlueDirector::note_forces(const ImpulseControl& control, std::span<const Gl
 
 bool stands(const GlueLeft& left) {
   return left.is_solved && left.bodies > 0 && left.hanging == 0 &&
-         left.missing <= kNothingMissing && left.unbalanced <= kMostUnbalanced;
+         left.missing <= kNothingMissing && left.unbalanced <= kMostUnbalanced &&
+         left.outside <= kMostUnbalanced;
 }
 
 bool are_found(const GlueFigures& figures) {

@@ -21,7 +21,8 @@ class PileHolder : public ImpulseDirector {
   virtual std::vector<PairLine> forces() const { return {}; }
   // Of the last analysis of a glued pile; none: there was none.
   virtual std::optional<GlueFigures> glue_figures() const { return std::nullopt; }
-  // Of the last analysis of what a hit has left; none: nothing hit it, or it is not calm yet.
+  // Of the last analysis of what a hit has left; none: no glue has torn and little has
+  // moved since the pile was analysed, or it is not calm yet.
   virtual std::optional<GlueLeft> glue_left() const { return std::nullopt; }
 };
 

@@ -21,12 +21,6 @@ Vec3 change_within(const Vec3& now, const Vec3& more, double most) {
   return size > most ? Vec3(most / size * then - now) : more;
 }
 
-Vec3 no_longer_than(const Vec3& v, double most) {
-  const double size = v.norm();
-  return size > most ? Vec3(most / size * v) : v;
-}
-static const double kGlueLead = getenv("LEAD") ? atof(getenv("LEAD")) : 0.02;
-
 // 1 / kg m^2, world. Of what has hardly turned, as the step began.
 Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
   if (4 * turn.vec().squaredNorm() < kLeastTurn * kLeastTurn) return body.inverse_inertia;
@@ -73,9 +67,9 @@ void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<Solver
 }
 
 // What a substep gave is given in the next, too, as contacts' forces are: to where the two are now,
-// and turned as they are. As it was it would drive what turns. Glue's is turned ahead of them, by
-// as they would turn without it: found once in a substep its force comes late, and what is late
-// feeds the swings of what hangs by much glue.
+// and turned as they turn. As it was it would drive them. Glue's is turned ahead, up to as they
+// would turn without it: found once in a substep its force comes late, and what is late feeds the
+// swings of what hangs by much glue.
 template <typename T>
 void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
                                    double step) {
@@ -90,10 +84,10 @@ void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverB
   take_back(joint.a, joint.given_a);
   take_back(joint.b, joint.given_b);
   joint.given_a = joint.given_b = {};
-  const Vec3 lead = no_longer_than(turned() - as_they_turn, kMostLead);
-  const Vec3 all = joint.is_glue ? Vec3(as_they_turn + lead) : as_they_turn;
-  if (!all.isZero(0)) {
-    const Quat turn(Eigen::AngleAxisd(all.norm(), all.normalized()));
+  Vec3 angle = as_they_turn;
+  if (joint.is_glue) angle += change_within(Vec3::Zero(), turned() - as_they_turn, kMostLead);
+  if (!angle.isZero(0)) {
+    const Quat turn(Eigen::AngleAxisd(angle.norm(), angle.normalized()));
     joint.force_n = turn * joint.force_n;
     joint.torque_nm = turn * joint.torque_nm;
   }
