@@ -13,7 +13,7 @@ namespace {
 // A line of text, so that whoever looks into the file knows what it is.
 constexpr std::string_view kMagic = "pilesim checkpoint\n";
 // Of the frame and of the states in it. Raise it with every change of what a state consists of.
-constexpr uint32_t kVersion = 13;
+constexpr uint32_t kVersion = 14;
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::string found, std::string expected,
                          std::string remedy) {

@@ -55,6 +55,7 @@ void keep(const std::vector<bool>& stays, Model& model) {
   }
   // Who fills a guide is not there yet.
   model.guide_fill.reset();
+  model.moulded.reset();
 }
 
 // Of bodies that can move: who is among `found` and not among the `take` highest of them. The first

@@ -43,8 +43,7 @@ class Starts {
   bool is_plane(uint32_t body) const { return model_.shapes[model_.bodies[body].shape].is_plane; }
   double start_s(uint32_t body) const { return std::max(0.0, model_.bodies[body].start_s); }
   bool fills_guide(uint32_t body) const {
-    return model_.guide_fill && body >= model_.guide_fill->first &&
-           body - model_.guide_fill->first < model_.guide_fill->count;
+    return model_.guide_fill && model_.guide_fill->contains(body);
   }
   // Both are there, and where they are is known, when the later of them appears.
   bool meet(uint32_t a, uint32_t b) const;

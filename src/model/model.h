@@ -64,7 +64,7 @@ struct ModelBody {
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
   double roughness = 0, clear_coat = 0;  // of its material, or drawn for it
-  double mass_kg = 0;       // 0 for fixed and kinematic bodies
+  double mass_kg = 0;                    // 0 for fixed and kinematic bodies
 };
 
 struct ModelEvent {
@@ -81,12 +81,17 @@ struct ModelPairRule {
   PairMethod method;
 };
 
+// Of Model::bodies.
+struct BodyRange {
+  uint32_t first = 0, count = 0;
+  bool contains(uint32_t body) const { return body - first < count; }
+};
+
 // Bodies that are to fill the guide, in the order of their release (start_s is its time). Where
 // they lie is not known until fill_guide() (pile/guide/upside_down.h) has been called.
-struct GuideFill {
-  uint32_t first = 0, count = 0;  // in Model::bodies
-  uint32_t emitter = 0;           // index into Scene::emitters: keys random numbers
-  bool is_mould = false;          // not upside down
+struct GuideFill : BodyRange {
+  uint32_t emitter = 0;   // index into Scene::emitters: keys random numbers
+  bool is_mould = false;  // not upside down
 };
 
 // Two bodies that start inside one another.
@@ -103,6 +108,7 @@ struct Model {
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
   std::optional<GuideFill> guide_fill;
+  std::optional<BodyRange> moulded;          // those that a mould was filled with
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others

@@ -53,7 +53,7 @@ void Lifecycle::leave(uint32_t body, const LifeHandlers& handlers) {
 
 bool Lifecycle::waits_for_room(uint32_t body) const {
   const std::optional<GuideFill>& fill = model_.guide_fill;
-  const bool fills = fill && body >= fill->first && body - fill->first < fill->count;
+  const bool fills = fill && fill->contains(body);
   return distances_ && state_.steps > 0 && !fills && model_.bodies[body].role == Role::dynamic;
 }
 

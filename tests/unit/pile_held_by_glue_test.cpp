@@ -223,6 +223,23 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
   EXPECT_EQ(simulator.frames().back().counts.glue, 2) << "nothing is glued anew";
 }
 
+// A cube that comes to lie beside a mould's filling, within the guide, is no part of it.
+TEST(HeldByGlue, WhatFillsAMouldIsGluedOnce) {
+  for (const bool is_moulded : {true, false}) {
+    SCOPED_TRACE(is_moulded);
+    Shelf shelf(3);
+    if (is_moulded) shelf.model.moulded = {2, 3};
+    shelf.body(shelf.model.bodies[1].shape, 0, {2, 0.1, 0}).start_s = 0.5;
+    GuidedSimulator simulator(shelf.scene, shelf.model);
+    run(simulator, 60);
+    EXPECT_EQ(simulator.frames().back().counts.in_guide, is_moulded ? 3 : 4);
+    EXPECT_EQ(simulator.frames().back().counts.glue, 3);
+    const std::vector<PairLine> glue = simulator.glue();
+    EXPECT_EQ(std::ranges::count_if(glue, [](const PairLine& line) { return line.from_s < 0.1; }),
+              is_moulded ? 3 : 0);
+  }
+}
+
 TEST(HeldByGlue, TellsTheForcesItStandsBy) {
   // Three cubes beside a fixed one, one below it, and two on each other.
   Shelf shelf(3);

@@ -158,6 +158,9 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_EQ(world.model.bodies.back().name, "last");
   EXPECT_NEAR(filling.volume_share, filling.kept * 0.001 / 0.16, 1e-9);
   EXPECT_EQ(world.model.events[0].bodies, (std::vector<uint32_t>{0, 1, filling.kept + 1}));
+  ASSERT_TRUE(world.model.moulded.has_value());
+  EXPECT_TRUE(world.model.moulded->contains(1) && world.model.moulded->contains(filling.kept));
+  EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));
 }
 
 // Three thin rods crosswise, which hook into each other.

@@ -135,9 +135,12 @@ void GlueDirector::analyse_left(ImpulseControl& control) {
     if (!spot.holds || parts_[spot.line.a] != Part::pile || parts_[spot.line.b] == Part::none) {
       continue;
     }
-    const BodyMotion motion = control.motion(spot.line.a);
-    there.push_back({spot.line.a, spot.line.b, motion.position + motion.orientation * spot.line.arm,
-                     spot.strength_kg, spot.strength_kgm});
+    const BodyMotion a = control.motion(spot.line.a), b = control.motion(spot.line.b);
+    // Where it is stretched it gives at the middle, as the engine has it.
+    const Vec3 at_a = a.position + a.orientation * spot.line.arm;
+    const Vec3 at_b = b.position + b.orientation * spot.arm_b;
+    there.push_back(
+        {spot.line.a, spot.line.b, (at_a + at_b) / 2, spot.strength_kg, spot.strength_kgm});
   }
   left.pairs = static_cast<uint32_t>(there.size());
   const GlueSolution solution = least_glue(bodies, contacts, up_, GlueSettings(), there);

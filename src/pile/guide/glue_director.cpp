@@ -64,6 +64,13 @@ bool GlueDirector::is_slow(const ImpulseControl& control, uint32_t body, double 
          most_speed * std::sqrt(gravity_ * radius);
 }
 
+// All that moves; where a mould was filled, what filled it: were what is thrown at it counted where
+// it comes to lie, all would be glued anew.
+bool GlueDirector::may_be_pile(uint32_t body) const {
+  return model_.bodies[body].role == Role::dynamic &&
+         (!model_.moulded || model_.moulded->contains(body));
+}
+
 void GlueDirector::find_parts(const ImpulseControl& control) {
   state_.counts.in_guide = 0;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
@@ -72,7 +79,7 @@ void GlueDirector::find_parts(const ImpulseControl& control) {
     if (source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
         (source.role == Role::dynamic && source.held && !control.is_in_world(body))) {
       parts_[body] = Part::anchor;
-    } else if (source.role == Role::dynamic && control.is_in_world(body) &&
+    } else if (may_be_pile(body) && control.is_in_world(body) &&
                (!shape_ || shape_->contains(control.motion(body).position))) {
       parts_[body] = Part::pile;
       ++state_.counts.in_guide;
@@ -259,14 +266,18 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
     const double radius = radius_of(spot.a, spot.b);
     spot.tears_m = kTears * radius;
     spot.tears_rad = kTears;
-    const BodyMotion motion = control.motion(spot.a);
+    const auto arm = [&](uint32_t body) {
+      const BodyMotion motion = control.motion(body);
+      return Vec3(motion.orientation.conjugate() * (spot.point - motion.position));
+    };
     state_.spots.push_back({control.add_glue(spot),
                             {.a = spot.a,
                              .b = spot.b,
                              .b_stands = parts_[spot.b] != Part::pile,
-                             .arm = motion.orientation.conjugate() * (spot.point - motion.position),
+                             .arm = arm(spot.a),
                              .weights = spot.strength_n / weight_n,
                              .from_s = control.time_s()},
+                            arm(spot.b),
                             spot.strength_n / gravity_,
                             spot.strength_nm / gravity_});
   }

@@ -26,10 +26,11 @@ struct GlueState {
   struct Spot {
     ConstraintId id = 0;
     PairLine line;
+    Vec3 arm_b = Vec3::Zero();  // m, from b's centre, b's frame: where it was put on
     double strength_kg = 0, strength_kgm = 0;
     bool holds = true;
     static void fields(auto& self, auto& stream) {
-      stream(self.id, self.line, self.strength_kg, self.strength_kgm, self.holds);
+      stream(self.id, self.line, self.arm_b, self.strength_kg, self.strength_kgm, self.holds);
     }
   };
 
@@ -90,6 +91,7 @@ class GlueDirector final : public PileHolder {
   enum class Part : uint8_t { none, pile, anchor };
   void control_step(ImpulseControl& control);
   void find_parts(const ImpulseControl& control);
+  bool may_be_pile(uint32_t body) const;
   bool is_analysis_due(const ImpulseControl& control) const;
   bool has_slumped(const ImpulseControl& control) const;
   void judge_each(ImpulseControl& control);

@@ -239,6 +239,7 @@ void leave_out(const std::vector<uint32_t>& hanging, uint32_t first, const Trian
   for (uint32_t i = 0; i < filling.kept; ++i) names.push_back(model.bodies[first + i].name);
   filling.kept -= filling.hanging;
   take_out(hanging, model);
+  model.moulded = {first, filling.kept};
   for (uint32_t i = 0; i < filling.kept; ++i) model.bodies[first + i].name = names[i];
 }
 
@@ -294,6 +295,7 @@ GuideFilling fill_once(const Scene& scene, Model& model, uint32_t attempt) {
   }
   std::ranges::stable_sort(model.events, {}, &ModelEvent::time_s);
   model.guide_fill.reset();
+  if (range.is_mould) model.moulded = {range.first, filling.kept};
   return filling;
 }
 
