@@ -140,7 +140,7 @@ inline constexpr int kMouldSettle = 30;
 inline constexpr double kMostOutside = 0.1;
 // What is sunk into another by so much, in r, is stuck, and one of the two is taken out. After each
 // such round the others come to rest, so often at most.
-inline constexpr double kMostStuck = 0.03;
+inline constexpr double kMostStuck = 0.025;
 inline constexpr int kMouldRests = 5;
 // Fillings, at most, until one is found that glue can hold.
 inline constexpr uint32_t kMostFillings = 3;
