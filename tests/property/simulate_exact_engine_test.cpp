@@ -199,6 +199,49 @@ TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   }
 }
 
+// Cuts leave corners that are one but for rounding; no side leads from one to the other.
+TEST(ExactEngine, DoubledCornersCutNothingOff) {
+  Philox random(17, Stream::test, 0);
+  ManifoldScratch scratch;
+  int doubled = 0;
+  const auto plate = [&] {
+    CollisionPiece piece;
+    piece.kind = CollisionPiece::Kind::hull;
+    std::vector<Vec3> points;
+    for (int k = 0; k < 8; ++k) {
+      const Vec3 corner((k & 1) != 0 ? 0.5 : -0.5, (k & 2) != 0 ? 0.06 : -0.06,
+                        (k & 4) != 0 ? 0.5 : -0.5);
+      for (int m = 0; m < 2; ++m) points.push_back(corner + 1e-7 * random_direction(random));
+    }
+    piece.hull = convex_hull(points);
+    doubled += piece.hull.vertices.size() > 8 ? 1 : 0;
+    return piece;
+  };
+  for (int i = 0; i < 500; ++i) {
+    const CollisionPiece of_a = plate(), of_b = plate();
+    const ConvexPiece a(of_a), b(of_b);
+    EXPECT_EQ(a.vertices().size(), 8);
+    EXPECT_EQ(a.faces().size(), 6);
+    const double depth = random.uniform(-0.1, 0);
+    const Vec3 direction = random_direction(random);
+    Pose pose{{}, random_turn(random)};
+    double low = 0, high = 5;
+    for (int k = 0; k < 30; ++k) {
+      const double middle = (low + high) / 2;
+      pose.position = middle * direction;
+      (judged(of_a, of_b, pose) > depth ? high : low) = middle;
+    }
+    KnownVertices known;
+    const Separation found = find_separation(a, b, relative(pose), Vec3::Zero(), 1, known);
+    std::vector<SurfacePoint> points;
+    add_manifold(a, b, relative(pose), found, 0.1, scratch, points);
+    ASSERT_FALSE(points.empty()) << i;
+    const auto deepest = std::ranges::min_element(points, {}, &SurfacePoint::distance_m);
+    EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3) << i;
+  }
+  EXPECT_GT(doubled, 500);
+}
+
 // Logs that lie along each other touch from the first end that both have to the last.
 TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   CollisionPiece log;

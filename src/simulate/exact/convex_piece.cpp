@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <span>
 
 #include "geometry/hull_faces.h"
@@ -52,6 +53,71 @@ uint32_t greatest(const std::vector<float>& blocks, const Vec3& direction) {
   return static_cast<uint32_t>(block[lane]) * static_cast<uint32_t>(kVertexLanes) + lane;
 }
 
+// Corners that are one but for rounding: by vertex, the first of those that it is one with. A side
+// from one to the other would point anywhere, and cut off what lies over the face.
+std::vector<uint32_t> joined_corners(const TriangleMesh& hull) {
+  const double same_m = face_tolerance(hull);
+  std::vector<uint32_t> corner_of(hull.vertices.size()), corners;
+  for (uint32_t v = 0; v < hull.vertices.size(); ++v) {
+    const auto same = std::ranges::find_if(corners, [&](uint32_t corner) {
+      return (hull.vertices[corner] - hull.vertices[v]).norm() <= same_m;
+    });
+    corner_of[v] = same == corners.end() ? v : *same;
+    if (same == corners.end()) corners.push_back(v);
+  }
+  return corner_of;
+}
+
+// The corners that span the face, counter-clockwise from outside (Andrew's monotone chain).
+std::vector<uint32_t> loop_about(const HullFace& face, std::span<const uint32_t> corner_of,
+                                 std::span<const Vec3> places) {
+  const Vec3 along = face.normal.unitOrthogonal(), across = face.normal.cross(along);
+  struct Point {
+    double x, y;
+    uint32_t corner;
+    auto operator<=>(const Point&) const = default;
+  };
+  std::vector<Point> points;
+  for (const uint32_t v : face.vertices) {
+    const Vec3& place = places[corner_of[v]];
+    points.push_back({along.dot(place), across.dot(place), corner_of[v]});
+  }
+  std::ranges::sort(points);
+  points.erase(std::ranges::unique(points).begin(), points.end());
+  std::vector<Point> chain;
+  const auto walk = [&](const auto& range) {
+    const size_t first = chain.size();
+    for (const Point& point : range) {
+      const auto turns_left = [&] {
+        const Point &from = chain[chain.size() - 2], &at = chain.back();
+        return (at.x - from.x) * (point.y - from.y) - (at.y - from.y) * (point.x - from.x) > 0;
+      };
+      while (chain.size() >= first + 2 && !turns_left()) chain.pop_back();
+      chain.push_back(point);
+    }
+    chain.pop_back();  // the next walk begins there
+  };
+  walk(points);
+  walk(std::views::reverse(points));
+  std::vector<uint32_t> loop;
+  for (const Point& point : chain) loop.push_back(point.corner);
+  return loop;
+}
+
+// Vertices of no loop.
+void drop_unused(std::vector<Vec3>& vertices, std::vector<uint32_t>& loops) {
+  std::vector<uint32_t> number(vertices.size(), ConvexPiece::kNone);
+  for (const uint32_t v : loops) number[v] = 0;
+  uint32_t kept = 0;
+  for (uint32_t v = 0; v < number.size(); ++v) {
+    if (number[v] == ConvexPiece::kNone) continue;
+    vertices[kept] = vertices[v];
+    number[v] = kept++;
+  }
+  vertices.resize(kept);
+  for (uint32_t& v : loops) v = number[v];
+}
+
 }  // namespace
 
 ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
@@ -96,23 +162,16 @@ ConvexPiece::ConvexPiece(const CollisionPiece& piece) {
       mesh = piece.hull;
       break;
   }
+  const std::vector<uint32_t> corner_of = joined_corners(mesh);
   for (const HullFace& face : flat_faces(mesh)) {
-    // In order about the middle.
-    Vec3 middle = Vec3::Zero();
-    for (const uint32_t v : face.vertices) middle += mesh.vertices[v];
-    middle /= static_cast<double>(face.vertices.size());
-    const Vec3 along = face.normal.unitOrthogonal(), across = face.normal.cross(along);
-    std::vector<std::pair<double, uint32_t>> order;
-    for (const uint32_t v : face.vertices) {
-      const Vec3 arm = mesh.vertices[v] - middle;
-      order.emplace_back(std::atan2(across.dot(arm), along.dot(arm)), v);
-    }
-    std::ranges::sort(order);
+    const std::vector<uint32_t> loop = loop_about(face, corner_of, mesh.vertices);
+    if (loop.size() < 3) continue;
     const Vec3 normal = piece.pose.orientation * face.normal;
     faces_.push_back({normal, face.offset_m + normal.dot(piece.pose.position),
-                      static_cast<uint32_t>(loops_.size()), static_cast<uint32_t>(order.size())});
-    for (const auto& [angle, v] : order) loops_.push_back(v);
+                      static_cast<uint32_t>(loops_.size()), static_cast<uint32_t>(loop.size())});
+    loops_.insert(loops_.end(), loop.begin(), loop.end());
   }
+  drop_unused(mesh.vertices, loops_);
   for (Vec3& vertex : mesh.vertices) vertex = piece.pose.apply(vertex);
   take_vertices(std::move(mesh.vertices));
   measure();
