@@ -18,6 +18,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kKept = 0.95;  // share of the bodies inside from which the shape is there
 
+// Of what is left: so many that touched the mould alone.
+constexpr double kManyHang = 0.05;
+
 std::string percent(double share) {
   const double all = 100 * share;
   return (all < 1000 ? with_digits(all, 3) : grouped(std::llround(all))) + " %";
@@ -58,6 +61,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
       figures["filling"]["outside_m"] = filling.outside_m;
       figures["filling"]["tries"] = filling.tries;
       figures["filling"]["hanging"] = filling.hanging;
+      figures["filling"]["floats"] = filling.floats;
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
@@ -98,6 +102,9 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
         (filling.hanging > 0
              ? "; " + std::to_string(filling.hanging) + " that touched the mould alone are left out"
              : ""));
+    if (filling.hanging > kManyHang * filling.kept) {
+      lines.push_back("guide: where it is narrow its bodies jam: smaller ones reach all of it");
+    }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
     lines.push_back(glue->is_solved

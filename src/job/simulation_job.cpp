@@ -71,8 +71,8 @@ TrajectoryHeader make_header(const LoadedScene& loaded, const std::string& scene
   }
   const auto is_plain = [](const std::array<float, 2>& gloss) {
     const Material plain;
-    return gloss == std::array{static_cast<float>(plain.roughness),
-                               static_cast<float>(plain.clear_coat)};
+    return gloss ==
+           std::array{static_cast<float>(plain.roughness), static_cast<float>(plain.clear_coat)};
   };
   if (std::ranges::all_of(header.body_gloss, is_plain)) header.body_gloss.clear();
   return header;
@@ -265,8 +265,13 @@ SimulationSummary run_simulation(const SimulationJob& job) {
       job.from ? begin_from(*job.from, model, job.take, scene.gravity) : LastState{};
   if (job.from) model.start_overlaps = find_start_overlaps(model);
   // Before a guide's filling has changed who is who.
-  const std::vector<std::string> overlaps = describe_start_overlaps(model);
+  std::vector<std::string> warnings = describe_start_overlaps(model);
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
+  if (filling.floats) {
+    warnings.emplace_back(
+        "the guide is in the air: nothing static carries what fills it, and all of it falls; move "
+        "it down, or put something static below it");
+  }
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
                        : no_direction(scene, model);
@@ -276,7 +281,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
       begin_report(job.direct_piles ? "direct-pile" : "simulate", job.scene_file, loaded, model);
   report.signatures = simulator->signatures();
   report.notes = describe_moved_starts(model);
-  for (const std::string& line : overlaps) {
+  for (const std::string& line : warnings) {
     report.notes.push_back(line);
     if (job.warn) job.warn(line);
   }

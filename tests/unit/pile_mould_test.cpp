@@ -163,6 +163,73 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));
 }
 
+// A guide of 0.6 m over the ground or sunk into it, in a world that has something fixed, too.
+struct Standing : SmallModel {
+  template <typename Fixed>
+  Standing(double low_m, const Fixed& fixed) {
+    scene.frame_rate = 60;
+    scene.step_s = 1.0 / 240;
+    scene.guide.emplace().file = "guide.obj";
+    const uint32_t stone = material(0.3, 0.5), cube = box(Vec3::Constant(0.1));
+    body(plane(), stone, Vec3::Zero(), Role::fixed);
+    fixed(*this, stone);
+    const auto first = static_cast<uint32_t>(model.bodies.size());
+    for (int i = 0; i < 216; ++i) body(cube, stone, Vec3::Zero());
+    model.guide = moved(box_mesh({0.6, 0.6, 0.6}), {0, low_m + 0.3, 0});
+    model.guide_fill = {first, 216, 0, true};
+    filling = fill_guide(scene, model);
+  }
+  double deepest() const { return std::ranges::max(overlap_depths(model, states())); }
+  GuideFilling filling;
+};
+
+void nothing(SmallModel&, uint32_t) {}
+
+TEST(Mould, IsFilledAroundWhatIsFixed) {
+  constexpr double kTouching = 1e-3;
+  // By less than a cell, and by more.
+  for (const double low : {-0.003, -0.01, -0.15}) {
+    const Standing sunk(low, nothing);
+    EXPECT_LT(sunk.deepest(), kTouching) << low;
+    EXPECT_GT(sunk.filling.kept, 40) << low;
+  }
+  const Standing with_a_block(0, [](SmallModel& world, uint32_t stone) {
+    world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed);
+  });
+  EXPECT_LT(with_a_block.deepest(), kTouching);
+  const Standing with_a_ball(0, [](SmallModel& world, uint32_t stone) {
+    world.body(world.sphere(0.15), stone, {0.1, 0.3, 0}, Role::fixed);
+  });
+  EXPECT_LT(with_a_ball.deepest(), kTouching);
+  // A step that is a mesh, closed, and a cloth on the ground, which is open.
+  for (const bool is_open : {false, true}) {
+    const Standing with_a_mesh(0, [&](SmallModel& world, uint32_t stone) {
+      const uint32_t step = world.box({2, 0.24, 2});
+      ModelShape& shape = world.model.shapes[step];
+      shape.pieces.clear();
+      shape.collides_as_mesh = true;
+      if (is_open) {
+        std::erase_if(shape.mesh.triangles, [&](const Triangle& t) {
+          return std::ranges::any_of(t, [&](uint32_t v) { return shape.mesh.vertices[v].y() < 0; });
+        });
+      }
+      world.body(step, stone, {0, 0, 0}, Role::fixed);
+    });
+    EXPECT_GT(with_a_mesh.filling.kept, 40);
+    for (const ModelBody& body : with_a_mesh.model.bodies) {
+      if (body.role == Role::fixed) continue;
+      EXPECT_GT(body.pose.position.y(), 0.12 + 0.045) << is_open;
+    }
+  }
+}
+
+TEST(Mould, SaysWhetherItIsInTheAir) {
+  EXPECT_FALSE(Standing(0, nothing).filling.floats);
+  const Standing high(0.5, nothing);
+  EXPECT_TRUE(high.filling.floats);
+  EXPECT_EQ(high.filling.hanging, 0) << "all are kept";
+}
+
 // Three thin rods crosswise, which hook into each other.
 uint32_t jack(SmallModel& world) {
   constexpr double w = 0.012;

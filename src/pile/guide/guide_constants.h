@@ -136,6 +136,8 @@ inline constexpr double kTap = 0.7;
 inline constexpr double kTapTime = 3;
 // Of such times, at most, until all is still: without friction, and again with it.
 inline constexpr int kMouldSettle = 30;
+// Of the thickness: what is fixed and reaches farther into the guide stands in the way.
+inline constexpr double kLeastReach = 1e-3;
 // Of the thickness: what reaches farther through a wall is taken out.
 inline constexpr double kMostOutside = 0.1;
 // What is sunk into another by so much, in r, is stuck, and one of the two is taken out. After each

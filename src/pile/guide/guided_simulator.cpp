@@ -60,12 +60,12 @@ std::vector<std::string> GuidedSimulator::notes() const {
   std::vector<std::string> notes = simulator_->notes();
   const std::optional<GlueFigures> glue = glue_figures();
   if (glue && !are_found(*glue)) {
-    notes.push_back(
-        "/guide: " +
-        (glue->is_solved ? "the glue that was found leaves " + with_digits(glue->unbalanced, 2) +
+    notes.push_back("/guide: " +
+                    (glue->is_solved
+                         ? "the glue that was found leaves " + with_digits(glue->unbalanced, 2) +
                                " of a body's weight unbalanced"
                          : std::string("no glue was found that holds the pile")) +
-        ", and it may fall; another \"seed\", fewer bodies or smaller ones may stand");
+                    ", and it may fall; another \"seed\", fewer bodies or smaller ones may stand");
   } else if (glue && glue->leaning_unsolved > 0) {
     notes.push_back("/guide: no glue was found for " + std::to_string(glue->leaning_unsolved) +
                     " of the three ways in which the pile may lean: it is held upright, but may "

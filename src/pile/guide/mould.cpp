@@ -13,6 +13,7 @@
 #include "geometry/triangle_tree.h"
 #include "model/body_distances.h"
 #include "pile/guide/guide_constants.h"
+#include "pile/guide/obstacle.h"
 #include "pile/guide/room.h"
 #include "simulate/exact/engine.h"
 
@@ -28,6 +29,8 @@ class Mould {
   MouldFilling run();
 
  private:
+  void add_what_stands();
+  bool reaches_in(const ModelShape& shape, const Pose& pose);
   bool insert();
   void fall(double time);
   void tap();
@@ -37,16 +40,17 @@ class Mould {
   double fastest() const;
   double outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const;
   double gap_below(const MouldFilling& filling, const Vec3& up) const;
+  double gap_to_what_stands(const MouldFilling& filling) const;
   MouldFilling read() const;
 
   const Model& model_;
   GuideFill fill_;
   uint64_t seed_, key_;  // of what is drawn
-  double radius_ = 0;  // largest of the bodies, m
+  double radius_ = 0;    // largest of the bodies, m
   double thickness_ = std::numeric_limits<double>::infinity();
   double unit_s_ = 1, unit_speed_ = 1;  // sqrt(r / g), sqrt(g r)
   Scene scene_;
-  Model world_;  // its bodies; then the mould
+  Model world_;  // its bodies; then the mould, and what stands in it
   std::unique_ptr<ExactEngine> engine_;
   std::unique_ptr<Room> room_;
   std::vector<std::vector<Vec3>> points_;  // by shape
@@ -92,14 +96,46 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   mould.role = Role::fixed;
   mould.linear_velocity = mould.angular_velocity = Vec3::Zero();
   world_.bodies.push_back(std::move(mould));
-  engine_ = make_exact_engine(scene_, world_);
-  engine_->add(fill_.count, {}, false, false);
   room_ = std::make_unique<Room>(model.guide, kMouldCell * thickness_);
+  add_what_stands();
+  engine_ = make_exact_engine(scene_, world_);
+  for (uint32_t i = fill_.count; i < world_.bodies.size(); ++i) {
+    const Pose& pose = world_.bodies[i].pose;
+    engine_->add(i, {.position = pose.position, .orientation = pose.orientation}, false, false);
+  }
   for (const ModelBody& body : bodies) {
     if (points_[body.shape].empty()) {
       points_[body.shape] = points_of(model.shapes[body.shape], room_->cell_m());
     }
   }
+}
+
+// What is fixed in the scene and reaches into the guide, as ground does into which it is sunk.
+void Mould::add_what_stands() {
+  for (const ModelBody& body : model_.bodies) {
+    if (body.role != Role::fixed || !reaches_in(model_.shapes[body.shape], body.pose)) continue;
+    world_.bodies.push_back(body);
+    world_.bodies.back().start_s = kFromTheStart;
+  }
+}
+
+// By more than touching. No room is left where it is.
+bool Mould::reaches_in(const ModelShape& shape, const Pose& pose) {
+  const Vec3 up = -scene_.gravity.normalized();
+  const double least_m = kLeastReach * thickness_;
+  const Obstacle obstacle(shape, pose, model_.guide, up);
+  if (room_->block(obstacle)) return true;
+  const bool holds_a_corner = std::ranges::any_of(model_.guide.vertices, [&](const Vec3& vertex) {
+    return obstacle.contains(vertex + least_m * up);
+  });
+  if (holds_a_corner) return true;
+  const Bounds box = model_.guide.bounds();
+  const InsideTest inside(model_.guide);
+  const TriangleTree walls(model_.guide);
+  return std::ranges::any_of(shape.mesh.vertices, [&](const Vec3& vertex) {
+    const Vec3 point = pose.apply(vertex);
+    return box.contains(point) && inside.contains(point) && walls.distance(point) > least_m;
+  });
 }
 
 // Bodies wherever there is room; whether any was.
@@ -237,6 +273,20 @@ double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
   return std::max(0.0, bodies - guide);
 }
 
+// The nearest of the filling to what is fixed and reaches into the guide; infinite where none does.
+double Mould::gap_to_what_stands(const MouldFilling& filling) const {
+  const BodyDistances distances(world_);
+  double gap = std::numeric_limits<double>::infinity();
+  for (uint32_t i = fill_.count + 1; i < world_.bodies.size(); ++i) {
+    const PlacedShape fixed = distances.place(world_.bodies[i].shape, world_.bodies[i].pose);
+    for (const auto& [body, pose] : filling.kept) {
+      const PlacedShape moves = distances.place(world_.bodies[body].shape, pose);
+      gap = std::min(gap, std::max(0.0, distances.distance(moves, fixed, gap)));
+    }
+  }
+  return gap;
+}
+
 MouldFilling Mould::read() const {
   MouldFilling filling;
   filling.figures.is_mould = true;
@@ -255,7 +305,7 @@ MouldFilling Mould::read() const {
     filling.kept.emplace_back(i, Pose{motion.position, motion.orientation});
   }
   const Vec3 up = -scene_.gravity.normalized();
-  const double gap = gap_below(filling, up);
+  const double gap = std::min(gap_below(filling, up), gap_to_what_stands(filling));
   for (auto& [body, pose] : filling.kept) pose.position -= gap * up;
   std::ranges::stable_sort(filling.kept, {},
                            [&](const auto& one) { return one.second.position.dot(up); });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "core/parallel_for.h"
@@ -68,15 +69,31 @@ Room::Room(const TriangleMesh& guide, double cell_m) {
   const TriangleTree surface(guide);
   parallel_for(cells_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const Vec3 middle = low_ + cell_m_ * (Vec3::Constant(0.5) + corner_of(i));
+      const Vec3 middle = middle_of(i);
       const bool is_in = inside.contains(middle) && surface.distance(middle) >= kFromWall * cell_m_;
       if (!is_in) cells_[i] = kOutside;
     }
   });
 }
 
+bool Room::block(const Obstacle& obstacle) {
+  std::atomic<bool> any = false;
+  parallel_for(cells_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (cells_[i] == kOutside || !obstacle.contains(middle_of(i))) continue;
+      cells_[i] = kOutside;
+      any = true;
+    }
+  });
+  return any;
+}
+
 void Room::clear() {
   for (uint8_t& cell : cells_) cell &= kOutside;
+}
+
+Vec3 Room::middle_of(size_t cell) const {
+  return low_ + cell_m_ * (Vec3::Constant(0.5) + corner_of(cell));
 }
 
 Vec3 Room::corner_of(size_t cell) const {

@@ -7,6 +7,7 @@
 
 #include "core/philox.h"
 #include "model/model.h"
+#include "pile/guide/obstacle.h"
 
 namespace pilesim {
 
@@ -20,6 +21,8 @@ class Room {
   Room(const TriangleMesh& guide, double cell_m);
 
   double cell_m() const { return cell_m_; }
+  // Takes what is inside of it for outside; whether anything is.
+  bool block(const Obstacle& obstacle);
   void clear();
   void cover(const Pose& pose, std::span<const Vec3> points);
   // A pose at random at which all points are in free cells; false: `draws` gave none.
@@ -32,7 +35,8 @@ class Room {
  private:
   static constexpr uint8_t kOutside = 1, kCovered = 2;
   size_t cell_of(const Vec3& point) const;  // cells_.size(): out of the box
-  Vec3 corner_of(size_t cell) const;        // in cells from the lowest corner
+  Vec3 middle_of(size_t cell) const;
+  Vec3 corner_of(size_t cell) const;  // in cells from the lowest corner
 
   Vec3 low_;
   double cell_m_;

@@ -311,7 +311,8 @@ GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judg
     filling.tries = attempt + 1;
     const GlueVerdict verdict = judge(scene, filled);
     if (!verdict.holds && filling.tries < kMostFillings) continue;
-    if (verdict.hanging.size() < filling.kept) {
+    filling.floats = verdict.hanging.size() == filling.kept;
+    if (!filling.floats) {
       leave_out(verdict.hanging, range.first, model.guide, filled, filling);
     }
     model = std::move(filled);

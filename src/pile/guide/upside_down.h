@@ -20,6 +20,7 @@ struct GuideFilling {
   double simulated_s = 0;
   uint32_t tries = 1;     // fillings made: the last is that which is kept
   uint32_t hanging = 0;   // left out, as nothing but the mould held them
+  bool floats = false;    // all of them hang, and are kept
   bool is_mould = false;  // not upside down
   double outside_m = 0;   // of a mould: how far the bodies kept reach through its walls, at most
 };

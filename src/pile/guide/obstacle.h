@@ -1,0 +1,35 @@
+// What is fixed in a scene and may stand in the way of a mould: the ground that a guide reaches
+// into, a table, a step of a stair.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "geometry/inside_test.h"
+#include "geometry/triangle_tree.h"
+#include "model/model.h"
+#include "model/placed_piece.h"
+
+namespace pilesim {
+
+class Obstacle {
+ public:
+  // Of a surface that is open what is below it counts as its inside, so far as `guide` reaches.
+  Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh& guide, const Vec3& up);
+  bool contains(const Vec3& point) const;  // m, world
+
+ private:
+  bool is_below(const Vec3& point) const;  // body frame
+
+  Pose pose_;
+  bool is_plane_;
+  Bounds box_;    // body frame; of a plane: none
+  Vec3 up_;       // unit, body frame
+  double top_m_;  // of the guide, along up_, body frame
+  std::vector<PieceCore> cores_;
+  std::vector<PlacedPiece> pieces_;  // body frame
+  std::optional<InsideTest> solid_;
+  std::optional<TriangleTree> open_;
+};
+
+}  // namespace pilesim
