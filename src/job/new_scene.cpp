@@ -6,6 +6,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/naming.h"
 #include "core/text.h"
 #include "geometry/cache_file.h"
 #include "geometry/convex_hull.h"
@@ -23,15 +24,34 @@ namespace fs = std::filesystem;
 
 constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which the hull will do
 constexpr double kInTheAir = 0.2;      // share of an emitter that bounding balls fill
-constexpr double kInABin = 0.5;        // of a bin, when all has come to lie
+constexpr double kInABin = 0.42;       // of a bin, when all has come to lie
 constexpr double kGravity = 9.81;
+constexpr double kThicknessOfFlat = 0.02;  // of the diameter
+// In sqrt(r / g), a step; what is so small that the usual one is longer gets its own.
+constexpr double kLongestStep = 0.5;
 constexpr int kUsualCount = 60;  // of bodies
+
+std::string number(double value) { return with_digits(value, 3); }
+
+// As the scene will have it.
+double rounded(double value) { return std::stod(number(value)); }
+
+// Without any volume, even that of a hull.
+bool is_flat(const TriangleMesh& mesh) {
+  try {
+    convex_hull(mesh.vertices);
+    return false;
+  } catch (const Error&) {
+    return true;
+  }
+}
 
 // What the sizes of a scene follow from.
 struct Measured {
   double radius_m = 0;  // about the middle of the bounds
   double hull_m3 = 0;   // of its hull: others hardly get into its hollows
   bool has_inside = false, is_convex = false;
+  double thickness_m = 0;  // that it is to be given: it is flat
 };
 
 Measured measure(const TriangleMesh& mesh) {
@@ -40,20 +60,22 @@ Measured measure(const TriangleMesh& mesh) {
   for (const Vec3& vertex : mesh.vertices) {
     measured.radius_m = std::max(measured.radius_m, (vertex - middle).norm());
   }
-  measured.hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
+  if (is_flat(mesh)) measured.thickness_m = rounded(kThicknessOfFlat * 2 * measured.radius_m);
   measured.is_convex = true;
   try {
-    const TriangleMesh solid = make_solid(mesh, {}, user_cache_directory()).mesh;
+    const TriangleMesh solid =
+        make_solid(mesh, {.thickness_m = measured.thickness_m}, user_cache_directory()).mesh;
+    measured.hull_m3 = mass_properties(convex_hull(solid.vertices)).volume_m3;
     const double volume_m3 = mass_properties(solid).volume_m3;
     measured.is_convex = volume_m3 > kNearlyConvex * measured.hull_m3;
     measured.has_inside = true;
   } catch (const Error&) {
+    if (measured.thickness_m > 0) throw;
     // Its hull, then, and the scene says so.
+    measured.hull_m3 = mass_properties(convex_hull(mesh.vertices)).volume_m3;
   }
   return measured;
 }
-
-std::string number(double value) { return with_digits(value, 3); }
 
 std::string quoted(const std::string& text) { return Json(text).dump(); }
 
@@ -78,7 +100,7 @@ constexpr const char* kHead = R"({
   "name": $name,
   "duration_s": $duration,  // at the latest
 $until  "frame_rate": 30,
-)";
+$step)";
 
 constexpr const char* kShape = R"("body": {"type": "mesh", "file": $file, "scale": $scale,$up
              // "hull" is fastest, "decomposition" follows hollows and legs
@@ -309,7 +331,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
   const int count = job.count.value_or(kUsualCount);
   TriangleMesh mesh = import_mesh(job.mesh, job.scale);
   if (job.is_z_up) turn_z_up_to_y_up(mesh);
-  const Measured body = measure(mesh);
+  const Measured body = naming(job.mesh.string(), [&] { return measure(mesh); });
   summary.diameter_m = 2 * body.radius_m;
   const fs::path directory = fs::absolute(job.output).parent_path();
   const fs::path relative = fs::absolute(job.mesh).lexically_proximate(directory);
@@ -319,10 +341,13 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
       {"scale", with_digits(job.scale, 15)},
       {"up", job.is_z_up ? " \"up\": \"z\"," : ""},
       {"collision", !body.is_convex ? "decomposition" : "hull"},
-      {"solid", body.has_inside ? ""
-                                : ",\n             // the mesh is open: or give its sheets a "
-                                  "\"thickness_m\"\n"
-                                  "             \"solid\": \"hull\""},
+      {"solid", body.thickness_m > 0 ? ",\n             // the mesh is flat\n"
+                                       "             \"thickness_m\": " +
+                                           number(body.thickness_m)
+                : body.has_inside ? ""
+                                  : ",\n             // the mesh is open: or give its sheets a "
+                                    "\"thickness_m\"\n"
+                                    "             \"solid\": \"hull\""},
       {"count", std::to_string(count)},
       {"fewest", std::to_string(std::max(1, count / 3))},
       {"until",
@@ -343,6 +368,10 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
   }
   // Long enough for what rocks and rolls: times go with the root of the size.
   values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));
+  const double step_s = kLongestStep * std::sqrt(body.radius_m / kGravity);
+  values["step"] = step_s < Scene().step_s
+                       ? "  \"step_s\": " + number(step_s) + ",  // of bodies as small as these\n"
+                       : "";
   values["shape"] = filled(kShape, values);
   summary.text = filled(std::string(kHead) + text, values);
   write_file_atomically(job.output, summary.text);
