@@ -103,7 +103,10 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
              ? "; " + std::to_string(filling.hanging) + " that touched the mould alone are left out"
              : ""));
     if (filling.hanging > kManyHang * filling.kept) {
-      lines.push_back("guide: where it is narrow its bodies jam: smaller ones reach all of it");
+      lines.emplace_back(
+          "guide: where it is narrow bodies jam, and smaller ones fill it; what of it is in the "
+          "air "
+          "beside the rest needs something static below it");
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {

@@ -7,7 +7,9 @@
 
 #include "core/error.h"
 #include "core/hash.h"
+#include "job/run_filling.h"
 #include "job/simulation_checkpoint.h"
+#include "model/keep_bodies.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -30,32 +32,6 @@ bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
   throw Error(ErrorKind::input, Problem{.file = directory.string(),
                                         .found = std::move(found),
                                         .expected = std::move(expected)});
-}
-
-// Takes out of the model all bodies but those with `stays`, and what is said of them.
-void keep(const std::vector<bool>& stays, Model& model) {
-  constexpr uint32_t kGone = std::numeric_limits<uint32_t>::max();
-  std::vector<uint32_t> number(stays.size(), kGone);
-  std::vector<ModelBody> bodies;
-  for (uint32_t i = 0; i < stays.size(); ++i) {
-    if (!stays[i]) continue;
-    number[i] = static_cast<uint32_t>(bodies.size());
-    bodies.push_back(std::move(model.bodies[i]));
-  }
-  model.bodies = std::move(bodies);
-  const auto renumber = [&](std::vector<uint32_t>& of) {
-    std::erase_if(of, [&](uint32_t i) { return number[i] == kGone; });
-    for (uint32_t& i : of) i = number[i];
-  };
-  for (ModelEvent& event : model.events) renumber(event.bodies);
-  std::erase_if(model.events, [](const ModelEvent& event) { return event.bodies.empty(); });
-  for (ModelPairRule& rule : model.pair_rules) {
-    renumber(rule.a);
-    renumber(rule.b);
-  }
-  // Who fills a guide is not there yet.
-  model.guide_fill.reset();
-  model.moulded.reset();
 }
 
 // Of bodies that can move: who is among `found` and not among the `take` highest of them. The first
@@ -89,6 +65,9 @@ LastState begin_from(const std::filesystem::path& directory, Model& model,
   for (uint32_t i = 0; i < header.body_count(); ++i) {
     if ((there.flags[i] & kPresent) != 0) by_name.emplace(header.body_name[i], i);
   }
+  std::vector<bool> is_there;
+  for (const uint8_t flags : there.flags) is_there.push_back((flags & kPresent) != 0);
+  take_filling(header, is_there, model);
   // Of a pair of shapes, whether they were compared: bodies share them.
   std::map<std::pair<uint32_t, uint32_t>, bool> same;
   LastState result;
@@ -128,7 +107,8 @@ LastState begin_from(const std::filesystem::path& directory, Model& model,
            "more than --take " + std::to_string(*take) + ", so that some are left");
   }
   if (take) {
-    keep(left_by_taking(model, is_matched, *take, gravity), model);
+    keep_bodies(left_by_taking(model, is_matched, *take, gravity), model);
+    model.guide_fill.reset();  // who fills it is not there yet
     result.taken = *take;
     result.matched -= *take;
     const uint64_t taken = *take;

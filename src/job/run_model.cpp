@@ -2,7 +2,7 @@
 
 #include "core/error.h"
 #include "core/naming.h"
-#include "job/guide_direction.h"
+#include "job/run_filling.h"
 #include "job/simulation_checkpoint.h"
 #include "scene/scene_files.h"
 
@@ -68,7 +68,7 @@ RunModel load_run_model(const fs::path& run, const TrajectoryHeader& header,
   result.loaded = load_own_scene(run, header, result.scene_file);
   const Scene& scene = result.loaded.scene;
   result.model = naming(result.scene_file.string(), [&] { return build_model(scene); });
-  fill_guide_of(result.scene_file, scene, result.model);
+  take_filling(header, std::vector<bool>(header.body_count(), true), result.model);
   return result;
 }
 

@@ -269,8 +269,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   if (filling.floats) {
     warnings.emplace_back(
-        "the guide is in the air: nothing static carries what fills it, and all of it falls; move "
-        "it down, or put something static below it");
+        "the guide is in the air: what fills it touches nothing that stands, and falls; move it "
+        "down, or put something static below it");
   }
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)

@@ -67,6 +67,11 @@ struct ModelBody {
   double mass_kg = 0;                    // 0 for fixed and kinematic bodies
 };
 
+// It never moves.
+inline bool stands_still(const ModelBody& body) {
+  return body.role == Role::fixed || (body.role == Role::kinematic && body.motion.empty());
+}
+
 struct ModelEvent {
   double time_s;
   enum class Kind { release, remove, impulse } kind;

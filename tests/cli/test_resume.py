@@ -8,7 +8,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
-from support import PILESIM, CommandTest, tree_bytes
+from support import BOX_OBJ, PILESIM, CommandTest, tree_bytes
 
 # They hold times, or the moment.
 OF_THE_CLOCK = ("timing.csv", "report.json", "report.html")
@@ -186,6 +186,31 @@ class From(CommandTest):
         # What lies stays.
         moved = abs(second["position"][-1] - second["position"][0]).max()
         self.assertLess(moved, 0.002)
+
+    def test_a_guide_is_not_filled_anew(self):
+        import zarr
+
+        (self.dir / "guide.obj").write_text(BOX_OBJ)
+
+        def change(scene):
+            scene.update(duration_s=0.5, guide={"file": "guide.obj", "scale": 0.8})
+            wood = scene["bodies"][0]["material"]
+            scene["shapes"]["brick"] = {"type": "box", "size": [0.3, 0.1, 0.15]}
+            scene["shapes"]["cube"] = {"type": "box", "size": [0.12, 0.12, 0.12]}
+            scene["emitters"] = [{"name": "pile", "type": "mould", "shapes": ["brick", "cube"], "material": wood}]
+
+        scene = self.write_scene(change)
+        self.succeed("direct-pile", scene, "-o", "held")
+        self.succeed("simulate", scene, "-o", "free", "--from", "held")
+        self.succeed("direct-pile", scene, "-o", "again", "--from", "held", "--seed", "2")
+        self.succeed("finish", "held", "-o", "sound")
+        self.succeed("finish", "free", "-o", "sound_too")
+        held = zarr.open(str(self.dir / "held/trajectory.zarr"), mode="r")
+        for name in ("free", "again", "sound", "sound_too"):
+            other = zarr.open(str(self.dir / name / "trajectory.zarr"), mode="r")
+            self.assertEqual(held["body_shape"][:].tolist(), other["body_shape"][:].tolist(), name)
+            if name in ("free", "again"):
+                self.assertEqual(held["position"][-1].tolist(), other["position"][0].tolist(), name)
 
     def test_bodies_of_other_names_are_as_the_scene_has_them(self):
         def hit(scene):

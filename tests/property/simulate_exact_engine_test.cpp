@@ -242,6 +242,36 @@ TEST(ExactEngine, DoubledCornersCutNothingOff) {
   EXPECT_GT(doubled, 500);
 }
 
+// Whatever corners are joined: at any size, with corners in clusters, on edges and on faces.
+TEST(ExactEngine, PiecesReachAsFarAsTheirHulls) {
+  Philox random(18, Stream::test, 0);
+  for (int i = 0; i < 300; ++i) {
+    const double size = std::pow(10.0, random.uniform(-6, 3)), close = random.uniform(-8, -1);
+    const Vec3 shape(1, random.uniform(0.02, 1), random.uniform(0.02, 1));
+    std::vector<Vec3> points;
+    for (int k = 0; k < 10; ++k) {
+      const Vec3 corner = random_direction(random);
+      for (int m = 0; m < 4; ++m) {
+        const Vec3 beside = corner + std::pow(10.0, close) * random_direction(random);
+        points.push_back(size * beside.cwiseProduct(shape));
+      }
+      if (k > 0) points.push_back(points[5 * k - 5] + 0.3 * (points[5 * k] - points[5 * k - 5]));
+    }
+    CollisionPiece piece;
+    piece.kind = CollisionPiece::Kind::hull;
+    piece.hull = convex_hull(points);
+    const ConvexPiece made(piece);
+    const double extent = piece.hull.bounds().diagonal().norm();
+    EXPECT_GE(made.faces().size(), 4);
+    for (int k = 0; k < 100; ++k) {
+      const Vec3 way = random_direction(random);
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Vec3& vertex : piece.hull.vertices) most = std::max(most, way.dot(vertex));
+      EXPECT_NEAR(way.dot(made.farthest(way)), most, 2e-5 * extent) << i;
+    }
+  }
+}
+
 // Logs that lie along each other touch from the first end that both have to the last.
 TEST(ExactEngine, LogsTouchAllAlongEachOther) {
   CollisionPiece log;

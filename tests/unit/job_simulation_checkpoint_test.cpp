@@ -1,4 +1,4 @@
-// What other builds of pilesim left: finish and --from go on from its bodies.
+// What other builds of pilesim left: finish asks it for the scene, --from for the bodies.
 #include "job/simulation_checkpoint.h"
 
 #include <gmock/gmock.h>

@@ -194,9 +194,16 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
     EXPECT_GT(sunk.filling.kept, 40) << low;
   }
   const Standing with_a_block(0, [](SmallModel& world, uint32_t stone) {
-    world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed);
+    world.body(world.box({0.2, 0.3, 0.9}), stone, {0.1, 0.15, 0}, Role::fixed).pose.orientation =
+        Eigen::AngleAxisd(0.5, Vec3(1, 2, 3).normalized());
   });
   EXPECT_LT(with_a_block.deepest(), kTouching);
+  EXPECT_GT(with_a_block.filling.kept, 40);
+  const Standing with_a_shelf(0, [](SmallModel& world, uint32_t stone) {  // thinner than a cell
+    world.body(world.box({2, 0.02, 2}), stone, {0, 0.3, 0}, Role::kinematic);
+  });
+  EXPECT_LT(with_a_shelf.deepest(), kTouching);
+  EXPECT_GT(with_a_shelf.filling.kept, 40);
   const Standing with_a_ball(0, [](SmallModel& world, uint32_t stone) {
     world.body(world.sphere(0.15), stone, {0.1, 0.3, 0}, Role::fixed);
   });
@@ -213,7 +220,8 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
           return std::ranges::any_of(t, [&](uint32_t v) { return shape.mesh.vertices[v].y() < 0; });
         });
       }
-      world.body(step, stone, {0, 0, 0}, Role::fixed);
+      world.body(step, stone, {0.1, 0, 0.2}, Role::fixed).pose.orientation =
+          Eigen::AngleAxisd(0.5, Vec3::UnitY());
     });
     EXPECT_GT(with_a_mesh.filling.kept, 40);
     for (const ModelBody& body : with_a_mesh.model.bodies) {
@@ -221,6 +229,33 @@ TEST(Mould, IsFilledAroundWhatIsFixed) {
       EXPECT_GT(body.pose.position.y(), 0.12 + 0.045) << is_open;
     }
   }
+}
+
+// What the mould held by its round bottom comes down to the ground, beside a post that it touches.
+TEST(Mould, ComesDownBesideWhatStands) {
+  SmallModel world;
+  world.scene.frame_rate = 60;
+  world.scene.step_s = 1.0 / 240;
+  world.scene.guide.emplace().file = "guide.obj";
+  const uint32_t stone = world.material(0.3, 0.5), cube = world.box(Vec3::Constant(0.1));
+  world.body(world.plane(), stone, Vec3::Zero(), Role::fixed);
+  world.body(world.box({0.1, 1, 0.1}), stone, {0.1, 0.55, 0}, Role::fixed);
+  for (int i = 0; i < 216; ++i) world.body(cube, stone, Vec3::Zero());
+  world.model.guide = cylinder_mesh(0.35, 0.5);
+  for (Vec3& v : world.model.guide.vertices) v = Vec3(v.y(), v.x() + 0.35, v.z());
+  for (Triangle& t : world.model.guide.triangles) std::swap(t[1], t[2]);
+  world.model.guide_fill = {2, 216, 0, true};
+  const GuideFilling filling = fill_guide(world.scene, world.model);
+  EXPECT_FALSE(filling.floats);
+  EXPECT_GT(filling.kept, 20);
+  EXPECT_LT(std::ranges::max(overlap_depths(world.model, world.states())), 1e-3);
+  double lowest = 1;
+  for (uint32_t i = 2; i < world.model.bodies.size(); ++i) {
+    for (const Vec3& corner : world.model.shapes[cube].mesh.vertices) {
+      lowest = std::min(lowest, world.model.bodies[i].pose.apply(corner).y());
+    }
+  }
+  EXPECT_NEAR(lowest, 0, 2e-4);
 }
 
 TEST(Mould, SaysWhetherItIsInTheAir) {

@@ -76,7 +76,7 @@ void GlueDirector::find_parts(const ImpulseControl& control) {
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     const ModelBody& source = model_.bodies[body];
     parts_[body] = Part::none;
-    if (source.role == Role::fixed || (source.role == Role::kinematic && source.motion.empty()) ||
+    if (stands_still(source) ||
         (source.role == Role::dynamic && source.held && !control.is_in_world(body))) {
       parts_[body] = Part::anchor;
     } else if (may_be_pile(body) && control.is_in_world(body) &&

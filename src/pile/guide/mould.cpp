@@ -22,6 +22,8 @@ namespace {
 
 using namespace guide_constants;
 
+constexpr int kHalvings = 30;
+
 // A world of the mould and what is in it.
 class Mould {
  public:
@@ -30,7 +32,6 @@ class Mould {
 
  private:
   void add_what_stands();
-  bool reaches_in(const ModelShape& shape, const Pose& pose);
   bool insert();
   void fall(double time);
   void tap();
@@ -40,7 +41,7 @@ class Mould {
   double fastest() const;
   double outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const;
   double gap_below(const MouldFilling& filling, const Vec3& up) const;
-  double gap_to_what_stands(const MouldFilling& filling) const;
+  double way_down(const MouldFilling& filling, const Vec3& up, double most_m) const;
   MouldFilling read() const;
 
   const Model& model_;
@@ -110,32 +111,18 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   }
 }
 
-// What is fixed in the scene and reaches into the guide, as ground does into which it is sunk.
+// What stands still in the scene and reaches into the guide, as ground does into which it is sunk.
+// All room is half a cell away from the walls, and so from what only touches them.
 void Mould::add_what_stands() {
+  const Vec3 up = -scene_.gravity.normalized();
+  const double near_m = room_->cell_m() / 2 - kLeastReach * thickness_;
   for (const ModelBody& body : model_.bodies) {
-    if (body.role != Role::fixed || !reaches_in(model_.shapes[body.shape], body.pose)) continue;
+    if (!stands_still(body)) continue;
+    const Obstacle obstacle(model_.shapes[body.shape], body.pose, model_.guide, up);
+    if (!room_->block(obstacle, near_m)) continue;
     world_.bodies.push_back(body);
     world_.bodies.back().start_s = kFromTheStart;
   }
-}
-
-// By more than touching. No room is left where it is.
-bool Mould::reaches_in(const ModelShape& shape, const Pose& pose) {
-  const Vec3 up = -scene_.gravity.normalized();
-  const double least_m = kLeastReach * thickness_;
-  const Obstacle obstacle(shape, pose, model_.guide, up);
-  if (room_->block(obstacle)) return true;
-  const bool holds_a_corner = std::ranges::any_of(model_.guide.vertices, [&](const Vec3& vertex) {
-    return obstacle.contains(vertex + least_m * up);
-  });
-  if (holds_a_corner) return true;
-  const Bounds box = model_.guide.bounds();
-  const InsideTest inside(model_.guide);
-  const TriangleTree walls(model_.guide);
-  return std::ranges::any_of(shape.mesh.vertices, [&](const Vec3& vertex) {
-    const Vec3 point = pose.apply(vertex);
-    return box.contains(point) && inside.contains(point) && walls.distance(point) > least_m;
-  });
 }
 
 // Bodies wherever there is room; whether any was.
@@ -221,7 +208,8 @@ MouldFilling Mould::run() {
   return read();
 }
 
-// The upper one of each two that are stuck in each other: they would stay so, held by glue. Whether
+// The upper one of each two that are stuck in each other, or what is stuck in something that stands
+// still: they would stay so, held by glue. Whether
 // there were any. Contacts of what has several pieces lie along its way out, which may be far.
 bool Mould::take_out_stuck() {
   std::vector<BodyContact> contacts;
@@ -234,11 +222,13 @@ bool Mould::take_out_stuck() {
   bool found = false;
   for (const BodyContact& contact : contacts) {
     const auto [a, b] = std::pair(contact.a, contact.b);
-    if (std::max(a, b) >= next_ || contact.distance_m > -kMostStuck * radius_) continue;
+    const uint32_t wall = fill_.count;
+    if (a == wall || b == wall || contact.distance_m > -kMostStuck * radius_) continue;
     if (!engine_->contains(a) || !engine_->contains(b)) continue;
     if (distances.distance(placed(a), placed(b), 0) > -kMostStuck * radius_) continue;
     const Vec3 from_b = engine_->motion(a).position - engine_->motion(b).position;
-    engine_->remove(from_b.dot(scene_.gravity) < 0 ? a : b);
+    const bool a_is_upper = from_b.dot(scene_.gravity) < 0;
+    engine_->remove(b >= next_ || (a < next_ && a_is_upper) ? a : b);
     found = true;
   }
   return found;
@@ -273,18 +263,28 @@ double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
   return std::max(0.0, bodies - guide);
 }
 
-// The nearest of the filling to what is fixed and reaches into the guide; infinite where none does.
-double Mould::gap_to_what_stands(const MouldFilling& filling) const {
+// How far down the filling can go, at most by `most_m`, without coming into what stands still.
+double Mould::way_down(const MouldFilling& filling, const Vec3& up, double most_m) const {
   const BodyDistances distances(world_);
-  double gap = std::numeric_limits<double>::infinity();
+  double way_m = most_m;
   for (uint32_t i = fill_.count + 1; i < world_.bodies.size(); ++i) {
-    const PlacedShape fixed = distances.place(world_.bodies[i].shape, world_.bodies[i].pose);
+    const PlacedShape still = distances.place(world_.bodies[i].shape, world_.bodies[i].pose);
     for (const auto& [body, pose] : filling.kept) {
-      const PlacedShape moves = distances.place(world_.bodies[body].shape, pose);
-      gap = std::min(gap, std::max(0.0, distances.distance(moves, fixed, gap)));
+      const auto apart = [&](double down_m) {
+        const Pose moved{pose.position - down_m * up, pose.orientation};
+        return distances.distance(distances.place(world_.bodies[body].shape, moved), still, 0);
+      };
+      const double least = std::min(0.0, apart(0)) - kLeastReach * thickness_;
+      if (apart(way_m) >= least) continue;
+      double low = 0;
+      for (int halving = 0; halving < kHalvings; ++halving) {
+        const double middle = (low + way_m) / 2;
+        (apart(middle) >= least ? low : way_m) = middle;
+      }
+      way_m = low;
     }
   }
-  return gap;
+  return way_m;
 }
 
 MouldFilling Mould::read() const {
@@ -305,7 +305,7 @@ MouldFilling Mould::read() const {
     filling.kept.emplace_back(i, Pose{motion.position, motion.orientation});
   }
   const Vec3 up = -scene_.gravity.normalized();
-  const double gap = std::min(gap_below(filling, up), gap_to_what_stands(filling));
+  const double gap = way_down(filling, up, gap_below(filling, up));
   for (auto& [body, pose] : filling.kept) pose.position -= gap * up;
   std::ranges::stable_sort(filling.kept, {},
                            [&](const auto& one) { return one.second.position.dot(up); });

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <limits>
-
-#include "simulate/exact/collision_shape.h"
+#include <set>
+#include <utility>
 
 namespace pilesim {
 namespace {
+
+// Of its edges, without another triangle over them: what has more is no solid with cracks.
+constexpr double kMostOpenEdges = 0.1;
 
 class Point final : public ConvexBody {
  public:
@@ -16,6 +19,17 @@ class Point final : public ConvexBody {
  private:
   const Vec3& place_;
 };
+
+bool is_open(const TriangleMesh& mesh) {
+  std::set<std::pair<uint32_t, uint32_t>> edges;  // directed
+  for (const Triangle& t : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
+  }
+  const auto open = std::ranges::count_if(edges, [&](const auto& edge) {
+    return !edges.contains({edge.second, edge.first});
+  });
+  return static_cast<double>(open) > kMostOpenEdges * static_cast<double>(edges.size());
+}
 
 // Whether the way from `from` to `to` comes through the triangle.
 bool comes_through(const Corners& corners, const Vec3& from, const Vec3& to) {
@@ -48,21 +62,20 @@ Obstacle::Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh
   }
   if (!shape.collides_as_mesh) return;
   box_ = shape.mesh.bounds();
-  if (exact::TriangleSurface(shape.mesh).is_closed()) {
-    solid_.emplace(shape.mesh);
-  } else {
-    open_.emplace(shape.mesh);
-  }
+  surface_.emplace(shape.mesh);
+  if (!is_open(shape.mesh)) solid_.emplace(shape.mesh);
 }
 
-bool Obstacle::contains(const Vec3& point) const {
+bool Obstacle::is_at(const Vec3& point, double near_m) const {
   const Vec3 at = pose_.orientation.conjugate() * (point - pose_.position);
-  if (is_plane_) return at.y() < 0;
-  if (open_) return is_below(at);
-  if (!box_.contains(at)) return false;
+  if (is_plane_) return at.y() < near_m;
+  if (surface_ && !solid_ && is_below(at)) return true;
+  if (box_.exteriorDistance(at) >= near_m) return false;
+  if (surface_ && surface_->distance(at, near_m) < near_m) return true;
   if (solid_) return solid_->contains(at);
-  return std::ranges::any_of(
-      pieces_, [&](const PlacedPiece& piece) { return convex_distance(piece, Point(at), 0) <= 0; });
+  return std::ranges::any_of(pieces_, [&](const PlacedPiece& piece) {
+    return convex_distance(piece, Point(at), near_m) < near_m;
+  });
 }
 
 bool Obstacle::is_below(const Vec3& point) const {
@@ -70,8 +83,8 @@ bool Obstacle::is_below(const Vec3& point) const {
   if (way_m <= 0) return false;
   const Vec3 top = point + way_m * up_;
   bool found = false;
-  open_->for_each_near(Bounds(point).extend(top), 0, [&](uint32_t i) {
-    found = found || comes_through(open_->corners()[i], point, top);
+  surface_->for_each_near(Bounds(point).extend(top), 0, [&](uint32_t i) {
+    found = found || comes_through(surface_->corners()[i], point, top);
   });
   return found;
 }

@@ -1,5 +1,5 @@
 // What is fixed in a scene and may stand in the way of a mould: the ground that a guide reaches
-// into, a table, a step of a stair.
+// into, a table, a shelf.
 #pragma once
 
 #include <optional>
@@ -14,9 +14,10 @@ namespace pilesim {
 
 class Obstacle {
  public:
-  // Of a surface that is open what is below it counts as its inside, so far as `guide` reaches.
+  // Of a surface that is open what is below it counts as its inside, so far up as `guide` reaches.
   Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh& guide, const Vec3& up);
-  bool contains(const Vec3& point) const;  // m, world
+  // Whether `point` is inside of it, or nearer to it than `near_m`; m, world.
+  bool is_at(const Vec3& point, double near_m) const;
 
  private:
   bool is_below(const Vec3& point) const;  // body frame
@@ -28,8 +29,8 @@ class Obstacle {
   double top_m_;  // of the guide, along up_, body frame
   std::vector<PieceCore> cores_;
   std::vector<PlacedPiece> pieces_;  // body frame
-  std::optional<InsideTest> solid_;
-  std::optional<TriangleTree> open_;
+  std::optional<TriangleTree> surface_;
+  std::optional<InsideTest> solid_;  // unless the surface is open
 };
 
 }  // namespace pilesim

@@ -76,11 +76,11 @@ Room::Room(const TriangleMesh& guide, double cell_m) {
   });
 }
 
-bool Room::block(const Obstacle& obstacle) {
+bool Room::block(const Obstacle& obstacle, double near_m) {
   std::atomic<bool> any = false;
   parallel_for(cells_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (cells_[i] == kOutside || !obstacle.contains(middle_of(i))) continue;
+      if (cells_[i] == kOutside || !obstacle.is_at(middle_of(i), near_m)) continue;
       cells_[i] = kOutside;
       any = true;
     }

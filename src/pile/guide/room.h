@@ -21,8 +21,8 @@ class Room {
   Room(const TriangleMesh& guide, double cell_m);
 
   double cell_m() const { return cell_m_; }
-  // Takes what is inside of it for outside; whether anything is.
-  bool block(const Obstacle& obstacle);
+  // Leaves no room at what is inside of it or nearer than `near_m` to it; whether any was there.
+  bool block(const Obstacle& obstacle, double near_m);
   void clear();
   void cover(const Pose& pose, std::span<const Vec3> points);
   // A pose at random at which all points are in free cells; false: `draws` gave none.

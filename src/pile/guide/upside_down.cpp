@@ -13,6 +13,7 @@
 #include "core/philox.h"
 #include "geometry/inside_test.h"
 #include "geometry/mass_properties.h"
+#include "model/keep_bodies.h"
 #include "pile/guide/guide_constants.h"
 #include "pile/guide/mould.h"
 #include "pile/guide/vessel.h"
@@ -205,26 +206,10 @@ std::vector<std::pair<uint32_t, Pose>> Fill::kept() const {
   return kept;
 }
 
-// The model without some bodies, by rising index.
 void take_out(std::span<const uint32_t> gone, Model& model) {
-  std::vector<uint32_t> place(model.bodies.size());
-  uint32_t left = 0;
-  for (uint32_t i = 0; i < place.size(); ++i) {
-    place[i] = left;
-    if (std::ranges::binary_search(gone, i)) continue;
-    if (left < i) model.bodies[left] = std::move(model.bodies[i]);
-    ++left;
-  }
-  model.bodies.resize(left);
-  const auto forget = [&](std::vector<uint32_t>& bodies) {
-    std::erase_if(bodies, [&](uint32_t body) { return std::ranges::binary_search(gone, body); });
-    for (uint32_t& body : bodies) body = place[body];
-  };
-  for (ModelEvent& event : model.events) forget(event.bodies);
-  for (ModelPairRule& rule : model.pair_rules) {
-    forget(rule.a);
-    forget(rule.b);
-  }
+  std::vector<bool> stays(model.bodies.size(), true);
+  for (const uint32_t body : gone) stays[body] = false;
+  keep_bodies(stays, model);
 }
 
 // What nothing but the mould held. Names go on in order.
@@ -239,7 +224,6 @@ void leave_out(const std::vector<uint32_t>& hanging, uint32_t first, const Trian
   for (uint32_t i = 0; i < filling.kept; ++i) names.push_back(model.bodies[first + i].name);
   filling.kept -= filling.hanging;
   take_out(hanging, model);
-  model.moulded = {first, filling.kept};
   for (uint32_t i = 0; i < filling.kept; ++i) model.bodies[first + i].name = names[i];
 }
 
