@@ -10,6 +10,7 @@
 #include "model/clear_starts.h"
 #include "model/emitters.h"
 #include "model/model_shapes.h"
+#include "model/rooms.h"
 #include "scene/scene_format.h"
 
 namespace pilesim {
@@ -76,6 +77,7 @@ class ModelBuilder {
     }
     problems_.throw_if_any();
     clear_starts(scene_, rows_, model_);
+    open_rooms(model_);
     check_guide_size();
     for (size_t i = 0; i < scene_.events.size(); ++i) {
       problems_.attempt([&] { add_event(scene_.events[i], i); });
