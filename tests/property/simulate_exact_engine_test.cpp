@@ -484,6 +484,24 @@ TEST(ExactEngine, AThousandTimesItsMassSinksLessThanAHundredthOfItsHeight) {
   }
 }
 
+// Among many, which have fewer substeps, too: four stones, askew, under a slab.
+TEST(ExactEngine, AThousandTimesItsMassLiesAmongMany) {
+  SmallModel m;
+  const uint32_t light = m.material(0.1, 0.7, 1000), heavy = m.material(0.1, 0.7, 3e4);
+  const uint32_t stone = m.box({0.1, 0.12, 0.1}), slab = m.box({0.6, 0.112, 0.6});
+  m.body(m.plane(), light, Vec3::Zero(), Role::fixed);
+  for (int i = 0; i < 4; ++i) {
+    m.body(stone, light, {i % 2 == 0 ? -0.2 : 0.2, 0.06, i < 2 ? -0.2 : 0.2});
+    m.model.bodies.back().pose.orientation = Eigen::AngleAxisd(0.4 + i, Vec3::UnitY());
+  }
+  m.body(slab, heavy, {0.03, 0.4, -0.02});
+  for (int i = 0; i < 120; ++i) m.body(stone, light, {2 + 0.3 * (i % 10), 0.06, 0.3 * (i / 10)});
+  const auto simulator = simulate(m);
+  for (int i = 0; i < 180; ++i) simulator->step_frame();
+  EXPECT_NEAR(simulator->states().position[5].y(), 0.176, 0.001);
+  EXPECT_LT(std::ranges::max(overlap_depths(m.model, simulator->states())), 0.001);
+}
+
 // A light ball between a heavy one and one that sleeps hits that as the heavy one would. What flies
 // beside it, or the other way, adds nothing.
 TEST(ExactEngine, AHitHasTheMomentumOfWhatComesBehind) {

@@ -92,7 +92,7 @@ void StepSolver::solve(std::span<const uint32_t> touching, std::span<const doubl
   list_joints();
   settings_.partner = partner;
   settings_.substeps = is_few_ ? kSubstepsOfFew : kSubstepsOfMany;
-  settings_.substeps = std::max(settings_.substeps, least_substeps);
+  settings_.substeps = std::max({settings_.substeps, least_substeps, substeps_of_loads(touching)});
   if (std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
     settings_.substeps = std::max(settings_.substeps, kSubstepsOfGlue);
   }
@@ -103,6 +103,27 @@ void StepSolver::solve(std::span<const uint32_t> touching, std::span<const doubl
   }
   take_over_bodies();
   take_over_joints();
+}
+
+// What lies under something much heavier gives by as many weights as it carries, times the square of
+// a substep.
+int StepSolver::substeps_of_loads(std::span<const uint32_t> touching) const {
+  const double gravity = settings_.gravity.norm();
+  double most = 0;  // weights
+  for (const uint32_t t : touching) {
+    const Pair& pair = state_.pairs[t];
+    const bool a_is_light = bodies_[pair.a].mass_kg < bodies_[pair.b].mass_kg;
+    const Body &light = bodies_[a_is_light ? pair.a : pair.b],
+               &heavy = bodies_[a_is_light ? pair.b : pair.a];
+    if (heavy.mass_kg < kHeavy * light.mass_kg || !(light.mass_kg > 0)) continue;
+    // A blow is no load.
+    const double slow = kSlowLoad * std::sqrt(gravity * shapes_[light.shape].smallest_extent_m);
+    if ((heavy.velocity - light.velocity).norm() > slow) continue;
+    for (const Contact& contact : state_.contacts_of(pair)) {
+      most = std::max(most, contact.push_n / (light.mass_kg * gravity));
+    }
+  }
+  return most < kLoad ? 0 : most < kGreatLoad ? kSubstepsOfLoad : kSubstepsOfGreatLoad;
 }
 
 // Those that something may push come first: by the partner, any.
