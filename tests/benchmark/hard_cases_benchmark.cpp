@@ -99,6 +99,7 @@ const std::vector<Case> kCases = {
                    R"(/shapes/box={"type": "mesh", "file": "../../assets/box.obj",)"
                    R"( "signature": "../statistical/box.sig"})",
                    R"(/materials/stone={"restitution": 0.2, "friction": 0.5})"}},
+    {.name = "iron_on_gravel"},
     {.name = "heavy_on_light", .most_drift = 0.05, .ways = kStructure},
     {.name = "pyramid", .most_drift = 0.05, .ways = kStructure},
     {.name = "card_house", .most_drift = 0.05, .ways = kStructure},

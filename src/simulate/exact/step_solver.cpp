@@ -105,25 +105,32 @@ void StepSolver::solve(std::span<const uint32_t> touching, std::span<const doubl
   take_over_joints();
 }
 
-// What lies under something much heavier gives by as many weights as it carries, times the square of
-// a substep.
-int StepSolver::substeps_of_loads(std::span<const uint32_t> touching) const {
+// What lies under something much heavier gives by as many weights as it carries, times the square
+// of a substep.
+int StepSolver::substeps_of_loads(std::span<const uint32_t> touching) {
+  // For a while: springs that are soft when they are pressed in and stiff when they push back drive
+  // what rocks on them.
+  state_.load_steps = has_load(touching) ? kStepsOfLoad : std::max(0, state_.load_steps - 1);
+  return state_.load_steps > 0 ? kSubstepsOfLoad : 0;
+}
+
+bool StepSolver::has_load(std::span<const uint32_t> touching) const {
   const double gravity = settings_.gravity.norm();
-  double most = 0;  // weights
-  for (const uint32_t t : touching) {
-    const Pair& pair = state_.pairs[t];
-    const bool a_is_light = bodies_[pair.a].mass_kg < bodies_[pair.b].mass_kg;
-    const Body &light = bodies_[a_is_light ? pair.a : pair.b],
-               &heavy = bodies_[a_is_light ? pair.b : pair.a];
-    if (heavy.mass_kg < kHeavy * light.mass_kg || !(light.mass_kg > 0)) continue;
-    // A blow is no load.
-    const double slow = kSlowLoad * std::sqrt(gravity * shapes_[light.shape].smallest_extent_m);
-    if ((heavy.velocity - light.velocity).norm() > slow) continue;
-    for (const Contact& contact : state_.contacts_of(pair)) {
-      most = std::max(most, contact.push_n / (light.mass_kg * gravity));
-    }
-  }
-  return most < kLoad ? 0 : most < kGreatLoad ? kSubstepsOfLoad : kSubstepsOfGreatLoad;
+  return gravity > 0 && std::ranges::any_of(touching, [&](uint32_t t) {
+           const Pair& pair = state_.pairs[t];
+           if (!bodies_[pair.a].is_awake() && !bodies_[pair.b].is_awake()) return false;
+           const bool a_is_light = bodies_[pair.a].mass_kg < bodies_[pair.b].mass_kg;
+           const Body &light = bodies_[a_is_light ? pair.a : pair.b],
+                      &heavy = bodies_[a_is_light ? pair.b : pair.a];
+           if (heavy.mass_kg < kHeavy * light.mass_kg || !(light.mass_kg > 0)) return false;
+           // A blow is no load.
+           const double slow =
+               kSlowLoad * std::sqrt(gravity * shapes_[light.shape].smallest_extent_m);
+           if ((heavy.velocity - light.velocity).norm() > slow) return false;
+           return std::ranges::any_of(state_.contacts_of(pair), [&](const Contact& contact) {
+             return contact.push_n > kLoad * light.mass_kg * gravity;
+           });
+         });
 }
 
 // Those that something may push come first: by the partner, any.

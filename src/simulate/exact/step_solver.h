@@ -37,7 +37,8 @@ class StepSolver {
   static constexpr uint32_t kNone = ~uint32_t{0};
   void list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
                    bool has_partner);
-  int substeps_of_loads(std::span<const uint32_t> touching) const;
+  int substeps_of_loads(std::span<const uint32_t> touching);
+  bool has_load(std::span<const uint32_t> touching) const;
   void list_contacts(std::span<const uint32_t> touching);
   Quat bent(const Joint& joint) const;
   bool is_torn(const Joint& joint) const;
