@@ -311,8 +311,9 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
 
 // What carries much gives much: as many weights times the square of the substep.
 int GlueDirector::substeps() const {
-  return state_.figures && state_.figures->largest_force > kGreatForce ? kSubstepsOfGreatForces
-                                                                       : kSubstepsOfForces;
+  const double force = state_.figures ? state_.figures->largest_force : 0;
+  if (force > kGreatestForce) return kSubstepsOfGreatestForces;
+  return force > kGreatForce ? kSubstepsOfGreatForces : kSubstepsOfForces;
 }
 
 // While forces of the last analysis last: the others ended before it.
