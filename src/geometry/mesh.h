@@ -37,6 +37,10 @@ struct TriangleMesh {
   Bounds bounds() const;
 };
 
+// Whether it is a sheet rather than a solid, with cracks or without: whether its areas, as vectors,
+// do not add up to nothing.
+bool is_sheet(const TriangleMesh& mesh);
+
 // Takes a mesh whose z is up to one whose y is: (x, y, z) becomes (x, z, -y), exactly.
 void turn_z_up_to_y_up(TriangleMesh& mesh);
 

@@ -23,6 +23,12 @@ void keep_bodies(const std::vector<bool>& stays, Model& model) {
     renumber(rule.a);
     renumber(rule.b);
   }
+  std::erase_if(model.start_overlaps,
+                [&](const StartOverlap& pair) { return !stays[pair.a] || !stays[pair.b]; });
+  for (StartOverlap& pair : model.start_overlaps) {
+    pair.a = number[pair.a];
+    pair.b = number[pair.b];
+  }
   const auto narrow = [&](BodyRange& range) {
     const uint32_t first = number[range.first], end = number[range.first + range.count];
     range.first = first;

@@ -1,6 +1,7 @@
 #include "model/rooms.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,6 +19,9 @@ class Inside {
  public:
   Inside(const TriangleMesh& mesh, const Pose& pose)
       : mesh_(mesh), pose_(pose), box_(mesh.bounds()) {}
+  bool has_in_box(const Vec3& place) const {
+    return box_.contains(pose_.orientation.conjugate() * (place - pose_.position));
+  }
   // With all that is nearer than `radius_m`: what is only sunk into ground is not in it.
   bool contains(const Vec3& place, double radius_m) {
     const Vec3 at = pose_.orientation.conjugate() * (place - pose_.position);
@@ -50,33 +54,67 @@ void turn(TriangleMesh& mesh) {
   for (TextureCorners& corners : mesh.texture_map.corners) std::swap(corners[1], corners[2]);
 }
 
-std::vector<uint32_t> bodies_that_move(const Model& model) {
-  std::vector<uint32_t> bodies;
+// Where bodies that move begin, and how far they reach.
+struct Start {
+  Vec3 place;
+  double radius_m;
+};
+
+std::vector<Start> starts_of(const Model& model) {
+  std::vector<Start> starts;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
-    const bool fills = model.guide_fill && model.guide_fill->contains(i);
-    if (model.bodies[i].role == Role::dynamic && !fills) bodies.push_back(i);
+    const ModelBody& body = model.bodies[i];
+    if (body.role != Role::dynamic || (model.guide_fill && model.guide_fill->contains(i))) continue;
+    starts.push_back({body.pose.position, model.shapes[body.shape].bounding_radius});
   }
-  return bodies;
+  return starts;
+}
+
+// Of a guide that is to be filled, the vertices: a little way in, as it may stand on the floor.
+std::vector<Start> starts_of_guide(const Model& model) {
+  constexpr double kWayIn = 0.05;
+  std::vector<Start> starts;
+  if (!model.guide_fill) return starts;
+  const Vec3 middle = model.guide.bounds().center();
+  for (const Vec3& vertex : model.guide.vertices) {
+    starts.push_back({vertex + kWayIn * (middle - vertex), 0});
+  }
+  return starts;
+}
+
+// Of those within the box of the mesh: others are beside or over it.
+std::vector<Start> in_box(const Inside& inside, const std::vector<Start>& starts) {
+  std::vector<Start> within;
+  std::ranges::copy_if(starts, std::back_inserter(within),
+                       [&](const Start& start) { return inside.has_in_box(start.place); });
+  return within;
+}
+
+bool holds_most(Inside& inside, std::vector<Start> starts) {
+  const std::vector<Start> asked = some_of(std::move(starts));
+  const auto held = std::ranges::count_if(
+      asked, [&](const Start& start) { return inside.contains(start.place, start.radius_m); });
+  return 2 * static_cast<size_t>(held) > asked.size();
 }
 
 }  // namespace
 
 void open_rooms(Model& model) {
-  const std::vector<uint32_t> bodies = some_of(bodies_that_move(model));
-  const std::vector<Vec3> guide =
-      model.guide_fill ? some_of(model.guide.vertices) : std::vector<Vec3>();
-  for (const ModelBody& walls : model.bodies) {
+  const std::vector<Start> bodies = starts_of(model), guide = starts_of_guide(model);
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    ModelBody& walls = model.bodies[i];
+    const TriangleMesh& mesh = model.shapes[walls.shape].mesh;
+    if (!model.shapes[walls.shape].collides_as_mesh || is_sheet(mesh)) continue;
+    Inside inside(mesh, walls.pose);
+    if (!holds_most(inside, in_box(inside, bodies)) && !holds_most(inside, guide)) continue;
+    const auto of_shape = std::ranges::count(model.bodies, walls.shape, &ModelBody::shape);
+    if (of_shape > 1) {  // others may be solid
+      ModelShape own = model.shapes[walls.shape];
+      own.name += " (room)";
+      walls.shape = static_cast<uint32_t>(model.shapes.size());
+      model.shapes.push_back(std::move(own));
+    }
     ModelShape& shape = model.shapes[walls.shape];
-    if (!shape.collides_as_mesh) continue;
-    Inside inside(shape.mesh, walls.pose);
-    const bool holds_a_body = std::ranges::any_of(bodies, [&](uint32_t i) {
-      const ModelBody& body = model.bodies[i];
-      return inside.contains(body.pose.position, model.shapes[body.shape].bounding_radius);
-    });
-    const bool holds_the_guide =
-        !guide.empty() &&
-        std::ranges::all_of(guide, [&](const Vec3& vertex) { return inside.contains(vertex, 0); });
-    if (!holds_a_body && !holds_the_guide) continue;
     turn(shape.mesh);
     shape.collision_report += "; a room: touched from inside, as bodies begin there";
   }

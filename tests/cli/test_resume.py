@@ -211,6 +211,7 @@ class From(CommandTest):
             self.assertEqual(held["body_shape"][:].tolist(), other["body_shape"][:].tolist(), name)
             if name in ("free", "again"):
                 self.assertEqual(held["position"][-1].tolist(), other["position"][0].tolist(), name)
+                self.assertEqual(held["body_colour"][:].tolist(), other["body_colour"][:].tolist(), name)
 
     def test_bodies_of_other_names_are_as_the_scene_has_them(self):
         def hit(scene):

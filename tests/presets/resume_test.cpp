@@ -48,10 +48,15 @@ const test::PresetSize kAsleepSoon = {.simulated_s = 0.25};
 const test::PresetSize kFromFarUp = {.simulated_s = 1.5};
 const test::PresetSize kOfWraps = {.as_hulls = true};
 const std::map<std::string, test::PresetSize> kSizes = {
-    {"artist/things_on_a_table", kOfWraps},  {"equilibrium/wedged_crates", kAsleepSoon},
-    {"hard/contact_on_edge", kAsleepSoon},   {"hard/heavy_on_light", kAsleepSoon},
-    {"hard/pyramid", kAsleepSoon},           {"hard/rings", kAsleepSoon},
-    {"hard/spikes_and_wedges", kAsleepSoon}, {"statistical/rabbits_100000", kFromFarUp},
+    {"artist/things_on_a_table", kOfWraps},
+    {"equilibrium/wedged_crates", kAsleepSoon},
+    {"hard/contact_on_edge", kAsleepSoon},
+    {"hard/heavy_on_light", kAsleepSoon},
+    {"hard/iron_on_gravel", kFromFarUp},
+    {"hard/pyramid", kAsleepSoon},
+    {"hard/rings", kAsleepSoon},
+    {"hard/spikes_and_wedges", kAsleepSoon},
+    {"statistical/rabbits_100000", kFromFarUp},
 };
 
 // What tests of one process share.

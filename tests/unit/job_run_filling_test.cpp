@@ -32,6 +32,7 @@ TrajectoryHeader run_of(const std::vector<std::pair<std::string, uint32_t>>& bod
   for (const auto& [name, shape] : bodies) {
     run.body_name.push_back(name);
     run.body_shape.push_back(shape);
+    run.body_material.push_back(shape == 0 ? 1 : 0);
   }
   return run;
 }

@@ -15,6 +15,25 @@ TEST(Rooms, AreThoseInWhichBodiesBegin) {
   EXPECT_FALSE(Room({1, 6, 1}).is_open());
 }
 
+TEST(Rooms, OneBodyInAHillMakesNoneOfIt) {
+  Room hill({1, 1, 1});
+  hill.model.shapes[0].mesh = hill.before;
+  for (int i = 0; i < 3; ++i) hill.body(hill.cube, 0, {i - 1.0, 2.99, 0});
+  open_rooms(hill.model);
+  EXPECT_FALSE(hill.is_open());
+}
+
+TEST(Rooms, LeaveOthersOfTheirShapeAsTheyAre) {
+  Room room({1, 1, 1});
+  room.model.shapes[0].mesh = room.before;
+  room.body(0, 0, {10, 1.5, 0}, Role::fixed);
+  open_rooms(room.model);
+  EXPECT_FALSE(room.is_open());
+  ASSERT_EQ(room.model.shapes.size(), 3);
+  EXPECT_EQ(room.model.bodies[0].shape, 2);
+  EXPECT_EQ(room.model.bodies[2].shape, 0);
+}
+
 TEST(Rooms, AreThoseInWhichAGuideIsFilled) {
   Room room({1, 6, 1});
   ASSERT_FALSE(room.is_open());
@@ -23,7 +42,7 @@ TEST(Rooms, AreThoseInWhichAGuideIsFilled) {
   room.model.guide = box_mesh({1, 1, 1});
   open_rooms(room.model);
   EXPECT_FALSE(room.is_open()) << "half of the guide is below the floor";
-  for (Vec3& vertex : room.model.guide.vertices) vertex.y() += 1;
+  for (Vec3& vertex : room.model.guide.vertices) vertex.y() += 0.5;  // it stands on the floor
   open_rooms(room.model);
   EXPECT_TRUE(room.is_open());
 }

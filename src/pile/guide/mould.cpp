@@ -31,6 +31,7 @@ class Mould {
   MouldFilling run();
 
  private:
+  bool comes_near(const ModelShape& shape, const Pose& pose) const;
   void add_what_stands();
   bool insert();
   void fall(double time);
@@ -111,13 +112,26 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   }
 }
 
+// By its box.
+bool Mould::comes_near(const ModelShape& shape, const Pose& pose) const {
+  if (shape.is_plane) return true;
+  Bounds box;
+  const Bounds own = shape.mesh.bounds();
+  for (int corner = 0; corner < 8 && !own.isEmpty(); ++corner) {
+    box.extend(pose.apply(own.corner(static_cast<Bounds::CornerType>(corner))));
+  }
+  const Vec3 round = Vec3::Constant(shape.bounding_radius);
+  if (own.isEmpty()) box = Bounds(Vec3(pose.position - round), Vec3(pose.position + round));
+  return box.intersects(widened(model_.guide.bounds(), room_->cell_m()));
+}
+
 // What stands still in the scene and reaches into the guide, as ground does into which it is sunk.
 // All room is half a cell away from the walls, and so from what only touches them.
 void Mould::add_what_stands() {
   const Vec3 up = -scene_.gravity.normalized();
   const double near_m = room_->cell_m() / 2 - kLeastReach * thickness_;
   for (const ModelBody& body : model_.bodies) {
-    if (!stands_still(body)) continue;
+    if (!stands_still(body) || !comes_near(model_.shapes[body.shape], body.pose)) continue;
     const Obstacle obstacle(model_.shapes[body.shape], body.pose, model_.guide, up);
     if (!room_->block(obstacle, near_m)) continue;
     world_.bodies.push_back(body);
@@ -265,23 +279,33 @@ double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
 
 // How far down the filling can go, at most by `most_m`, without coming into what stands still.
 double Mould::way_down(const MouldFilling& filling, const Vec3& up, double most_m) const {
-  const BodyDistances distances(world_);
+  if (most_m <= 0) return 0;
+  const BodyDistances distances(model_);
   double way_m = most_m;
-  for (uint32_t i = fill_.count + 1; i < world_.bodies.size(); ++i) {
-    const PlacedShape still = distances.place(world_.bodies[i].shape, world_.bodies[i].pose);
-    for (const auto& [body, pose] : filling.kept) {
+  for (const ModelBody& body : model_.bodies) {
+    if (!stands_still(body) || !comes_near(model_.shapes[body.shape], body.pose)) continue;
+    const PlacedShape still = distances.place(body.shape, body.pose);
+    for (const std::pair<uint32_t, Pose>& kept : filling.kept) {
+      const uint32_t shape = world_.bodies[kept.first].shape;
       const auto apart = [&](double down_m) {
-        const Pose moved{pose.position - down_m * up, pose.orientation};
-        return distances.distance(distances.place(world_.bodies[body].shape, moved), still, 0);
+        const Pose moved{kept.second.position - down_m * up, kept.second.orientation};
+        return distances.distance(distances.place(shape, moved), still, 0);
       };
       const double least = std::min(0.0, apart(0)) - kLeastReach * thickness_;
-      if (apart(way_m) >= least) continue;
+      // By steps in which nothing is passed through.
       double low = 0;
-      for (int halving = 0; halving < kHalvings; ++halving) {
-        const double middle = (low + way_m) / 2;
-        (apart(middle) >= least ? low : way_m) = middle;
+      while (low < way_m) {
+        double high = std::min(low + thickness_ / 2, way_m);
+        if (apart(high) >= least) {
+          low = high;
+          continue;
+        }
+        for (int halving = 0; halving < kHalvings; ++halving) {
+          const double middle = (low + high) / 2;
+          (apart(middle) >= least ? low : high) = middle;
+        }
+        way_m = low;
       }
-      way_m = low;
     }
   }
   return way_m;

@@ -2,14 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
-#include <utility>
 
 namespace pilesim {
 namespace {
-
-// Of its edges, without another triangle over them: what has more is no solid with cracks.
-constexpr double kMostOpenEdges = 0.1;
 
 class Point final : public ConvexBody {
  public:
@@ -19,17 +14,6 @@ class Point final : public ConvexBody {
  private:
   const Vec3& place_;
 };
-
-bool is_open(const TriangleMesh& mesh) {
-  std::set<std::pair<uint32_t, uint32_t>> edges;  // directed
-  for (const Triangle& t : mesh.triangles) {
-    for (size_t k = 0; k < 3; ++k) edges.emplace(t[k], t[(k + 1) % 3]);
-  }
-  const auto open = std::ranges::count_if(edges, [&](const auto& edge) {
-    return !edges.contains({edge.second, edge.first});
-  });
-  return static_cast<double>(open) > kMostOpenEdges * static_cast<double>(edges.size());
-}
 
 // Whether the way from `from` to `to` comes through the triangle.
 bool comes_through(const Corners& corners, const Vec3& from, const Vec3& to) {
@@ -63,7 +47,7 @@ Obstacle::Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh
   if (!shape.collides_as_mesh) return;
   box_ = shape.mesh.bounds();
   surface_.emplace(shape.mesh);
-  if (!is_open(shape.mesh)) solid_.emplace(shape.mesh);
+  if (!is_sheet(shape.mesh)) solid_.emplace(shape.mesh);
 }
 
 bool Obstacle::is_at(const Vec3& point, double near_m) const {

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <span>
 
 #include "geometry/hull_faces.h"
@@ -83,11 +82,11 @@ std::vector<uint32_t> loop_about(const HullFace& face, std::span<const uint32_t>
     points.push_back({along.dot(place), across.dot(place), corner_of[v]});
   }
   std::ranges::sort(points);
-  points.erase(std::ranges::unique(points).begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
   std::vector<Point> chain;
-  const auto walk = [&](const auto& range) {
+  const auto walk = [&](const std::vector<Point>& way) {
     const size_t first = chain.size();
-    for (const Point& point : range) {
+    for (const Point& point : way) {
       const auto turns_left = [&] {
         const Point &from = chain[chain.size() - 2], &at = chain.back();
         return (at.x - from.x) * (point.y - from.y) - (at.y - from.y) * (point.x - from.x) > 0;
@@ -98,7 +97,7 @@ std::vector<uint32_t> loop_about(const HullFace& face, std::span<const uint32_t>
     chain.pop_back();  // the next walk begins there
   };
   walk(points);
-  walk(std::views::reverse(points));
+  walk(std::vector<Point>(points.rbegin(), points.rend()));
   std::vector<uint32_t> loop;
   for (const Point& point : chain) loop.push_back(point.corner);
   return loop;

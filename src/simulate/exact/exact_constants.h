@@ -120,7 +120,7 @@ inline constexpr int kSubstepsOfGlue = 16;
 // ... and where what is so many times heavier pushes, slower than by so much of sqrt(g times the
 // extent), with so many weights of the lighter one; and for so many steps after. Tried on
 // presets/hard/iron_on_gravel.json.
-inline constexpr double kHeavy = 20;
+inline constexpr double kHeavy = 100;
 inline constexpr double kSlowLoad = 0.5;
 inline constexpr double kLoad = 50;
 inline constexpr int kSubstepsOfLoad = 32;

@@ -44,6 +44,16 @@ bool has_few(const Model& model) {
          kFewBodies;
 }
 
+bool has_heavy(const Model& model) {
+  double least_kg = std::numeric_limits<double>::infinity(), most_kg = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    least_kg = std::min(least_kg, body.mass_kg);
+    most_kg = std::max(most_kg, body.mass_kg);
+  }
+  return most_kg >= kHeavy * least_kg;
+}
+
 // What hits hard, or is sunk in a scene of few, is gone over more often.
 int rounds_over(std::span<const Contact> contacts, double shallow_m, bool is_few) {
   int rounds = 1;
@@ -63,6 +73,7 @@ StepSolver::StepSolver(const Scene& scene, const Model& model,
       bodies_(state.bodies),
       resistance_(model),
       is_few_(has_few(model)),
+      has_heavy_(has_heavy(model)),
       settings_(settings_of(scene, model, is_few_)),
       place_(model.bodies.size(), kNone) {
   settings_.has_torques = !resistance_.is_none();
@@ -116,7 +127,7 @@ int StepSolver::substeps_of_loads(std::span<const uint32_t> touching) {
 
 bool StepSolver::has_load(std::span<const uint32_t> touching) const {
   const double gravity = settings_.gravity.norm();
-  return gravity > 0 && std::ranges::any_of(touching, [&](uint32_t t) {
+  return has_heavy_ && gravity > 0 && std::ranges::any_of(touching, [&](uint32_t t) {
            const Pair& pair = state_.pairs[t];
            if (!bodies_[pair.a].is_awake() && !bodies_[pair.b].is_awake()) return false;
            const bool a_is_light = bodies_[pair.a].mass_kg < bodies_[pair.b].mass_kg;

@@ -53,6 +53,7 @@ class StepSolver {
   std::vector<Body>& bodies_;
   RollingResistance resistance_;
   bool is_few_;
+  bool has_heavy_;  // some bodies are so much heavier than others
   int least_substeps_ = 0;  // of the next solve()
   SolverSettings settings_;
   ContactSolver<float> many_;
