@@ -104,9 +104,9 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
              : ""));
     if (filling.hanging > kManyHang * filling.kept) {
       lines.emplace_back(
-          "guide: where it is narrow bodies jam, and smaller ones fill it; what of it is in the "
-          "air "
-          "beside the rest needs something static below it");
+          "guide: smaller bodies fill what is so narrow that these jam; a part of it that is in "
+          "the "
+          "air needs something static below it");
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {

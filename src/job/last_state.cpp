@@ -1,7 +1,6 @@
 #include "job/last_state.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <vector>
 

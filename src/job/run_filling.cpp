@@ -1,7 +1,7 @@
 #include "job/run_filling.h"
 
-#include <algorithm>
 #include <map>
+#include <utility>
 
 #include "model/keep_bodies.h"
 
@@ -14,19 +14,20 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
   for (uint32_t i = 0; i < run.body_count(); ++i) {
     if (is_there[i]) of_run.emplace(run.body_name[i], i);
   }
-  // Names went on in order when some were left out, and so may be another shape's now.
-  const std::vector<ModelBody> before(model.bodies.begin() + fill.first,
-                                      model.bodies.begin() + fill.first + fill.count);
+  // Names went on in order when some were left out, and so may be another shape's now: by shape and
+  // material, a body of each.
+  std::map<std::pair<std::string, uint32_t>, ModelBody> kinds;
+  for (uint32_t i = fill.first; i < fill.first + fill.count; ++i) {
+    const ModelBody& body = model.bodies[i];
+    kinds.try_emplace({model.shapes[body.shape].name, body.material}, body);
+  }
   const auto like = [&](uint32_t in_run) {
     const std::string& shape = run.shapes[run.body_shape[in_run]].name;
-    const auto has_shape = [&](const ModelBody& body) {
-      return model.shapes[body.shape].name == shape;
-    };
-    const auto exact = std::ranges::find_if(before, [&](const ModelBody& body) {
-      return has_shape(body) && body.material == run.body_material[in_run];
-    });
+    const auto exact = kinds.find({shape, run.body_material[in_run]});
+    if (exact != kinds.end()) return exact;
     // Another scene may have its materials in another order.
-    return exact != before.end() ? exact : std::ranges::find_if(before, has_shape);
+    const auto of_shape = kinds.lower_bound({shape, 0});
+    return of_shape != kinds.end() && of_shape->first.first == shape ? of_shape : kinds.end();
   };
   std::vector<bool> stays(model.bodies.size(), true);
   bool any = false;
@@ -37,10 +38,10 @@ void take_filling(const TrajectoryHeader& run, const std::vector<bool>& is_there
     if (!stays[i]) continue;
     any = true;
     const uint32_t in_run = found->second;
-    const auto alike = like(in_run);
-    if (alike == before.end()) continue;
+    const auto kind = like(in_run);
+    if (kind == kinds.end()) continue;
     const std::string name = body.name;
-    body = *alike;
+    body = kind->second;
     body.name = name;
     body.start_s = kFromTheStart;
     if (!run.body_colour.empty()) body.colour = run.body_colour[in_run];

@@ -162,10 +162,31 @@ TEST(ExactEngine, ManifoldsHoldTheDeepestPoint) {
   }
 }
 
+// Where the judge has them so far apart, turned and aside at random.
+void expect_deepest_point(const CollisionPiece& of_a, const CollisionPiece& of_b, double distance_m,
+                          Philox& random) {
+  const Vec3 direction = random_direction(random);
+  Pose pose{{}, random_turn(random)};
+  double low = 0, high = 5;
+  for (int k = 0; k < 30; ++k) {
+    const double middle = (low + high) / 2;
+    pose.position = middle * direction;
+    (judged(of_a, of_b, pose) > distance_m ? high : low) = middle;
+  }
+  const ConvexPiece a(of_a), b(of_b);
+  KnownVertices known;
+  const Separation found = find_separation(a, b, relative(pose), Vec3::Zero(), 1, known);
+  ManifoldScratch scratch;
+  std::vector<SurfacePoint> points;
+  add_manifold(a, b, relative(pose), found, 0.1, scratch, points);
+  ASSERT_FALSE(points.empty());
+  const auto deepest = std::ranges::min_element(points, {}, &SurfacePoint::distance_m);
+  EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3);
+}
+
 // Blunt corners have faces that are nearly the one that carries, with corners beside them.
 TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   Philox random(9, Stream::test, 0);
-  ManifoldScratch scratch;
   const auto pebble = [&] {
     CollisionPiece piece;
     piece.kind = CollisionPiece::Kind::hull;
@@ -179,30 +200,14 @@ TEST(ExactEngine, ManifoldsOfManyFacesHoldTheDeepestPoint) {
   };
   for (int i = 0; i < 2000; ++i) {
     const CollisionPiece of_a = pebble(), of_b = pebble();
-    const ConvexPiece a(of_a), b(of_b);
-    const double depth = random.uniform(-0.01, 0.01);
-    const Vec3 direction = random_direction(random);
-    Pose pose{{}, random_turn(random)};
-    double low = 0, high = 5;
-    for (int k = 0; k < 30; ++k) {
-      const double middle = (low + high) / 2;
-      pose.position = middle * direction;
-      (judged(of_a, of_b, pose) > depth ? high : low) = middle;
-    }
-    KnownVertices known;
-    const Separation found = find_separation(a, b, relative(pose), Vec3::Zero(), 1, known);
-    std::vector<SurfacePoint> points;
-    add_manifold(a, b, relative(pose), found, 0.1, scratch, points);
-    ASSERT_FALSE(points.empty()) << i;
-    const auto deepest = std::ranges::min_element(points, {}, &SurfacePoint::distance_m);
-    EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3) << i;
+    SCOPED_TRACE(i);
+    expect_deepest_point(of_a, of_b, random.uniform(-0.01, 0.01), random);
   }
 }
 
 // Cuts leave corners that are one but for rounding; no side leads from one to the other.
 TEST(ExactEngine, DoubledCornersCutNothingOff) {
   Philox random(17, Stream::test, 0);
-  ManifoldScratch scratch;
   int doubled = 0;
   const auto plate = [&] {
     CollisionPiece piece;
@@ -219,25 +224,11 @@ TEST(ExactEngine, DoubledCornersCutNothingOff) {
   };
   for (int i = 0; i < 500; ++i) {
     const CollisionPiece of_a = plate(), of_b = plate();
-    const ConvexPiece a(of_a), b(of_b);
+    SCOPED_TRACE(i);
+    const ConvexPiece a(of_a);
     EXPECT_EQ(a.vertices().size(), 8);
     EXPECT_EQ(a.faces().size(), 6);
-    const double depth = random.uniform(-0.1, 0);
-    const Vec3 direction = random_direction(random);
-    Pose pose{{}, random_turn(random)};
-    double low = 0, high = 5;
-    for (int k = 0; k < 30; ++k) {
-      const double middle = (low + high) / 2;
-      pose.position = middle * direction;
-      (judged(of_a, of_b, pose) > depth ? high : low) = middle;
-    }
-    KnownVertices known;
-    const Separation found = find_separation(a, b, relative(pose), Vec3::Zero(), 1, known);
-    std::vector<SurfacePoint> points;
-    add_manifold(a, b, relative(pose), found, 0.1, scratch, points);
-    ASSERT_FALSE(points.empty()) << i;
-    const auto deepest = std::ranges::min_element(points, {}, &SurfacePoint::distance_m);
-    EXPECT_NEAR(deepest->distance_m, found.distance_m, 1e-3) << i;
+    expect_deepest_point(of_a, of_b, random.uniform(-0.1, 0), random);
   }
   EXPECT_GT(doubled, 500);
 }

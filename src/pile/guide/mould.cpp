@@ -223,8 +223,8 @@ MouldFilling Mould::run() {
 }
 
 // The upper one of each two that are stuck in each other, or what is stuck in something that stands
-// still: they would stay so, held by glue. Whether
-// there were any. Contacts of what has several pieces lie along its way out, which may be far.
+// still: they would stay so, held by glue. Whether there were any. Contacts of what has several
+// pieces lie along its way out, which may be far.
 bool Mould::take_out_stuck() {
   std::vector<BodyContact> contacts;
   engine_->read_contacts(contacts);
