@@ -201,6 +201,7 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
   Shelf shelf(3);
   const double mass_kg = shelf.model.bodies[4].mass_kg;
   shelf.model.events.push_back({0.5, ModelEvent::Kind::impulse, {4}, Vec3(0, -6 * mass_kg, 0), {}});
+  shelf.model.events.push_back({3.1, ModelEvent::Kind::impulse, {3}, Vec3(0, -9 * mass_kg, 0), {}});
   GuidedSimulator simulator(shelf.scene, shelf.model);
   run(simulator, 40);
   EXPECT_FALSE(simulator.glue_left().has_value());
@@ -221,6 +222,10 @@ TEST(HeldByGlue, WhatAHitLeavesIsAnalysedAgain) {
             3)
       << "two of the shelf and one of the ground";
   EXPECT_EQ(simulator.frames().back().counts.glue, 2) << "nothing is glued anew";
+  run(simulator, 20);
+  EXPECT_LT(simulator.frames().back().counts.glue, 2);
+  EXPECT_FALSE(simulator.glue_left().has_value())
+      << "it is hit once more, and has not come to rest";
 }
 
 // A cube that comes to lie beside a mould's filling, within the guide, is no part of it.

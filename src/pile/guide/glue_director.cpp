@@ -141,6 +141,7 @@ bool GlueDirector::is_left_due(const ImpulseControl& control) {
   if (!guide_.control || !state_.figures || state_.figures->given < 1) return false;
   const bool has_changed =
       state_.counts.torn > state_.torn_seen || (state_.had_forces && !is_as_analysed());
+  if (has_changed) state_.left.reset();  // that was said of another pile
   const bool lacks = state_.left && !stands(*state_.left);
   if (!has_changed && !lacks) return false;
   double seen = 0, moving = 0;
