@@ -39,11 +39,18 @@ int try_write(int descriptor, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+void write_parts_atomically(const fs::path& path,
+                            std::initializer_list<std::span<const std::byte>> parts) {
   TemporaryFile file(path);
-  const int fault = try_write(file.descriptor(), bytes);
-  if (fault != 0) throw io_error(path.string(), "cannot be written", fault);
+  for (const std::span<const std::byte> part : parts) {
+    const int fault = try_write(file.descriptor(), part);
+    if (fault != 0) throw io_error(path.string(), "cannot be written", fault);
+  }
   file.take_place();
+}
+
+void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+  write_parts_atomically(path, {bytes});
 }
 
 void write_file_atomically(const fs::path& path, std::string_view text) {

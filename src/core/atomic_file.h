@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,6 +15,9 @@ namespace pilesim {
 // Survives kill -9 as "old or new"; not synced against power loss.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+// One after the other.
+void write_parts_atomically(const std::filesystem::path& path,
+                            std::initializer_list<std::span<const std::byte>> parts);
 
 // Appends all of `text` to an open file; `path` names it in the Error(io).
 void write_all(int descriptor, const std::string& path, std::string_view text);

@@ -1,5 +1,6 @@
 #include "core/checkpoint_file.h"
 
+#include <array>
 #include <cstring>
 #include <string_view>
 
@@ -35,17 +36,12 @@ void write_checkpoint(const std::filesystem::path& file, const CheckpointKey& ke
                       std::span<const std::byte> state) {
   StateWriter head;
   head(kVersion, key, uint64_t{state.size()});
-  std::vector<std::byte> bytes;
-  bytes.reserve(kMagic.size() + head.bytes().size() + state.size() + sizeof(Checksum));
-  const auto append = [&](std::span<const std::byte> part) {
-    bytes.insert(bytes.end(), part.begin(), part.end());
-  };
-  append(std::as_bytes(std::span(kMagic)));
-  append(head.bytes());
-  append(state);
-  const Checksum checksum = checksum_of(bytes);
-  append(std::as_bytes(std::span(checksum)));
-  write_file_atomically(file, bytes);
+  // States are large: no copy of theirs.
+  const std::array parts = {std::as_bytes(std::span(kMagic)), head.bytes(), state};
+  Hasher hasher;
+  for (const auto& part : parts) hasher.add(part);
+  const Checksum checksum = hasher.checksum();
+  write_parts_atomically(file, {parts[0], parts[1], parts[2], std::as_bytes(std::span(checksum))});
 }
 
 Checkpoint::Checkpoint(const std::filesystem::path& file) : file_(file), bytes_(read_file(file)) {

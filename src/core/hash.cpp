@@ -4,11 +4,15 @@
 
 namespace pilesim {
 namespace {
-std::string hexadecimal(XXH128_hash_t hash) {
+Checksum canonical(XXH128_hash_t hash) {
   XXH128_canonical_t canonical;
   XXH128_canonicalFromHash(&canonical, hash);
+  return std::to_array(canonical.digest);
+}
+
+std::string hexadecimal(XXH128_hash_t hash) {
   std::string text;
-  for (const unsigned char byte : canonical.digest) {
+  for (const unsigned char byte : canonical(hash)) {
     constexpr char kDigits[] = "0123456789abcdef";
     text += kDigits[byte >> 4];
     text += kDigits[byte & 15];
@@ -22,9 +26,7 @@ std::string content_hash(std::span<const std::byte> bytes) {
 }
 
 Checksum checksum_of(std::span<const std::byte> bytes) {
-  XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
-  return std::to_array(canonical.digest);
+  return canonical(XXH3_128bits(bytes.data(), bytes.size()));
 }
 
 std::string content_hash(const std::string& text) {
@@ -42,6 +44,10 @@ void Hasher::add(std::span<const std::byte> bytes) {
 
 std::string Hasher::digest() const {
   return hexadecimal(XXH3_128bits_digest(static_cast<const XXH3_state_t*>(state_)));
+}
+
+Checksum Hasher::checksum() const {
+  return canonical(XXH3_128bits_digest(static_cast<const XXH3_state_t*>(state_)));
 }
 
 }  // namespace pilesim

@@ -31,6 +31,7 @@ class Hasher {
     add(std::as_bytes(values));
   }
   std::string digest() const;
+  Checksum checksum() const;
 
  private:
   void* state_;

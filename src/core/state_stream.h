@@ -1,5 +1,6 @@
 // The state of a simulation as bytes, and back: what checkpoints are made of. Numbers are as they
-// lie in memory, so bytes are for the program that wrote them (core/checkpoint_file.h sees to that).
+// lie in memory, so bytes are for the program that wrote them (core/checkpoint_file.h sees to
+// that).
 //
 // A struct of state lists its fields once, for both ways:
 //   static void fields(auto& state, auto& stream) { stream(state.position, state.speed); }
@@ -59,6 +60,9 @@ class StateWriter {
 
  private:
   void append(const void* data, size_t size) {
+    // States are large: not for twice as many bytes, as a vector would.
+    const size_t needed = bytes_.size() + size;
+    if (bytes_.capacity() < needed) bytes_.reserve(needed + needed / 4);
     const auto* first = static_cast<const std::byte*>(data);
     bytes_.insert(bytes_.end(), first, first + size);
   }
