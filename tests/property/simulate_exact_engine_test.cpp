@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <set>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "inspect/pile_inspection.h"
 #include "model/placed_piece.h"
 #include "simulate/exact/engine.h"
+#include "simulate/exact/exact_constants.h"
 #include "simulate/exact/manifold.h"
 #include "simulate/exact/pair_list.h"
 #include "simulate/exact/separation.h"
@@ -410,6 +412,88 @@ TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
       body.moved = kStep * body.velocity;
     }
   }
+}
+
+// Pairs of bodies that stand still are set aside and brought back, with their contacts, as bodies
+// fall asleep and wake: each pair is there once, and in sight of a step if one of the two moves.
+TEST(ExactEngine, PairsThatRestComeBack) {
+  Philox random(5, Stream::test, 0);
+  SmallModel m;
+  const uint32_t shape = m.box({0.4, 0.6, 0.8});
+  std::vector<CollisionShape> shapes;
+  for (const ModelShape& source : m.model.shapes) shapes.emplace_back(source);
+  EngineState state;
+  state.bodies.resize(120);
+  PairList list(shapes, state);
+  for (uint32_t i = 0; i < state.bodies.size(); ++i) {
+    Body& body = state.bodies[i];
+    body.shape = shape;
+    body.moves = i % 10 == 0 ? Moves::never : Moves::by_contacts;
+    body.position = test::random_in_box(random, 0, 2);
+    list.add(i);
+  }
+  const auto all = [&] {
+    std::map<uint64_t, std::vector<float>> found;
+    const auto add = [&](const Pair& pair, std::span<const Contact> contacts) {
+      std::vector<float>& depths = found[pair.key()];
+      EXPECT_TRUE(depths.empty()) << "twice";
+      for (const Contact& contact : contacts) depths.push_back(contact.distance_m);
+    };
+    for (const Pair& pair : state.pairs) add(pair, state.contacts_of(pair));
+    for (const Pair& pair : state.resting.pairs) add(pair, state.resting.contacts_of(pair));
+    EXPECT_EQ(found.size(), state.pairs.size() + state.resting.pairs.size());
+    return found;
+  };
+  list.update(0.01, 9.81);
+  for (Pair& pair : state.pairs) {
+    pair.first_contact = static_cast<uint32_t>(state.contacts.size());
+    pair.contact_count = static_cast<uint32_t>(1 + pair.key() % 3);
+    for (uint32_t k = 0; k < pair.contact_count; ++k) {
+      const Vec3f none = Vec3f::Zero();
+      const auto depth = static_cast<float>(state.contacts.size());
+      state.contacts.push_back(
+          {.arm_a = none, .arm_b = none, .normal = none, .distance_m = -depth});
+    }
+  }
+  const auto expected = all();
+  ASSERT_GT(expected.size(), 500);
+  const auto stand_still = [&](const Pair& pair) {
+    return state.bodies[pair.a].stands_still() && state.bodies[pair.b].stands_still();
+  };
+  size_t most_resting = 0;
+  for (int step = 0; step < 200; ++step) {
+    for (Body& body : state.bodies) {
+      if (random.uniform() < 0.1) body.asleep = body.put_to_sleep = false;
+      if (random.uniform() < 0.1 + 0.3 * (step % 50 / 49)) body.asleep = true;
+    }
+    if (step % 40 == 39) {
+      for (Body& body : state.bodies) body.asleep = step % 80 == 79;
+    }
+    list.bring_back();
+    EXPECT_TRUE(std::ranges::all_of(state.resting.pairs, stand_still));
+    EXPECT_TRUE(std::ranges::is_sorted(state.pairs, {}, &Pair::key));
+    list.set_aside(static_cast<size_t>(std::ranges::count_if(state.pairs, stand_still)));
+    EXPECT_TRUE(std::ranges::is_sorted(state.resting.pairs, {}, &Pair::key));
+    EXPECT_EQ(all(), expected);
+    EXPECT_LE(static_cast<double>(std::ranges::count_if(state.pairs, stand_still)),
+              exact_constants::kShareToRest * static_cast<double>(state.pairs.size()));
+    most_resting = std::max(most_resting, state.resting.pairs.size());
+  }
+  EXPECT_EQ(most_resting, expected.size());
+  // What goes takes its pairs with it, and their contacts.
+  for (Body& body : state.bodies) body.asleep = true;
+  list.set_aside(state.pairs.size());
+  ASSERT_TRUE(state.pairs.empty());
+  list.remove(7);
+  size_t contacts = 0;
+  for (const Pair& pair : state.resting.pairs) {
+    EXPECT_TRUE(pair.a != 7 && pair.b != 7);
+    contacts += pair.contact_count;
+  }
+  EXPECT_TRUE(state.pairs.empty());
+  EXPECT_LT(state.resting.pairs.size(), expected.size());
+  EXPECT_EQ(contacts, state.resting.contacts.size());
+  EXPECT_EQ(contacts, list.resting_contacts().count);
 }
 
 TEST(ExactEngine, BallsWhoseBoxesMeetAtACornerAreNoPair) {

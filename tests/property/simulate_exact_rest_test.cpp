@@ -40,5 +40,37 @@ TEST(ExactRest, WhatIsApartSleepsApart) {
   EXPECT_GT(simulator->states().linear_velocity[1].x(), 0.5);
 }
 
+// Rows of boxes that lean on each other sleep as islands; what hits the end of one wakes all of it,
+// in the step in which it does, and nothing of it falls meanwhile, and no other row.
+TEST(ExactRest, WhatSleepsTogetherWakesTogether) {
+  SmallModel m;
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.frame_rate = 1 / m.scene.actual_step_s();  // every step is looked at
+  const uint32_t material = m.material(0, 0.5);
+  m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
+  const uint32_t box = m.box(Vec3::Constant(0.2));
+  constexpr uint32_t kRows = 4, kOfRow = 12;
+  for (uint32_t row = 0; row < kRows; ++row) {
+    for (uint32_t i = 0; i < kOfRow; ++i) m.body(box, material, {0.2 * i, 0.1, 1.0 * row});
+  }
+  m.body(m.sphere(0.1), material, {-1.5, 0.1, 0}).linear_velocity = {0.6, 0, 0};
+  const auto simulator = make_simulator(m.scene, m.model);
+  uint32_t awake = 0;
+  bool have_slept = false, have_woken = false;
+  for (int frame = 0; frame < 1200; ++frame) {
+    const uint32_t before = awake;
+    awake = simulator->step_frame().bodies_awake;
+    have_slept = have_slept || awake == 1;
+    if (have_slept && awake > 1 && !have_woken) {
+      EXPECT_EQ(awake, 1 + kOfRow) << "from " << before;
+      have_woken = true;
+    }
+    for (uint32_t i = 1; i <= kRows * kOfRow; ++i) {
+      ASSERT_GT(simulator->states().position[i].y(), 0.0999) << i << " in frame " << frame;
+    }
+  }
+  EXPECT_TRUE(have_woken);
+}
+
 }  // namespace
 }  // namespace pilesim

@@ -73,6 +73,9 @@ class Engine final : public ExactEngine {
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
+  void bring_back();
+  void require_pairs(std::span<const Pair> pairs, size_t contacts,
+                     const std::vector<Body>& bodies) const;
   void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
 
   const Scene& scene_;
@@ -144,9 +147,11 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
 }
 
 void Engine::remove(uint32_t index) {
-  for (const Pair& pair : state_.pairs) {
-    if ((pair.a != index && pair.b != index) || pair.contact_count == 0) continue;
-    rouse(bodies_[pair.a == index ? pair.b : pair.a]);
+  for (const std::vector<Pair>* pairs : {&state_.pairs, &state_.resting.pairs}) {
+    for (const Pair& pair : *pairs) {
+      if ((pair.a != index && pair.b != index) || pair.contact_count == 0) continue;
+      rouse(bodies_[pair.a == index ? pair.b : pair.a]);
+    }
   }
   std::erase_if(state_.joints, [&](const Joint& joint) {
     if (joint.a != index && joint.b != index) return false;
@@ -275,7 +280,8 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 
 void Engine::step(StageTimer& timer, const std::function<void()>& before_solver) {
   const auto step = [&] { make_step(timer, before_solver); };
-  partner_ || state_.pairs.size() >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
+  const size_t pairs = state_.pairs.size() + state_.resting.pairs.size();
+  partner_ || pairs >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
 }
 
 void Engine::make_step(StageTimer& timer, const std::function<void()>& before_solver) {
@@ -290,9 +296,11 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
   before_solver();
   {
     StageTimer::Scope scope(timer, Stage::solver);
-    rest_.wake_islands(narrow_.touching());
+    bring_back();
+    if (rest_.wake_islands(narrow_.touching())) bring_back();
     for (Body& body : bodies_) {
-      if (body.moves == Moves::by_keys) continue;  // when they are moved
+      // What moves by keys: when it is moved.
+      if (body.moves == Moves::by_keys || body.stands_still()) continue;
       body.moved.setZero();
       body.turned_m = 0;
     }
@@ -303,7 +311,12 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     fly_on();
     rest_.note_support(narrow_.touching());
     rest_.end_step(scene_.simulator.sleeping);
+    pairs_.set_aside(narrow_.still_pairs());
   }
+}
+
+void Engine::bring_back() {
+  if (pairs_.bring_back()) narrow_.list_touching();
 }
 
 // What nothing touches.
@@ -317,8 +330,8 @@ void Engine::fly_on() {
 
 void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
   contacts.clear();
-  for (const Pair& pair : state_.pairs) {
-    for (const Contact& contact : state_.contacts_of(pair)) {
+  const auto read = [&](const Pair& pair, std::span<const Contact> found) {
+    for (const Contact& contact : found) {
       const Vec3 normal = contact.normal.cast<double>().normalized();
       const Vec3 between = bodies_[pair.a].position + contact.arm_a.cast<double>();
       contacts.push_back({.a = pair.b,
@@ -327,7 +340,19 @@ void Engine::read_contacts(std::vector<BodyContact>& contacts) const {
                           .normal = normal,
                           .distance_m = contact.distance_m});
     }
+  };
+  // By key, whether they rest or not.
+  auto resting = state_.resting.pairs.begin();
+  const auto read_resting_before = [&](uint64_t key) {
+    for (; resting != state_.resting.pairs.end() && resting->key() < key; ++resting) {
+      read(*resting, state_.resting.contacts_of(*resting));
+    }
+  };
+  for (const Pair& pair : state_.pairs) {
+    read_resting_before(pair.key());
+    read(pair, state_.contacts_of(pair));
   }
+  read_resting_before(std::numeric_limits<uint64_t>::max());
 }
 
 void Engine::find_hits(std::vector<Hit>& hits) {
@@ -432,12 +457,11 @@ bool Engine::holds(ConstraintId constraint) const {
 }
 
 void Engine::add_contacts_to(FrameStatistics& statistics) const {
-  for (const Contact& contact : state_.contacts) {
-    if (contact.distance_m > 0 && contact.push_n <= 0) continue;
-    ++statistics.contacts;
-    statistics.deepest_penetration_m =
-        std::max<double>(statistics.deepest_penetration_m, -contact.distance_m);
-  }
+  ContactCount contacts = pairs_.resting_contacts();
+  contacts.add(state_.contacts);
+  statistics.contacts += contacts.count;
+  statistics.deepest_penetration_m =
+      std::max<double>(statistics.deepest_penetration_m, contacts.deepest_m);
 }
 
 void Engine::load(StateReader& reader) {
@@ -451,14 +475,12 @@ void Engine::load(StateReader& reader) {
     StateReader::require(state.bodies[i].moves <= Moves::by_contacts, "a way to move");
   }
   StateReader::require_below(state.fresh, count);
-  uint64_t last = 0;
-  for (const Pair& pair : state.pairs) {
-    StateReader::require(pair.a < count && pair.b < count && pair.a != pair.b, "pairs of bodies");
-    StateReader::require(pair.key() > last, "pairs in their order");
-    last = pair.key();
-    StateReader::require(uint64_t{pair.first_contact} + pair.contact_count <= state.contacts.size(),
-                         "contacts of pairs");
-    require_pieces(pair, state.bodies);
+  require_pairs(state.pairs, state.contacts.size(), state.bodies);
+  require_pairs(state.resting.pairs, state.resting.contacts.size(), state.bodies);
+  for (const Pair& pair : state.resting.pairs) {
+    StateReader::require(!std::ranges::binary_search(state.pairs, pair.key(), {},
+                                                     [](const Pair& p) { return p.key(); }),
+                         "each pair once");
   }
   for (const Joint& joint : state.joints) {
     StateReader::require(joint.a < count && (joint.b < count || joint.b == Joint::kWorld),
@@ -466,6 +488,24 @@ void Engine::load(StateReader& reader) {
   }
   state_ = std::move(state);
   pairs_.reload();
+}
+
+// Of pairs that were read.
+void Engine::require_pairs(std::span<const Pair> pairs, size_t contacts,
+                           const std::vector<Body>& bodies) const {
+  uint64_t last = 0;
+  for (const Pair& pair : pairs) {
+    StateReader::require(pair.a < bodies.size() && pair.b < bodies.size() && pair.a != pair.b,
+                         "pairs of bodies");
+    StateReader::require(
+        bodies[pair.a].moves != Moves::not_there && bodies[pair.b].moves != Moves::not_there,
+        "pairs of bodies that are there");
+    StateReader::require(pair.key() > last, "pairs in their order");
+    last = pair.key();
+    StateReader::require(uint64_t{pair.first_contact} + pair.contact_count <= contacts,
+                         "contacts of pairs");
+    require_pieces(pair, bodies);
+  }
 }
 
 // Of a pair that was read: pieces, faces and vertices that there are.

@@ -20,6 +20,9 @@ inline constexpr double kBoxMargin = 0.05;
 inline constexpr double kBoxSteps = 1;
 // Those of what has become slower are made anew when they are too wide by more.
 inline constexpr double kBoxLoose = 0.1;
+// When such a share of the pairs that a step has gone through are of bodies that stand still, steps
+// pass these by. Speed alone.
+inline constexpr double kShareToRest = 0.25;
 // As the boxes of pieces, for the list of pieces that are near, in extents of the body.
 inline constexpr double kListMargin = 0.1;
 

@@ -52,14 +52,21 @@ void NarrowPhase::place(uint32_t index) {
   const Body& body = bodies_[index];
   if (body.moves == Moves::not_there) return;
   const CollisionShape& shape = shapes_[body.shape];
-  placed_[index] = Placed(body, shape);
+  const bool stands_still = body.stands_still();
+  if (!stands_still) placed_[index] = Placed(body, shape);
   stirs_[index] = {body.velocity.cast<float>(),
-                   static_cast<float>(placed_[index].turning_m_s),
+                   static_cast<float>(Placed::turning_m_s_of(body, shape)),
                    body.moved.cast<float>(),
                    static_cast<float>(body.turned_m),
                    static_cast<float>(shape.own_extent()),
                    body.is_awake(),
-                   body.stands_still()};
+                   stands_still};
+}
+
+// `own`: where it is made, if it is not there yet.
+const Placed& NarrowPhase::placed(uint32_t index, Placed& own) const {
+  if (!stirs_[index].stands_still) return placed_[index];
+  return own = Placed(bodies_[index], shape_of(index));
 }
 
 // One after the other, what parts have found.
@@ -67,30 +74,42 @@ void NarrowPhase::list(std::span<const Part> parts) {
   std::vector<uint32_t> first_contact;
   size_t contacts = 0;
   touching_.clear();
+  still_pairs_ = 0;
   for (const Part& part : parts) {
+    still_pairs_ += part.still;
     first_contact.push_back(static_cast<uint32_t>(contacts));
     contacts += part.contacts.size();
     touching_.insert(touching_.end(), part.touching.begin(), part.touching.end());
   }
-  contacts_.resize(contacts);
+  state_.contacts.resize(contacts);
   parallel_for(parts.size(), kPartGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      std::ranges::copy(parts[i].contacts, contacts_.begin() + first_contact[i]);
+      std::ranges::copy(parts[i].contacts, state_.contacts.begin() + first_contact[i]);
       for (const uint32_t t : parts[i].touching) state_.pairs[t].first_contact += first_contact[i];
     }
   });
-  std::swap(state_.contacts, contacts_);
+}
+
+void NarrowPhase::list_touching() {
+  touching_.clear();
+  for (uint32_t i = 0; i < state_.pairs.size(); ++i) {
+    if (state_.pairs[i].contact_count > 0) touching_.push_back(i);
+  }
 }
 
 void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, Part& part) {
   part.touching.clear();
   part.contacts.clear();
+  part.still = 0;
   part.is_ahead = false;
   std::array<bool, kPairGrain> is_looked_at{};
   for (size_t i = begin; i < end; ++i) {
     Pair& pair = state_.pairs[i];
     const Stir &a = stirs_[pair.a], &b = stirs_[pair.b];
-    if (a.stands_still && b.stands_still) continue;  // as it was
+    if (a.stands_still && b.stands_still) {  // as it was
+      ++part.still;
+      continue;
+    }
     const bool look = is_to_be_looked_at(pair, filter);
     is_looked_at[i - begin] = look;
     if (!look) pair.contact_count = 0;
@@ -144,9 +163,10 @@ void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> fo
   const size_t first = part.contacts.size();
   if (anew) {
     thread_local NarrowScratch scratch;
-    find_contacts(pair, placed_[pair.a], placed_[pair.b], settings_, former, part.contacts,
-                  scratch);
-    bounce(pair, std::span(part.contacts).subspan(first));
+    Placed own_a, own_b;
+    const Placed &a = placed(pair.a, own_a), &b = placed(pair.b, own_b);
+    find_contacts(pair, a, b, settings_, former, part.contacts, scratch);
+    bounce(a, b, std::span(part.contacts).subspan(first));
   } else if (!former.empty()) {
     part.contacts.insert(part.contacts.end(), former.begin(), former.end());
   }
@@ -202,9 +222,8 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
 // A bounce reverses the speed of approach as it was before gravity, at the place where the body
 // is: with parabolic steps that keeps the energy. What would not outlive the step's gravity comes
 // to rest. What is not there yet keeps its speed until it is.
-void NarrowPhase::bounce(const Pair& pair, std::span<Contact> contacts) const {
+void NarrowPhase::bounce(const Placed& a, const Placed& b, std::span<Contact> contacts) const {
   if (contacts.empty()) return;
-  const Placed &a = placed_[pair.a], &b = placed_[pair.b];
   const double step_s = settings_.step_s;
   const double restitution = std::sqrt(a.restitution * b.restitution);
   const double hard = kHard * smaller_extent(*a.shape, *b.shape);

@@ -19,6 +19,11 @@ class NarrowPhase {
   // What turns on its way to a contact of this step is moved there.
   void find(const PairFilter& filter);
 
+  // When pairs have come or gone since: touching() anew.
+  void list_touching();
+
+  // Of the pairs that find() went through, those of bodies that stand still.
+  size_t still_pairs() const { return still_pairs_; }
   // As find() has left them: the pairs that have contacts, by their places in the state, ascending.
   std::span<const uint32_t> touching() const { return touching_; }
   // And of each body the part of the step that it has made already, s.
@@ -29,6 +34,7 @@ class NarrowPhase {
   struct Part {
     std::vector<uint32_t> touching;
     std::vector<Contact> contacts;
+    size_t still = 0;       // pairs of bodies that stand still
     bool is_ahead = false;  // some contacts are of a later time than the step's begin
   };
   void find_part(size_t begin, size_t end, const PairFilter& filter, Part& part);
@@ -38,7 +44,8 @@ class NarrowPhase {
   bool advance(std::span<const Part> parts);
   void list(std::span<const Part> parts);
   void place(uint32_t body);
-  void bounce(const Pair& pair, std::span<Contact> contacts) const;
+  const Placed& placed(uint32_t body, Placed& own) const;
+  void bounce(const Placed& a, const Placed& b, std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
   std::span<const CollisionShape> shapes_;
@@ -47,12 +54,12 @@ class NarrowPhase {
   NarrowSettings settings_;
   Vec3 gravity_;
   // Scratch of a step.
-  std::vector<Placed> placed_;
+  std::vector<Placed> placed_;  // but for what stands still
   std::vector<Stir> stirs_;
   std::vector<double> ahead_s_;
   std::vector<uint32_t> touching_;
+  size_t still_pairs_ = 0;
   std::vector<Part> parts_;
-  std::vector<Contact> contacts_;
 };
 
 }  // namespace pilesim::exact

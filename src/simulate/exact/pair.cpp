@@ -358,9 +358,9 @@ class Finder {
       if (pair_.pieces.empty()) pair_.pieces.push_back({});
       return;
     }
-    std::vector<PiecePair>& former = scratch_.pieces;
-    former.clear();
-    std::swap(former, pair_.pieces);
+    const std::vector<PiecePair>& former = pair_.pieces;
+    std::vector<PiecePair>& listed = scratch_.pieces;
+    listed.clear();
     const double around = reach_m_ + margin;
     const Mat3 spread = b_in_a_.turn.cwiseAbs();
     auto known = former.begin();
@@ -391,15 +391,17 @@ class Finder {
     for (const auto& [i, j, gap] : met) {
       while (known != former.end() && std::pair(known->a, known->b) < std::pair(i, j)) ++known;
       if (known != former.end() && known->a == i && known->b == j) {
-        pair_.pieces.push_back(*known);
+        listed.push_back(*known);
         continue;
       }
-      pair_.pieces.push_back({i, j});
-      PiecePair& made = pair_.pieces.back();
+      PiecePair& made = listed.emplace_back(PiecePair{i, j});
       if (shape_a_.surface) made.side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
       // What is as far apart as its box is not looked at yet.
       if (gap > 0) spend(made.slack_m = static_cast<float>(gap), 0);
     }
+    // There are many lists: none has much room to spare.
+    if (pair_.pieces.capacity() > 2 * listed.size()) std::vector<PiecePair>().swap(pair_.pieces);
+    pair_.pieces.assign(listed.begin(), listed.end());
     pair_.list_slack_m = static_cast<float>(around);
   }
 

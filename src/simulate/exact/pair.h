@@ -74,10 +74,14 @@ struct Placed {
         velocity(body.velocity),
         spin(body.spin),
         orientation(body.orientation),
-        turning_m_s(body.spin.isZero(0) ? 0 : body.spin.norm() * of_shape.radius_m),
+        turning_m_s(turning_m_s_of(body, of_shape)),
         restitution(body.restitution),
         is_awake(body.is_awake()),
         is_moved_by_contacts(body.moves == Moves::by_contacts) {}
+
+  static double turning_m_s_of(const Body& body, const CollisionShape& shape) {
+    return body.spin.isZero(0) ? 0 : body.spin.norm() * shape.radius_m;
+  }
 
   const CollisionShape* shape = nullptr;
   Vec3 position;           // as of the body

@@ -51,6 +51,7 @@ void PairList::reload() {
     (shapes_[body.shape].is_plane ? planes_ : present_).push_back(i);
   }
   changed_ = true;
+  note_resting();
 }
 
 void PairList::add(uint32_t body) {
@@ -68,8 +69,9 @@ void PairList::remove(uint32_t body) {
   std::erase(planes_, body);
   std::erase(present_, body);
   std::erase(state_.fresh, body);
-  std::erase_if(state_.pairs,
-                [body](const Pair& pair) { return pair.a == body || pair.b == body; });
+  const auto has_body = [body](const Pair& pair) { return pair.a == body || pair.b == body; };
+  if (rests(body)) bring_back_if(has_body);
+  std::erase_if(state_.pairs, has_body);
   changed_ = true;
 }
 
@@ -116,6 +118,7 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
 }
 
 void PairList::update(double step_s, double gravity) {
+  bring_back();
   former_.resize(state_.bodies.size());
   is_moved_.assign(state_.bodies.size(), 0);
   std::vector<std::vector<uint32_t>> parts((present_.size() + kBodyGrain - 1) / kBodyGrain);
@@ -142,7 +145,11 @@ void PairList::update(double step_s, double gravity) {
   // A plane that has come meets all that is there.
   const bool all = std::ranges::any_of(
       state_.fresh, [&](uint32_t i) { return shapes_[state_.bodies[i].shape].is_plane; });
-  if (all) moved = present_;
+  if (all) {
+    moved = present_;
+    // Pairs that are known are found again, and left out where they are listed.
+    bring_back_if([](const Pair&) { return true; });
+  }
   state_.fresh.clear();
   if (moved.empty()) return;
   look_up(moved, all);
@@ -234,7 +241,7 @@ void PairList::merge() {
   });
   if (std::ranges::count(is_changed, 0) == static_cast<std::ptrdiff_t>(parts)) return;
   std::partial_sum(first.begin(), first.end(), first.begin());
-  merged_.resize(first.back());
+  make_room(first.back());
   const auto stands = [&](uint32_t body) {
     const CollisionShape& shape = shapes_[state_.bodies[body].shape];
     return shape.is_plane || shape.surface != nullptr;
@@ -250,6 +257,99 @@ void PairList::merge() {
         });
   });
   std::swap(pairs, merged_);
+}
+
+bool PairList::is_still(const Pair& pair) const {
+  return state_.bodies[pair.a].stands_still() && state_.bodies[pair.b].stands_still();
+}
+
+void PairList::note_resting() {
+  rests_.assign(state_.bodies.size(), 0);
+  for (const Pair& pair : state_.resting.pairs) rests_[pair.a] = rests_[pair.b] = 1;
+  resting_contacts_ = {};
+  resting_contacts_.add(state_.resting.contacts);
+}
+
+// Not for twice as many, as a vector would.
+void PairList::make_room(size_t pairs) {
+  if (merged_.capacity() < pairs) {
+    std::vector<Pair>().swap(merged_);
+    merged_.reserve(pairs + pairs / 8);
+  }
+  merged_.resize(pairs);
+}
+
+// Both by key; `more` is of no use after.
+void PairList::put_in(std::vector<Pair>& more, std::vector<Pair>& pairs) {
+  make_room(pairs.size() + more.size());
+  std::merge(std::move_iterator(pairs.begin()), std::move_iterator(pairs.end()),
+             std::move_iterator(more.begin()), std::move_iterator(more.end()), merged_.begin(),
+             [](const Pair& a, const Pair& b) { return a.key() < b.key(); });
+  std::swap(pairs, merged_);
+}
+
+void PairList::bring_back_if(const auto& comes) {
+  RestingPairs& resting = state_.resting;
+  std::vector<Pair> back;
+  std::vector<Contact> left;
+  left.reserve(resting.contacts.size());
+  const auto take = [](Pair& pair, std::span<const Contact> from, std::vector<Contact>& to) {
+    const auto first = static_cast<uint32_t>(to.size());
+    to.insert(to.end(), from.begin(), from.end());
+    pair.first_contact = first;
+  };
+  size_t kept = 0;
+  for (Pair& pair : resting.pairs) {
+    const std::span<const Contact> contacts = resting.contacts_of(pair);
+    if (comes(pair)) {
+      take(pair, contacts, state_.contacts);
+      back.push_back(std::move(pair));
+    } else {
+      take(pair, contacts, left);
+      if (&resting.pairs[kept] != &pair) resting.pairs[kept] = std::move(pair);
+      ++kept;
+    }
+  }
+  resting.pairs.resize(kept);
+  resting.contacts = std::move(left);
+  put_in(back, state_.pairs);
+  note_resting();
+}
+
+bool PairList::bring_back() {
+  const auto is_roused = [&](uint32_t body) {
+    return rests(body) && !state_.bodies[body].stands_still();
+  };
+  if (state_.resting.pairs.empty() || std::ranges::none_of(present_, is_roused)) return false;
+  bring_back_if([&](const Pair& pair) { return !is_still(pair); });
+  return true;
+}
+
+void PairList::set_aside(size_t still) {
+  const double pairs = static_cast<double>(state_.pairs.size());
+  if (still == 0 || static_cast<double>(still) < kShareToRest * pairs) return;
+  std::vector<Pair> resting;
+  std::vector<Contact> left;
+  resting.reserve(still);
+  left.reserve(state_.contacts.size());
+  size_t kept = 0;
+  for (Pair& pair : state_.pairs) {
+    const bool rests = is_still(pair);
+    std::vector<Contact>& to = rests ? state_.resting.contacts : left;
+    const std::span<const Contact> contacts = state_.contacts_of(pair);
+    pair.first_contact = static_cast<uint32_t>(to.size());
+    to.insert(to.end(), contacts.begin(), contacts.end());
+    if (rests) {
+      resting.push_back(std::move(pair));
+    } else {
+      if (&state_.pairs[kept] != &pair) state_.pairs[kept] = std::move(pair);
+      ++kept;
+    }
+  }
+  state_.pairs.resize(kept);
+  state_.contacts = std::move(left);
+  put_in(resting, state_.resting.pairs);
+  note_resting();
 }
 
 }  // namespace pilesim::exact

@@ -57,10 +57,10 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
 }
 
 // Whether they do, or will within the step.
-bool Rest::touches(const Pair& pair) const {
+bool Rest::touches(const Pair& pair, std::span<const Contact> contacts) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
   const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
-  return std::ranges::any_of(state_.contacts_of(pair), [&](const Contact& contact) {
+  return std::ranges::any_of(contacts, [&](const Contact& contact) {
     if (contact.distance_m <= near || contact.push_n > 0) return true;
     const Vec3 normal = contact.normal.cast<double>();
     const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
@@ -69,10 +69,11 @@ bool Rest::touches(const Pair& pair) const {
   });
 }
 
-void Rest::wake_islands(std::span<const uint32_t> touching) {
-  const auto joins = [&](const Body& body) {
-    return body.moves == Moves::by_contacts && !body.put_to_sleep;
-  };
+bool Rest::joins(uint32_t body) const {
+  return bodies_[body].moves == Moves::by_contacts && !bodies_[body].put_to_sleep;
+}
+
+bool Rest::wake_islands(std::span<const uint32_t> touching) {
   const auto stirs = [&](const Body& body) {  // a kinematic body that moves
     return body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0));
   };
@@ -84,12 +85,12 @@ void Rest::wake_islands(std::span<const uint32_t> touching) {
     for (size_t i = begin; i < end; ++i) {
       const Pair& pair = state_.pairs[touching[i]];
       const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-      const bool of_a = joins(a), of_b = joins(b);
+      const bool of_a = joins(pair.a), of_b = joins(pair.b);
       const bool matters = (of_a && of_b) || (of_a && stirs(b)) || (of_b && stirs(a));
-      links_[i] = !matters || !touches(pair) ? Link::none
-                  : of_a && of_b             ? Link::both
-                  : of_a                     ? Link::a_on_b
-                                             : Link::b_on_a;
+      links_[i] = !matters || !touches(pair, state_.contacts_of(pair)) ? Link::none
+                  : of_a && of_b                                       ? Link::both
+                  : of_a                                               ? Link::a_on_b
+                                                                       : Link::b_on_a;
     }
   });
   for (size_t i = 0; i < touching.size(); ++i) {
@@ -100,15 +101,40 @@ void Rest::wake_islands(std::span<const uint32_t> touching) {
   }
   for (const Joint& joint : state_.joints) {
     if (joint.b == Joint::kWorld) continue;
-    if (joins(bodies_[joint.a]) && joins(bodies_[joint.b])) islands_.unite(joint.a, joint.b);
+    if (joins(joint.a) && joins(joint.b)) islands_.unite(joint.a, joint.b);
   }
+  if (!rouse_islands()) return false;
+  // With what has slept beside it.
+  const std::vector<Pair>& resting = state_.resting.pairs;
+  links_.resize(resting.size());
+  parallel_for(resting.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Pair& pair = resting[i];
+      const bool joined =
+          joins(pair.a) && joins(pair.b) && touches(pair, state_.resting.contacts_of(pair));
+      links_[i] = joined ? Link::both : Link::none;
+    }
+  });
+  for (size_t i = 0; i < resting.size(); ++i) {
+    if (links_[i] == Link::both) islands_.unite(resting[i].a, resting[i].b);
+  }
+  rouse_islands();
+  return true;
+}
+
+// Whether something of them has slept.
+bool Rest::rouse_islands() {
   std::vector<uint8_t> stirred(bodies_.size(), 0);
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
     if (bodies_[i].is_awake() || carried_[i] != 0) stirred[islands_.find(i)] = 1;
   }
+  bool any = false;
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].asleep && stirred[islands_.find(i)] != 0) rouse(bodies_[i]);
+    if (!bodies_[i].asleep || stirred[islands_.find(i)] == 0) continue;
+    rouse(bodies_[i]);
+    any = true;
   }
+  return any;
 }
 
 void Rest::note_support(std::span<const uint32_t> touching) {

@@ -28,7 +28,8 @@ class Rest {
        double step_s, const Vec3& gravity);
 
   // With the step's contacts, which the pairs `touching` have.
-  void wake_islands(std::span<const uint32_t> touching);
+  // Whether something of them has slept.
+  bool wake_islands(std::span<const uint32_t> touching);
   // The partner's, while contacts are solved: it carries the body.
   void carry(uint32_t body);
   // Once they are solved.
@@ -49,7 +50,9 @@ class Rest {
            rest_depth_m = 0;
     Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
   };
-  bool touches(const Pair& pair) const;
+  bool touches(const Pair& pair, std::span<const Contact> contacts) const;
+  bool joins(uint32_t body) const;
+  bool rouse_islands();
   void count_rest(uint32_t body);
 
   std::span<const CollisionShape> shapes_;

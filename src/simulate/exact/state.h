@@ -1,6 +1,7 @@
 // All that the exact engine keeps from one step to the next; plain data.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -35,20 +36,48 @@ struct Joint {
   }
 };
 
+// Pairs of bodies that stand still. What is found of them holds until one of the two moves, so that
+// steps pass them by.
+struct RestingPairs {
+  std::vector<Pair> pairs;        // by key
+  std::vector<Contact> contacts;  // of theirs
+
+  static void fields(auto& self, auto& stream) { stream(self.pairs, self.contacts); }
+  std::span<const Contact> contacts_of(const Pair& pair) const {
+    return std::span(contacts).subspan(pair.first_contact, pair.contact_count);
+  }
+};
+
+// Contacts that touch or push.
+struct ContactCount {
+  uint32_t count = 0;
+  float deepest_m = 0;  // overlap
+
+  void add(std::span<const Contact> contacts) {
+    for (const Contact& contact : contacts) {
+      if (contact.distance_m > 0 && contact.push_n <= 0) continue;
+      ++count;
+      deepest_m = std::max(deepest_m, -contact.distance_m);
+    }
+  }
+};
+
 struct EngineState {
   std::vector<Body> bodies;     // (B) written by Engine
   std::vector<WideBox> boxes;   // (B) m, world, wider than the body; PairList
   std::vector<uint32_t> fresh;  // bodies that have come since the last step; PairList
-  std::vector<Pair> pairs;      // by key; PairList makes them, NarrowPhase keeps them
+  // By key, but for those that rest; PairList makes them, NarrowPhase keeps them.
+  std::vector<Pair> pairs;
   // By pairs; NarrowPhase finds them, StepSolver writes their forces.
   std::vector<Contact> contacts;
+  RestingPairs resting;        // PairList
   std::vector<Joint> joints;   // nails and glue by id, then hinges; Engine
   ConstraintId next_nail = 0;  // Engine
   int32_t load_steps = 0;      // in which something heavy lies on something light; StepSolver
 
   static void fields(auto& self, auto& stream) {
-    stream(self.bodies, self.boxes, self.fresh, self.pairs, self.contacts, self.joints,
-           self.next_nail, self.load_steps);
+    stream(self.bodies, self.boxes, self.fresh, self.pairs, self.contacts, self.resting,
+           self.joints, self.next_nail, self.load_steps);
   }
 
   std::span<Contact> contacts_of(const Pair& pair) {
