@@ -1,6 +1,7 @@
 #include "geometry/solid.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
@@ -20,6 +21,8 @@ namespace {
 constexpr int kMostCells = 384;
 // A sheet's thickness is at least so many cells.
 constexpr double kCellsOfThickness = 2.5;
+// What is thinner on the mean than this, of the mesh's length, encloses nothing.
+constexpr double kFlat = 1e-6;
 // A wrap that closes more than this share of itself where there are no triangles, or that leaves so
 // much of the mesh outside, is a guess.
 constexpr double kMostClosing = 0.03;
@@ -40,7 +43,8 @@ std::string percent(double share) {
   return text;
 }
 
-// Connected pieces of surface that are closed, and those that are not.
+// Connected pieces of surface that enclose something, and those that do not: they are open, or
+// closed and flat, front and back.
 struct Parts {
   TriangleMesh closed, open;
 };
@@ -67,6 +71,18 @@ Parts parts_of(const TriangleMesh& mesh) {
     while (end < edges.size() && edges[end] == edges[i]) ++end;
     if (end - i == 1) is_open[root(edges[i][0])] = 1;
     i = end;
+  }
+  const double longest = mesh.bounds().sizes().maxCoeff();
+  std::vector<double> volume(mesh.vertices.size(), 0), area(mesh.vertices.size(), 0);
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3& corner = mesh.vertices[a];
+    const Vec3 twice = (mesh.vertices[b] - corner).cross(mesh.vertices[c] - corner);
+    const uint32_t part = root(a);
+    volume[part] += twice.dot(corner - mesh.vertices[part]) / 6;
+    area[part] += twice.norm() / 2;
+  }
+  for (size_t part = 0; part < volume.size(); ++part) {
+    if (std::abs(volume[part]) < kFlat * longest * area[part] / 2) is_open[part] = 1;
   }
   Parts parts;
   parts.closed.vertices = parts.open.vertices = mesh.vertices;

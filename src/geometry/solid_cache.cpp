@@ -10,7 +10,7 @@ namespace {
 using nlohmann::json;
 
 // To be raised whenever the same mesh and options give another solid or another note.
-constexpr uint32_t kAlgorithmVersion = 2;
+constexpr uint32_t kAlgorithmVersion = 3;
 
 std::string cache_key(const TriangleMesh& mesh, const SolidOptions& options) {
   Hasher key;

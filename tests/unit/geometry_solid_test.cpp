@@ -241,14 +241,20 @@ TEST(Solid, ASheetNeedsAThickness) {
   EXPECT_THAT(refusal(sheet, {.thickness_m = 1e-5}), HasSubstr("expected at least"));
 }
 
+// Whether back and front have the same diagonals or not: then it is a closed mesh without a volume.
 TEST(Solid, ASheetWithBothItsSides) {
-  TriangleMesh sheet;
-  for (int i = 0; i < 4; ++i) sheet.vertices.emplace_back(i & 1 ? 0.3 : 0, 0, i >> 1 ? 0.2 : 0);
-  sheet.triangles = {{0, 2, 1}, {1, 2, 3}, {0, 1, 2}, {1, 3, 2}};
-  EXPECT_THAT(refusal(sheet), HasSubstr("100 % of its surface encloses nothing"));
-  const Solid solid = make_solid(sheet, {.thickness_m = 0.01});
-  const double border = kPi / 2 * 0.005 * 0.005 * 2 * (0.3 + 0.2);
-  EXPECT_NEAR(volume(solid.mesh) / (0.3 * 0.2 * 0.01 + border), 1, 0.03);
+  const std::vector<Triangle> front = {{0, 2, 1}, {1, 2, 3}};
+  for (const std::vector<Triangle>& back :
+       {std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}, {{0, 1, 3}, {0, 3, 2}}}) {
+    TriangleMesh sheet;
+    for (int i = 0; i < 4; ++i) sheet.vertices.emplace_back(i & 1 ? 0.3 : 0, 0, i >> 1 ? 0.2 : 0);
+    sheet.triangles = front;
+    sheet.triangles.insert(sheet.triangles.end(), back.begin(), back.end());
+    EXPECT_THAT(refusal(sheet), HasSubstr("100 % of its surface encloses nothing"));
+    const Solid solid = make_solid(sheet, {.thickness_m = 0.01});
+    const double border = kPi / 2 * 0.005 * 0.005 * 2 * (0.3 + 0.2);
+    EXPECT_NEAR(volume(solid.mesh) / (0.3 * 0.2 * 0.01 + border), 1, 0.03);
+  }
 }
 
 TEST(Solid, ACupOfOneSheet) {
