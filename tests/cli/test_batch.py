@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import unittest
+import unittest.mock
 
 from support import BOX_OBJ, PILESIM, SOURCE, CommandTest, tree_bytes
 
@@ -259,6 +260,10 @@ class CollectionTest(CommandTest):
             numpy.testing.assert_allclose(layers["depth"][seen], sample["depth"][seen], atol=1e-3)
             png = pilesim_batch.read_png(view / "passes/normals.0005.png")
             numpy.testing.assert_allclose((png[seen] - 32768.) / 32767, layers["normals"][seen], atol=1e-4)
+            # Not by Pillow, which would make 8 bits of it, whether it is installed or not.
+            with unittest.mock.patch.object(pilesim_batch, "Image"):
+                again = pilesim_batch.read_png(view / "passes/normals.0005.png")
+            numpy.testing.assert_array_equal(again, png)
 
     def test_lights_and_materials_anew(self):
         import pilesim_batch
