@@ -47,7 +47,8 @@ inline constexpr double kStillDepthInExtents = 0.1;
 inline constexpr double kSunkTime = 30;
 inline constexpr int kSunkLooks = 10;
 // When so small a share of the bodies is restless, the others wait outside of the solver, but for
-// those so many contacts from them. Earlier, the pile would not have come to carry its weight.
+// those so many contacts from them. If each waited as soon as it is still, the pile would never
+// come to carry its weight.
 inline constexpr double kFew = 0.1;
 inline constexpr int kRings = 2;
 // What touches something that strays by more is back in it.

@@ -122,7 +122,7 @@ bool Rest::wake_islands(std::span<const uint32_t> touching) {
   return true;
 }
 
-// Whether something of them has slept.
+// Those with something awake in them; whether anything was woken.
 bool Rest::rouse_islands() {
   std::vector<uint8_t> stirred(bodies_.size(), 0);
   for (uint32_t i = 0; i < bodies_.size(); ++i) {

@@ -27,8 +27,7 @@ class Rest {
   Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
        double step_s, const Vec3& gravity);
 
-  // With the step's contacts, which the pairs `touching` have.
-  // Whether something of them has slept.
+  // With the step's contacts, which the pairs `touching` have. Whether anything was woken.
   bool wake_islands(std::span<const uint32_t> touching);
   // The partner's, while contacts are solved: it carries the body.
   void carry(uint32_t body);
