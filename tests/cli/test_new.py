@@ -53,9 +53,13 @@ class New(CommandTest):
         self.assertIn("step_s", (self.dir / "dust.json").read_text())
         self.succeed("simulate", "dust.json", "-o", "dust", "--fail-on",
                      "penetration>0.02D,floating>0,unsettled>0,escaped>0")
-        sheets = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 2 1 4\nf 2 4 3\n"
-        (self.dir / "sheets.obj").write_text(sheets)
-        self.assertIn("sheets.obj: ", self.expect_exit(3, "new", "pile", "sheets.obj").stderr)
+        sheet = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 2 1 4\nf 2 4 3\n"  # both its sides
+        (self.dir / "sheet.obj").write_text(sheet)
+        self.succeed("new", "pile", "sheet.obj", "--count", "20", "-o", "sheets.json")
+        self.assertIn('"thickness_m": 0.0283', (self.dir / "sheets.json").read_text())
+        self.succeed("simulate", "sheets.json", "-o", "sheets", "--fail-on", "penetration>0.02D,floating>0")
+        (self.dir / "points.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\n")
+        self.assertIn("points.obj: ", self.expect_exit(3, "new", "pile", "points.obj").stderr)
 
     def test_a_guide_is_filled_with_about_as_many_and_keeps_its_shape(self):
         (self.dir / "cup.obj").write_text(cup_obj())
