@@ -157,7 +157,7 @@ std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
     const bool stands = model_.bodies[i].role == Role::dynamic && !is_free(i);
     engine->add(i, {.position = states_.position[i], .orientation = states_.orientation[i]}, stands,
                 false);
-    if (is_free(i) && !is_meant(i)) engine->put_to_sleep(i);
+    if (is_free(i) && !gives_way(i)) engine->put_to_sleep(i);
   }
   return engine;
 }
@@ -326,7 +326,7 @@ ExactRest::Marks ExactRest::restless() const {
   const double gravity = gravity_of(settling_);
   for (size_t i = 0; i < movable_.size(); ++i) {
     const uint32_t body = movable_[i];
-    if (!engine_->is_active(body)) continue;
+    if (!is_meant(body) || !engine_->is_active(body)) continue;
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     const double radius = shape.bounding_radius;
     const BodyMotion motion = engine_->motion(body);
@@ -351,20 +351,38 @@ ExactRest::Marks ExactRest::sunk() const {
   return marks;
 }
 
-// Of what is left, what others are sunk into.
+// Of what is left, what others do not get out of: what those that are to be sound are sunk into,
+// and, where that gives way already, what it is sunk into itself, and so on.
 void ExactRest::let_go() {
-  std::vector<uint32_t> gone;
+  std::vector<std::pair<uint32_t, uint32_t>> in;  // a body, and what it is sunk into
   for (const BodyContact& contact : contacts_) {
     for (const auto& [body, other] : {std::pair(contact.a, contact.b), {contact.b, contact.a}}) {
-      if (is_meant(other) && contact.distance_m < -most_depth_m(other) &&
-          state_.left[body] == kMayGo) {
-        gone.push_back(body);
+      const bool is_other_left = state_.left[other] == kGivesWay || state_.left[other] == kMayGo;
+      if (gives_way(body) && is_other_left && contact.distance_m < -most_depth_m(body)) {
+        in.emplace_back(body, other);
       }
     }
   }
-  for (const uint32_t body : gone) {
-    state_.left[body] = kNotLeft;
-    engine_->wake(body);
+  std::ranges::sort(in);
+  std::vector<uint32_t> pressed;
+  Marks is_pressed(model_.bodies.size(), 0);
+  const auto press = [&](uint32_t body) {
+    if (is_pressed[body] == 0) pressed.push_back(body);
+    is_pressed[body] = 1;
+  };
+  for (const auto& [body, other] : in) {
+    if (is_meant(body)) press(other);
+  }
+  for (size_t i = 0; i < pressed.size(); ++i) {
+    const uint32_t body = pressed[i];
+    if (state_.left[body] == kMayGo) {
+      state_.left[body] = kGivesWay;
+      engine_->wake(body);
+      continue;
+    }
+    const auto others =
+        std::ranges::equal_range(in, body, {}, &std::pair<uint32_t, uint32_t>::first);
+    for (const auto& pair : others) press(pair.second);
   }
 }
 
@@ -376,7 +394,7 @@ ExactRest::Marks ExactRest::around(const Marks& marks, uint8_t least, int rings)
   for (int ring = 0; ring < rings; ++ring) {
     Marks wider = meant;
     for (const BodyContact& contact : contacts_) {
-      if (!is_meant(contact.a) || !is_meant(contact.b)) continue;
+      if (!gives_way(contact.a) || !gives_way(contact.b)) continue;
       wider[contact.a] |= meant[contact.b];
       wider[contact.b] |= meant[contact.a];
     }

@@ -76,9 +76,10 @@ class ExactRest {
 
  private:
   using Marks = std::vector<uint8_t>;  // (B) how restless a body is, or whether it is meant
-  // What is left because it cannot be seen waits outside of the solver; only what others cannot get
-  // out of may be let go. Deep ones are not there at all: nothing that moves comes near them.
-  enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep };
+  // What is left because it cannot be seen waits outside of the solver. What others cannot get out
+  // of gives way, if it may go, but need not become sound itself. Deep ones are not
+  // there at all: nothing that moves comes near them.
+  enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep, kGivesWay };
 
   struct Watched {
     Vec3 position;
@@ -121,6 +122,10 @@ class ExactRest {
   bool is_loose(uint32_t body) const;
   bool is_free(uint32_t body) const { return is_loose(body) && state_.left[body] != kDeep; }
   bool is_meant(uint32_t body) const { return is_loose(body) && state_.left[body] == kNotLeft; }
+  // Is moved by what presses on it.
+  bool gives_way(uint32_t body) const {
+    return is_meant(body) || (is_loose(body) && state_.left[body] == kGivesWay);
+  }
   void leave_what_is_deep();
   void let_go();
   double most_depth_m(uint32_t body) const;

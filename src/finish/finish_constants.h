@@ -62,9 +62,9 @@ inline constexpr double kUsualGravity = 9.81;
 // than this a body stays as it is, ...
 inline constexpr double kSeenDepth = 1.5;
 // ... unless something does not get out of it and it lies no deeper than this, ...
-inline constexpr double kMayGoDepth = kSeenDepth + 1;
+inline constexpr double kMayGoDepth = kSeenDepth + 2;
 // ... and nothing that moves comes to those that lie deeper than this.
-inline constexpr double kTouchedDepth = kSeenDepth + 2;
+inline constexpr double kTouchedDepth = kSeenDepth + 3;
 
 // --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own
 // r, are kept; they are looked at every few steps.
