@@ -12,7 +12,6 @@
 #include "print.h"
 #include "render/cameras.h"
 #include "render/dataset/dataset_job.h"
-#include "render/rays/ray_hits.h"
 #include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
 #include "report/html.h"
@@ -97,10 +96,6 @@ void check_films(const RenderArguments& options, const Scene& scene) {
                                         .remedy = "Add --renderer rays, or leave it out"});
 }
 
-std::unique_ptr<HitRenderer> hits_by_rays(const TrajectoryHeader& header) {
-  return std::make_unique<RayHits>(header);
-}
-
 // What one camera shows; without a camera yet.
 struct CameraWork {
   RenderJob pictures;
@@ -126,7 +121,6 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
       .dataset = {.output = output,
                   .frames = frames,
                   .size = scene.render.size,
-                  .make_hits = scene.render.renderer == Renderer::rays ? hits_by_rays : nullptr,
                   .passes = options.dataset.passes,
                   .coco = options.dataset.coco}};
   if (options.keep_films) work.pictures.film_samples = plan_of(scene.render.rays).samples;

@@ -1,5 +1,5 @@
 // What a picture shows, as numbers: one surface a pixel, that on the ray through the pixel's
-// middle. Both renderers fill these.
+// middle.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace pilesim {
 // Nothing is seen in this pixel.
 inline constexpr uint32_t kNoInstance = 0;
 
-// What a renderer finds: which triangle is in front. Rows from top to bottom, no padding.
+// Which triangle is in front. Rows from top to bottom, no padding.
 struct SurfaceHits {
   int width = 0, height = 0;
   std::vector<uint32_t> instance;  // (height, width) body of the trajectory + 1, or kNoInstance

@@ -22,8 +22,5 @@ extern const std::string_view occlusion_frag;
 extern const std::string_view occlusion_blur_frag;
 extern const std::string_view farthest_depth_frag;
 extern const std::string_view picture_frag;
-extern const std::string_view hits_vert;
-extern const std::string_view hits_frag;
-extern const std::string_view outline_frag;
 
 }  // namespace pilesim::shaders

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "render/hit_renderer.h"
 #include "render/pass_images.h"
 #include "render/pinhole.h"
+#include "render/rays/ray_hits.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {

@@ -9,9 +9,8 @@
 #include "core/output_directory.h"
 #include "render/dataset/bop.h"
 #include "render/dataset/coco.h"
-#include "render/raster_hits.h"
+#include "render/dataset/resolve_hits.h"
 #include "render/render_job.h"
-#include "render/resolve_hits.h"
 #include "scene/camera_path.h"
 
 namespace pilesim {
@@ -27,18 +26,13 @@ std::vector<std::unique_ptr<AnnotationWriter>> make_writers(const TrajectoryHead
   return writers;
 }
 
-std::unique_ptr<HitRenderer> make_hits(const TrajectoryHeader& header, const DatasetJob& job) {
-  if (job.make_hits) return job.make_hits(header);
-  return std::make_unique<RasterHits>(header, job.size[0], job.size[1]);
-}
-
 // All that is told of frames, one after another.
 class Teller {
  public:
   Teller(TrajectoryReader& trajectory, const DatasetJob& job)
       : trajectory_(trajectory),
         job_(job),
-        renderer_(make_hits(trajectory.header(), job)),
+        renderer_(trajectory.header()),
         writers_(make_writers(trajectory.header(), job)) {}
 
   void tell(uint64_t frame) {
@@ -46,8 +40,8 @@ class Teller {
     const CameraKey key = camera_of(frame);
     const Pinhole camera = make_pinhole(key, job_.size[0], job_.size[1]);
     trajectory_.read(frame, now_);
-    renderer_->look(now_, camera);
-    renderer_->find_hits(hits_);
+    renderer_.look(now_, camera);
+    renderer_.find_hits(hits_);
     resolve(frame, camera);
     AnnotatedFrame told{.frame = frame,
                         .picture = frame_file(job_.output, frame),
@@ -92,7 +86,7 @@ class Teller {
 
   void find_bodies(AnnotatedFrame& told) {
     const TrajectoryHeader& header = trajectory_.header();
-    find_visibility(header, now_, *renderer_, images_, [&](size_t body, const Silhouette& alone) {
+    find_visibility(header, now_, renderer_, images_, [&](size_t body, const Silhouette& alone) {
       if (writers_.empty() || header.body_moves[body] == 0) return;
       told.bodies.push_back({body, images_.visibility.back(), job_.bop ? alone : Silhouette{}});
     });
@@ -100,7 +94,7 @@ class Teller {
 
   TrajectoryReader& trajectory_;
   const DatasetJob& job_;
-  std::unique_ptr<HitRenderer> renderer_;
+  RayHits renderer_;
   std::vector<std::unique_ptr<AnnotationWriter>> writers_;
   TrajectoryFrame now_, next_;
   SurfaceHits hits_;

@@ -3,27 +3,20 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/progress.h"
 #include "render/dataset/pass_files.h"
-#include "render/hit_renderer.h"
 #include "scene/scene.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
 
-// Who finds what is seen.
-using MakeHitRenderer = std::function<std::unique_ptr<HitRenderer>(const TrajectoryHeader&)>;
-
 struct DatasetJob {
   std::filesystem::path output;  // the camera's directory: pictures are there
   std::vector<uint64_t> frames;  // of the trajectory, ascending
   std::array<int, 2> size = {0, 0};
-  MakeHitRenderer make_hits;                 // none: RasterHits
   Camera camera;                             // with keys
   std::vector<Pass> passes;                  // written to passes/
   bool coco = false;                         // coco.json

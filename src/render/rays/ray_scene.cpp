@@ -342,7 +342,7 @@ void RayScene::single_out(uint32_t body) {
   s.alone = TracedScene(rtcNewScene(s.device.get()));
   // Its one box is met whenever the body is.
   rtcSetSceneFlags(s.alone.get(), RTC_SCENE_FLAG_ROBUST);
-  rtcAttachGeometryByID(s.alone.get(), s.instances[body].get(), body);
+  rtcAttachGeometry(s.alone.get(), s.instances[body].get());
   on_one_thread([&] { rtcJoinCommitScene(s.alone.get()); });
   s.require(true);
 }

@@ -1,12 +1,12 @@
 // From the surface that is in front in each pixel to all that is told of it: computed from the
-// trajectory's own triangles in double precision, so that it is exact whoever found the surface.
+// trajectory's own triangles in double precision, so that it is exact.
 #pragma once
 
 #include <functional>
 
-#include "render/hit_renderer.h"
 #include "render/pass_images.h"
 #include "render/pinhole.h"
+#include "render/rays/ray_hits.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
@@ -27,6 +27,6 @@ void resolve_hits(const TrajectoryHeader& header, const Moment& now, const Momen
 // called for each body that covers at least a pixel of the picture alone, in ascending order.
 using TakeSilhouette = std::function<void(size_t body, const Silhouette& alone)>;
 void find_visibility(const TrajectoryHeader& header, const TrajectoryFrame& frame,
-                     HitRenderer& renderer, PassImages& images, const TakeSilhouette& take = {});
+                     RayHits& renderer, PassImages& images, const TakeSilhouette& take = {});
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-#include "render/resolve_hits.h"
+#include "render/dataset/resolve_hits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -199,7 +199,7 @@ void resolve_hits(const TrajectoryHeader& header, const Moment& now, const Momen
 }
 
 void find_visibility(const TrajectoryHeader& header, const TrajectoryFrame& frame,
-                     HitRenderer& renderer, PassImages& images, const TakeSilhouette& take) {
+                     RayHits& renderer, PassImages& images, const TakeSilhouette& take) {
   std::vector<BodyVisibility> bodies(header.body_count());
   count_visible(images, bodies);
   images.visibility.clear();
