@@ -63,7 +63,7 @@ void add_finish_command(CLI::App& app) {
       ->type_name("SECONDS")
       ->check(CLI::Range(1e-3, 1e6), "");
   command->add_flag("--visible-only", options->visible_only,
-                    "Leave what lies too deep in the pile to be seen as it is, fixed");
+                    "Leave what lies too deep in the pile to be seen in each other");
   add_report_options(*command, options->report);
   add_run_options(*command, options->run);
   add_resume_options(*command, options->resume);

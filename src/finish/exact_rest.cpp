@@ -60,6 +60,12 @@ size_t count_of(std::span<const uint8_t> marks) {
       std::ranges::count_if(marks, [](uint8_t mark) { return mark != kStill; }));
 }
 
+// Marks of either; none are no marks.
+std::vector<uint8_t> with(const std::vector<uint8_t>& more, std::vector<uint8_t> marks) {
+  for (size_t i = 0; i < more.size(); ++i) marks[i] = std::max(marks[i], more[i]);
+  return marks;
+}
+
 bool is_slow(const ModelShape& shape, double gravity, const BodyMotion& motion) {
   const double limit = kStillSpeed * std::sqrt(gravity * shape.bounding_radius);
   const Vec3 spin = motion.orientation.conjugate() * motion.angular_velocity;
@@ -109,15 +115,20 @@ bool ExactRest::is_loose(uint32_t body) const {
          (states_.flags[body] & kStands) == 0;
 }
 
-void ExactRest::leave_what_is_deep() {
-  const std::vector<double> depths = depths_under_surface(model_, states_);
+// Of what may be left.
+double ExactRest::mean_diameter_m() const {
   double diameter_m = 0, count = 0;
-  for (uint32_t i = 0; i < depths.size(); ++i) {
+  for (uint32_t i = 0; i < states_.size(); ++i) {
     if (!is_loose(i)) continue;
     diameter_m += 2 * model_.shapes[model_.bodies[i].shape].bounding_radius;
     ++count;
   }
-  diameter_m /= std::max(1.0, count);
+  return diameter_m / std::max(1.0, count);
+}
+
+void ExactRest::leave_what_is_deep() {
+  const std::vector<double> depths = depths_under_surface(model_, states_);
+  const double diameter_m = mean_diameter_m();
   for (uint32_t i = 0; i < depths.size(); ++i) {
     const double depth = depths[i] / diameter_m;
     if (!is_loose(i) || depth <= kSeenDepth) continue;
@@ -176,7 +187,8 @@ void ExactRest::part() {
   ++state_.parting_steps;
   if (state_.parting_steps < kPartingSteps || state_.parting_steps % kPartingRound != 0) return;
   engine_->read_contacts(contacts_);
-  if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) let_go();
+  Marks pressed;
+  if (state_.parting_steps >= kPartingSteps + kMorePartingSteps / 2) pressed = let_go();
   const Marks sunk = this->sunk();
   const size_t count = count_of(sunk);
   state_.sunk.note(count);
@@ -188,7 +200,7 @@ void ExactRest::part() {
     engine_ = engine_at(settling_);
     begin_to_watch();
   } else {
-    leave_in_solver(around(sunk, kRestless, kRings));
+    leave_in_solver(with(pressed, around(sunk, kRestless, kRings)));
     push_apart(sunk);
   }
 }
@@ -295,26 +307,34 @@ void ExactRest::begin_to_watch() {
 // At the end of each time for which bodies may have been still.
 void ExactRest::look() {
   engine_->read_contacts(contacts_);
-  if (is_time_for_sunk()) let_go();
+  Marks pressed;
+  if (is_time_for_sunk()) pressed = let_go();
   const Marks sunk = this->sunk();
   state_.sunk.note(count_of(sunk));
   Marks marks = restless();
   if (is_time_for_sunk()) {
     std::ranges::transform(marks, sunk, marks.begin(), std::ranges::max);
   }
-  const size_t count = count_of(marks);
-  state_.is_at_rest = count == 0;
+  const auto count = static_cast<size_t>(std::ranges::count_if(
+      movable_, [&](uint32_t body) { return is_meant(body) && marks[body] != kStill; }));
+  const Marks roused = around(marks, kStirring, 1);
+  const bool rouses = std::ranges::any_of(movable_, [&](uint32_t body) {
+    return is_meant(body) && roused[body] != 0 && !engine_->is_active(body);
+  });
+  Marks overlooked;
+  if (count == 0 && !rouses) overlooked = this->overlooked();
+  state_.is_at_rest = count == 0 && !rouses && overlooked.empty();
   state_.still = movable() - count;
   const double few = kFew * static_cast<double>(movable());
   state_.few_are_restless = state_.few_are_restless || static_cast<double>(count) <= few;
   if (state_.few_are_restless) {
     Marks meant = around(marks, kRestless, kRings);
-    const Marks roused = around(marks, kStirring, 1);
     for (const uint32_t body : movable_) {
       // What waits goes on to do so unless something stirs at it.
       meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
     }
-    leave_in_solver(meant);
+    leave_in_solver(state_.is_at_rest ? Marks(meant.size(), 0)
+                                      : with(overlooked, with(pressed, std::move(meant))));
     if (is_time_for_sunk()) push_apart(sunk);
   }
   begin_to_watch();
@@ -326,7 +346,7 @@ ExactRest::Marks ExactRest::restless() const {
   const double gravity = gravity_of(settling_);
   for (size_t i = 0; i < movable_.size(); ++i) {
     const uint32_t body = movable_[i];
-    if (!is_meant(body) || !engine_->is_active(body)) continue;
+    if (!engine_->is_active(body)) continue;
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     const double radius = shape.bounding_radius;
     const BodyMotion motion = engine_->motion(body);
@@ -352,8 +372,9 @@ ExactRest::Marks ExactRest::sunk() const {
 }
 
 // Of what is left, what others do not get out of: what those that are to be sound are sunk into,
-// and, where that gives way already, what it is sunk into itself, and so on.
-void ExactRest::let_go() {
+// and, where that gives way already, what it is sunk into itself, and so on. 1
+// for the first of these, which are to be solved.
+ExactRest::Marks ExactRest::let_go() {
   std::vector<std::pair<uint32_t, uint32_t>> in;  // a body, and what it is sunk into
   for (const BodyContact& contact : contacts_) {
     for (const auto& [body, other] : {std::pair(contact.a, contact.b), {contact.b, contact.a}}) {
@@ -373,6 +394,7 @@ void ExactRest::let_go() {
   for (const auto& [body, other] : in) {
     if (is_meant(body)) press(other);
   }
+  const Marks pressed_first = is_pressed;
   for (size_t i = 0; i < pressed.size(); ++i) {
     const uint32_t body = pressed[i];
     if (state_.left[body] == kMayGo) {
@@ -384,6 +406,32 @@ void ExactRest::let_go() {
         std::ranges::equal_range(in, body, {}, &std::pair<uint32_t, uint32_t>::first);
     for (const auto& pair : others) press(pair.second);
   }
+  return pressed_first;
+}
+
+// Where all seem to be at rest and some are left: 1 for what came so near to the surface that it
+// may be seen, and is to become sound as well, and for what waits where nothing is any more that it
+// lay on. None where there are none.
+ExactRest::Marks ExactRest::overlooked() {
+  if (count_of(state_.left) == 0) return {};
+  Marks marks(state_.left.size(), 0), touched(state_.left.size(), 0);
+  for (const BodyContact& contact : contacts_) {
+    for (const uint32_t body : {contact.a, contact.b}) {
+      if (contact.distance_m <= most_depth_m(body)) touched[body] = 1;
+    }
+  }
+  read_states();
+  const std::vector<double> depths = depths_under_surface(model_, states_);
+  const double seen_m = kUncoveredDepth * mean_diameter_m();
+  for (uint32_t i = 0; i < marks.size(); ++i) {
+    const bool is_lost = is_meant(i) && touched[i] == 0 && !engine_->is_active(i);
+    const bool is_uncovered = is_free(i) && !is_meant(i) && depths[i] <= seen_m;
+    marks[i] = is_lost || is_uncovered ? 1 : 0;
+    if (is_uncovered) state_.left[i] = kNotLeft;
+  }
+  if (count_of(marks) == 0) return {};
+  state_.sunk = {};
+  return marks;
 }
 
 // 1 for bodies with such a mark or a higher one, and for what up to so many contacts join to them.

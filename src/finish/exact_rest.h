@@ -29,7 +29,7 @@ struct RestSettings {
   // Of simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the smallest
   // dynamic body.
   std::optional<double> longest_s;
-  // What lies deeper under the surface of the pile than can be seen stays as it is.
+  // What lies deeper under the surface of the pile than can be seen may stay in each other.
   bool visible_only = false;
 
   static void fields(auto& self, auto& stream) { stream(self.longest_s, self.visible_only); }
@@ -39,8 +39,8 @@ struct RestSettings {
 // a weight or a speed. Then the exact engine, without restitution and with the friction of the
 // scene, lets all come to rest. When nearly all are still, those wait outside of the solver that
 // are far from what is not. What is fixed, held, moved by keys, or frozen by a guide stands where
-// it is all the time, as does what is left. No clock of the scene runs. Deterministic, at any
-// number of threads.
+// it is all the time, as does what is left but for what gives way. No clock of the scene runs.
+// Deterministic, at any number of threads.
 class ExactRest {
  public:
   // `start` has one entry a body of the model; those that are present begin there, without speed.
@@ -58,7 +58,7 @@ class ExactRest {
 
   // As of the last step; who is still, as far as that is known, is asleep, and who is left.
   const BodyStates& states();
-  // Bodies that stay as they are because they cannot be seen; ordered.
+  // Bodies that need not be sound because they cannot be seen; ordered.
   std::vector<uint32_t> left() const;
   // Bodies that may move, and how many of them were still when that was last looked at.
   size_t movable() const;
@@ -77,8 +77,8 @@ class ExactRest {
  private:
   using Marks = std::vector<uint8_t>;  // (B) how restless a body is, or whether it is meant
   // What is left because it cannot be seen waits outside of the solver. What others cannot get out
-  // of gives way, if it may go, but need not become sound itself. Deep ones are not
-  // there at all: nothing that moves comes near them.
+  // of gives way, if it may go, but need not become sound itself unless it comes into view.
+  // Deep ones are not there at all: nothing that moves comes near them.
   enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep, kGivesWay };
 
   struct Watched {
@@ -126,8 +126,10 @@ class ExactRest {
   bool gives_way(uint32_t body) const {
     return is_meant(body) || (is_loose(body) && state_.left[body] == kGivesWay);
   }
+  double mean_diameter_m() const;
   void leave_what_is_deep();
-  void let_go();
+  Marks let_go();
+  Marks overlooked();
   double most_depth_m(uint32_t body) const;
   bool is_time_for_sunk() const;
   void part();

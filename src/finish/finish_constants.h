@@ -61,10 +61,12 @@ inline constexpr double kUsualGravity = 9.81;
 // --- What cannot be seen, in mean diameters of the bodies under the surface (burial.h): deeper
 // than this a body stays as it is, ...
 inline constexpr double kSeenDepth = 1.5;
-// ... unless something does not get out of it and it lies no deeper than this, ...
+// ... but gives way where something does not get out of it, if it lies no deeper than this, ...
 inline constexpr double kMayGoDepth = kSeenDepth + 2;
-// ... and nothing that moves comes to those that lie deeper than this.
+// ... and nothing that moves comes to those that lie deeper than this. What lies no deeper than the
+// last, when all is at rest, may be seen.
 inline constexpr double kTouchedDepth = kSeenDepth + 3;
+inline constexpr double kUncoveredDepth = kSeenDepth / 2;
 
 // --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own
 // r, are kept; they are looked at every few steps.

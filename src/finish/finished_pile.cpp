@@ -29,7 +29,7 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
   for (uint32_t i = 0; i < before.size(); ++i) {
     if (!is_free(model, before, i)) continue;
     const Vec3 way = pile.states.position[i] - before.position[i];
-    if (is_left[i] == 0) moved.push_back(way.norm() / diameter);
+    if (is_left[i] == 0 || !way.isZero(0)) moved.push_back(way.norm() / diameter);
     ++count;
     lowest = std::min(lowest, up.dot(before.position[i]));
     height += up.dot(before.position[i]);
@@ -74,11 +74,10 @@ std::string describe(const FinishFigures& figures) {
          with_digits(100 * figures.mean_height_change, 2) + " %, at most " +
          with_digits(figures.largest_extra_speed, 2) + " m/s were added on the way; " +
          std::to_string(figures.not_at_rest) + " not at rest" +
-         (figures.left == 0
-              ? ""
-              : "; " + counted(figures.left, "body", "bodies") +
-                    " that cannot be seen were left as they were, in each other by up to " +
-                    with_digits(figures.deepest_left, 2) + " D");
+         (figures.left == 0 ? ""
+                            : "; " + counted(figures.left, "body", "bodies") +
+                                  " that cannot be seen were left in each other, by up to " +
+                                  with_digits(figures.deepest_left, 2) + " D");
 }
 
 BodyStates last_states(TrajectoryReader& trajectory, const Model& model, const std::string& place) {

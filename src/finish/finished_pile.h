@@ -19,7 +19,7 @@ namespace pilesim {
 // What finishing tells of itself. Lengths in D, the mean diameter of the dynamic bodies.
 struct FinishFigures {
   uint64_t bodies = 0;  // that could move
-  uint64_t left = 0;    // that stay as they are because they cannot be seen
+  uint64_t left = 0;    // in each other because they cannot be seen
   uint64_t not_at_rest = 0;
   bool interrupted = false;
   double settled_s = 0;  // of simulated time under gravity that it took

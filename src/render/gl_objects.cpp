@@ -50,10 +50,6 @@ PixelFormat transfer_format(GLenum internal_format) {
       return {GL_DEPTH_COMPONENT, GL_FLOAT};
     case GL_R32F:
       return {GL_RED, GL_FLOAT};
-    case GL_R32UI:
-      return {GL_RED_INTEGER, GL_UNSIGNED_INT};
-    case GL_RG32UI:
-      return {GL_RG_INTEGER, GL_UNSIGNED_INT};
     default:
       return {GL_RGBA, GL_UNSIGNED_BYTE};
   }

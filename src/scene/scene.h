@@ -424,7 +424,7 @@ struct RenderSettings {
 // The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).
 struct Finish {
   std::optional<double> longest_s;  // > 0, simulated; none: by the size of the bodies
-  bool visible_only = false;        // what no camera can see stays as it is
+  bool visible_only = false;        // what no camera can see stays in each other
 };
 
 // When a run ends: after its duration, or, at the latest then, when all has come to rest.

@@ -186,8 +186,8 @@ Codec<Finish> finish_codec() {
                                          "Longest time to come to rest, simulated s. Default: a "
                                          "hundred times sqrt(r / g) of the smallest body."),
                   newer(field<Finish>("visible_only", &Finish::visible_only, boolean(),
-                                      "Leave what lies too deep in the pile to be seen as it is, "
-                                      "fixed."))}});
+                                      "Leave what lies too deep in the pile to be seen in each "
+                                      "other."))}});
 }
 
 // Left out of the resolved scene where it is the default, which is older than the key.

@@ -329,13 +329,12 @@ class Dataset(CommandTest):
         again = self.draw(*every, "--quality", "preview", "--threads", "2", output="again")
         self.assertEqual(tree_bytes(rays), tree_bytes(again))
         self.assertEqual(set(tree_bytes(raster)), set(tree_bytes(rays)))
-        for name in ("cameras.json", "passes/passes.json", "bop/models/models_info.json"):
-            self.assertEqual((raster / name).read_bytes(), (rays / name).read_bytes())
-        for frame in FRAMES:
-            for told in ("ids", "shapes", "depth", "normals"):
-                a, b = (read_png(out / f"passes/{told}.{frame:04d}.png")[2] for out in (raster, rays))
-                same = sum(x == y for one, other in zip(a, b) for x, y in zip(one, other))
-                self.assertGreaterEqual(same, 0.99 * SIZE[0] * SIZE[1], told)
+        # All but the pictures, and what is kept to go on with them.
+        told = [name for name in tree_bytes(raster)
+                if name.startswith(("passes/", "bop/", "c")) and "/rgb/" not in name]
+        self.assertGreater(len(told), 20)
+        for name in told:
+            self.assertEqual((raster / name).read_bytes(), (rays / name).read_bytes(), name)
 
     def test_several_cameras(self):
         self.simulate()

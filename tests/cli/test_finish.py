@@ -232,14 +232,14 @@ class FinishTest(CommandTest):
             # What all but fills its ball: few of them are a deep pile.
             (self.dir / "ball.obj").write_text(icosahedron(0.1))
             scene["shapes"]["box"] = {"type": "mesh", "file": "ball.obj"}
-            scene["emitters"][0].update(centre=[0, 0.51, 0], count=[9, 7, 9],
+            scene["emitters"][0].update(centre=[0, 0.37, 0], count=[21, 5, 21],
                                         spacing=[0.14, 0.14, 0.14], asleep=True)
 
         self.simulate_sunk(deep)
         self.succeed("finish", "out", "-o", "sound", "--visible-only", "--fail-on", GATES)
         figures = self.report("sound")["finish"]
         self.assertGreater(figures["left_as_they_were"], 10)
-        self.assertEqual(figures["left_as_they_were"] + figures["bodies"], 9 * 7 * 9)
+        self.assertEqual(figures["left_as_they_were"] + figures["bodies"], 21 * 5 * 21)
         self.assertGreater(figures["deepest_left_diameters"], 0.1)
         self.assertLess(figures["deepest_after_diameters"], 0.02)
         for name in ("out", "sound"):
@@ -249,8 +249,9 @@ class FinishTest(CommandTest):
             [line.rsplit(",", 1)[0] for line in (self.dir / name).read_text().splitlines()[2:]]
             for name in ("out.csv", "sound.csv")
         )
+        # What others did not get out of has given way.
         unmoved = sum(one == other for one, other in zip(before, after, strict=True))
-        self.assertGreaterEqual(unmoved, figures["left_as_they_were"])
+        self.assertGreater(unmoved, figures["left_as_they_were"] / 2)
         # The scene may ask for it, too. The energy at its end is that of all bodies.
         self.succeed("simulate", "scene.json", "-o", "own", "--set",
                      '/finish={"visible_only": true}', "--fail-on", GATES)

@@ -89,29 +89,33 @@ TEST(Passes, DepthNormalAndOutlineOfASphere) {
   EXPECT_LE(unlike, 2);
 }
 
-// What is seen lies on the body's surface: a renderer that counts triangles otherwise is found out.
+// What is seen lies on the body's surface: who counts triangles otherwise is found out. Far from
+// the world's origin, too.
 TEST(Passes, EveryTriangleOfManyBodiesIsTheRightOne) {
-  DrawnScene scene;
-  for (uint32_t i = 0; i < 40; ++i) {
-    Philox random(4, Stream::test, i, 0);
-    const Vec3 place = 1.2 * random.direction() + Vec3(0, 2, 0);
-    scene.add(1 + i % 2, place.cast<float>(), test::kRed, true, random.rotation().cast<float>());
-  }
-  const CameraKey camera = test::front_camera({0, 2, 0}, 5);
-  const PassImages images = passes_of(scene, camera, {320, 240});
-  const Pinhole eye = make_pinhole(camera, 320, 240);
-  for (int row = 0; row < 240; ++row) {
-    for (int column = 0; column < 320; ++column) {
-      const size_t i = at(images, column, row);
-      if (images.instance[i] < 2) continue;
-      const size_t body = images.instance[i] - 1;
-      const Vec3 seen = images.depth[i] * eye.ray(column, row);
-      const Vec3 world = eye.rotation.transpose() * (seen - eye.translation);
-      const Vec3 local = scene.frame.orientation[body].cast<double>().conjugate() *
-                         (world - scene.frame.position[body].cast<double>());
-      const double off = scene.header.body_shape[body] == 1 ? local.norm() - 0.5
-                                                            : local.cwiseAbs().maxCoeff() - 0.2;
-      EXPECT_NEAR(off, 0, scene.header.body_shape[body] == 1 ? 0.005 : 1e-4);
+  for (const double away : {0.0, 3000.0}) {
+    DrawnScene scene;
+    const Vec3 middle(away, 2, -away);
+    for (uint32_t i = 0; i < 40; ++i) {
+      Philox random(4, Stream::test, i, 0);
+      const Vec3 place = 1.2 * random.direction() + middle;
+      scene.add(1 + i % 2, place.cast<float>(), test::kRed, true, random.rotation().cast<float>());
+    }
+    const CameraKey camera = test::front_camera(middle, 5);
+    const PassImages images = passes_of(scene, camera, {320, 240});
+    const Pinhole eye = make_pinhole(camera, 320, 240);
+    for (int row = 0; row < 240; ++row) {
+      for (int column = 0; column < 320; ++column) {
+        const size_t i = at(images, column, row);
+        if (images.instance[i] < 2) continue;
+        const size_t body = images.instance[i] - 1;
+        const Vec3 seen = images.depth[i] * eye.ray(column, row);
+        const Vec3 world = eye.rotation.transpose() * (seen - eye.translation);
+        const Vec3 local = scene.frame.orientation[body].cast<double>().conjugate() *
+                           (world - scene.frame.position[body].cast<double>());
+        const bool is_sphere = scene.header.body_shape[body] == 1;
+        const double off = is_sphere ? local.norm() - 0.5 : local.cwiseAbs().maxCoeff() - 0.2;
+        EXPECT_NEAR(off, 0, is_sphere ? 0.005 : 1e-4);
+      }
     }
   }
 }
@@ -333,6 +337,7 @@ TEST(Passes, AreOfWhatThePictureShows) {
   }
 }
 
+// Where the view that pictures are drawn with and the pinhole say that a point is.
 TEST(Pinhole, SeesWhatThePictureShows) {
   for (uint32_t i = 0; i < 200; ++i) {
     Philox random(2, Stream::test, i, 0);

@@ -191,7 +191,7 @@ struct RayScene::State {
     if (good && error == RTC_ERROR_NONE) return;
     throw Error(ErrorKind::internal,
                 Problem{.found = "Embree failed with its error " + std::to_string(error),
-                        .remedy = "Draw with --renderer raster"});
+                        .remedy = "Draw with --renderer raster, and without passes and annotations"});
   }
 
   void add_mesh(size_t shape) {
