@@ -315,20 +315,16 @@ void ExactRest::look() {
   if (is_time_for_sunk()) {
     std::ranges::transform(marks, sunk, marks.begin(), std::ranges::max);
   }
-  const auto count = static_cast<size_t>(std::ranges::count_if(
-      movable_, [&](uint32_t body) { return is_meant(body) && marks[body] != kStill; }));
-  const Marks roused = around(marks, kStirring, 1);
-  const bool rouses = std::ranges::any_of(movable_, [&](uint32_t body) {
-    return is_meant(body) && roused[body] != 0 && !engine_->is_active(body);
-  });
+  const size_t count = count_of(marks);
   Marks overlooked;
-  if (count == 0 && !rouses) overlooked = this->overlooked();
-  state_.is_at_rest = count == 0 && !rouses && overlooked.empty();
+  if (count == 0) overlooked = this->overlooked(sunk);
+  state_.is_at_rest = count == 0 && overlooked.empty();
   state_.still = movable() - count;
   const double few = kFew * static_cast<double>(movable());
   state_.few_are_restless = state_.few_are_restless || static_cast<double>(count) <= few;
   if (state_.few_are_restless) {
     Marks meant = around(marks, kRestless, kRings);
+    const Marks roused = around(marks, kStirring, 1);
     for (const uint32_t body : movable_) {
       // What waits goes on to do so unless something stirs at it.
       meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
@@ -340,13 +336,13 @@ void ExactRest::look() {
   begin_to_watch();
 }
 
-// Of the bodies in the solver.
+// Of the bodies in the solver that are to be sound. What gives way may go on to do so.
 ExactRest::Marks ExactRest::restless() const {
   Marks marks(model_.bodies.size(), kStill);
   const double gravity = gravity_of(settling_);
   for (size_t i = 0; i < movable_.size(); ++i) {
     const uint32_t body = movable_[i];
-    if (!engine_->is_active(body)) continue;
+    if (!is_meant(body) || !engine_->is_active(body)) continue;
     const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
     const double radius = shape.bounding_radius;
     const BodyMotion motion = engine_->motion(body);
@@ -410,9 +406,9 @@ ExactRest::Marks ExactRest::let_go() {
 }
 
 // Where all seem to be at rest and some are left: 1 for what came so near to the surface that it
-// may be seen, and is to become sound as well, and for what waits where nothing is any more that it
-// lay on. None where there are none.
-ExactRest::Marks ExactRest::overlooked() {
+// may be seen, and is to become sound as well, for what waits where nothing is any more that it lay
+// on, and for what is sunk where more is than there was at best. None where there are none.
+ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
   if (count_of(state_.left) == 0) return {};
   Marks marks(state_.left.size(), 0), touched(state_.left.size(), 0);
   for (const BodyContact& contact : contacts_) {
@@ -423,10 +419,12 @@ ExactRest::Marks ExactRest::overlooked() {
   read_states();
   const std::vector<double> depths = depths_under_surface(model_, states_);
   const double seen_m = kUncoveredDepth * mean_diameter_m();
+  const bool is_worse = count_of(sunk) > state_.sunk.fewest;
   for (uint32_t i = 0; i < marks.size(); ++i) {
     const bool is_lost = is_meant(i) && touched[i] == 0 && !engine_->is_active(i);
     const bool is_uncovered = is_free(i) && !is_meant(i) && depths[i] <= seen_m;
-    marks[i] = is_lost || is_uncovered ? 1 : 0;
+    const bool is_sunk_anew = is_worse && sunk[i] != kStill;
+    marks[i] = is_lost || is_uncovered || is_sunk_anew ? 1 : 0;
     if (is_uncovered) state_.left[i] = kNotLeft;
   }
   if (count_of(marks) == 0) return {};

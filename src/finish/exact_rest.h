@@ -129,7 +129,7 @@ class ExactRest {
   double mean_diameter_m() const;
   void leave_what_is_deep();
   Marks let_go();
-  Marks overlooked();
+  Marks overlooked(const Marks& sunk);
   double most_depth_m(uint32_t body) const;
   bool is_time_for_sunk() const;
   void part();
