@@ -390,7 +390,7 @@ ExactRest::Marks ExactRest::let_go() {
   for (const auto& [body, other] : in) {
     if (is_meant(body)) press(other);
   }
-  const Marks pressed_first = is_pressed;
+  Marks pressed_first = is_pressed;
   for (size_t i = 0; i < pressed.size(); ++i) {
     const uint32_t body = pressed[i];
     if (state_.left[body] == kMayGo) {
@@ -398,9 +398,8 @@ ExactRest::Marks ExactRest::let_go() {
       engine_->wake(body);
       continue;
     }
-    const auto others =
-        std::ranges::equal_range(in, body, {}, &std::pair<uint32_t, uint32_t>::first);
-    for (const auto& pair : others) press(pair.second);
+    auto pair = std::ranges::lower_bound(in, body, {}, &std::pair<uint32_t, uint32_t>::first);
+    for (; pair != in.end() && pair->first == body; ++pair) press(pair->second);
   }
   return pressed_first;
 }
