@@ -115,20 +115,9 @@ bool ExactRest::is_loose(uint32_t body) const {
          (states_.flags[body] & kStands) == 0;
 }
 
-// Of what may be left.
-double ExactRest::mean_diameter_m() const {
-  double diameter_m = 0, count = 0;
-  for (uint32_t i = 0; i < states_.size(); ++i) {
-    if (!is_loose(i)) continue;
-    diameter_m += 2 * model_.shapes[model_.bodies[i].shape].bounding_radius;
-    ++count;
-  }
-  return diameter_m / std::max(1.0, count);
-}
-
 void ExactRest::leave_what_is_deep() {
   const std::vector<double> depths = depths_under_surface(model_, states_);
-  const double diameter_m = mean_diameter_m();
+  const double diameter_m = mean_diameter_m(model_);
   for (uint32_t i = 0; i < depths.size(); ++i) {
     const double depth = depths[i] / diameter_m;
     if (!is_loose(i) || depth <= kSeenDepth) continue;
@@ -168,7 +157,7 @@ std::unique_ptr<ExactEngine> ExactRest::engine_at(const Scene& scene) const {
     const bool stands = model_.bodies[i].role == Role::dynamic && !is_free(i);
     engine->add(i, {.position = states_.position[i], .orientation = states_.orientation[i]}, stands,
                 false);
-    if (is_free(i) && !gives_way(i)) engine->put_to_sleep(i);
+    if (is_free(i) && !may_move(i)) engine->put_to_sleep(i);
   }
   return engine;
 }
@@ -367,15 +356,15 @@ ExactRest::Marks ExactRest::sunk() const {
   return marks;
 }
 
-// Of what is left, what others do not get out of: what those that are to be sound are sunk into,
-// and, where that gives way already, what it is sunk into itself, and so on. 1
-// for the first of these, which are to be solved.
+// Lets give way, of what is left, what others do not get out of: what those that are to be sound
+// are sunk into, and, where that gives way already, what it is sunk into itself, and so on. 1 for
+// the first of these, which are to be solved.
 ExactRest::Marks ExactRest::let_go() {
   std::vector<std::pair<uint32_t, uint32_t>> in;  // a body, and what it is sunk into
   for (const BodyContact& contact : contacts_) {
     for (const auto& [body, other] : {std::pair(contact.a, contact.b), {contact.b, contact.a}}) {
       const bool is_other_left = state_.left[other] == kGivesWay || state_.left[other] == kMayGo;
-      if (gives_way(body) && is_other_left && contact.distance_m < -most_depth_m(body)) {
+      if (may_move(body) && is_other_left && contact.distance_m < -most_depth_m(body)) {
         in.emplace_back(body, other);
       }
     }
@@ -417,7 +406,7 @@ ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
   }
   read_states();
   const std::vector<double> depths = depths_under_surface(model_, states_);
-  const double seen_m = kUncoveredDepth * mean_diameter_m();
+  const double seen_m = kUncoveredDepth * mean_diameter_m(model_);
   const bool is_worse = count_of(sunk) > state_.sunk.fewest;
   for (uint32_t i = 0; i < marks.size(); ++i) {
     const bool is_lost = is_meant(i) && touched[i] == 0 && !engine_->is_active(i);
@@ -439,7 +428,7 @@ ExactRest::Marks ExactRest::around(const Marks& marks, uint8_t least, int rings)
   for (int ring = 0; ring < rings; ++ring) {
     Marks wider = meant;
     for (const BodyContact& contact : contacts_) {
-      if (!gives_way(contact.a) || !gives_way(contact.b)) continue;
+      if (!may_move(contact.a) || !may_move(contact.b)) continue;
       wider[contact.a] |= meant[contact.b];
       wider[contact.b] |= meant[contact.a];
     }

@@ -122,11 +122,10 @@ class ExactRest {
   bool is_loose(uint32_t body) const;
   bool is_free(uint32_t body) const { return is_loose(body) && state_.left[body] != kDeep; }
   bool is_meant(uint32_t body) const { return is_loose(body) && state_.left[body] == kNotLeft; }
-  // Is moved by what presses on it.
-  bool gives_way(uint32_t body) const {
+  // Now, not only if it is let go.
+  bool may_move(uint32_t body) const {
     return is_meant(body) || (is_loose(body) && state_.left[body] == kGivesWay);
   }
-  double mean_diameter_m() const;
   void leave_what_is_deep();
   Marks let_go();
   Marks overlooked(const Marks& sunk);

@@ -63,9 +63,9 @@ inline constexpr double kUsualGravity = 9.81;
 inline constexpr double kSeenDepth = 1.5;
 // ... but gives way where something does not get out of it, if it lies no deeper than this, ...
 inline constexpr double kMayGoDepth = kSeenDepth + 2;
-// ... and nothing that moves comes to those that lie deeper than this. What lies no deeper than the
-// last, when all is at rest, may be seen.
+// ... and nothing that moves comes to those that lie deeper than this.
 inline constexpr double kTouchedDepth = kSeenDepth + 3;
+// What is left and lies no deeper than this when all is at rest may be seen.
 inline constexpr double kUncoveredDepth = kSeenDepth / 2;
 
 // --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own

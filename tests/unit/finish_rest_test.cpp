@@ -33,7 +33,7 @@ Pile sunk_pile(int side, int layers) {
   for (int y = 0; y < layers; ++y) {
     for (int x = 0; x < side; ++x) {
       for (int z = 0; z < side; ++z) {
-        pile.add(Vec3(x, y, z) * (0.5 * kSide) + Vec3(0.002 * y, kSide / 2, 0.003 * (x + y)));
+        pile.add(Vec3(x, y, z) * (0.66 * kSide) + Vec3(0.002 * y, kSide / 2, 0.003 * (x + y)));
         pile.model.bodies.back().pose.orientation =
             Quat(Eigen::AngleAxisd(0.1 * (x - z) + 0.05 * y, Vec3(1, 2, 1).normalized()));
       }
