@@ -40,7 +40,6 @@ class SphereContactSearch {
   void read_contacts(const SphereState& state, std::vector<BodyContact>& contacts) const;
 
  private:
-  class Finder;
   void read_contact(uint32_t a, uint32_t b, const SphereState& state,
                     std::vector<BodyContact>& contacts) const;
   void read_surface_contacts(uint32_t body, const SphereState& state,
