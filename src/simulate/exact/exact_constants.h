@@ -179,8 +179,12 @@ inline constexpr double kRestDrift = 0.003;
 // And if friction of several contacts holds it, by so much more: what all but stands on an edge
 // tips as slowly at first, and what lies in a pile still settles.
 inline constexpr double kHeldDrift = 0.01;
-// Nothing sleeps that is sunk by more, in extents of the body.
+// What is sunk by more, in extents of the body, still comes out: it rests only after so many times
+// as long ...
 inline constexpr double kRestDepth = 0.02;
+inline constexpr double kWedgedTimes = 4;
+// ... and sunk by more than this, it never does.
+inline constexpr double kWedgedDepth = 0.03;
 // Friction below this share of its limit sticks.
 inline constexpr double kAtLimit = 1 - 1e-4;
 // What is as fast as this share of the speed of a hit comes along with the one that hits. Tried on

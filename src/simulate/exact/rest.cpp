@@ -53,6 +53,7 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
     c.rest_drift_m = kRestDrift * radius;
     c.held_drift_m = kHeldDrift * radius;
     c.rest_depth_m = kRestDepth * shape.smallest_extent;
+    c.wedged_depth_m = kWedgedDepth * shape.smallest_extent;
   }
 }
 
@@ -185,11 +186,11 @@ void Rest::count_rest(uint32_t index) {
                     spin.cwiseProduct(c.rest_reach).squaredNorm() < limit2;
   const bool strays =
       (body.position - body.rest_place).norm() > (held ? c.held_drift_m : c.rest_drift_m);
-  if (!slow || s.depth_m > c.rest_depth_m || strays) {
+  if (!slow || s.depth_m > c.wedged_depth_m || strays) {
     body.rest_time_s = 0;
     body.rest_place = body.position;
   } else if (supported) {
-    body.rest_time_s += step_s_;
+    body.rest_time_s += s.depth_m > c.rest_depth_m ? step_s_ / kWedgedTimes : step_s_;
   }
 }
 

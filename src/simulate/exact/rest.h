@@ -46,7 +46,7 @@ class Rest {
   enum class Link : uint8_t { none, both, a_on_b, b_on_a };  // on: on what moves by keys
   struct BodyConstants {
     double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, held_drift_m = 0,
-           rest_depth_m = 0;
+           rest_depth_m = 0, wedged_depth_m = 0;
     Vec3 rest_reach = Vec3::Zero();  // m, principal axes: speeds of the rim for 1 rad/s
   };
   bool touches(const Pair& pair, std::span<const Contact> contacts) const;
