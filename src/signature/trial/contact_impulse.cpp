@@ -30,7 +30,8 @@ double energy_limit(const Mat3& compliance, const Vec3& u, const Vec3& from, con
   const double c0 = from.dot(u) + 0.5 * from.dot(k_from);
   const double c1 = along.dot(u) + along.dot(k_from);
   const double c2 = 0.5 * along.dot(k_along);
-  if (c0 + c1 + c2 <= 0) return 1;
+  // Without friction they are the same impulse.
+  if (c0 + c1 + c2 <= 0 || c2 <= 0) return 1;
   // c2 > 0 and c0 <= 0 here: the only root above 0.
   const double root = std::sqrt(std::max(0.0, c1 * c1 - 4 * c2 * c0));
   const double limit = c1 > 0 ? -2 * c0 / (c1 + root) : (root - c1) / (2 * c2);
