@@ -25,30 +25,36 @@ constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
 
 // What is sought, as logarithms: the radius, the resistance to rolling, and how fast bodies turn on
-// others and against walls.
-using Sought = Eigen::Vector4d;
+// others and against walls, and the rebound.
+constexpr int kOfSought = 5;
+using Sought = Eigen::Matrix<double, kOfSought, 1>;
 
 // A figure that is met, how much it counts, and how it changes with what is sought.
 struct Met {
   double PackingFigures::*figure;
   double weight;
-  std::array<double, 4> slopes;
+  std::array<double, kOfSought> slopes;
 };
 constexpr std::array kMet = {
-    Met{&PackingFigures::heap_height, 1, {1.5, 0.3, -0.3, 0}},
-    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04, 0, 0}},
-    Met{&PackingFigures::heap_reach, 1, {0, 0, -0.7, 0}},
-    Met{&PackingFigures::column_height, 1, {2.1, 0, -0.2, 0}},
-    Met{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03}},
-    Met{&PackingFigures::column_reach, 1, {0, 0, -0.7, 0}},
-    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0.2, 0}},
+    Met{&PackingFigures::heap_height, 1, {1.5, 0.3, -0.3, 0, -0.1}},
+    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04, 0, 0, 0.12}},
+    Met{&PackingFigures::heap_reach, 1, {0, 0, -0.7, 0, 0}},
+    Met{&PackingFigures::large_heap_height, 1, {1.7, 0.3, -0.3, 0, -0.07}},
+    Met{&PackingFigures::large_heap_spread, 1, {0.35, -0.04, 0, 0, 0.08}},
+    Met{&PackingFigures::column_height, 1, {2.1, 0, -0.2, 0, 0}},
+    Met{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03, 0}},
+    Met{&PackingFigures::column_reach, 1, {0, 0, -0.7, 0, 0}},
+    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0.2, 0, 0}},
+    Met{&PackingFigures::dropped, 0.03, {0, 0, 0, 0, 1.5}},
+    Met{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
 };
-constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8};  // of the four, in a round
+constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in a round
 constexpr double kLeastRolling = 0.003, kMostRolling = 2;
 constexpr double kFirstRadius = 1.1;                        // of the ball of the object's volume
 constexpr double kLeastRadius = 0.5;                        // of the first one
 constexpr double kFirstRolling = 0.2, kFirstTurning = 0.1;  // of leaning, too
 constexpr double kLeastTurning = 0.003, kMostTurning = 0.4;
+constexpr double kFirstRebound = 0.8, kLeastRebound = 0.3;
 constexpr int kSweeps = 8;  // of the statistical mode, by default
 
 // Seeds of spheres' pours begin here: none of them is one of the exact engine's.
@@ -74,9 +80,7 @@ Spread spread_of(const std::vector<PackingFigures>& all) {
   return result;
 }
 
-struct Trials {
-  PourTrial heap, column;
-};
+using Trials = std::array<PourTrial, 4>;  // by PourKind
 
 // Of a trial and a model of its bodies.
 using MakeSimulator =
@@ -85,18 +89,25 @@ using MakeSimulator =
 Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const MakeSimulator& make,
             const std::function<void()>& poured) {
   std::vector<PackingFigures> figures(pours);
-  parallel_for(size_t{2} * pours, 1, [&](size_t begin, size_t end) {
+  parallel_for(trials.size() * pours, 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end && !interrupted(); ++i) {
-      const bool is_heap = i % 2 == 0;
-      const PourTrial& trial = is_heap ? trials.heap : trials.column;
-      const Model model = trial.starts(first_seed + i / 2);
+      const size_t pour = i / trials.size();
+      const auto kind = static_cast<PourKind>(i % trials.size());
+      const PourTrial& trial = trials[i % trials.size()];
+      const Model model = trial.starts(first_seed + pour);
       const PourFigures came = trial.run(*make(trial, model));
-      PackingFigures& f = figures[i / 2];
-      if (is_heap) {
+      PackingFigures& f = figures[pour];
+      if (kind == PourKind::heap) {
         f.heap_height = came.height;
         f.heap_spread = came.spread;
         f.heap_reach = came.reach;
         f.time = came.time;
+      } else if (kind == PourKind::large_heap) {
+        f.large_heap_height = came.height;
+        f.large_heap_spread = came.spread;
+      } else if (kind == PourKind::alone) {
+        f.dropped = came.dropped;
+        f.thrown = came.thrown;
       } else {
         f.column_height = came.height;
         f.column_spread = came.spread;
@@ -117,7 +128,9 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
 }
 
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
-  Eigen::Matrix4d squares = 1e-9 * Eigen::Matrix4d::Identity();
+  Eigen::Matrix<double, kOfSought, kOfSought> squares;
+  squares.setIdentity();
+  squares *= 1e-9;
   Sought sum = Sought::Zero();
   for (const Met& met : kMet) {
     // A figure may be nothing, such as the share of a column that is hardly higher than a body.
@@ -141,6 +154,7 @@ Sought moved(const Sought& from, const Sought& step, double first_m, double oute
   for (const int i : {2, 3}) {
     to[i] = std::clamp(to[i], std::log(kLeastTurning), std::log(kMostTurning));
   }
+  to[4] = std::clamp(to[4], std::log(kLeastRebound), 0.0);
   return to;
 }
 
@@ -148,7 +162,8 @@ Packing packing_of(const Sought& sought) {
   return {.radius_m = std::exp(sought[0]),
           .rolling = std::exp(sought[1]),
           .turning = std::exp(sought[2]),
-          .leaning = std::exp(sought[3])};
+          .leaning = std::exp(sought[3]),
+          .rebound = std::exp(sought[4])};
 }
 
 }  // namespace
@@ -166,9 +181,10 @@ PouredObject poured_object(const SignatureOptions& sampling, const Signature& si
 
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings) {
-  const Trials trials{{object, PourKind::heap}, {object, PourKind::column}};
+  const Trials trials = {PourTrial(object, PourKind::heap), PourTrial(object, PourKind::large_heap),
+                         PourTrial(object, PourKind::column), PourTrial(object, PourKind::alone)};
   const uint32_t sphere_pours = kRounds * kPoursARound + kPoursOfResult;
-  Progress progress(settings.progress, "pouring", uint64_t{2} * (settings.pours + sphere_pours),
+  Progress progress(settings.progress, "pouring", trials.size() * (settings.pours + sphere_pours),
                     "pours");
   std::mutex progress_mutex;
   uint32_t done = 0;
@@ -184,7 +200,8 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
       poured);
 
   const auto shared = std::make_shared<const Signature>(signature);
-  Scene scenes[] = {trials.heap.scene(), trials.column.scene()};
+  std::array<Scene, std::tuple_size_v<Trials>> scenes;
+  for (size_t i = 0; i < trials.size(); ++i) scenes[i] = trials[i].scene();
   for (Scene& scene : scenes) {
     scene.step_s = 1 / scene.frame_rate;
     scene.simulator.mode = SimulatorMode::statistical;
@@ -195,14 +212,16 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
     const auto make = [&](const PourTrial& trial, const Model& model) {
       std::vector<BodySignature> objects(model.shapes.size());
       objects[trial.shape()] = body;
-      return std::make_unique<SphereSimulator<SphereWorld>>(scenes[&trial == &trials.heap ? 0 : 1],
-                                                            model, std::move(objects));
+      return std::make_unique<SphereSimulator<SphereWorld>>(
+          scenes[static_cast<size_t>(&trial - trials.data())], model, std::move(objects));
     };
     return pour(trials, settings.seed + kSphereSeeds + first, pours, make, poured);
   };
   const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
   const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
-  Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstTurning).array().log(),
+  Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstTurning, kFirstRebound)
+                      .array()
+                      .log(),
          mean = Sought::Zero();
   for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;

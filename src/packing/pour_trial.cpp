@@ -14,12 +14,15 @@ namespace {
 
 // Starts, in R and sqrt(g / R): apart by more than they can reach, whatever their turn.
 constexpr double kSpacing = 2.1, kJitter = 0.04, kLowest = 1.5, kSpin = 0.3;
-constexpr int kHeapSide = 6;  // bodies each way
+constexpr int kHeapSide = 6, kLargeHeapSide = 8;  // bodies each way
 // Of a column: how wide it is, in balls of the object's volume and at least in R, and how high, in
 // its width, it would be filled if half of it were solid.
 constexpr double kColumnWidth = 6, kLeastColumnWidth = 8, kColumnHeight = 0.65;
 constexpr double kLikelyFraction = 0.5;
 constexpr int kMostInColumn = 400;
+// Bodies alone: rows of so many, every other row thrown; in R, sqrt(g R).
+constexpr int kAloneSide = 8;
+constexpr double kAlone = 100, kDropHeight = 4, kThrow = 2;
 constexpr double kWalls = 2;  // R, how thick: nothing passes through
 // In sqrt(R / g).
 constexpr double kFrame = 1.0 / 8, kStep = 1.0 / 32, kLongest = 40;
@@ -41,13 +44,17 @@ Body fixed_body(const std::string& shape) {
 PourTrial::PourTrial(const PouredObject& object, PourKind kind)
     : volume_m3_(object.volume_m3),
       radius_m_(object.outer_radius_m),
-      time_s_(std::sqrt(object.outer_radius_m / scene_.gravity.norm())) {
+      time_s_(std::sqrt(object.outer_radius_m / scene_.gravity.norm())),
+      kind_(kind) {
   scene_.name = "pour";
   scene_.frame_rate = 1 / (kFrame * time_s_);
   scene_.step_s = kStep * time_s_;
   scene_.materials["stuff"] = object.material;
   scene_.shapes["object"] = object.shape;
-  std::array<int, 3> count = {kHeapSide, kHeapSide, kHeapSide};
+  const bool alone = kind == PourKind::alone;
+  const int side = kind == PourKind::heap ? kHeapSide : kLargeHeapSide;
+  std::array<int, 3> count = {side, side, side};
+  if (alone) count = {kAloneSide, 1, kAloneSide};
   if (kind == PourKind::column) {
     const double ball_m = std::cbrt(6 * volume_m3_ / kPi);
     const double width_m = std::max(kColumnWidth * ball_m, kLeastColumnWidth * radius_m_);
@@ -68,7 +75,8 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
   for (int y = 0; y < count[1]; ++y) {
     for (int z = 0; z < count[2]; ++z) {
       for (int x = 0; x < count[0]; ++x) {
-        const Vec3 place = kSpacing * (Vec3(x, y, z) - middle) + Vec3(0, kLowest, 0);
+        const Vec3 place = (alone ? kAlone : kSpacing) * (Vec3(x, y, z) - middle) +
+                           Vec3(0, alone ? kDropHeight : kLowest, 0);
         places_.emplace_back(radius_m_ * place);
         scene_.bodies.push_back(
             {.name = std::to_string(places_.size()), .shape = "object", .material = "stuff"});
@@ -96,6 +104,7 @@ Model PourTrial::starts(uint64_t seed) const {
     body.pose.orientation = random.rotation();
     const Vec3 axis = random.direction();
     body.angular_velocity = random.uniform() * kSpin / time_s_ * axis;
+    if (is_thrown(i)) body.linear_velocity.x() = kThrow * radius_m_ / time_s_;
   }
   return model;
 }
@@ -123,7 +132,20 @@ PourFigures PourTrial::run(Simulator& simulator) const {
     figures.spread += std::hypot(place.x(), place.z()) / count;
   }
   if (half_width_ > 0) judge_bulk(places, figures);
+  if (kind_ == PourKind::alone) judge_ways(simulator.states().position, figures);
   return figures;
+}
+
+bool PourTrial::is_thrown(size_t body) const {
+  return kind_ == PourKind::alone && body / kAloneSide % 2 == 1;
+}
+
+void PourTrial::judge_ways(const std::vector<Vec3>& positions, PourFigures& figures) const {
+  for (size_t i = 0; i < poured_.size(); ++i) {
+    const Vec3 way = positions[poured_[i]] - places_[i];
+    (is_thrown(i) ? figures.thrown : figures.dropped) +=
+        std::hypot(way.x(), way.z()) / radius_m_ / (0.5 * static_cast<double>(poured_.size()));
+  }
 }
 
 double PourTrial::reach_below(const Quat& orientation) const {

@@ -20,7 +20,7 @@ struct PouredObject {
   double volume_m3 = 0;
 };
 
-enum class PourKind { heap, column };
+enum class PourKind { heap, large_heap, column, alone };
 
 struct PourFigures {
   double height = 0;  // R, the mean of the centres above the ground
@@ -30,6 +30,8 @@ struct PourFigures {
   // solid, and of its lower half; and how far from a centre the nearest other one is, R.
   double fraction = 0, deep_fraction = 0, nearest = 0;
   double time = 0;  // sqrt(R / g), until it is at rest
+  // Of bodies alone: how far from where it was let go one comes to rest, R, dropped and thrown.
+  double dropped = 0, thrown = 0;
 };
 
 class PourTrial {
@@ -45,12 +47,15 @@ class PourTrial {
   PourFigures run(Simulator& simulator) const;
 
  private:
+  bool is_thrown(size_t body) const;
   double reach_below(const Quat& orientation) const;  // R
+  void judge_ways(const std::vector<Vec3>& positions, PourFigures& figures) const;
   void judge_bulk(const std::vector<Vec3>& places, PourFigures& figures) const;
 
   Scene scene_;
   double volume_m3_, radius_m_, time_s_;
-  double half_width_ = 0;  // R, of the column; 0: a heap
+  PourKind kind_;
+  double half_width_ = 0;  // R, of the column
   Model model_;
   uint32_t shape_ = 0;
   std::vector<uint32_t> poured_;  // bodies

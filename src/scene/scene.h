@@ -286,7 +286,7 @@ struct SimulatorSettings {
   Method method = Method::own;
   bool sleeping = true;        // bodies at rest leave the solver until they are touched
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
-  int solver_iterations = 20;  // 1 .. 1000 sweeps in a step: of Bullet, of the mixed mode
+  int solver_iterations = 20;  // 1 .. 1000 sweeps in a step, but of the exact engine alone
   LevelOfDetail detail;        // mixed
   // Mixed: levels by importance, as fine as the cost model allows in a frame, or as coarse as keeps
   // the modelled error below a limit (docs/mixed.md). At most one of them.

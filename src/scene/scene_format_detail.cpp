@@ -110,10 +110,12 @@ Codec<SimulatorSettings> simulator_codec() {
                "Statistical mode: bodies that lie alone on a floor or a slope turn into a pose of "
                "their signature in which the object can rest; what lies on others or leans on "
                "walls turns towards one."),
-           field<S>(
-               "solver_iterations", &S::solver_iterations, integer(1, 1000),
-               "Sweeps of the velocity solver in a step: of Bullet, and of the mixed mode's exact "
-               "bodies and spheres in turns."),
+           field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
+                    "Sweeps of the velocity solver in a step: of Bullet, of the statistical and "
+                    "particle "
+                    "mode (8 are enough), and of the mixed mode's exact bodies and spheres in "
+                    "turns; not "
+                    "of the exact engine alone."),
            field<S>("level_of_detail", &S::detail, detail_codec(),
                     "Mixed mode: how pairs are treated, and who is at which level."),
            optional_field<S>("budget_ms_per_frame", &S::budget_ms_per_frame, number(above(0)),

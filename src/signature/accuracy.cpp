@@ -39,7 +39,7 @@ struct TrueSample {
 TrueSample true_sample(const TrialSetup& setup, TrialRequest request, uint64_t object,
                        uint32_t trials) {
   request.object = object;
-  request.count = candidates_for(*setup.body, request, trials);
+  request.count = candidates_for(setup, request, trials);
   std::vector<TrialResult> results;
   run_trials(setup, std::span(&request, 1), results);
   TrueSample sample;

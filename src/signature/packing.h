@@ -18,26 +18,34 @@ struct PackingFigures {
   // Of the column's bulk, 0 where it is too low to say: how much of it is solid, and of its lower
   // half; and how far from a centre the nearest other one is, R.
   double column_fraction = 0, column_deep_fraction = 0, column_nearest = 0;
-  double time = 0;  // sqrt(R / g), until a heap is at rest
+  double time = 0;                                      // sqrt(R / g), until a heap is at rest
+  double large_heap_height = 0, large_heap_spread = 0;  // R, of a heap of more bodies
+  // R: how far from where it was let go a body alone comes to rest, dropped and thrown.
+  double dropped = 0, thrown = 0;
 };
 
 inline constexpr std::array kPackingFigures = {
-    &PackingFigures::heap_height,     &PackingFigures::heap_spread,
-    &PackingFigures::heap_reach,      &PackingFigures::column_height,
-    &PackingFigures::column_spread,   &PackingFigures::column_reach,
-    &PackingFigures::column_fraction, &PackingFigures::column_deep_fraction,
-    &PackingFigures::column_nearest,  &PackingFigures::time};
+    &PackingFigures::heap_height,       &PackingFigures::heap_spread,
+    &PackingFigures::heap_reach,        &PackingFigures::column_height,
+    &PackingFigures::column_spread,     &PackingFigures::column_reach,
+    &PackingFigures::column_fraction,   &PackingFigures::column_deep_fraction,
+    &PackingFigures::column_nearest,    &PackingFigures::time,
+    &PackingFigures::large_heap_height, &PackingFigures::large_heap_spread,
+    &PackingFigures::dropped,           &PackingFigures::thrown};
 
 struct Packing {
   uint32_t pours = 0;       // of each kind, by the exact engine:
   PackingFigures measured;  // their mean,
   PackingFigures error;     // and its standard error
-  PackingFigures spheres;   // what spheres come to with the four below
+  PackingFigures spheres;   // what spheres come to with the five below
   double radius_m = 0;      // of the sphere that stands for a body among others,
   double rolling = 0;       // and its resistance to rolling, in that radius
   // How fast what lies on others turns to a rest pose, and what leans on a wall to lie against it,
   // sqrt(g / R).
   double turning = 0, leaning = 0;
+  // How much of the velocities that are drawn for a hit on a surface is left, 0 .. 1: hits that
+  // follow each other are less alike in a drawing than they are.
+  double rebound = 1;
 };
 
 }  // namespace pilesim

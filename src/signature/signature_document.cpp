@@ -351,7 +351,8 @@ json to_json(const Packing& packing) {
           {"radius_m", packing.radius_m},
           {"rolling", packing.rolling},
           {"turning", packing.turning},
-          {"leaning", packing.leaning}};
+          {"leaning", packing.leaning},
+          {"rebound", packing.rebound}};
 }
 
 // A radius is a float where bodies are stepped, and found within the object's own.
@@ -364,7 +365,8 @@ Packing packing_of(const json& j, double outer_radius_m) {
                   .radius_m = number_of(j, "radius_m", least_m, most_m),
                   .rolling = number_of(j, "rolling", 0, 10),
                   .turning = number_of(j, "turning", 0, 10),
-                  .leaning = number_of(j, "leaning", 0, 10)};
+                  .leaning = number_of(j, "leaning", 0, 10),
+                  .rebound = number_of(j, "rebound", 0, 1)};
   if (packing.pours == 0) damaged("a packing of no pours", "some");
   return packing;
 }

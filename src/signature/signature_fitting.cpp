@@ -52,7 +52,8 @@ class AccuracyTest {
   AccuracyTest(const FitOptions& options, const Signature& signature)
       : body_(make_contact_body(import_sampled_mesh(options.mesh, signature.body),
                                 options.mesh.string())),
-        setup_{&body_, signature.material, signature.kind, signature.seed},
+        setup_{&body_, signature.material, signature.kind, signature.seed,
+               spin_measure(signature.responses.layout)},
         settings_(options.accuracy) {}
   AccuracyReport run(const Signature& fitted, const std::vector<ModelUnderTest>& models) const {
     return measure_accuracy(setup_, fitted.heights, models, settings_);

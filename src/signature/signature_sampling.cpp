@@ -173,7 +173,8 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &run.solid); });
   ContactBody body = make_contact_body(mesh, name);
   body.mesh_hash = mesh_hash(given);  // scenes know it by this
-  const TrialSetup setup{&body, options.material, options.kind, options.seed};
+  const TrialSetup setup{&body, options.material, options.kind, options.seed,
+                         spin_measure(options.layout)};
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 

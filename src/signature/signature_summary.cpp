@@ -228,20 +228,25 @@ std::string packing_text(const Signature& s) {
     return format("  %-29s %.4g%s%s, spheres %.4g\n", name, unit * p.measured.*figure,
                   error.c_str(), unit_name, unit * p.spheres.*figure);
   };
-  return format("packing: poured %u times onto a plane and into a column\n", p.pours) +
+  return format("packing: poured %u times into two heaps and a column, and let go one by one\n",
+                p.pours) +
          row("heap, mean height", &PackingFigures::heap_height, r, " m") +
          row("heap, mean radius", &PackingFigures::heap_spread, r, " m") +
          row("heap, reach below centres", &PackingFigures::heap_reach, r, " m") +
+         row("larger heap, mean height", &PackingFigures::large_heap_height, r, " m") +
+         row("larger heap, mean radius", &PackingFigures::large_heap_spread, r, " m") +
          row("column, mean height", &PackingFigures::column_height, r, " m") +
          row("column, mean radius", &PackingFigures::column_spread, r, " m") +
          row("column, reach below centres", &PackingFigures::column_reach, r, " m") +
          row("column, solid share", &PackingFigures::column_fraction, 1, "") +
          row("column, of its lower half", &PackingFigures::column_deep_fraction, 1, "") +
          row("column, nearest centres", &PackingFigures::column_nearest, r, " m") +
+         row("alone, dropped, goes", &PackingFigures::dropped, r, " m") +
+         row("alone, thrown, goes", &PackingFigures::thrown, r, " m") +
          format(
-             "  among others a ball of %.4g m; resistance to rolling %.3g; turns at %.3g, "
-             "to walls at %.3g sqrt(g / R)\n",
-             p.radius_m, p.rolling, p.turning, p.leaning);
+             "  among others a ball of %.4g m; resistance to rolling %.3g; turns at %.3g, to walls "
+             "at %.3g sqrt(g / R); rebounds from surfaces by %.3g\n",
+             p.radius_m, p.rolling, p.turning, p.leaning, p.rebound);
 }
 
 }  // namespace

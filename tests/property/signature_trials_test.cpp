@@ -72,6 +72,26 @@ TEST_P(Trials, BodiesLeaveThePlaneInTheEnd) {
   }
 }
 
+// Without friction and with full restitution the energy stays, and the spin of equal energy tells
+// all of it, however the moments differ.
+TEST_P(Trials, SpinsOfEqualEnergyTellTheEnergy) {
+  TrialSetup setup{&body, {.restitution = 1, .friction = 0}, TrialKind::macro, 1};
+  setup.spins = SpinMeasure::energy;
+  const auto energy = [&](const Vec3& velocity, const Vec3& spin) {
+    return velocity.squaredNorm() + std::pow(body.gyration_m, 2) * spin.squaredNorm();
+  };
+  std::vector<TrialResult> results;
+  for (uint64_t i = 0; i < 10; ++i) {
+    const TrialRequest request = random_request(body, random, i);
+    run_trials(setup, std::span(&request, 1), results);
+    for (const TrialResult& result : results) {
+      if (!result.kept) continue;
+      const double before = energy(request.velocity, result.spin_before);
+      EXPECT_NEAR(energy(result.velocity, result.spin), before, 1e-6 * before);
+    }
+  }
+}
+
 // Powers of two scale doubles without rounding.
 TEST_P(Trials, AreHomogeneousBitForBit) {
   for (const TrialKind kind : {TrialKind::micro, TrialKind::macro}) {

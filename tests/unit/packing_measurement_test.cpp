@@ -6,6 +6,7 @@
 #include "core/parallel_for.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/scratch_directory.h"
 
 namespace pilesim {
@@ -37,7 +38,7 @@ class PackingMeasurement : public testing::Test {
 
 TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
   take(box_mesh({0.4, 0.1, 0.2}));
-  for (const PourKind kind : {PourKind::heap, PourKind::column}) {
+  for (const PourKind kind : {PourKind::heap, PourKind::large_heap, PourKind::column}) {
     const PourTrial trial(object(), kind);
     const Model first = trial.starts(1), again = trial.starts(1), other = trial.starts(2);
     std::vector<Vec3> places;
@@ -53,8 +54,34 @@ TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
       places.push_back(pose.position);
     }
     EXPECT_GT(places.size(), 100U);
-    EXPECT_LE(places.size(), 400U);
+    EXPECT_LE(places.size(), 512U);
   }
+}
+
+// Half of them are dropped, half are thrown; none reaches another one.
+TEST_F(PackingMeasurement, BodiesAloneGoTheirWays) {
+  take(box_mesh({0.4, 0.1, 0.2}));
+  const PourTrial trial(object(), PourKind::alone);
+  const Model model = trial.starts(1);
+  Scene scene = trial.scene();
+  std::vector<Vec3> starts;
+  int thrown = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    starts.push_back(body.pose.position);
+    thrown += body.linear_velocity.x() > 0 ? 1 : 0;
+  }
+  EXPECT_EQ(starts.size(), 64U);
+  EXPECT_EQ(thrown, 32);
+  const PourFigures figures = trial.run(*make_simulator(scene, model));
+  const double r = object().outer_radius_m, g = scene.gravity.norm();
+  const double speed = 2 * std::sqrt(g * r);
+  // At least half of its way to the ground, at most that and what friction leaves it, and bounces.
+  const double falls = speed * std::sqrt(2 * 4 * r / g) / r;
+  EXPECT_GT(figures.thrown, 0.5 * falls);
+  EXPECT_LT(figures.thrown, falls + 2 * speed * speed / (2 * 0.5 * g) / r);
+  EXPECT_LT(figures.dropped, 0.5 * figures.thrown);
+  EXPECT_GT(figures.dropped, 0.1);
 }
 
 // A ball packs as itself, to what the engines pack otherwise: loosely, as balls do that were

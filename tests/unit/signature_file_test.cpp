@@ -47,7 +47,7 @@ Signature small(size_t poses) {
     if (i < 6 * cells) s.responses.mean.push_back(0.5F - value);
   }
   s.responses.mean_error.assign(6 * cells, 0.01F);
-  const PackingFigures figures{0.5, 5, 0.4, 3, 4, 0.45, 0.55, 0.56, 1.2, 20};
+  const PackingFigures figures{0.5, 5, 0.4, 3, 4, 0.45, 0.55, 0.56, 1.2, 20, 0.7, 6};
   s.packing = {.pours = 3,
                .measured = figures,
                .error = figures,
@@ -55,7 +55,8 @@ Signature small(size_t poses) {
                .radius_m = 0.55,
                .rolling = 0.2,
                .turning = 0.05,
-               .leaning = 0.1};
+               .leaning = 0.1,
+               .rebound = 0.7};
   s.rest_drops = 200;
   for (size_t i = 0; i < 2 * poses; ++i) {
     const double angle = static_cast<double>(i % poses);
@@ -115,6 +116,8 @@ TEST_F(SignatureFile, ComesBack) {
   EXPECT_EQ(back.packing->measured.time, 20);
   EXPECT_EQ(back.packing->turning, 0.05);
   EXPECT_EQ(back.packing->leaning, 0.1);
+  EXPECT_EQ(back.packing->rebound, 0.7);
+  EXPECT_EQ(back.packing->measured.large_heap_spread, 6);
   ASSERT_EQ(back.rest_poses.size(), 6u);
   EXPECT_EQ(back.rest_poses[0].source, "geometry");
   EXPECT_EQ(back.rest_poses[0].probability_high, 0.125);
@@ -144,7 +147,7 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   nlohmann::json document = {{"format", "pilesim signature"}, {"version", 3}};
   const std::vector<uint8_t> old = nlohmann::json::to_cbor(document);
   EXPECT_THAT(refusal(std::string(old.begin(), old.end())),
-              HasSubstr("format version 3; expected version 7"));
+              HasSubstr("format version 3; expected version 8"));
   const std::string whole = bytes_of(small(1));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }
@@ -160,6 +163,7 @@ TEST_F(SignatureFile, SpheresThatAreNoneAreRefused) {
   EXPECT_THAT(refusal_of(&Packing::rolling, 11), HasSubstr("11"));
   EXPECT_THAT(refusal_of(&Packing::turning, -1), HasSubstr("-1"));
   EXPECT_THAT(refusal_of(&Packing::leaning, 12), HasSubstr("12"));
+  EXPECT_THAT(refusal_of(&Packing::rebound, 1.5), HasSubstr("1.5"));
 }
 
 TEST_F(SignatureFile, AFitPacksAsItsTable) {

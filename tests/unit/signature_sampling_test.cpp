@@ -154,7 +154,7 @@ TEST_P(TrialsAtContact, AgreeWithLaunches) {
     if (cut(1, index[1]) || cut(3, index[3])) continue;
     const CellConfiguration at = cell_configuration(table, cell, k);
     TrialRequest request{.velocity = at.velocity, .spin = at.spin, .object = cell};
-    request.count = candidates_for(body, request, 2000);
+    request.count = candidates_for(setup, request, 2000);
     std::vector<TrialResult> results;
     run_trials(setup, std::span(&request, 1), results);
     Eigen::Matrix<double, 6, 1> mean = Eigen::Matrix<double, 6, 1>::Zero();
@@ -183,13 +183,24 @@ INSTANTIATE_TEST_SUITE_P(Responses, TrialsAtContact,
 // plane, by the velocity of the centre in the mean, whichever part is the lowest.
 TEST(Responses, ContactsAreAsFrequentAsTheyApproachFast) {
   const ContactBody body = test::box_body({1, 0.3, 0.2});
-  TrialRequest request{.velocity = {0.3, -1, 0}, .spin = {0.9, 0.2, -0.7}};
-  ASSERT_LT(request.spin.norm() * body.outer_radius_m, 1);
-  request.count = 40000;
-  std::vector<TrialResult> results;
-  run_trials({&body, {}}, std::span(&request, 1), results);
-  const auto kept = std::ranges::count_if(results, &TrialResult::kept);
-  EXPECT_NEAR(static_cast<double>(kept) / request.count, contact_acceptance(body, request), 0.01);
+  for (const SpinMeasure spins : {SpinMeasure::angular_velocity, SpinMeasure::energy}) {
+    const TrialSetup setup{.body = &body, .spins = spins};
+    TrialRequest request{.velocity = {0.3, -1, 0}, .spin = {0.9, 0.2, -0.7}};
+    if (spins == SpinMeasure::energy) request.spin *= 0.5;
+    ASSERT_LT(request.spin.norm() *
+                  (spins == SpinMeasure::energy ? body.energy_reach_m : body.outer_radius_m),
+              1);
+    request.count = 40000;
+    std::vector<TrialResult> results;
+    run_trials(setup, std::span(&request, 1), results);
+    const auto kept = std::ranges::count_if(results, &TrialResult::kept);
+    EXPECT_NEAR(static_cast<double>(kept) / request.count, contact_acceptance(setup, request),
+                0.01);
+    for (const TrialResult& result : results) {
+      if (!result.kept) continue;
+      ASSERT_LT((result.spin_before - request.spin).norm(), 1e-9);
+    }
+  }
 }
 
 // Reflected through the plane of velocity and normal: velocities keep x and y, spins keep z.

@@ -41,6 +41,49 @@ TEST_F(Statistical, AFlightTurnsByItsSpin) {
   }
 }
 
+// A long body that spins about its axis has little energy, and tumbles with much.
+TEST_F(Statistical, SpinsHaveTheEnergyOfTheBody) {
+  const Vec3 size(0.04, 0.6, 0.04);
+  add_shape("pole", box_mesh(size));
+  const double mass = 1000 * size.prod();
+  for (const Vec3& axis : {Vec3(0, 1, 0), Vec3(1, 0, 0)}) {
+    scene_.bodies.clear();
+    add_body("pole", {0, 100, 0}).angular_velocity = 6 * axis;
+    scene_.gravity = Vec3::Zero();
+    start();
+    const double moment =
+        axis.y() > 0 ? mass * 2 * 0.04 * 0.04 / 12 : mass * (0.04 * 0.04 + 0.6 * 0.6) / 12;
+    const double expected = 0.5 * moment * 36;
+    EXPECT_NEAR(run(30).kinetic_energy_j, expected, 1e-3 * expected) << axis.transpose();
+    EXPECT_NEAR(states().angular_velocity[0].norm(), 6, 1e-3);
+  }
+}
+
+// The signature says how much of what is drawn for a hit on a surface is left.
+TEST_F(Statistical, WhatHitsASurfaceReboundsAsItsSignatureSays) {
+  constexpr double kRadius = 0.1;
+  scene_.materials["stuff"].restitution = 0.8;
+  add_ground();
+  add_shape("ball", sphere_mesh(kRadius, 4), 0.8);
+  add_body("ball", {0, kRadius + 1, 0});
+  const auto fastest_up = [&](double rebound) {
+    const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
+    Signature signature = read_signature(file);
+    signature.packing->rebound = rebound;
+    write_signature(signature, file);
+    start();
+    double fastest = 0;
+    for (int frame = 0; frame < 45; ++frame) {
+      run(1);
+      fastest = std::max(fastest, states().linear_velocity[1].y());
+    }
+    return fastest;
+  };
+  const double whole = fastest_up(1);
+  EXPECT_GT(whole, 3);
+  EXPECT_NEAR(fastest_up(0.5) / whole, 0.5, 0.05);
+}
+
 // The signature of a ball has no spread: Newton's restitution.
 TEST_F(Statistical, ABallBouncesToRestitutionSquaredOfItsHeight) {
   constexpr double kRadius = 0.1, kBounce = 0.8;

@@ -12,6 +12,11 @@
 
 namespace pilesim {
 
+// What a layout means by spins: the dissertation's are angular velocities.
+inline SpinMeasure spin_measure(TableLayout layout) {
+  return layout == TableLayout::dissertation ? SpinMeasure::angular_velocity : SpinMeasure::energy;
+}
+
 struct TableSampling {
   uint32_t trials_per_cell = 40;  // >= 2
   // Goes on until the standard error of every cell's mean response is at most this (units of

@@ -1,5 +1,6 @@
 #include "signature/trial/contact_body.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -97,6 +98,19 @@ void lay_out_lanes(ContactBody& body) {
   }
 }
 
+double energy_reach_m(const ContactBody& body) {
+  const auto to_spin = (body.gyration_m * body.inverse_inertia.cwiseSqrt()).asDiagonal();
+  double greatest = 0;
+  for (const Vec3& r : body.vertices) {
+    const Mat3 squares =
+        to_spin * (r.squaredNorm() * Mat3::Identity() - r * r.transpose()) * to_spin;
+    Eigen::SelfAdjointEigenSolver<Mat3> solver;
+    solver.computeDirect(squares, Eigen::EigenvaluesOnly);
+    greatest = std::max(greatest, solver.eigenvalues().maxCoeff());
+  }
+  return std::sqrt(greatest) * (1 + 1e-6);
+}
+
 // `hull` in the body frame, inertia set.
 void finish(ContactBody& body, const TriangleMesh& hull) {
   take_vertices(body, hull);
@@ -118,6 +132,7 @@ void finish(ContactBody& body, const TriangleMesh& hull) {
     }
   }
   body.reach_m = std::min(body.outer_radius_m, body.reach_m * (1 + 1e-9));
+  body.energy_reach_m = energy_reach_m(body);
   bound_turning(body);
   lay_out_lanes(body);
 }

@@ -46,6 +46,7 @@ struct ContactBody {
   double gyration_m = 0;               // k: 3 k^2 = the sum of the moments
   double outer_radius_m = 0;           // the farthest vertex
   double reach_m = 0;                  // farthest sideways from under the centre a contact can be
+  double energy_reach_m = 0;           // greatest |k I^(-1/2) u x r| of a vertex r and a unit u
   double turn_jerk_bound = 0;          // bound of |third derivative of a direction| / |spin|^3
   std::string mesh_hash;
 

@@ -92,7 +92,11 @@ Vec3 candidate_spin(const TrialRequest& request, const Point& point) {
 }
 
 // The fastest a lowest vertex can approach the plane in any candidate of the request.
-double approach_bound(const ContactBody& body, const TrialRequest& request) {
+double approach_bound(const TrialSetup& setup, const TrialRequest& request) {
+  const ContactBody& body = *setup.body;
+  if (setup.spins == SpinMeasure::energy) {
+    return -request.velocity.y() + request.spin.norm() * body.energy_reach_m;
+  }
   const bool any_tilt =
       request.spread == SpinSpread::cone || request.spread == SpinSpread::everywhere;
   const double tilted =
@@ -111,7 +115,7 @@ class TrialCrew : public FlightCrew {
       if (candidate_ == request.count) continue;
       if (candidate_ == 0) {
         lattice_ = Lattice(setup_.seed, request.object);
-        bound_ = approach_bound(*setup_.body, request);
+        bound_ = approach_bound(setup_, request);
       }
       while (candidate_ < request.count) {
         const Point point = lattice_.at(request.first + candidate_++);
@@ -143,7 +147,7 @@ class TrialCrew : public FlightCrew {
     TrialResult& result = *trial.result;
     ++result.impacts;
     result.velocity = flight.velocity;
-    result.spin = flight.world_spin();
+    result.spin = measured_spin(flight);
     result.unsettled = result.impacts == kMostImpacts;
     const bool done = setup_.kind == TrialKind::micro || result.unsettled ||
                       approach < kStill * trial.first_speed;
@@ -169,9 +173,23 @@ class TrialCrew : public FlightCrew {
     flight.time_s = 0;
   }
 
+  // See SpinMeasure.
+  void set_spin(const Vec3& spin, Flight& flight) const {
+    flight.spin = flight.to_body(spin);
+    if (setup_.spins == SpinMeasure::energy) {
+      flight.spin = setup_.body->gyration_m *
+                    flight.spin.cwiseProduct(setup_.body->inverse_inertia.cwiseSqrt());
+    }
+  }
+  Vec3 measured_spin(const Flight& flight) const {
+    if (setup_.spins == SpinMeasure::angular_velocity) return flight.world_spin();
+    return flight.to_world(flight.spin.cwiseProduct(setup_.body->inertia_m2.cwiseSqrt())) /
+           setup_.body->gyration_m;
+  }
+
   bool launch(const TrialRequest& request, const Point& point, Trial& trial, Flight& flight) const {
     orient(point, flight);
-    flight.spin = flight.to_body(candidate_spin(request, point));
+    set_spin(candidate_spin(request, point), flight);
     flight.velocity = request.velocity;
     flight.height = reach_of_flight(*setup_.body, flight.normal, flight.spin);
     trial.phase = Phase::approach;
@@ -184,7 +202,7 @@ class TrialCrew : public FlightCrew {
     trial.first_speed = flight.velocity.norm() + flight.spin.norm() * setup_.body->gyration_m;
     trial.result->kept = true;
     trial.result->height_m = flight.height;
-    trial.result->spin_before = flight.world_spin();
+    trial.result->spin_before = measured_spin(flight);
   }
 
   // Sets the body on its lowest vertex in a random orientation and starts the flight backwards;
@@ -193,7 +211,7 @@ class TrialCrew : public FlightCrew {
     const ContactBody& body = *setup_.body;
     orient(point, flight);
     const Support support = lowest_vertex(body, flight.normal);
-    flight.spin = flight.to_body(candidate_spin(request, point));
+    set_spin(candidate_spin(request, point), flight);
     flight.velocity = request.velocity;
     flight.height = support.height_m;
     const Vec3& r = body.vertices[support.vertex];
@@ -226,13 +244,13 @@ class TrialCrew : public FlightCrew {
 
 }  // namespace
 
-double contact_acceptance(const ContactBody& body, const TrialRequest& request) {
+double contact_acceptance(const TrialSetup& setup, const TrialRequest& request) {
   assert(request.velocity.y() < 0);
-  return -request.velocity.y() / approach_bound(body, request);
+  return -request.velocity.y() / approach_bound(setup, request);
 }
 
-uint32_t candidates_for(const ContactBody& body, const TrialRequest& request, uint32_t trials) {
-  return static_cast<uint32_t>(std::ceil(trials / contact_acceptance(body, request)));
+uint32_t candidates_for(const TrialSetup& setup, const TrialRequest& request, uint32_t trials) {
+  return static_cast<uint32_t>(std::ceil(trials / contact_acceptance(setup, request)));
 }
 
 void run_trials(const TrialSetup& setup, std::span<const TrialRequest> requests,

@@ -64,18 +64,29 @@ struct TrialResult {
 };
 inline constexpr int kMostImpacts = 1000;
 
+// What the spins of requests and results say, both in world axes.
+enum class SpinMeasure {
+  angular_velocity,
+  // k^-1 I^(1/2) w: of a ball of the body's radius of gyration k that turns with the same energy,
+  // about the same axis where that is a principal one. A long body that is hit beside its axis
+  // spins fast about it with little energy: by angular velocities these collisions would look like
+  // those that make it tumble.
+  energy,
+};
+
 struct TrialSetup {
   const ContactBody* body;
   ContactMaterial material;
   TrialKind kind = TrialKind::macro;
   uint64_t seed = 1;
+  SpinMeasure spins = SpinMeasure::angular_velocity;
 };
 
 // The mean fraction of candidates that are kept, in (0, 1], of a request that starts at contact.
-double contact_acceptance(const ContactBody& body, const TrialRequest& request);
+double contact_acceptance(const TrialSetup& setup, const TrialRequest& request);
 
 // The number of candidates that keeps `trials` of them in the mean.
-uint32_t candidates_for(const ContactBody& body, const TrialRequest& request, uint32_t trials);
+uint32_t candidates_for(const TrialSetup& setup, const TrialRequest& request, uint32_t trials);
 
 // One result a candidate, in the order of requests and candidates. Runs on the calling thread. A
 // result depends on the setup, the request's configuration and the candidate's number only.

@@ -120,7 +120,8 @@ float DrawnWorld::collision_radius_m(uint32_t i) const {
   const float speed = body.velocity.norm();
   const Vec3f normal = speed > 0 ? Vec3f(-body.velocity / speed) : Vec3f::UnitY();
   const Vec3f velocity = speed > 0 ? body.velocity : Vec3f(-1e-6F * Vec3f::UnitY());
-  return collision_height(object.signature->heights, object.gyration_m, normal, velocity, body.spin)
+  return collision_height(object.signature->heights, object.gyration_m, normal, velocity,
+                          object.spin_of(body.orientation, body.spin))
       .mean_m;
 }
 
@@ -238,7 +239,7 @@ void DrawnWorld::meet(const Contact& contact, uint32_t i, uint32_t other, Philox
   if (model_.method(i, other) == PairMethod::particle) {
     bounce(contact, i, other, response);
   } else {
-    draw(contact, object, random, response);
+    draw(contact, object, body.orientation, random, response);
   }
   if (body.rest_target == DrawnBody::kNoTarget) return;
   // 3.2.5: a rotational impulse towards the rest pose in place of the drawn spin.
@@ -248,16 +249,17 @@ void DrawnWorld::meet(const Contact& contact, uint32_t i, uint32_t other, Philox
   response.spin = turn * (angle > most ? most / angle : 1) / model_.settings.step_s;
 }
 
-void DrawnWorld::draw(const Contact& contact, const BodySignature& object, Philox& random,
-                      Response& response) const {
+void DrawnWorld::draw(const Contact& contact, const BodySignature& object, const Quatf& orientation,
+                      Philox& random, Response& response) const {
   const Vec3f velocity = response.velocity - contact.other_velocity;
   const ContactMaterial& material = object.signature->material;
-  const ResponseDraw draw =
-      draw_response(*object.responses, DrawModel::diagonal, object.gyration_m, material.restitution,
-                    material.friction, contact.normal, velocity,
-                    in_working_plane(response.spin, contact.normal, velocity), random);
+  const ResponseDraw draw = draw_response(
+      *object.responses, DrawModel::diagonal, object.gyration_m, material.restitution,
+      material.friction, contact.normal, velocity,
+      in_working_plane(object.spin_of(orientation, response.spin), contact.normal, velocity),
+      random);
   response.velocity = draw.velocity + contact.other_velocity;
-  response.spin = draw.spin;
+  response.spin = object.angular_velocity_of(orientation, draw.spin);
 }
 
 // 4.3, level 3: no table, by the materials; the spin stays.

@@ -117,8 +117,8 @@ class DrawnWorld {
   Response respond(uint32_t body) const;
   void meet(const Contact& contact, uint32_t body, uint32_t other, Philox& random,
             Response& response) const;
-  void draw(const Contact& contact, const BodySignature& object, Philox& random,
-            Response& response) const;
+  void draw(const Contact& contact, const BodySignature& object, const Quatf& orientation,
+            Philox& random, Response& response) const;
   void bounce(const Contact& contact, uint32_t body, uint32_t other, Response& response) const;
   bool is_posed(uint32_t body) const {
     return model_.settings.dispatch == nullptr || model_.settings.dispatch->is_posed(body);

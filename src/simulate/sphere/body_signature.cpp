@@ -20,6 +20,8 @@ using namespace sphere_constants;
 
 // Restitution and friction that differ by less are the same.
 constexpr double kSameMaterial = 1e-3;
+// Roots of moments that differ by less, in the radius of gyration, are one.
+constexpr double kLikeMoments = 1e-6;
 
 void check(const ModelShape& shape, const Material& material, const Signature& signature) {
   const auto refuse = [&](const std::string& found, const std::string& expected,
@@ -58,6 +60,15 @@ void set_sphere(BodySignature& body, double radius_m, double rolling) {
   body.interlocking = static_cast<float>(1 + kInterlocking * rolling);
 }
 
+void set_spin_measure(const SignatureBody& measured, BodySignature& body) {
+  const Vec3 scale = measured.inertia_m2.cwiseSqrt() / measured.gyration_m;
+  if (scale.maxCoeff() - scale.minCoeff() < kLikeMoments) return;
+  const Mat3 axes = measured.principal_axes.toRotationMatrix();
+  body.spin_measure = Mat3(axes * scale.asDiagonal() * axes.transpose()).cast<float>();
+  body.to_angular_velocity =
+      Mat3(axes * scale.cwiseInverse().asDiagonal() * axes.transpose()).cast<float>();
+}
+
 // By geometry alone: of what has no signature.
 BodySignature particle(const ModelShape& shape) {
   BodySignature body;
@@ -89,9 +100,13 @@ BodySignature body_signature(std::shared_ptr<const Signature> signature, const P
   BodySignature body;
   body.gyration_m = static_cast<float>(signature->body.gyration_m);
   body.outer_radius_m = static_cast<float>(signature->body.outer_radius_m);
+  if (spin_measure(signature->responses.layout) == SpinMeasure::energy) {
+    set_spin_measure(signature->body, body);
+  }
   set_sphere(body, packing.radius_m, packing.rolling);
   body.turning = static_cast<float>(packing.turning);
   body.leaning = static_cast<float>(packing.leaning);
+  body.rebound = static_cast<float>(packing.rebound);
   body.rest_targets = rest_targets(signature->rest_poses);
   body.responses.emplace(*signature);
   body.signature = std::move(signature);

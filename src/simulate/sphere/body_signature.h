@@ -19,6 +19,8 @@ struct BodySignature {
   std::optional<ResponseModel> responses;      // of the signature: tables or splines
   float gyration_m = 0;
   float outer_radius_m = 0;
+  // Where the moments differ and responses are by energy (SpinMeasure): body frame, k^-1 I^(1/2).
+  std::optional<Eigen::Matrix3f> spin_measure, to_angular_velocity;
   // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
   // up as high as the bodies do.
   float packing_radius_m = 0;
@@ -27,9 +29,24 @@ struct BodySignature {
   // sqrt(g / outer radius): how fast what lies on others turns to a rest pose, and what leans on a
   // wall to lie against it.
   float turning = 0, leaning = 0;
+  float rebound = 1;  // of what is drawn for a hit on a surface, so much is left
   // Bodies that are no balls catch on each other: how much more their spheres rub.
   float interlocking = 1;
   std::vector<RestTarget> rest_targets;
+
+  // Between an angular velocity, rad/s, and what responses mean by a spin, world frame.
+  Vec3f spin_of(const Quatf& orientation, const Vec3f& angular_velocity) const {
+    return measured(spin_measure, orientation, angular_velocity);
+  }
+  Vec3f angular_velocity_of(const Quatf& orientation, const Vec3f& spin) const {
+    return measured(to_angular_velocity, orientation, spin);
+  }
+
+ private:
+  static Vec3f measured(const std::optional<Eigen::Matrix3f>& scale, const Quatf& orientation,
+                        const Vec3f& spin) {
+    return scale ? Vec3f(orientation * Vec3f(*scale * (orientation.conjugate() * spin))) : spin;
+  }
 };
 
 // One for each shape of `model` that dynamic bodies have for which `collides` holds, in the order

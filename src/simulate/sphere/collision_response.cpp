@@ -65,7 +65,7 @@ void draw_with_surface(const Vec3f& normal, const Vec3f& surface_velocity, Philo
   body.velocity -= surface_velocity;
   const float before = energy(body);
   draw(normal, random, body);
-  const float scale = energy_scale(energy(body), before);
+  const float scale = body.object->rebound * energy_scale(energy(body), before);
   body.velocity = scale * body.velocity + surface_velocity;
   body.spin *= scale;
 }

@@ -76,7 +76,10 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
       step.centre[p] = body.position;
       step.radius_m[p] = input.radius_m[index];
       step.ellipsoid[p] = model_.ellipsoid(index, body.orientation, input.radius_m[index]);
-      step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass, body.spin,
+      // What is solved exactly beside turns as it does there.
+      const bool by_energy = kind.object != nullptr && !body.shared;
+      step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass,
+                        by_energy ? kind.object->spin_of(body.orientation, body.spin) : body.spin,
                         body.asleep ? 0 : kind.inverse_inertia};
       step.shift[p] = {Vec3f::Zero(), step.motion[p].inverse_mass};
       step.last_touch[p] = KeptImpulse::kLast;

@@ -66,8 +66,9 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
   body.position = centre + way;
   body.changed = true;
   body.velocity = step.motion[p].velocity;
-  body.spin = step.motion[p].spin;
-  body.orientation = turned(body.orientation, model_.settings.step_s * step.motion[p].spin);
+  body.spin = body.shared ? step.motion[p].spin
+                          : kind.object->angular_velocity_of(body.orientation, step.motion[p].spin);
+  body.orientation = turned(body.orientation, model_.settings.step_s * body.spin);
 }
 
 // What has left its place in a structure becomes as wide as in a heap.
@@ -104,7 +105,8 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const bool leans = std::abs(steepness) <= kWall && surface_push > 0;
   const Vec3f& up = leans || steepness > kWall ? normal : model_.up;
   // What spins about the upright tips over all the same.
-  const Vec3f rolling = body.spin - body.spin.dot(up) * up;
+  const Vec3f& spin = step.motion[p].spin;
+  const Vec3f rolling = spin - spin.dot(up) * up;
   const float speed = body.velocity.norm() + kind.object->gyration_m * rolling.norm();
   const DispatchTable* dispatch = model_.settings.dispatch;
   const bool controlled =
@@ -148,8 +150,8 @@ void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) co
   const bool posed = !model_.settings.rest_control || body.block ||
                      step.surface_push[p] + step.body_push[p] == 0 || control_rest(step, p, body);
   const float rest_speed = model_.rest_speed(kind);
-  const bool slow =
-      body.velocity.norm() < rest_speed && kind.outer_m * body.spin.norm() < rest_speed;
+  const Vec3f spin = kind.object->spin_of(body.orientation, body.spin);
+  const bool slow = body.velocity.norm() < rest_speed && kind.outer_m * spin.norm() < rest_speed;
   const bool carried = step.surface_push[p] + step.body_push[p] > 0.5F * weight;
   constexpr uint16_t kMost = std::numeric_limits<uint16_t>::max();
   body.slow_steps = !(slow && posed && carried) ? uint16_t{0}

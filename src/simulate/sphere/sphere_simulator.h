@@ -192,9 +192,10 @@ FrameStatistics SphereSimulator<World>::statistics() const {
     if (body.asleep) continue;
     const SphereKind& kind = world_.kind(i);
     const double k = kind.object->gyration_m;
+    const Vec3f spin = kind.object->spin_of(body.orientation, body.spin);
     ++statistics.bodies_awake;
     statistics.kinetic_energy_j +=
-        0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * body.spin.squaredNorm());
+        0.5 * kind.mass_kg * (body.velocity.squaredNorm() + k * k * spin.squaredNorm());
   }
   // By chunks in their order, so that the sum does not depend on threads.
   const std::vector<uint32_t>& members = world_.members();

@@ -44,7 +44,8 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
   const auto after = [&](const Collider& moved, uint32_t body, uint32_t row, float share_s) {
     if (sleeps(row)) {
       input.bodies[body].velocity = moved.velocity;
-      input.bodies[body].spin = moved.spin;
+      input.bodies[body].spin =
+          moved.object->angular_velocity_of(input.bodies[body].orientation, moved.spin);
       return;
     }
     // It moves as before until the two touch.
