@@ -106,7 +106,7 @@ void add_export_command(CLI::App& app) {
                       ->excludes(frames));
   command
       ->add_option("--only", options->only,
-                   "Bodies of these names only; * and ? stand for what you like: 'rabbits/*' "
+                   "Bodies of these names only; * and ? stand for what you like: 'spout/*' "
                    "(repeatable)")
       ->type_name("NAME")
       ->allow_extra_args(false);
@@ -130,7 +130,7 @@ Examples:
   pilesim export out/crate -o last.glb --frame last
   pilesim export out/crate -o crate.vat.glb
   pilesim export out/crate -o crate.py && blender --python crate.py
-  pilesim export out/crate -o rabbits.csv --only 'rabbits/*' --frames 30-90)");
+  pilesim export out/crate -o spout.csv --only 'front spout/*' --frames 30-90)");
   command->callback([options] { run_export_command(*options); });
 }
 

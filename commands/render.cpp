@@ -117,11 +117,11 @@ Examples:
   pilesim render out/crate --resume
   pilesim render out/crate --sheet 4x3
   pilesim render out/crate -o out/still --renderer rays --frames 150 --no-video
-  pilesim render out/crate -o out/still --renderer rays --samples 16 --keep-films
-  pilesim render out/crate -o out/still --renderer rays --samples 64 --keep-films --resume
+  pilesim render out/crate -o out/more --renderer rays --samples 16 --keep-films
+  pilesim render out/crate -o out/more --renderer rays --samples 64 --keep-films --resume
   pilesim render out/crate -o out/draft --quality preview
   pilesim render out/crate -o out/end --frames 120- --no-video
-  pilesim render out/crate -o out/still --frames last --no-video
+  pilesim render out/crate -o out/last --frames last --no-video
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
   pilesim render out/crate --passes depth,ids,normals --annotations coco,bop -o out/dataset
   pilesim render out/crate --camera all -o out/views

@@ -97,7 +97,7 @@ void add_view_command(CLI::App& app) {
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option("--only", options->only,
-                   "Bodies of these names only; * and ? stand for what you like: 'rabbits/*' "
+                   "Bodies of these names only; * and ? stand for what you like: 'spout/*' "
                    "(repeatable)")
       ->type_name("NAME")
       ->allow_extra_args(false);
