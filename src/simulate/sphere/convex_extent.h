@@ -1,6 +1,8 @@
 // How far the convex hull of an object reaches.
 #pragma once
 
+#include <cmath>
+
 #include "core/types.h"
 
 namespace pilesim {
@@ -15,6 +17,7 @@ struct ConvexExtent {
   // m: towards a plane whose normal is `-down`, and of its surface from the centre. `down`: unit.
   float support_m(const Vec3f& down) const { return greatest(corners, down); }
   float surface_m(const Vec3f& down) const { return 1 / greatest(faces, down); }
+  float least_m() const { return 1 / std::sqrt(faces.square().colwise().sum().maxCoeff()); }
 
  private:
   static float greatest(const Points& points, const Vec3f& way) {

@@ -128,6 +128,9 @@ inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. At 0.95 planks on hills sink in
 // by 0.021 D, at 0.98 by less than 0.02.
 inline constexpr double kSameSurface = 0.98;
+// In radii: of what is thinner the centre is soon behind a surface, and its way is watched.
+// half, twice: not tried
+inline constexpr float kThin = 0.3F;
 // Triangles are of one plane by this cosine, and by what is left to 1 of the reach. Speed alone.
 inline constexpr double kOnePlane = 1 - 1e-5;
 // Cosine of the slope up to which ground is level.

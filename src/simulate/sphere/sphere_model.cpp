@@ -74,6 +74,7 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
       gravity > 0 ? kPositionTime * std::sqrt(radius / gravity) : kPositionTimeInFlight;
   kind.radius_m = radius;
   kind.outer_m = object->outer_radius_m;
+  kind.thin_m = radius;
   kind.rolling_m = object->rolling * radius;
   kind.control_speed = control_speed(*object, gravity);
   kind.lift = -std::expm1(-settings.step_s / (time_s * kPositionSweeps));
@@ -82,6 +83,7 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
   const ModelShape& shape = model.shapes[body.shape];
   if (object->signature) {
     set_hull(shape.mesh.vertices, kind);
+    if (kind.hull.least_m() < kThin * radius) kind.thin_m = kind.hull.least_m();
     set_form(shape.mass.inertia_m5, kind);
   }
   if (settings.blocks) kind.block = block_shape(shape.mesh, shape.mass.volume_m3);

@@ -37,6 +37,7 @@ struct SphereKind {
   float mass_kg = 0;
   float radius_m = 0;       // among bodies, unless it stands in a structure
   float outer_m = 0;        // of the body
+  float thin_m = 0;         // no surface is nearer to the centre of what has it outside
   EllipsoidForm form;       // among bodies, unless it began in a structure
   bool is_round = true;     // the form is a ball
   float rolling_m = 0;      // see SphereContact

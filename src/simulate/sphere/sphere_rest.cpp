@@ -58,8 +58,8 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
   const SphereKind& kind = model_.kinds[step.kind[p]];
   const Vec3f& centre = step.centre[p];
   Vec3f way = step.shift[p].way;
-  // The centre of what is fast never passes through a surface.
-  if (way.squaredNorm() > 0.25F * kind.radius_m * kind.radius_m) {
+  // The centre of what is fast, or thin, never passes through a surface.
+  if (way.squaredNorm() > 0.25F * kind.thin_m * kind.thin_m) {
     const double hit = surfaces_.first_hit(centre.cast<double>(), (centre + way).cast<double>());
     if (hit < 1) way *= static_cast<float>(0.9 * hit);
   }
