@@ -160,7 +160,9 @@ void add_sample_signature_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "sample-signature",
       "Measure what an object does when it collides, for statistical simulation");
-  command->add_option("mesh", options->mesh, "The object: a mesh (obj, stl, ply, glb, ...); made solid where it is open")
+  command
+      ->add_option("mesh", options->mesh,
+                   "The object: a mesh (obj, stl, ply, glb, ...); made solid where it is open")
       ->required()
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The signature to write, NAME.sig")

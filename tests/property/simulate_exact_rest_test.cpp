@@ -8,7 +8,8 @@
 namespace pilesim {
 namespace {
 
-// Frames until a cube of 0.2 m between two walls sleeps, held by their friction; 0 if it never does.
+// Frames until a cube of 0.2 m between two walls sleeps, held by their friction; 0 if it never
+// does.
 int frames_awake(double gap_m) {
   SmallModel m;
   m.scene.simulator.engine = EngineKind::exact;

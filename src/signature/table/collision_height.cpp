@@ -114,9 +114,8 @@ CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayo
     std::vector<TrialResult> results;
     for (size_t cell = begin; cell < end; ++cell) {
       TrialRequest request = request_of(table, cell, gyration);
-      request.count = request.start == TrialStart::contact
-                          ? candidates_for(setup, request, trials)
-                          : trials;
+      request.count =
+          request.start == TrialStart::contact ? candidates_for(setup, request, trials) : trials;
       run_trials(heights_only, std::span(&request, 1), results);
       for (const TrialResult& result : results) {
         if (result.kept) append(table, cell, request, gyration, result, by_cell[cell]);
