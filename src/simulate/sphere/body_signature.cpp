@@ -64,7 +64,7 @@ void set_spin_measure(const SignatureBody& measured, BodySignature& body) {
   const Vec3 scale = measured.inertia_m2.cwiseSqrt() / measured.gyration_m;
   if (scale.maxCoeff() - scale.minCoeff() < kLikeMoments) return;
   const Mat3 axes = measured.principal_axes.toRotationMatrix();
-  body.spin_measure = Mat3(axes * scale.asDiagonal() * axes.transpose()).cast<float>();
+  body.to_spin = Mat3(axes * scale.asDiagonal() * axes.transpose()).cast<float>();
   body.to_angular_velocity =
       Mat3(axes * scale.cwiseInverse().asDiagonal() * axes.transpose()).cast<float>();
 }

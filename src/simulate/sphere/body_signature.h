@@ -19,8 +19,9 @@ struct BodySignature {
   std::optional<ResponseModel> responses;      // of the signature: tables or splines
   float gyration_m = 0;
   float outer_radius_m = 0;
-  // Where the moments differ and responses are by energy (SpinMeasure): body frame, k^-1 I^(1/2).
-  std::optional<Eigen::Matrix3f> spin_measure, to_angular_velocity;
+  // Where the moments differ and responses are by energy (SpinMeasure): body frame, k^-1 I^(1/2)
+  // and its inverse.
+  std::optional<Eigen::Matrix3f> to_spin, to_angular_velocity;
   // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
   // up as high as the bodies do.
   float packing_radius_m = 0;
@@ -36,7 +37,7 @@ struct BodySignature {
 
   // Between an angular velocity, rad/s, and what responses mean by a spin, world frame.
   Vec3f spin_of(const Quatf& orientation, const Vec3f& angular_velocity) const {
-    return measured(spin_measure, orientation, angular_velocity);
+    return measured(to_spin, orientation, angular_velocity);
   }
   Vec3f angular_velocity_of(const Quatf& orientation, const Vec3f& spin) const {
     return measured(to_angular_velocity, orientation, spin);

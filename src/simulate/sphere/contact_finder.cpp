@@ -188,10 +188,9 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
     batch_.left.push_back(body);
   }
   const Vec3f lever_a = patch->middle - centre, lever_b = patch->middle - partner.centre;
-  const Vec3f spin_b = input_.bodies[other].spin;
+  const Vec3f spin_a = input_.bodies[step_.body[p]].spin, spin_b = input_.bodies[other].spin;
   const float closing =
-      (partner.velocity + spin_b.cross(lever_b) - velocity - step_.motion[p].spin.cross(lever_a))
-          .dot(normal);
+      (partner.velocity + spin_b.cross(lever_b) - velocity - spin_a.cross(lever_a)).dot(normal);
   if (patch->gap_m > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * small) return;
   if (collides(closing, patch->gap_m, small)) {
     for (const uint32_t b : {body, other}) {
