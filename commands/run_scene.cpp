@@ -56,7 +56,8 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
   add_scene_options(*command, options->scene);
   CLI::Option* output =
       command->add_option("-o,--output", options->output,
-                          "Directory for trajectory.zarr, timing.csv, report.json, report.html");
+                          "Directory for trajectory.zarr, timing.csv, report.json, report.html; needed but "
+                          "for --print-config");
   CLI::Option* print =
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");

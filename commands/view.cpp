@@ -93,7 +93,7 @@ void add_view_command(CLI::App& app) {
       ->add_option_function<std::string>(
           "--frames",
           [options](const std::string& text) { options->frames = parse_frame_range(text); },
-          "Frames to take: 7, 10-90, 10- or 10-90x2 (default: all)")
+          std::string("Frames to take: ") + kFramesHelp + " (default: all)")
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option("--only", options->only,

@@ -266,6 +266,14 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   if (job.from) model.start_overlaps = find_start_overlaps(model);
   // Before a guide's filling has changed who is who.
   std::vector<std::string> warnings = describe_start_overlaps(model);
+  if (!job.direct_piles && scene.guide) {
+    warnings.emplace_back(
+        "simulate holds nothing in the scene's \"guide\": pilesim direct-pile does");
+  }
+  if (!job.direct_piles && !scene.piles.empty()) {
+    warnings.emplace_back(
+        "simulate steers to no angle of the scene's \"piles\": pilesim direct-pile does");
+  }
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   if (filling.floats) {
     warnings.emplace_back(

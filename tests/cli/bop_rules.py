@@ -69,7 +69,8 @@ class Checker:
         self.require_names(self.root / "models", files | {"models_info.json"})
         for key, info in self.models.items():
             self.require(re.fullmatch("[1-9][0-9]*", key), f"model {key} is no number from 1 on")
-            if self.require_keys(f"model {key}", info, MODEL_KEYS):
+            plain = {name: value for name, value in info.items() if not name.startswith("symmetries_")}
+            if self.require_keys(f"model {key}", plain, MODEL_KEYS):
                 self.check_model(key, info, self.root / f"models/obj_{int(key):06d}.ply")
 
     def check_model(self, key, info, file):
@@ -95,6 +96,15 @@ class Checker:
             self.require(abs(size - (high - low)) <= close, f"model {key}: size_{name}")
         widest = max(math.dist(a[:3], b[:3]) for a in rows for b in rows)
         self.require(abs(info["diameter"] - widest) <= close, f"model {key}: diameter")
+        for turn in info.get("symmetries_discrete", []):
+            if self.require_numbers(f"a symmetry of model {key}", turn, 16):
+                rotation = turn[0:3] + turn[4:7] + turn[8:11]
+                self.require(is_rotation(rotation) and turn[3::4] == [0, 0, 0, 1],
+                             f"model {key}: a symmetry is no rotation")
+        for symmetry in info.get("symmetries_continuous", []):
+            length = math.hypot(*symmetry["axis"])
+            self.require(abs(length - 1) < 1e-6 and len(symmetry["offset"]) == 3,
+                         f"model {key}: an axis of symmetry")
 
     # Scenes: one name for all that belongs to an image.
 

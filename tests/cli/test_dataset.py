@@ -106,6 +106,11 @@ class Dataset(CommandTest):
         brick = max(models.values(), key=lambda model: model["size_x"])
         self.assertAlmostEqual(brick["size_x"], 500, places=3)
         self.assertAlmostEqual(brick["diameter"], math.hypot(500, 100, 200), places=3)
+        # Half turns about the three axes of a brick with unlike sides.
+        self.assertEqual(
+            sorted([turn[0], turn[5], turn[10], turn[15]] for turn in brick["symmetries_discrete"]),
+            [[-1, -1, 1, 1], [-1, 1, -1, 1], [1, -1, -1, 1]],
+        )
         for key in cameras:
             self.check_image(scene, int(key), cameras[key], poses[key], infos[key], meshes)
 

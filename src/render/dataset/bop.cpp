@@ -9,6 +9,7 @@
 #include "core/atomic_file.h"
 #include "core/output_directory.h"
 #include "core/text.h"
+#include "geometry/symmetry.h"
 #include "json/json_text.h"
 #include "render/dataset/numeric_png.h"
 #include "render/render_mesh.h"
@@ -19,6 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMillimetres = 1000;
+// Of the diameter: what comes back to itself so closely is symmetric. (The benchmark's own models are
+// to a tenth.)
+constexpr double kSymmetric = 0.01;
 
 std::string number(uint64_t value) {
   char text[32];
@@ -95,18 +99,46 @@ void write_ply(const TrajectoryShape& shape, const fs::path& file) {
   write_file_atomically(file, text);
 }
 
+// Without the rounding of what is 0 or 1.
+double rounded(double value) { return std::round(1e12 * value) / 1e12 + 0.0; }
+
+// By its form alone, not by what is painted on it.
+void add_symmetries(const TrajectoryShape& shape, double diameter_m, Json& info) {
+  TriangleMesh mesh;
+  for (const Vec3f& vertex : shape.vertices) mesh.vertices.push_back(vertex.cast<double>());
+  mesh.triangles = shape.triangles;
+  const Symmetries symmetries = find_symmetries(mesh, kSymmetric * diameter_m);
+  for (const Mat3& turn : symmetries.discrete) {
+    Json rows = Json::array();
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) rows.push_back(rounded(turn(row, column)));
+      rows.push_back(0);
+    }
+    for (const int value : {0, 0, 0, 1}) rows.push_back(value);
+    info["symmetries_discrete"].push_back(rows);
+  }
+  for (const Vec3& axis : symmetries.continuous) {
+    info["symmetries_continuous"].push_back(
+        {{"axis", {rounded(axis.x()), rounded(axis.y()), rounded(axis.z())}},
+         {"offset", {0, 0, 0}}});
+  }
+}
+
 Json model_info(const TrajectoryShape& shape) {
   Eigen::AlignedBox3f box;
   for (const Vec3f& vertex : shape.vertices) box.extend(vertex);
   const Vec3 low = kMillimetres * box.min().cast<double>();
   const Vec3 size = kMillimetres * box.sizes().cast<double>();
-  return {{"diameter", kMillimetres * diameter(shape.vertices)},
-          {"min_x", low.x()},
-          {"min_y", low.y()},
-          {"min_z", low.z()},
-          {"size_x", size.x()},
-          {"size_y", size.y()},
-          {"size_z", size.z()}};
+  const double diameter_m = diameter(shape.vertices);
+  Json info = {{"diameter", kMillimetres * diameter_m},
+               {"min_x", low.x()},
+               {"min_y", low.y()},
+               {"min_z", low.z()},
+               {"size_x", size.x()},
+               {"size_y", size.y()},
+               {"size_z", size.z()}};
+  add_symmetries(shape, diameter_m, info);
+  return info;
 }
 
 class BopWriter final : public AnnotationWriter {
