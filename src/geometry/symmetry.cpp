@@ -16,7 +16,8 @@ constexpr size_t kMostOutermost = 200;
 constexpr int kMostFold = 12;  // of rotations about a principal axis
 constexpr double kSameMoment = 0.05;
 // Two that take the outermost point to places not farther apart than so many tolerances are one; of
-// those that are beyond a quarter of it, which may be a better one that is turned a little, so many.
+// those that are beyond a quarter of it, which may be a better one that is turned a little, so
+// many.
 constexpr double kSameTurn = 4, kLikeTurn = 8;
 
 struct Candidate {
@@ -60,7 +61,8 @@ class SymmetrySearch {
       const Vec3 axis = axes_.col(i);
       Eigen::Index along = 0;
       axis.cwiseAbs().maxCoeff(&along);
-      if (is_axis_of_rotation(axis)) found.continuous.emplace_back(axis * (axis(along) < 0 ? -1 : 1));
+      if (is_axis_of_rotation(axis))
+        found.continuous.emplace_back(axis * (axis(along) < 0 ? -1 : 1));
     }
     if (found.continuous.size() > 1) return {{}, {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()}};
     if (found.continuous.size() == 1) {

@@ -147,6 +147,13 @@ class Output(CommandTest):
         self.assertEqual(counts["asleep"], sum(int(flags) & 2 == 2 for flags in state))
         self.assertGreater(counts["asleep"], 30)
 
+    def test_simulate_says_that_it_steers_nothing(self):
+        scene = self.write_scene(pile_of_boxes)
+        words = "pilesim direct-pile does"
+        short = ("--set", "/duration_s=0.1")
+        self.assertIn(words, self.succeed("simulate", scene, "-o", "plain", *short).stderr)
+        self.assertNotIn(words, self.succeed("direct-pile", scene, "-o", "steered", *short).stderr)
+
     def test_layers_are_written_frame_by_frame_where_they_change(self):
         self.succeed("direct-pile", self.write_scene(pile_of_boxes), "-o", "out")
         layers = json.loads((self.dir / "out/piles.json").read_text())
