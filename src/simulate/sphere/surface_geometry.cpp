@@ -59,19 +59,26 @@ float reach_below(const Corners& corners, const Vec3& outward, float height,
 
 }  // namespace
 
-SurfaceGeometry::SurfaceGeometry(const Model& model) : model_(model), trees_(model.shapes.size()) {}
+SurfaceGeometry::SurfaceGeometry(const Model& model)
+    : model_(model), meshes_(model.shapes.size()) {}
+
+SurfaceGeometry::MeshSurface::MeshSurface(const TriangleMesh& mesh) : tree(mesh) {
+  for (const Corners& corners : tree.corners()) {
+    outward.push_back((corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized());
+  }
+}
 
 void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocity,
                             const Vec3& turn_rate) {
   const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-  std::unique_ptr<TriangleTree>& tree = trees_[model_.bodies[body].shape];
-  if (!shape.is_plane && !tree) tree = std::make_unique<TriangleTree>(shape.mesh);
+  std::unique_ptr<MeshSurface>& mesh = meshes_[model_.bodies[body].shape];
+  if (!shape.is_plane && !mesh) mesh = std::make_unique<MeshSurface>(shape.mesh);
   Placed placed{{body, pose, velocity, turn_rate},
                 shape.is_plane,
                 pose.orientation * Vec3::UnitY(),
                 {},
-                tree.get()};
-  if (tree) placed.box = box_around(tree->nodes().front().box, pose);
+                mesh.get()};
+  if (mesh) placed.box = box_around(mesh->tree.nodes().front().box, pose);
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
   if (at != placed_.end() && at->body == body) {
     *at = placed;
@@ -141,23 +148,34 @@ void SurfaceGeometry::find(uint32_t surface, const SurfaceProbe& probe,
 // What a mesh is met with, and where it may be met. Surface's frame, but for contacts.
 class SurfaceGeometry::MeshSearch {
  public:
-  MeshSearch(const Placed& placed, const SurfaceProbe& probe, std::vector<SurfaceContact>& near)
+  // A triangle that the centre is not above.
+  struct Beside {
+    uint32_t triangle;
+    Vec3 way;  // from its nearest point to the centre, unit
+    double above, distance;
+  };
+  // What many searches use, one after the other.
+  struct Scratch {
+    std::vector<SurfaceContact> near;  // what is found; faces come first
+    std::vector<Beside> beside;
+    ConvexExtent::Points corners;  // of the hull, from the centre
+  };
+
+  MeshSearch(const Placed& placed, const SurfaceProbe& probe, Scratch& scratch)
       : placed_(placed),
         probe_(probe),
         to_local_(placed.pose.orientation.conjugate()),
         centre_(to_local_ * (probe.centre.cast<double>() - placed.pose.position)),
-        near_(near) {}
+        near_(scratch.near),
+        beside_(scratch.beside),
+        corners_(scratch.corners) {
+    near_.clear();
+    beside_.clear();
+  }
 
   void run();
 
  private:
-  // A triangle that the centre is not above.
-  struct Beside {
-    uint32_t triangle;
-    Vec3 outward, way;  // way: from its nearest point to the centre, unit
-    double above, distance;
-  };
-
   void look_at(uint32_t triangle);
   void add(const SurfaceContact& contact) {
     if (contact.gap - contact.reach_m <= probe_.near_m) near_.push_back(contact);
@@ -172,16 +190,17 @@ class SurfaceGeometry::MeshSearch {
   const SurfaceProbe& probe_;
   Quat to_local_;
   Vec3 centre_;
-  std::vector<SurfaceContact>& near_;  // faces come first
+  std::vector<SurfaceContact>& near_;
   size_t faces_ = 0;
-  std::vector<Beside> beside_;
-  ConvexExtent::Points corners_;  // of the hull, from the centre; turned when they are needed
+  std::vector<Beside>& beside_;
+  ConvexExtent::Points& corners_;
+  bool has_corners_ = false;  // turned when they are needed
 };
 
 void SurfaceGeometry::MeshSearch::run() {
   const Vec3 around = Vec3::Constant(probe_.farthest_m);
-  placed_.tree->for_each_near(Bounds(centre_ - around, centre_ + around), 0,
-                              [&](uint32_t triangle) { look_at(triangle); });
+  placed_.mesh->tree.for_each_near(Bounds(centre_ - around, centre_ + around), 0,
+                                   [&](uint32_t triangle) { look_at(triangle); });
   faces_ = near_.size();
   for (const Beside& triangle : beside_) {
     add(contact(triangle.way, triangle.distance, false));
@@ -191,8 +210,8 @@ void SurfaceGeometry::MeshSearch::run() {
 
 void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
   const double farthest = probe_.farthest_m;
-  const Corners& corners = placed_.tree->corners()[triangle];
-  const Vec3 outward = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
+  const Corners& corners = placed_.mesh->tree.corners()[triangle];
+  const Vec3& outward = placed_.mesh->outward[triangle];
   // From behind a triangle keeps nothing out: the front of the solid does.
   const double above = outward.dot(centre_ - corners[0]);
   if (above > farthest || above < -kEdgeOn * farthest) return;
@@ -203,13 +222,13 @@ void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
   if (way.dot(outward) > 0.999) {
     add(contact(way, distance, true));
   } else {
-    beside_.push_back({triangle, outward, way, above, distance});
+    beside_.push_back({triangle, way, above, distance});
   }
 }
 
 // Where the face under the centre goes on all corners are met already.
 bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
-  const Vec3 normal = placed_.pose.orientation * triangle.outward;
+  const Vec3 normal = placed_.pose.orientation * placed_.mesh->outward[triangle.triangle];
   return std::any_of(near_.begin(), near_.begin() + static_cast<ptrdiff_t>(faces_),
                      [&](const SurfaceContact& face) {
                        return face.normal.cast<double>().dot(normal) > kOnePlane &&
@@ -220,16 +239,19 @@ bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
 
 // The hull's corners may be over triangles beside the one that the centre is above.
 void SurfaceGeometry::MeshSearch::meet_corners(const Beside& triangle) {
-  if (corners_.size() == 0) {
+  if (!has_corners_) {
     const Quatf turn = to_local_.cast<float>() * probe_.orientation;
-    corners_ = (turn.toRotationMatrix() * probe_.hull->corners.matrix()).array();
+    corners_.resize(3, probe_.hull->corners.cols());
+    corners_.matrix().noalias() = turn.toRotationMatrix() * probe_.hull->corners.matrix();
+    has_corners_ = true;
   }
-  Corners from_centre = placed_.tree->corners()[triangle.triangle];
+  const Vec3& outward = placed_.mesh->outward[triangle.triangle];
+  Corners from_centre = placed_.mesh->tree.corners()[triangle.triangle];
   for (Vec3& corner : from_centre) corner -= centre_;
   const auto height = static_cast<float>(probe_.near_m - triangle.above);
-  const float reach_m = reach_below(from_centre, triangle.outward, height, corners_);
+  const float reach_m = reach_below(from_centre, outward, height, corners_);
   if (reach_m <= 0) return;
-  SurfaceContact met = contact(triangle.outward, triangle.above, true);
+  SurfaceContact met = contact(outward, triangle.above, true);
   met.reach_m = reach_m;
   add(met);
 }
@@ -238,9 +260,9 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& pro
                                    std::vector<SurfaceContact>& contacts) {
   const double farthest = probe.farthest_m;
   if (placed.box.squaredExteriorDistance(probe.centre.cast<double>()) > farthest * farthest) return;
-  thread_local std::vector<SurfaceContact> near;
-  near.clear();
-  MeshSearch(placed, probe, near).run();
+  thread_local MeshSearch::Scratch scratch;
+  MeshSearch(placed, probe, scratch).run();
+  std::vector<SurfaceContact>& near = scratch.near;
   // Beside a face that goes on, an edge of it is as deep: rounding is not to choose the edge.
   const auto order = [](const SurfaceContact& contact) {
     return contact.gap - contact.reach_m * (contact.face ? 1.0001F : 1.0F);
@@ -279,8 +301,8 @@ double SurfaceGeometry::first_hit(const Vec3& from, const Vec3& to) const {
     const Vec3 b = to_local * (to - placed.pose.position);
     Bounds way(a);
     way.extend(b);
-    placed.tree->for_each_near(way, 0, [&](uint32_t i) {
-      first = std::min(first, crossing(placed.tree->corners()[i], a, b - a));
+    placed.mesh->tree.for_each_near(way, 0, [&](uint32_t i) {
+      first = std::min(first, crossing(placed.mesh->tree.corners()[i], a, b - a));
     });
   }
   return first;

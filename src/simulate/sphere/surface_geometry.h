@@ -80,11 +80,16 @@ class SurfaceGeometry {
   static constexpr size_t kMostContacts = 4;
 
  private:
+  struct MeshSurface {
+    explicit MeshSurface(const TriangleMesh& mesh);
+    TriangleTree tree;
+    std::vector<Vec3> outward;  // of its triangles, unit; in tree order
+  };
   struct Placed : SurfaceState {
     bool is_plane;
-    Vec3 normal;               // of a plane
-    Bounds box;                // of a mesh, world frame
-    const TriangleTree* tree;  // null for a plane
+    Vec3 normal;              // of a plane
+    Bounds box;               // of a mesh, world frame
+    const MeshSurface* mesh;  // null for a plane
   };
   class MeshSearch;
   static SurfaceContact contact_of(const Placed& placed, const Vec3& normal, double gap,
@@ -93,7 +98,7 @@ class SurfaceGeometry {
                            std::vector<SurfaceContact>& contacts);
 
   const Model& model_;
-  std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, made when first needed
+  std::vector<std::unique_ptr<MeshSurface>> meshes_;  // by shape, made when first needed
   std::vector<Placed> placed_;                        // in the order of bodies
 };
 
