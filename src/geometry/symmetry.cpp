@@ -11,9 +11,10 @@
 namespace pilesim {
 namespace {
 
-constexpr size_t kPoints = 1000;
+constexpr size_t kPoints = 1000;  // of vertices, and of triangles' middles
 constexpr size_t kMostOutermost = 200;
 constexpr int kMostFold = 12;  // of rotations about a principal axis
+// Share by which moments across an axis may differ where there are more than half turns about it.
 constexpr double kSameMoment = 0.05;
 // Two that take the outermost point to places not farther apart than so many tolerances are one; of
 // those that are beyond a quarter of it, which may be a better one that is turned a little, so
@@ -95,15 +96,14 @@ class SymmetrySearch {
     moments_ = solver.eigenvalues();
   }
 
-  // How far the surface comes out from itself at most; infinite: beyond the tolerance.
+  // How far the surface comes out from itself at most; infinite: beyond the tolerance. What a
+  // rotation takes into itself it takes onto itself: the way back need not be looked at.
   double error_of(const Mat3& turn) const {
     const double limit_m = std::nextafter(tolerance_m_, std::numeric_limits<double>::infinity());
     double most_m = 0;
     for (const Vec3& point : points_) {
-      for (const Vec3& image : {Vec3(turn * point), Vec3(turn.transpose() * point)}) {
-        most_m = std::max(most_m, tree_.distance(image, limit_m));
-        if (most_m > tolerance_m_) return std::numeric_limits<double>::infinity();
-      }
+      most_m = std::max(most_m, tree_.distance(turn * point, limit_m));
+      if (most_m > tolerance_m_) return std::numeric_limits<double>::infinity();
     }
     return most_m;
   }

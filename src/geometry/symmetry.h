@@ -13,10 +13,9 @@ struct Symmetries {
 };
 
 // Rotations about the origin after which each point of the surface is within `tolerance_m` of it,
-// in both directions, by its vertices and the middles of its triangles (a thousand of each). Found
-// are those that a principal axis has, and those that take two of its outermost vertices to others:
-// what has more than 200 outermost vertices, and no axis of rotation, may have more. `mesh` has
-// triangles.
+// by its vertices and the middles of its triangles (a thousand of each). Found are those that a
+// principal axis has, and those that take two of its outermost vertices to others: what has more
+// than 200 outermost vertices, and no axis of rotation, may have more. `mesh` has triangles.
 Symmetries find_symmetries(const TriangleMesh& mesh, double tolerance_m);
 
 }  // namespace pilesim

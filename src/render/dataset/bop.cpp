@@ -20,8 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMillimetres = 1000;
-// Of the diameter: what comes back to itself so closely is symmetric. (The benchmark's own models
-// are to a tenth.)
+// Of the diameter: what comes back to itself so closely is symmetric.
 constexpr double kSymmetric = 0.01;
 
 std::string number(uint64_t value) {
