@@ -50,10 +50,10 @@ constexpr std::array kMet = {
 };
 constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in a round
 constexpr double kLeastRolling = 0.003, kMostRolling = 2;
-constexpr double kFirstRadius = 1.1;                        // of the ball of the object's volume
-constexpr double kLeastRadius = 0.5;                        // of the first one
-constexpr double kFirstRolling = 0.2, kFirstTurning = 0.1;  // of leaning, too
-constexpr double kLeastTurning = 0.003, kMostTurning = 0.4;
+constexpr double kFirstRadius = 1.1;                         // of the ball of the object's volume
+constexpr double kLeastRadius = 0.5;                         // of the first one
+constexpr double kFirstRolling = 0.2, kFirstTurning = 0.15;  // of leaning, too
+constexpr double kLeastTurning = 0.003, kMostTurning = 1;
 constexpr double kFirstRebound = 0.8, kLeastRebound = 0.3;
 constexpr int kSweeps = 8;  // of the statistical mode, by default
 
@@ -127,35 +127,50 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
   return spread_of(figures);
 }
 
-Sought step_towards(const PackingFigures& wanted, const PackingFigures& now) {
-  Eigen::Matrix<double, kOfSought, kOfSought> squares;
-  squares.setIdentity();
-  squares *= 1e-9;
-  Sought sum = Sought::Zero();
-  for (const Met& met : kMet) {
-    // A figure may be nothing, such as the share of a column that is hardly higher than a body.
-    if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
-    const Sought slopes(met.slopes.data());
-    squares += met.weight * slopes * slopes.transpose();
-    sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
-  }
-  return squares.ldlt().solve(sum);
+// What is sought stays between these; no radius is larger than `outer_m`, the object's own.
+struct Limits {
+  Sought least, most;
+};
+
+Limits limits_of(double first_m, double outer_m) {
+  return {Sought(kLeastRadius * first_m, kLeastRolling, kLeastTurning, kLeastTurning, kLeastRebound)
+              .array()
+              .log(),
+          Sought(outer_m, kMostRolling, kMostTurning, kMostTurning, 1).array().log()};
 }
 
-// No radius is larger than `outer_m`, the object's own.
-Sought moved(const Sought& from, const Sought& step, double first_m, double outer_m) {
-  Sought to = from;
-  for (int i = 0; i < to.size(); ++i) {
-    const double most = kMostChange[static_cast<size_t>(i)];
-    to[i] += std::clamp(step[i], -most, most);
+// What is at a bound and would go beyond it stays there, and the others make up for it.
+Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, const Sought& from,
+                    const Limits& limits) {
+  Sought free = Sought::Ones();
+  while (true) {
+    Eigen::Matrix<double, kOfSought, kOfSought> squares;
+    squares.setIdentity();
+    squares *= 1e-9;
+    Sought sum = Sought::Zero();
+    for (const Met& met : kMet) {
+      // A figure may be nothing, such as the share of a column that is hardly higher than a body.
+      if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
+      const Sought slopes = free.cwiseProduct(Sought(met.slopes.data()));
+      squares += met.weight * slopes * slopes.transpose();
+      sum += met.weight * std::log(wanted.*met.figure / now.*met.figure) * slopes;
+    }
+    Sought step = squares.ldlt().solve(sum);
+    bool is_within = true;
+    for (int i = 0; i < step.size(); ++i) {
+      const bool is_beyond =
+          (step[i] < 0 && from[i] <= limits.least[i]) || (step[i] > 0 && from[i] >= limits.most[i]);
+      if (free[i] == 0 || !is_beyond) continue;
+      free[i] = 0;
+      is_within = false;
+    }
+    if (is_within) return step;
   }
-  to[0] = std::clamp(to[0], std::log(kLeastRadius * first_m), std::log(outer_m));
-  to[1] = std::clamp(to[1], std::log(kLeastRolling), std::log(kMostRolling));
-  for (const int i : {2, 3}) {
-    to[i] = std::clamp(to[i], std::log(kLeastTurning), std::log(kMostTurning));
-  }
-  to[4] = std::clamp(to[4], std::log(kLeastRebound), 0.0);
-  return to;
+}
+
+Sought moved(const Sought& from, const Sought& step, const Limits& limits) {
+  const Sought most(kMostChange.data());
+  return (from + step.cwiseMax(-most).cwiseMin(most)).cwiseMax(limits.least).cwiseMin(limits.most);
 }
 
 Packing packing_of(const Sought& sought) {
@@ -219,6 +234,7 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   };
   const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
   const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
+  const Limits limits = limits_of(first_m, object.outer_radius_m);
   Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstTurning, kFirstRebound)
                       .array()
                       .log(),
@@ -226,8 +242,8 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
     const Spread now = pour_spheres(sought, round * kPoursARound, kPoursARound);
-    const Sought step = step_towards(exact.mean, now.mean) / (1 + late / 2);
-    sought = moved(sought, step, first_m, object.outer_radius_m);
+    const Sought step = step_towards(exact.mean, now.mean, sought, limits) / (1 + late / 2);
+    sought = moved(sought, step, limits);
     if (round + kAveraged >= kRounds) mean += sought / kAveraged;
   }
   const Spread spheres = pour_spheres(mean, kRounds * kPoursARound, kPoursOfResult);

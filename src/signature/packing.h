@@ -40,8 +40,8 @@ struct Packing {
   PackingFigures spheres;   // what spheres come to with the five below
   double radius_m = 0;      // of the sphere that stands for a body among others,
   double rolling = 0;       // and its resistance to rolling, in that radius
-  // How fast what lies on others turns to a rest pose, and what leans on a wall to lie against it,
-  // sqrt(g / R).
+  // Rates, sqrt(g / R), at which the angle to a rest pose falls of what lies on others, and of what
+  // leans on a wall to lie against it.
   double turning = 0, leaning = 0;
   // How much of the velocities that are drawn for a hit on a surface is left, 0 .. 1: hits that
   // follow each other are less alike in a drawing than they are.

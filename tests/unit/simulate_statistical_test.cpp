@@ -494,28 +494,51 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
 
 // Down a slope too steep to roll on: g (sin - mu cos), and what resists rolling catches. Balls, so
 // that they keep touching while they turn.
-TEST_F(Statistical, WhatSlidesRubsMoreIfItResistsRolling) {
-  constexpr double kRolling = 0.3;
-  const double slope = radians(80), gravity = 9.81, seconds = 0.5;
+// On a body, as on a great ball that it slides off; a smooth surface has nothing to catch on.
+TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
+  constexpr double kRolling = 0.3, kRadius = 0.1, kHill = 20;
+  const double slope = radians(80), gravity = 9.81, seconds = 0.25;
   scene_.step_s = 1.0 / 60;
   add_ground();
-  scene_.bodies[0].pose.orientation = Quat(Eigen::AngleAxisd(slope, Vec3::UnitZ()));
-  const Vec3 up = scene_.bodies[0].pose.orientation * Vec3::UnitY();
-  add_shape("ball", sphere_mesh(0.1, 4));
-  add_shape("burr", sphere_mesh(0.1, 4));
+  add_shape("ball", sphere_mesh(kRadius, 4));
+  add_shape("burr", sphere_mesh(kRadius, 4));
+  add_shape("hill", sphere_mesh(kHill, 4));
+  const auto packing_of = [&](const std::string& shape) {
+    return *read_signature(*std::get<MeshShape>(scene_.shapes[shape]).signature).packing;
+  };
   const auto& file = *std::get<MeshShape>(scene_.shapes["burr"]).signature;
   Signature signature = read_signature(file);
   signature.packing->rolling = kRolling;
   write_signature(signature, file);
-  add_body("ball", 0.1 * up);
-  add_body("burr", 0.1 * up + Vec3(0, 0, 2));
-  start();
-  run(static_cast<int>(std::lround(seconds * scene_.frame_rate)));
-  const auto speed = [&](double friction) {
+  // Of the ball and the burr, m/s.
+  const auto speeds = [&](const Vec3& at, const Vec3& other) {
+    add_body("ball", at);
+    add_body("burr", other);
+    start();
+    run(static_cast<int>(std::lround(seconds * scene_.frame_rate)));
+    const size_t count = scene_.bodies.size();
+    scene_.bodies.resize(count - 2);
+    return std::array{states().linear_velocity[count - 2].norm(),
+                      states().linear_velocity[count - 1].norm()};
+  };
+  const auto expected = [&](double friction) {
     return gravity * seconds * (std::sin(slope) - friction * std::cos(slope));
   };
-  EXPECT_NEAR(states().linear_velocity[1].norm(), speed(kFriction), 0.01);
-  EXPECT_NEAR(states().linear_velocity[2].norm(), speed(kFriction * (1 + 4 * kRolling / 7)), 0.01);
+  const Quat turn(Eigen::AngleAxisd(slope, Vec3::UnitZ()));
+  const Vec3 up = turn * Vec3::UnitY();
+  scene_.bodies[0].pose.orientation = turn;
+  const auto on_surface = speeds(kRadius * up, kRadius * up + Vec3(0, 0, 2));
+  EXPECT_NEAR(on_surface[0], expected(kFriction), 0.005);
+  EXPECT_NEAR(on_surface[1], expected(kFriction), 0.005);
+
+  scene_.bodies[0].pose.orientation = Quat::Identity();
+  const Vec3 middle(0, kHill, 0);
+  add_body("hill", middle);
+  const double apart = packing_of("hill").radius_m + packing_of("ball").radius_m;
+  const auto on_body = speeds(middle + apart * up, middle + apart * Vec3(-up.x(), up.y(), 0));
+  EXPECT_NEAR(on_body[0], expected(kFriction), 0.02);  // it becomes steeper on its way
+  EXPECT_NEAR(on_body[0] - on_body[1],
+              expected(kFriction) - expected(kFriction * (1 + 4 * kRolling / 7)), 0.005);
 }
 
 TEST_F(Statistical, SleepersWakeWhenTheyAreHitOrLoseTheirGround) {
@@ -544,6 +567,20 @@ TEST_F(Statistical, WhatLiesOnABodyThatIsRemovedComesDown) {
   const double before = states().position[2].y();
   EXPECT_GT(before, 0.15);
   run(90);
+  EXPECT_NEAR(states().position[2].y(), 0.1, 2e-3);
+}
+
+TEST_F(Statistical, WhatLiesOnABodyThatIsPushedAwayComesDown) {
+  add_ground();
+  add_shape("box", box_mesh(Vec3::Constant(0.2)));
+  const std::string lower = add_body("box", {0, 0.1, 0}).name;
+  add_body("box", {0, 0.35, 0});
+  scene_.events.push_back({4, ImpulseEvent{{lower}, {24, 0, 0}, Vec3::Zero()}});
+  start();
+  EXPECT_EQ(run(230).bodies_awake, 0U);
+  EXPECT_GT(states().position[2].y(), 0.15);
+  EXPECT_EQ(run(120).bodies_awake, 0U);
+  EXPECT_GT(states().position[1].x(), 0.3);
   EXPECT_NEAR(states().position[2].y(), 0.1, 2e-3);
 }
 

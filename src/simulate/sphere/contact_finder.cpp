@@ -130,13 +130,11 @@ void ContactFinder::touch(uint32_t p, const Partner& partner) {
   const Vec3f& normal = contact->normal;
   const float gap = contact->gap, closing = nearing.dot(normal);
   const uint32_t body = step_.body[p], other = partner.body;
-  if (model_.has_structures) {
-    if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
-      batch_.left.push_back(other);
-    }
-    if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
-      batch_.left.push_back(body);
-    }
+  if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
+    batch_.left.push_back(other);
+  }
+  if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
+    batch_.left.push_back(body);
   }
   if (gap > std::max(closing, 0.0F) * dt + kNearby * small) return;
   const PairMethod method = model_.method(body, other);
@@ -204,7 +202,7 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
              .lever_a = lever_a,
              .lever_b = lever_b,
              .patch = *patch,
-             .friction = face_friction(body, kind) * face_friction(other, partner.kind),
+             .friction = surface_friction(body, kind) * surface_friction(other, partner.kind),
              .lift = kind.lift,
              .slop_m = kFaceSlop * small,
              .impulse = former_impulse(p, partner, normal)},
@@ -288,16 +286,17 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
       const float speed = velocity.norm() + kind.outer_m * step_.motion[p].spin.norm();
       if (patch.gap_m > speed * model_.settings.step_s + kNearby * body.surface_radius_m) continue;
       touches = true;
-      add_patch({.a = p,
-                 .b = row_of_surface(),
-                 .lever_a = patch.middle - step_.centre[p],
-                 .lever_b = Vec3f::Zero(),
-                 .patch = patch,
-                 .friction = face_friction(index, kind) * model_.kind(contact.body).root_friction,
-                 .lift = kind.lift,
-                 .slop_m = kFaceSlop * body.surface_radius_m,
-                 .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-                other, contact.face && contact.velocity.isZero());
+      add_patch(
+          {.a = p,
+           .b = row_of_surface(),
+           .lever_a = patch.middle - step_.centre[p],
+           .lever_b = Vec3f::Zero(),
+           .patch = patch,
+           .friction = surface_friction(index, kind) * model_.kind(contact.body).root_friction,
+           .lift = kind.lift,
+           .slop_m = kFaceSlop * body.surface_radius_m,
+           .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
+          other, contact.face && contact.velocity.isZero());
       continue;
     }
     const bool has_extent = model_.has_extent(index, body, input_.radius_m[index], contact.body);
@@ -312,17 +311,18 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
     if (collides(closing, gap, radius)) {
       batch_.impacts.push_back({p, 0, index, other, contact.normal, contact.velocity, gap, method});
     }
-    add_contact({.a = p,
-                 .b = row_of_surface(),
-                 .normal = contact.normal,
-                 .gap = gap,
-                 .arm_a = radius,
-                 .arm_b = 0,
-                 .friction = friction(index, kind) * model_.kind(contact.body).root_friction,
-                 .rolling_m = object.rolling * radius,
-                 .lift = has_extent ? std::min(1.0F, kFirmness * kind.lift) : kind.lift,
-                 .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-                other, contact.face && contact.velocity.isZero());
+    add_contact(
+        {.a = p,
+         .b = row_of_surface(),
+         .normal = contact.normal,
+         .gap = gap,
+         .arm_a = radius,
+         .arm_b = 0,
+         .friction = surface_friction(index, kind) * model_.kind(contact.body).root_friction,
+         .rolling_m = object.rolling * radius,
+         .lift = has_extent ? std::min(1.0F, kFirmness * kind.lift) : kind.lift,
+         .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
+        other, contact.face && contact.velocity.isZero());
   }
 }
 

@@ -66,8 +66,8 @@ class ContactFinder {
   float friction(uint32_t body, const SphereKind& kind) const {
     return input_.root_friction.empty() ? kind.root_friction : input_.root_friction[body];
   }
-  // Faces do not catch on each other.
-  float face_friction(uint32_t body, const SphereKind& kind) const {
+  // Neither surfaces nor faces catch on what lies on them.
+  float surface_friction(uint32_t body, const SphereKind& kind) const {
     return friction(body, kind) / kind.object->interlocking;
   }
   PlacedBlock block(uint32_t body) const {

@@ -63,6 +63,19 @@ std::vector<Likely> likely_poses(const std::vector<KnownRestPose>& poses) {
   return faces;
 }
 
+// By `most` (rad) at most. True once it is there, exactly.
+bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
+  const Vec3f now = orientation * up;
+  Vec3f axis = now.cross(normal);
+  if (std::atan2(axis.norm(), now.dot(normal)) <= most) {
+    orientation = (float_rotation_between(now, normal) * orientation).normalized();
+    return true;
+  }
+  if (axis.norm() < 1e-6F) axis = now.unitOrthogonal();  // upside down
+  orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();
+  return false;
+}
+
 }  // namespace
 
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses) {
@@ -95,16 +108,9 @@ size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& o
   return choose(targets, orientation.conjugate() * normal);
 }
 
-bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation) {
-  const Vec3f now = orientation * up;
-  Vec3f axis = now.cross(normal);
-  if (std::atan2(axis.norm(), now.dot(normal)) <= most) {
-    orientation = (float_rotation_between(now, normal) * orientation).normalized();
-    return true;
-  }
-  if (axis.norm() < 1e-6F) axis = now.unitOrthogonal();  // upside down
-  orientation = (Quatf(Eigen::AngleAxisf(most, axis.normalized())) * orientation).normalized();
-  return false;
+void turn_towards(const Vec3f& up, const Vec3f& normal, float share, Quatf& orientation) {
+  const Quatf all = float_rotation_between(orientation * up, normal);
+  orientation = (Quatf::Identity().slerp(share, all) * orientation).normalized();
 }
 
 bool turn_to_rest(const RestTarget& target, const Vec3f& normal, float outer_radius_m,

@@ -27,9 +27,9 @@ std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
                           const Vec3f& normal);
 
-// Turns the body's `up` (body frame) towards `normal` (world), by `most` (rad) at most. True once
-// it is there, exactly.
-bool turn_up(const Vec3f& up, const Vec3f& normal, float most, Quatf& orientation);
+// Turns the body's `up` (body frame) towards `normal` (world), by this share of the angle between
+// them, 0 .. 1.
+void turn_towards(const Vec3f& up, const Vec3f& normal, float share, Quatf& orientation);
 
 // One step of a body of this outer radius that lies on ground of this normal. True once it is in
 // its pose, exactly.

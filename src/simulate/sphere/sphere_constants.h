@@ -94,7 +94,7 @@ inline constexpr double kHullShare = 0.35;
 // half, twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
 // What resists rolling catches on others, too: by so much of its resistance its spheres rub more.
-// half, twice: Statistical.WhatSlidesRubsMoreIfItResistsRolling
+// half, twice: Statistical.WhatSlidesOnABodyRubsMoreIfItResistsRolling
 inline constexpr double kInterlocking = 4.0 / 7;
 
 // Ratio of the squares of the semi-axes up to which a body is a ball among others: speed.

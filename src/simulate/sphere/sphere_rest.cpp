@@ -127,13 +127,14 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     }
   }
   body.rest_target = SphereBody::kNoTarget;
-  // On others, or under them, it turns as fast as its signature says. Some time before it sleeps it
-  // stops, so that what it has turned into has time to come apart.
+  // On others, or under them, it turns as fast as its signature says, the faster the farther it is
+  // off: all of a heap lie aslant, few stand or lie level. Some time before it sleeps it stops, so
+  // that what it has turned into has time to come apart.
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
   if (controlled && !bears && !is_late && surface_push + body_push > 0.5F * weight) {
     const float rate = leans ? kind.object->leaning : kind.object->turning;
-    turn_up(targets[choose_rest_target(targets, body.orientation, up)].up, up,
-            rate * std::sqrt(gravity / kind.outer_m) * dt, body.orientation);
+    turn_towards(targets[choose_rest_target(targets, body.orientation, up)].up, up,
+                 std::min(1.0F, rate * std::sqrt(gravity / kind.outer_m) * dt), body.orientation);
   }
   // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
   const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
