@@ -139,7 +139,7 @@ Limits limits_of(double first_m, double outer_m) {
           Sought(outer_m, kMostRolling, kMostTurning, kMostTurning, 1).array().log()};
 }
 
-// What is at a bound and would go beyond it stays there, and the others make up for it.
+// What is at a limit and would go beyond it stays there, and the others make up for it.
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, const Sought& from,
                     const Limits& limits) {
   Sought free = Sought::Ones();

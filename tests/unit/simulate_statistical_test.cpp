@@ -492,9 +492,9 @@ TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
 }
 
-// Down a slope too steep to roll on: g (sin - mu cos), and what resists rolling catches. Balls, so
-// that they keep touching while they turn.
-// On a body, as on a great ball that it slides off; a smooth surface has nothing to catch on.
+// Down a slope too steep to roll on: g (sin - mu cos). On a great ball, what resists rolling
+// catches; a smooth surface has nothing to catch on. Balls, so that they keep touching while they
+// turn.
 TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
   constexpr double kRolling = 0.3, kRadius = 0.1, kHill = 20;
   const double slope = radians(80), gravity = 9.81, seconds = 0.25;

@@ -53,7 +53,7 @@ class SphereSleepers {
   SleeperGrid dozing_;  // of wake_structure() only
 };
 
-// Of structures: whether `upper` sleeps on a body that moves away from under it. `up`: the way from
+// Whether `upper` sleeps on a body that moves away from under it. `up`: the way from
 // one to the other; velocities have the step's gravity in them.
 bool leaves_behind(const SphereModel& model, std::span<const SphereBody> bodies, uint32_t lower,
                    const Vec3f& velocity, uint32_t upper, const Vec3f& up);
