@@ -140,9 +140,10 @@ def main():
     lines = [
         "# Gallery",
         "",
-        f"Every preset that makes a picture, made by `docs/gallery/make.py`. The processor times, measured at {version} on cores",
-        "at 2.5 GHz, are those of `pilesim simulate` (`direct-pile` for what is held or takes an angle) with all that it sets up, and of",
-        f"one picture of 640 x 360 by rays; two cores take about half of it. {MACHINE}",
+        "Every preset that makes a picture, made by `docs/gallery/make.py`. The processor times, measured at",
+        f"{version} on cores at 2.5 GHz, are those of `pilesim simulate` (`direct-pile` for what is held or takes an",
+        "angle) with all that it sets up, and of one picture of 640 x 360 by rays; two cores take about half of it.",
+        MACHINE,
         "",
         "    pilesim presets copy impulse/rabbits_in_a_crate",
         "    pilesim simulate rabbits_in_a_crate.json -o out/crate",

@@ -286,9 +286,8 @@ void sum_up(Errors& errors) {
           std::ranges::count_if(all, [&](const ShapeError& e) { return e.size <= most * e.own; });
       std::printf(
           "%-9s %-8s %td of %zu within %.1f; median %.1f, nine of ten below %.1f; by chance alone "
-          "%.1f would be if right, and %.1f other runs of the reference; %td within %.0f of its "
-          "own "
-          "deviations\n",
+          "%.1f would be if right, and %.1f other runs of the reference; %td within %.0f of the "
+          "reference's own deviations\n",
           scene.c_str(), kJudged[i].name, within, all.size(), kJudged[i].goal,
           all[all.size() / 2].size, all[all.size() * 9 / 10].size, right, again, like_own, most);
     }

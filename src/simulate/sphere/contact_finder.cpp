@@ -130,12 +130,7 @@ void ContactFinder::touch(uint32_t p, const Partner& partner) {
   const Vec3f& normal = contact->normal;
   const float gap = contact->gap, closing = nearing.dot(normal);
   const uint32_t body = step_.body[p], other = partner.body;
-  if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
-    batch_.left.push_back(other);
-  }
-  if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
-    batch_.left.push_back(body);
-  }
+  note_left(p, partner, normal);
   if (gap > std::max(closing, 0.0F) * dt + kNearby * small) return;
   const PairMethod method = model_.method(body, other);
   if (!by_spheres(method)) return;
@@ -179,12 +174,7 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
   const std::optional<FacePatch> patch = patch_between(*placed_, block(other), reach);
   if (!patch) return;
   const Vec3f& normal = patch->normal;
-  if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
-    batch_.left.push_back(other);
-  }
-  if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
-    batch_.left.push_back(body);
-  }
+  note_left(p, partner, normal);
   const Vec3f lever_a = patch->middle - centre, lever_b = patch->middle - partner.centre;
   const Vec3f spin_a = input_.bodies[step_.body[p]].spin, spin_b = input_.bodies[other].spin;
   const float closing =
@@ -207,6 +197,18 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
              .slop_m = kFaceSlop * small,
              .impulse = former_impulse(p, partner, normal)},
             other, false);
+}
+
+// Either of two that sleeps on the other, which moves away. `normal`: towards the one at p.
+void ContactFinder::note_left(uint32_t p, const Partner& partner, const Vec3f& normal) {
+  const uint32_t body = step_.body[p], other = partner.body;
+  const Vec3f& velocity = step_.motion[p].velocity;
+  if (leaves_behind(model_, input_.bodies, body, velocity, other, -normal)) {
+    batch_.left.push_back(other);
+  }
+  if (leaves_behind(model_, input_.bodies, other, partner.velocity, body, normal)) {
+    batch_.left.push_back(body);
+  }
 }
 
 // What was put to sleep stands like a surface.

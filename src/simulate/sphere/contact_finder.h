@@ -53,6 +53,7 @@ class ContactFinder {
   void touch(uint32_t p, const Partner& partner);
   bool lie_on_faces(uint32_t p, const Partner& partner) const;
   void touch_by_faces(uint32_t p, const Partner& partner);
+  void note_left(uint32_t p, const Partner& partner, const Vec3f& normal);
   void note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact, float closing);
   void meet_surfaces(SphereGrid::Range places);
   void meet_surfaces(uint32_t p, float reach, std::span<const uint32_t> near);
