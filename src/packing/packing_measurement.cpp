@@ -24,8 +24,8 @@ namespace {
 constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
 
-// What is sought, as logarithms: the radius, the resistance to rolling, and how fast bodies turn on
-// others and against walls, and the rebound.
+// What is sought, as logarithms: the radius, the resistance to rolling, how far blows turn bodies,
+// how fast they turn against walls, and the rebound.
 constexpr int kOfSought = 5;
 using Sought = Eigen::Matrix<double, kOfSought, 1>;
 
@@ -36,24 +36,25 @@ struct Met {
   std::array<double, kOfSought> slopes;
 };
 constexpr std::array kMet = {
-    Met{&PackingFigures::heap_height, 1, {1.5, 0.3, -0.3, 0, -0.1}},
-    Met{&PackingFigures::heap_spread, 1, {0.25, -0.04, 0, 0, 0.12}},
-    Met{&PackingFigures::heap_reach, 1, {0, 0, -0.7, 0, 0}},
-    Met{&PackingFigures::large_heap_height, 1, {1.7, 0.3, -0.3, 0, -0.07}},
-    Met{&PackingFigures::large_heap_spread, 1, {0.35, -0.04, 0, 0, 0.08}},
-    Met{&PackingFigures::column_height, 1, {2.1, 0, -0.2, 0, 0}},
+    Met{&PackingFigures::heap_height, 1, {1.3, 0.2, -0.1, 0, -0.1}},
+    Met{&PackingFigures::heap_spread, 1, {0.3, -0.04, 0, 0, 0.12}},
+    Met{&PackingFigures::heap_reach, 1, {0.3, 0, -0.3, 0, 0}},
+    Met{&PackingFigures::large_heap_height, 1, {1.5, 0.2, -0.1, 0, -0.07}},
+    Met{&PackingFigures::large_heap_spread, 1, {0.3, -0.04, 0, 0, 0.08}},
+    Met{&PackingFigures::column_height, 1, {2.7, 0.1, -0.1, 0, 0}},
     Met{&PackingFigures::column_spread, 1, {0, 0, 0, 0.03, 0}},
-    Met{&PackingFigures::column_reach, 1, {0, 0, -0.7, 0, 0}},
-    Met{&PackingFigures::column_fraction, 0.3, {-2.6, 0, 0.2, 0, 0}},
+    Met{&PackingFigures::column_reach, 1, {0.3, 0, -0.3, 0, 0}},
+    Met{&PackingFigures::column_fraction, 0.3, {-3.3, -0.1, 0.1, 0, 0}},
     Met{&PackingFigures::dropped, 0.03, {0, 0, 0, 0, 1.5}},
     Met{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
 };
 constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in a round
 constexpr double kLeastRolling = 0.003, kMostRolling = 2;
-constexpr double kFirstRadius = 1.1;                         // of the ball of the object's volume
-constexpr double kLeastRadius = 0.5;                         // of the first one
-constexpr double kFirstRolling = 0.2, kFirstTurning = 0.15;  // of leaning, too
-constexpr double kLeastTurning = 0.003, kMostTurning = 1;
+constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
+constexpr double kLeastRadius = 0.5;  // of the first one
+constexpr double kFirstRolling = 0.2, kFirstTurning = 1, kFirstLeaning = 0.15;
+constexpr double kLeastTurning = 0.01, kMostTurning = 10;
+constexpr double kLeastLeaning = 0.003, kMostLeaning = 1;
 constexpr double kFirstRebound = 0.8, kLeastRebound = 0.3;
 constexpr int kSweeps = 8;  // of the statistical mode, by default
 
@@ -133,10 +134,10 @@ struct Limits {
 };
 
 Limits limits_of(double first_m, double outer_m) {
-  return {Sought(kLeastRadius * first_m, kLeastRolling, kLeastTurning, kLeastTurning, kLeastRebound)
+  return {Sought(kLeastRadius * first_m, kLeastRolling, kLeastTurning, kLeastLeaning, kLeastRebound)
               .array()
               .log(),
-          Sought(outer_m, kMostRolling, kMostTurning, kMostTurning, 1).array().log()};
+          Sought(outer_m, kMostRolling, kMostTurning, kMostLeaning, 1).array().log()};
 }
 
 // What is at a limit and would go beyond it stays there, and the others make up for it.
@@ -235,7 +236,7 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   const double ball_m = std::cbrt(3 * object.volume_m3 / (4 * kPi));
   const double first_m = std::min(kFirstRadius * ball_m, object.outer_radius_m);
   const Limits limits = limits_of(first_m, object.outer_radius_m);
-  Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstTurning, kFirstRebound)
+  Sought sought = Sought(first_m, kFirstRolling, kFirstTurning, kFirstLeaning, kFirstRebound)
                       .array()
                       .log(),
          mean = Sought::Zero();

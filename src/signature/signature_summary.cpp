@@ -244,8 +244,8 @@ std::string packing_text(const Signature& s) {
          row("alone, dropped, goes", &PackingFigures::dropped, r, " m") +
          row("alone, thrown, goes", &PackingFigures::thrown, r, " m") +
          format(
-             "  among others a ball of %.4g m; resistance to rolling %.3g; turns at %.3g, to walls "
-             "at %.3g sqrt(g / R); rebounds from surfaces by %.3g\n",
+             "  among others a ball of %.4g m; resistance to rolling %.3g; blows turn it by "
+             "%.3g, walls at %.3g sqrt(g / R); rebounds from surfaces by %.3g\n",
              p.radius_m, p.rolling, p.turning, p.leaning, p.rebound);
 }
 

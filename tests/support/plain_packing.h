@@ -23,7 +23,7 @@ inline Packing plain_packing(const Signature& signature, const TriangleMesh& mes
   return {.pours = 1,
           .radius_m = radius_m,
           .rolling = 0.35 * (1 - lowest_m / body.outer_radius_m),
-          .turning = 0.1,
+          .turning = 1,
           .leaning = 0.1};
 }
 

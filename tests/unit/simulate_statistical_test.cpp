@@ -216,6 +216,53 @@ TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
   EXPECT_LT(mean_tilt(0.2), 0.8 * mean_tilt(0));
 }
 
+// As far as its signature says, and before the heap is at rest.
+TEST_F(Statistical, BlowsTurnPlatesLevel) {
+  const auto mean_tilt = [&](double turning) {
+    const auto& file = *std::get<MeshShape>(scene_.shapes["plate"]).signature;
+    Signature signature = read_signature(file);
+    signature.packing->turning = turning;
+    write_signature(signature, file);
+    start();
+    run(90);
+    double sum = 0;
+    for (size_t i = 1; i < states().size(); ++i) {
+      const Vec3 up = states().orientation[i].conjugate() * Vec3::UnitY();
+      sum += degrees(std::acos(std::min(1.0, std::abs(up.y()))));
+    }
+    return sum / static_cast<double>(states().size() - 1);
+  };
+  add_ground();
+  add_shape("plate", box_mesh({0.3, 0.04, 0.3}));
+  add_grid("plate", {5, 5, 5}, {0.45, 0.45, 0.45}, {0, 1.3, 0});
+  EXPECT_GT(mean_tilt(0.01), 35);
+  EXPECT_LT(mean_tilt(3), 20);
+}
+
+// Slowly, at 0.03 of that rate, for what lies on others.
+TEST_F(Statistical, WhatLiesOnOthersGoesOnTurning) {
+  add_ground();
+  add_shape("slab", box_mesh({1, 0.2, 1}));
+  add_shape("plate", box_mesh({0.2, 0.05, 0.2}));
+  const auto& file = *std::get<MeshShape>(scene_.shapes["plate"]).signature;
+  Signature signature = read_signature(file);
+  signature.packing->turning = 10;
+  write_signature(signature, file);
+  add_body("slab", {0, 0.1, 0});
+  Body& plate = add_body("plate", {0, 0.3, 0});
+  plate.pose.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
+  start();
+  run(10);
+  const auto tilt = [&] {
+    const Vec3 up = states().orientation[2].conjugate() * Vec3::UnitY();
+    return std::acos(std::min(1.0, std::abs(up.y())));
+  };
+  const double before = tilt();
+  run(6);
+  const double rate = 0.3 * std::sqrt(9.81 / std::hypot(0.1, 0.1, 0.025));
+  EXPECT_NEAR(std::log(before / tilt()) / 0.1, rate, 0.05 * rate);
+}
+
 // Plates in a stack lie as near to each other as they are thick, beside each other as they are
 // wide.
 TEST_F(Statistical, PlatesLieCloserAboveEachOtherThanBesideEachOther) {

@@ -27,8 +27,8 @@ struct BodySignature {
   float packing_radius_m = 0;
   // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
   float rolling = 0;
-  // Rates, sqrt(g / outer radius), at which the angle to a rest pose falls of what lies on others,
-  // and of what leans on a wall to lie against it.
+  // How far blows turn what lies on others to a rest pose, and the rate, sqrt(g / outer radius), at
+  // which the angle to lie against it falls of what leans on a wall (Packing).
   float turning = 0, leaning = 0;
   float rebound = 1;  // of what is drawn for a hit on a surface, so much is left
   // Bodies that are no balls catch on each other: how much more their spheres rub there.

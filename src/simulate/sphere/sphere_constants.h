@@ -76,6 +76,12 @@ inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
 inline constexpr float kTurnRate = 0.4F;
+// A blow turns what is pressed on less: half as far where pushes come to ten times its weight.
+// half, twice: none
+inline constexpr float kHeld = 0.1F;
+// This part of the velocity that falling would give it turns what lies on others as a blow does.
+// half, twice: Statistical.WhatLiesOnOthersGoesOnTurning
+inline constexpr float kTurningAtRest = 0.03F;
 // In sqrt(g r): how fast radii change, of what stands in a structure or another engine moves, too.
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;

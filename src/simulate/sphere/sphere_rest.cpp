@@ -127,14 +127,20 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     }
   }
   body.rest_target = SphereBody::kNoTarget;
-  // On others, or under them, it turns as fast as its signature says, the faster the farther it is
-  // off: all of a heap lie aslant, few stand or lie level. Some time before it sleeps it stops, so
-  // that what it has turned into has time to come apart.
+  // On others, or under them, blows turn it, the less the more lies on it, and slowly its weight
+  // does; against a wall it turns at a rate, and tips over on ground that moves. It turns by a
+  // share of the angle: all of a heap lie aslant, few stand or lie level. Some time before it
+  // sleeps it stops, so that what it has turned into has time to come apart.
   const bool is_late = static_cast<float>(body.slow_steps) > 0.75F * rest_steps(kind);
-  if (controlled && !bears && !is_late && surface_push + body_push > 0.5F * weight) {
-    const float rate = leans ? kind.object->leaning : kind.object->turning;
+  const float load = (surface_push + body_push) / weight;
+  if (controlled && !bears && !is_late && (step.blow[p] > 0 || load > 0.5F)) {
+    const float at_rest = load > 0.5F ? gravity * dt / scale : 0;
+    const float blow = step.blow[p] / (scale * (1 + kHeld * load));
+    float turning = kind.object->turning * (blow + kTurningAtRest * at_rest);
+    if (step.moving_push[p] > 0.5F * weight) turning = kTurnRate * at_rest;
+    if (leans) turning = kind.object->leaning * at_rest;
     turn_towards(targets[choose_rest_target(targets, body.orientation, up)].up, up,
-                 std::min(1.0F, rate * std::sqrt(gravity / kind.outer_m) * dt), body.orientation);
+                 -std::expm1(-turning), body.orientation);
   }
   // Never wider: two bodies that lean on each other would raise and lower themselves for ever.
   const float narrower = std::max(kind.radius_m, body.surface_radius_m - kEaseSpeed * scale * dt);
@@ -148,8 +154,9 @@ void SphereRest::settle(const SphereStep& step, uint32_t p, SphereBody& body) co
   if (gravity == 0) return;
   const float dt = model_.settings.step_s;
   const float weight = kind.mass_kg * gravity * dt;
-  const bool posed = !model_.settings.rest_control || body.block ||
-                     step.surface_push[p] + step.body_push[p] == 0 || control_rest(step, p, body);
+  const bool touched = step.surface_push[p] + step.body_push[p] + step.blow[p] > 0;
+  const bool posed =
+      !model_.settings.rest_control || body.block || !touched || control_rest(step, p, body);
   const float rest_speed = model_.rest_speed(kind);
   const Vec3f spin = kind.object->spin_of(body.orientation, body.spin);
   const bool slow = body.velocity.norm() < rest_speed && kind.outer_m * spin.norm() < rest_speed;

@@ -48,6 +48,9 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
           moved.object->angular_velocity_of(input.bodies[body].orientation, moved.spin);
       return;
     }
+    if ((impact.other & kSurface) == 0) {
+      step.blow[row] += (moved.velocity - step.motion[row].velocity).norm();
+    }
     // It moves as before until the two touch.
     step.shift[row].way += share_s * (step.motion[row].velocity - moved.velocity);
     step.motion[row].velocity = moved.velocity;
@@ -172,6 +175,7 @@ void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const V
     most_ns += push_ns;  // of several bodies, side by side
     return;
   }
+  if (!touch.still) step.moving_push[touch.a] += push_ns;
   if (!touch.still || push_ns <= most_ns) {
     step.body_push[touch.a] += push_ns;
     return;

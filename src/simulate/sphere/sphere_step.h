@@ -105,6 +105,8 @@ struct SphereStep {
   // What carries it, N s: of still surfaces the one that pushes most, along `surface_normal`, and
   // all else.
   std::vector<float> surface_push, body_push;
+  std::vector<float> moving_push;  // N s, how much of `body_push` is of surfaces that move
+  std::vector<float> blow;  // m/s, by how much the drawn hit of another has changed its velocity
   std::vector<Vec3f> surface_normal;
   std::vector<KeptImpulse> kept;  // by touch of all batches
   std::vector<uint8_t> faced;     // by place: it lies on something face to face
