@@ -41,8 +41,8 @@ struct Packing {
   double radius_m = 0;      // of the sphere that stands for a body among others,
   double rolling = 0;       // and its resistance to rolling, in that radius
   // How far blows turn what lies on others: of the angle to a rest pose exp(-turning v / sqrt(g R))
-  // is left of one that changes its velocity by v. And the
-  // rate, sqrt(g / R), at which the angle falls of what leans on a wall to lie against it.
+  // is left of one that changes its velocity by v. And the rate, sqrt(g / R), at which the angle
+  // falls of what leans on a wall to lie against it.
   double turning = 0, leaning = 0;
   // How much of the velocities that are drawn for a hit on a surface is left, 0 .. 1: hits that
   // follow each other are less alike in a drawing than they are.
