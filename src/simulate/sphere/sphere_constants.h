@@ -77,7 +77,7 @@ inline constexpr float kOver = 0.5F;
 // half: none; twice: heap
 inline constexpr float kTurnRate = 0.4F;
 // A blow turns what is pressed on less: half as far where pushes come to ten times its weight.
-// half, twice: none
+// half: none; twice: heap
 inline constexpr float kHeld = 0.1F;
 // This part of the velocity that falling would give it turns what lies on others as a blow does.
 // half, twice: Statistical.WhatLiesOnOthersGoesOnTurning
