@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "geometry/obj_writer.h"
@@ -45,6 +46,14 @@ class StatisticalScene : public SceneRun {
     MeshShape shape{.file = file};
     shape.signature = signature;
     scene_.shapes[name] = shape;
+  }
+
+  // Changes what the signature of a shape says of how it packs.
+  void change_packing(const std::string& shape, const std::function<void(Packing&)>& change) {
+    const auto& file = *std::get<MeshShape>(scene_.shapes.at(shape)).signature;
+    Signature signature = read_signature(file);
+    change(*signature.packing);
+    write_signature(signature, file);
   }
 
   void add_ground() {

@@ -67,10 +67,7 @@ TEST_F(Statistical, WhatHitsASurfaceReboundsAsItsSignatureSays) {
   add_shape("ball", sphere_mesh(kRadius, 4), 0.8);
   add_body("ball", {0, kRadius + 1, 0});
   const auto fastest_up = [&](double rebound) {
-    const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
-    Signature signature = read_signature(file);
-    signature.packing->rebound = rebound;
-    write_signature(signature, file);
+    change_packing("ball", [&](Packing& packing) { packing.rebound = rebound; });
     start();
     double fastest = 0;
     for (int frame = 0; frame < 45; ++frame) {
@@ -187,10 +184,7 @@ TEST_F(Statistical, OnTheSeamOfTwoFloorsBodiesEndInARestPose) {
 // What is pressed against a wall comes to lie against it, as fast as its signature says.
 TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
   const auto mean_tilt = [&](double leaning) {
-    const auto& file = *std::get<MeshShape>(scene_.shapes["box"]).signature;
-    Signature signature = read_signature(file);
-    signature.packing->leaning = leaning;
-    write_signature(signature, file);
+    change_packing("box", [&](Packing& packing) { packing.leaning = leaning; });
     start();
     run(480);
     double sum = 0, count = 0;
@@ -219,10 +213,7 @@ TEST_F(Statistical, WhatLeansOnAWallTurnsToIt) {
 // As far as its signature says, and before the heap is at rest.
 TEST_F(Statistical, BlowsTurnPlatesLevel) {
   const auto mean_tilt = [&](double turning) {
-    const auto& file = *std::get<MeshShape>(scene_.shapes["plate"]).signature;
-    Signature signature = read_signature(file);
-    signature.packing->turning = turning;
-    write_signature(signature, file);
+    change_packing("plate", [&](Packing& packing) { packing.turning = turning; });
     start();
     run(90);
     double sum = 0;
@@ -244,10 +235,7 @@ TEST_F(Statistical, WhatLiesOnOthersGoesOnTurning) {
   add_ground();
   add_shape("slab", box_mesh({1, 0.2, 1}));
   add_shape("plate", box_mesh({0.2, 0.05, 0.2}));
-  const auto& file = *std::get<MeshShape>(scene_.shapes["plate"]).signature;
-  Signature signature = read_signature(file);
-  signature.packing->turning = 10;
-  write_signature(signature, file);
+  change_packing("plate", [](Packing& packing) { packing.turning = 10; });
   add_body("slab", {0, 0.1, 0});
   Body& plate = add_body("plate", {0, 0.3, 0});
   plate.pose.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitZ()));
@@ -283,10 +271,7 @@ TEST_F(Statistical, PlatesLieCloserAboveEachOtherThanBesideEachOther) {
 // Whatever the radius that it has among others.
 TEST_F(Statistical, SurfacesAreMetByWhatABodyReaches) {
   add_shape("ball", sphere_mesh(0.1, 4));
-  const auto& file = *std::get<MeshShape>(scene_.shapes["ball"]).signature;
-  Signature signature = read_signature(file);
-  signature.packing->radius_m = 0.08;
-  write_signature(signature, file);
+  change_packing("ball", [](Packing& packing) { packing.radius_m = 0.08; });
   // Two planes make a trough in which the ball lies: how far from them, m.
   const auto distance_m = [&](double slope) {
     scene_.bodies.clear();
@@ -340,11 +325,10 @@ TEST_F(Statistical, NeedlesStayAboveTheFloorOfABin) {
   scene_.bodies.push_back(
       {.name = "bin", .shape = "bin", .material = "stuff", .role = Role::fixed});
   add_shape("needle", box_mesh({0.4, 0.007, 0.007}));
-  const auto& file = *std::get<MeshShape>(scene_.shapes["needle"]).signature;
-  Signature signature = read_signature(file);
-  signature.packing->rolling = 0.003;  // about as measured
-  signature.packing->turning = 0.4;
-  write_signature(signature, file);
+  change_packing("needle", [](Packing& packing) {  // about as measured
+    packing.rolling = 0.003;
+    packing.turning = 10;
+  });
   add_grid("needle", {3, 23, 3}, {0.42, 0.42, 0.42}, {0, 5.3, 0});
   start();
   run(360);
@@ -451,6 +435,29 @@ TEST_F(Statistical, WhatIsSlowerThanTwoFifthsOfAFallIsTurned) {
   EXPECT_LT(turned_rad(0.5), 0.001);
 }
 
+// On ground that moves as on ground that does not.
+TEST_F(Statistical, WhatCarriesAnotherDoesNotTipOver) {
+  add_shape("cube", box_mesh(Vec3::Constant(0.2)));
+  change_packing("cube", [](Packing& packing) { packing.turning = 0; });
+  scene_.shapes["floor"] = BoxShape{{20, 0.2, 20}};
+  const auto turned_rad = [&](bool carries) {
+    scene_.bodies.clear();
+    scene_.bodies.push_back(
+        {.name = "floor", .shape = "floor", .material = "stuff", .role = Role::kinematic});
+    Pose end;
+    end.position = {1, 0, 0};
+    scene_.bodies.back().motion = {{0, {}}, {10, end}};
+    add_body("cube", {0, 0.22, 0}).pose.orientation = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitZ()));
+    if (carries) add_body("cube", {0, 0.45, 0});
+    start();
+    run(6);
+    const Vec3 up = states().orientation[1].conjugate() * Vec3::UnitY();
+    return 0.4 - std::acos(std::min(1.0, up.cwiseAbs().maxCoeff()));
+  };
+  EXPECT_GT(turned_rad(false), 0.06);
+  EXPECT_LT(std::abs(turned_rad(true)), 0.03);
+}
+
 TEST_F(Statistical, AFittedSignatureServesAsWell) {
   add_ground();
   add_shape("box", box_mesh({0.3, 0.2, 0.1}));
@@ -553,10 +560,7 @@ TEST_F(Statistical, WhatSlidesOnABodyRubsMoreIfItResistsRolling) {
   const auto packing_of = [&](const std::string& shape) {
     return *read_signature(*std::get<MeshShape>(scene_.shapes[shape]).signature).packing;
   };
-  const auto& file = *std::get<MeshShape>(scene_.shapes["burr"]).signature;
-  Signature signature = read_signature(file);
-  signature.packing->rolling = kRolling;
-  write_signature(signature, file);
+  change_packing("burr", [](Packing& packing) { packing.rolling = kRolling; });
   // Of the ball and the burr, m/s.
   const auto speeds = [&](const Vec3& at, const Vec3& other) {
     add_body("ball", at);

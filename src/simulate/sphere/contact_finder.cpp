@@ -148,7 +148,7 @@ void ContactFinder::touch(uint32_t p, const Partner& partner) {
                .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
                .lift = kind.lift,
                .impulse = former_impulse(p, partner, normal)},
-              other, false);
+              other, SurfaceFace::none);
 }
 
 bool ContactFinder::lie_on_faces(uint32_t p, const Partner& partner) const {
@@ -196,7 +196,7 @@ void ContactFinder::touch_by_faces(uint32_t p, const Partner& partner) {
              .lift = kind.lift,
              .slop_m = kFaceSlop * small,
              .impulse = former_impulse(p, partner, normal)},
-            other, false);
+            other, SurfaceFace::none);
 }
 
 // Either of two that sleeps on the other, which moves away. `normal`: towards the one at p.
@@ -276,6 +276,9 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
     if (!by_spheres(method)) continue;
     const float closing = (contact.velocity - velocity).dot(contact.normal);
     const uint32_t other = contact.body | kSurface;
+    const SurfaceFace face = !contact.face               ? SurfaceFace::none
+                             : contact.velocity.isZero() ? SurfaceFace::still
+                                                         : SurfaceFace::moving;
     // Row 0 does not move.
     const auto row_of_surface = [&] {
       const auto row = contact.velocity.isZero() ? 0 : static_cast<uint32_t>(batch_.fixed.size());
@@ -298,7 +301,7 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
            .lift = kind.lift,
            .slop_m = kFaceSlop * body.surface_radius_m,
            .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-          other, contact.face && contact.velocity.isZero());
+          other, face);
       continue;
     }
     const bool has_extent = model_.has_extent(index, body, input_.radius_m[index], contact.body);
@@ -324,32 +327,32 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
          .rolling_m = object.rolling * radius,
          .lift = has_extent ? std::min(1.0F, kFirmness * kind.lift) : kind.lift,
          .impulse = former_impulse(step_.kept_of[p], other, contact.normal)},
-        other, contact.face && contact.velocity.isZero());
+        other, face);
   }
 }
 
-void ContactFinder::add_contact(const SphereContact& contact, uint32_t other, bool still) {
+void ContactFinder::add_contact(const SphereContact& contact, uint32_t other, SurfaceFace face) {
   uint32_t& last = step_.last_touch[contact.a];
   batch_.touches.push_back({.a = contact.a,
                             .b = contact.b,
                             .other = other,
                             .slot = batch_.contacts.add(contact, used_),
                             .next = last,
-                            .still = still,
+                            .face = face,
                             .patch = false,
                             .parallel = false,
                             .former_ns = contact.impulse.normal});
   last = static_cast<uint32_t>(batch_.touches.size() - 1);
 }
 
-void ContactFinder::add_patch(const PatchContact& contact, uint32_t other, bool still) {
+void ContactFinder::add_patch(const PatchContact& contact, uint32_t other, SurfaceFace face) {
   uint32_t& last = step_.last_touch[contact.a];
   batch_.touches.push_back({.a = contact.a,
                             .b = contact.b,
                             .other = other,
                             .slot = batch_.patches.add(contact, patches_used_),
                             .next = last,
-                            .still = still,
+                            .face = face,
                             .patch = true,
                             .parallel = contact.patch.tilt.norm() < kFaceToFace,
                             .former_ns = contact.impulse.normal});

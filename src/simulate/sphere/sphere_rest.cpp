@@ -115,6 +115,8 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   // Others may lean on it a little.
   const bool bears = steepness > kWall && surface_push > 0.5F * weight * steepness &&
                      body_push < 0.25F * surface_push;
+  const float ground_push = step.ground_push[p];
+  const bool rides = ground_push > 0.5F * weight && surface_push + body_push < 1.25F * ground_push;
   if (controlled && bears) {
     if (body.rest_target == SphereBody::kNoTarget) {
       body.rest_target =
@@ -137,7 +139,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
     const float at_rest = load > 0.5F ? gravity * dt / scale : 0;
     const float blow = step.blow[p] / (scale * (1 + kHeld * load));
     float turning = kind.object->turning * (blow + kTurningAtRest * at_rest);
-    if (step.moving_push[p] > 0.5F * weight) turning = kTurnRate * at_rest;
+    if (rides) turning = kTurnRate * at_rest;
     if (leans) turning = kind.object->leaning * at_rest;
     turn_towards(targets[choose_rest_target(targets, body.orientation, up)].up, up,
                  -std::expm1(-turning), body.orientation);

@@ -168,15 +168,18 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
 
 // Of several surfaces the one that pushes most counts as such.
 void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
-                                SphereStep& step) {
+                                SphereStep& step) const {
   float& most_ns = step.surface_push[touch.a];
   const bool is_same = most_ns > 0 && normal.dot(step.surface_normal[touch.a]) > kSameSurface;
-  if (touch.still && is_same) {
+  const bool still = touch.face == SurfaceFace::still;
+  if (still && is_same) {
     most_ns += push_ns;  // of several bodies, side by side
     return;
   }
-  if (!touch.still) step.moving_push[touch.a] += push_ns;
-  if (!touch.still || push_ns <= most_ns) {
+  if (touch.face == SurfaceFace::moving && normal.dot(model_.up) > kWall) {
+    step.ground_push[touch.a] += push_ns;
+  }
+  if (!still || push_ns <= most_ns) {
     step.body_push[touch.a] += push_ns;
     return;
   }

@@ -47,8 +47,8 @@ class SphereSolver {
   Collision collision(const Input& input, const SphereImpact& impact) const;
   static void prepare_contacts(SphereStep& step);
   void keep_impulses(std::span<SphereBody> bodies, SphereBatch& batch, SphereStep& step) const;
-  static void note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
-                           SphereStep& step);
+  void note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
+                    SphereStep& step) const;
   void note_push(std::span<const SphereBody> bodies, const SphereTouch& touch, float push_ns,
                  const SphereStep& step, SphereBatch& batch) const;
 

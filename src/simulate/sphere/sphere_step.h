@@ -33,13 +33,16 @@ struct SphereReaches {
   Vec3f centre(size_t place) const { return {x[place], y[place], z[place]}; }
 };
 
+// The face of a surface that a contact is with. None: of an edge, or between bodies.
+enum class SurfaceFace : uint8_t { none, still, moving };
+
 // A contact as one body or both find it again in the next step.
 struct SphereTouch {
-  uint32_t a, b;    // places; b of bodies only
-  uint32_t other;   // body, or kSurface
-  uint32_t slot;    // in the groups
-  uint32_t next;    // the next one of a in the batch, or KeptImpulse::kLast
-  bool still;       // a face of a surface, that does not move
+  uint32_t a, b;   // places; b of bodies only
+  uint32_t other;  // body, or kSurface
+  uint32_t slot;   // in the groups
+  uint32_t next;   // the next one of a in the batch, or KeptImpulse::kLast
+  SurfaceFace face;
   bool patch;       // of faces: the slot is in the patches
   bool parallel;    // the faces are, nearly
   float former_ns;  // pushed in the step before
@@ -105,7 +108,7 @@ struct SphereStep {
   // What carries it, N s: of still surfaces the one that pushes most, along `surface_normal`, and
   // all else.
   std::vector<float> surface_push, body_push;
-  std::vector<float> moving_push;  // N s, how much of `body_push` is of surfaces that move
+  std::vector<float> ground_push;  // N s, how much of `body_push` is of ground that moves
   std::vector<float> blow;  // m/s, by how much the drawn hit of another has changed its velocity
   std::vector<Vec3f> surface_normal;
   std::vector<KeptImpulse> kept;  // by touch of all batches
