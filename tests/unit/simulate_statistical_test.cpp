@@ -517,33 +517,39 @@ TEST_F(Statistical, WhatOthersLeanOnTurnsTowardsAPose) {
   EXPECT_LT(rocking, 0.65 * mean_tilt());
 }
 
+// How much of it one body moves is chance: the mean of five.
 TEST_F(Statistical, AHeapThatSleepsIsKnockedOver) {
   add_ground();
   add_shape("box", box_mesh(Vec3::Constant(0.2)));
   Body& late = add_body("box", {0, 200, 0});
   late.linear_velocity = {0, -5, 0};
   add_grid("box", {5, 5, 5}, {0.3, 0.3, 0.3}, {0, 0.9, 0});
-  start();
   const auto heap_speed = [&] {
     double sum = 0;
     for (size_t i = 2; i < states().size(); ++i) sum += states().linear_velocity[i].norm();
     return sum;
   };
-  int frame = 0;
-  while (states().position[1].y() > 3) {
-    ASSERT_LT(++frame, 500);
-    run(1);
+  double knocked = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    scene_.seed = seed;
+    start();
+    int frame = 0;
+    while (states().position[1].y() > 3) {
+      ASSERT_LT(++frame, 500);
+      run(1);
+    }
+    // The one that falls keeps the others waiting, asleep.
+    EXPECT_EQ(simulator_->statistics().bodies_awake, 1U);
+    EXPECT_EQ(heap_speed(), 0);
+    const double before = states().linear_velocity[1].norm();
+    run(4);
+    knocked += heap_speed() / before / 5;
+    EXPECT_GT(simulator_->statistics().bodies_awake, 10U);
+    EXPECT_LT(simulator_->statistics().kinetic_energy_j, 0.5 * 8 * before * before * 1.1);
+    EXPECT_EQ(run(400).bodies_awake, 0U);
+    for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
   }
-  // The one that falls keeps the others waiting, asleep.
-  EXPECT_EQ(simulator_->statistics().bodies_awake, 1U);
-  EXPECT_EQ(heap_speed(), 0);
-  const double before = states().linear_velocity[1].norm();
-  run(4);
-  EXPECT_GT(heap_speed(), 0.2 * before);
-  EXPECT_GT(simulator_->statistics().bodies_awake, 10U);
-  EXPECT_LT(simulator_->statistics().kinetic_energy_j, 0.5 * 8 * before * before * 1.1);
-  EXPECT_EQ(run(400).bodies_awake, 0U);
-  for (size_t i = 1; i < states().size(); ++i) EXPECT_GT(states().position[i].y(), 0.099) << i;
+  EXPECT_GT(knocked, 0.2);
 }
 
 // Down a slope too steep to roll on: g (sin - mu cos). On a great ball, what resists rolling
