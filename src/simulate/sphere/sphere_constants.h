@@ -76,8 +76,8 @@ inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: none; twice: heap
 inline constexpr float kTurnRate = 0.4F;
-// A blow that changes a velocity by more than this, in sqrt(g r), turns no farther: it throws
-// about. half: Statistical.AtRestNothingReachesThroughAWall; twice: none
+// A blow that changes a velocity by more than this, in sqrt(g r), turns no farther.
+// half: Statistical.AtRestNothingReachesThroughAWall; twice: none
 inline constexpr float kHardBlow = 2;
 // A blow turns what is pressed on less: half as far where pushes come to ten times its weight.
 // half: none; twice: heap
