@@ -49,7 +49,7 @@ constexpr std::array kMet = {
     Met{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
 };
 constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in a round
-constexpr double kLeastRolling = 0.003, kMostRolling = 2;
+constexpr double kLeastRolling = 0.003, kMostRolling = 8;
 constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
 constexpr double kLeastRadius = 0.5;  // of the first one
 constexpr double kFirstRolling = 0.2, kFirstTurning = 1, kFirstLeaning = 0.15;

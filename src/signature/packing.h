@@ -39,7 +39,7 @@ struct Packing {
   PackingFigures error;     // and its standard error
   PackingFigures spheres;   // what spheres come to with the five below
   double radius_m = 0;      // of the sphere that stands for a body among others,
-  double rolling = 0;       // and its resistance to rolling, in that radius
+  double rolling = 0;       // and its resistance to rolling where it lies flat, in that radius
   // How far blows turn what lies on others: of the angle to a rest pose exp(-turning v / sqrt(g R))
   // is left of one that changes its velocity by v. And the rate, sqrt(g / R), at which the angle
   // falls of what leans on a wall to lie against it.

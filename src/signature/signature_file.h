@@ -10,7 +10,7 @@
 
 namespace pilesim {
 
-inline constexpr int kSignatureVersion = 11;
+inline constexpr int kSignatureVersion = 12;
 
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);

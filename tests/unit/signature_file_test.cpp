@@ -147,7 +147,7 @@ TEST_F(SignatureFile, OlderVersionsAreToldFromDamage) {
   nlohmann::json document = {{"format", "pilesim signature"}, {"version", 3}};
   const std::vector<uint8_t> old = nlohmann::json::to_cbor(document);
   EXPECT_THAT(refusal(std::string(old.begin(), old.end())),
-              HasSubstr("format version 3; expected version 11"));
+              HasSubstr("format version 3; expected version 12"));
   const std::string whole = bytes_of(small(1));
   EXPECT_THAT(refusal(whole.substr(0, whole.size() - 17)), HasSubstr("its checksum is not there"));
 }

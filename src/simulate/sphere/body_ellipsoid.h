@@ -49,13 +49,16 @@ struct EllipsoidContact {
   Vec3f normal;        // unit, towards a
   float gap;           // m, along it
   float arm_a, arm_b;  // m, along it from the centres
+  // Its shortest semi-axis over how far it reaches along the normal, 0 .. 1: 1 of what lies flat
+  // there, little of what stands on its edge or end.
+  float flatness_a, flatness_b;
 };
 
 inline EllipsoidContact contact_of_balls(float a_m, float b_m, const Vec3f& apart) {
   const float distance = apart.norm();
   // Of two in one place the order decides.
   const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
-  return {normal, distance - a_m - b_m, a_m, b_m};
+  return {normal, distance - a_m - b_m, a_m, b_m, 1, 1};
 }
 
 // Of two that are nearer than `reach_m`, and perhaps of some that are not. `apart`: from b to a, m.
@@ -91,7 +94,8 @@ inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const 
   // Each has its part of the way.
   const float reach_a = a.support_m(normal), reach_b = b.support_m(normal);
   const float arms = std::max(apart.dot(normal) - gap, 0.0F) / (reach_a + reach_b);
-  return EllipsoidContact{normal, gap, arms * reach_a, arms * reach_b};
+  return EllipsoidContact{
+      normal, gap, arms * reach_a, arms * reach_b, a.shortest_m / reach_a, b.shortest_m / reach_b};
 }
 
 }  // namespace pilesim

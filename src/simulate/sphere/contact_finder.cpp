@@ -145,7 +145,8 @@ void ContactFinder::touch(uint32_t p, const Partner& partner) {
                .arm_a = contact->arm_a,
                .arm_b = contact->arm_b,
                .friction = friction(body, kind) * friction(other, partner.kind),
-               .rolling_m = std::min(kind.rolling_m, partner.kind.rolling_m),
+               .rolling_m = std::min(contact->flatness_a * kind.rolling_m,
+                                     contact->flatness_b * partner.kind.rolling_m),
                .lift = kind.lift,
                .impulse = former_impulse(p, partner, normal)},
               other, SurfaceFace::none);
