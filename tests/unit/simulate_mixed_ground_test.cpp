@@ -133,5 +133,21 @@ TEST_F(MixedRings, AreEllipsoidsBesideAPost) {
   EXPECT_GT((states().position[3] - states().position[2]).norm(), 0.06);
 }
 
+TEST_F(MixedRings, WhatLiesOnTheEdgeOfOneThatHangsTipsOver) {
+  // Ellipsoids that resist rolling so much would stay.
+  change_packing("ring", [](Packing& packing) { packing.rolling = 8; });
+  scene_.shapes["hook"] = BoxShape{{0.3, 0.05, 0.1}};
+  add_exact("hook", {2, 1, 0}, Quat::Identity());
+  add_body("ring", {2, 0.875, 0}).pose.orientation = about_z(kPi / 2);
+  add_body("ring", {2.04, 1.2, 0});
+  for (const int level : {1, 2}) {
+    scene_.simulator.detail.level = level;
+    start();
+    run(180);
+    EXPECT_NEAR(states().position[3].y(), 0.875, 0.05) << level;
+    EXPECT_LT(states().position[4].y(), 1) << level;
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

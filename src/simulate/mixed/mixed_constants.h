@@ -19,6 +19,10 @@ inline constexpr double kLeaveMargin = 0.1;
 // Of the way from the centre to a face of the hull: what comes farther in than this is within.
 // half: none; twice, which is never: MixedRings.AreBallsBesideAPost
 inline constexpr double kWithin = 0.75;
+// A body stands on its edge, or its end, if its ellipsoid's shortest half axis is less than this
+// part of how far that reaches upwards.
+// half: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver; twice: none
+inline constexpr float kOnEdge = 0.2F;
 
 // --- Between the engines. Tried on boxes that lie half on must-impulse bodies, half on spheres
 // (tests/unit/simulate_mixed_ground_test.cpp) and on the crosses.

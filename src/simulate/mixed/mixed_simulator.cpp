@@ -150,7 +150,11 @@ class MixedSimulator final : public Simulator, public BodyControl {
   void switch_engines();
   void wake_what_is_hit();
   bool stands(uint32_t body) const;
+  double margin_m(uint32_t body) const;
   bool is_attracted(uint32_t body) const;
+  bool stands_on_edge(uint32_t body) const;
+  Behaviour solved_behaviour(uint32_t body) const;
+  void attract_to_edges();
   Behaviour next_behaviour(uint32_t body) const;
   void read_states();
 
@@ -170,6 +174,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   MixedState state_;
   std::vector<uint32_t> kinematic_;
   std::vector<Behaviour> next_;    // by body: of the spheres, by the last update_behaviours()
+  std::vector<uint32_t> edges_;    // near bodies that stand on their edge, by the same
   std::vector<uint32_t> entered_;  // in the step at hand
   std::vector<std::pair<uint32_t, BodyMotion>>
       switched_;  // in it, to either engine, awake; as they were
@@ -348,17 +353,24 @@ void MixedSimulator<World, Coupling>::set_behaviour(uint32_t body, Behaviour beh
   dispatch_.set(body, behaviour, state_.level_set[body]);
 }
 
+// By which it may come nearer in the step, and is not to be farther before it leaves.
 template <class World, class Coupling>
-bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
+double MixedSimulator<World, Coupling>::margin_m(uint32_t body) const {
   const auto& sphere = spheres_.body(body);
-  if (dispatch_.level(level(body)).exact) return true;
-  if (sphere.asleep && is_near(body)) return true;
   const double outer = spheres_.kind(body).outer_m;
   const double way = step_s() * (static_cast<double>(sphere.velocity.norm()) +
                                  outer * static_cast<double>(sphere.spin.norm()) +
                                  step_s() * scene_.gravity.norm());
   const bool lingers = is_near(body) && !kAsWritten;
-  const double margin = way + (lingers ? kLeaveMargin * outer : 0);
+  return way + (lingers ? kLeaveMargin * outer : 0);
+}
+
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
+  const auto& sphere = spheres_.body(body);
+  if (dispatch_.level(level(body)).exact) return true;
+  if (sphere.asleep && is_near(body)) return true;
+  const double outer = spheres_.kind(body).outer_m, margin = margin_m(body);
   const Vec3 centre = sphere.position.template cast<double>();
   if (!boxes_.may_touch(centre, outer + margin, sphere.asleep)) return false;
   return boxes_.touches({.body = body,
@@ -380,6 +392,47 @@ Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
 }
 
+// A ring that hangs on a pole's tip, but no rabbit: they have no edge.
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::stands_on_edge(uint32_t body) const {
+  const SphereKind& kind = spheres_.kind(body);
+  const auto ellipsoid = kind.form.placed(spheres_.body(body).orientation, 1);
+  const Vec3f up = -scene_.gravity.normalized().cast<float>();
+  return !kind.is_round && ellipsoid.shortest_m < kOnEdge * ellipsoid.support_m(up);
+}
+
+// As what a body near its like is solved with it; statistical: never.
+template <class World, class Coupling>
+Behaviour MixedSimulator<World, Coupling>::solved_behaviour(uint32_t body) const {
+  const uint32_t own = level(body);
+  if (dispatch_.level(own).near_near == PairMethod::impulse) return Behaviour::near_exact;
+  return dispatch_.tells_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
+}
+
+// What comes to lie on the edge of a near body is solved against it: as an ellipsoid it would be
+// balanced there.
+template <class World, class Coupling>
+void MixedSimulator<World, Coupling>::attract_to_edges() {
+  edges_.clear();
+  for (const uint32_t body : coupling_.bodies()) {
+    if (next_[body] == Behaviour::statistical || !stands_on_edge(body)) continue;
+    next_[body] = std::min(next_[body], solved_behaviour(body));
+    edges_.push_back(body);
+  }
+  if (edges_.empty()) return;
+  for (const uint32_t body : spheres_.members()) {
+    const auto& sphere = spheres_.body(body);
+    if (sphere.asleep && !is_near(body)) continue;
+    const double outer = spheres_.kind(body).outer_m + margin_m(body);
+    const bool is_met = std::ranges::any_of(edges_, [&](uint32_t edge) {
+      const double reach = outer + spheres_.kind(edge).outer_m;
+      const Vec3f apart = sphere.position - spheres_.body(edge).position;
+      return static_cast<double>(apart.norm()) < reach;
+    });
+    if (is_met) next_[body] = std::min(next_[body], solved_behaviour(body));
+  }
+}
+
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
 // that of an I body, else S.
 template <class World, class Coupling>
@@ -392,6 +445,7 @@ void MixedSimulator<World, Coupling>::update_behaviours() {
   parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) next_[members[i]] = next_behaviour(members[i]);
   });
+  if constexpr (!kAsWritten) attract_to_edges();
   change_with_contacts([&](uint32_t body) { return next_[body] != state_.behaviours[body]; },
                        [&] { switch_engines(); });
   if constexpr (!kAsWritten) wake_what_is_hit();
