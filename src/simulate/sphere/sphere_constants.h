@@ -41,7 +41,8 @@ inline constexpr float kNearby = 0.02F;
 // half: none; twice, which is never: heap
 inline constexpr float kSameContact = 0.8F;
 // In sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
-// nothing. half: heap; twice: heap, Structure.ASmallHitWakesOnlyWhatItCanMove
+// nothing. half: Statistical.WhatLiesOnABodyThatIsPushedAwayComesDown;
+// twice: heap, Structure.ASmallHitWakesOnlyWhatItCanMove
 inline constexpr float kImpactSpeed = 0.3F;
 // In a step's gravity: what approaches more slowly than this only falls. half, twice: heap
 inline constexpr float kImpactFall = 1.2F;
@@ -60,7 +61,7 @@ inline constexpr float kPositionTimeInFlight = 0.03F;
 inline constexpr int kPositionSweeps = 2;  // half: heap; twice: none
 // Out of surfaces so many times as fast as out of each other: nothing drawn is to stay in a wall.
 // half: Statistical.AtRestNothingReachesThroughAWall;
-// twice: Statistical.WhatCannotRollOverItsTipFallsOver
+// twice: Statistical.WhatOthersLeanOnTurnsTowardsAPose
 inline constexpr float kFirmness = 2;
 
 // --- Rest poses. Tried on bodies that fall side by side (presets/statistical/rest_control.json)
@@ -74,13 +75,13 @@ inline constexpr float kControlSpeed = 0.4F;
 // twice: Statistical.WhatIsSlowerThanTwoFifthsOfAFallIsTurned
 inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
-// half: none; twice: heap
+// half: Statistical.WhatCarriesAnotherDoesNotTipOver; twice: none
 inline constexpr float kTurnRate = 0.4F;
 // A blow that changes a velocity by more than this, in sqrt(g r), turns no farther.
-// half: Statistical.AtRestNothingReachesThroughAWall; twice: none
+// half, twice: none
 inline constexpr float kHardBlow = 2;
 // A blow turns what is pressed on less: half as far where pushes come to ten times its weight.
-// half: none; twice: heap
+// half, twice: none
 inline constexpr float kHeld = 0.1F;
 // This part of the velocity that falling would give it turns what lies on others as a blow does.
 // half, twice: Statistical.WhatLiesOnOthersGoesOnTurning
