@@ -60,15 +60,15 @@ TEST_F(MixedGround, WhatExactContactsCarryKeepsItsPose) {
 }
 
 TEST_F(MixedGround, WhatLiesOnAnEdgeTipsOverIt) {
-  // A plate stands in a slot, another one lies on its edge: what resists rolling among level plates
-  // does not hold it there.
-  add_shape("plate", box_mesh({0.6, 0.06, 0.6}));
-  change_packing("plate", [](Packing& packing) { packing.rolling = 1; });
+  // A plate, too thick to be solved there, stands in a slot, another one lies on its edge: what
+  // resists rolling among level plates does not hold it.
+  add_shape("plate", box_mesh({0.6, 0.18, 0.6}));
+  change_packing("plate", [](Packing& packing) { packing.rolling = 0.5; });
   scene_.shapes["side"] = BoxShape{{0.2, 0.3, 1}};
-  add_exact("side", {0.132, 0.15, 0}, Quat::Identity());
-  add_exact("side", {-0.132, 0.15, 0}, Quat::Identity());
+  add_exact("side", {0.192, 0.15, 0}, Quat::Identity());
+  add_exact("side", {-0.192, 0.15, 0}, Quat::Identity());
   add_body("plate", {0, 0.3, 0}).pose.orientation = about_z(kPi / 2);
-  add_body("plate", {0.08, 0.66, 0});
+  add_body("plate", {0.18, 0.8, 0});
   start();
   EXPECT_EQ(run(180).bodies_awake, 0U);
   EXPECT_GT(std::abs((states().orientation[3] * Vec3::UnitX()).y()), 0.9);

@@ -23,6 +23,9 @@ inline constexpr double kWithin = 0.75;
 // part of how far that reaches upwards.
 // half: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver; twice: none
 inline constexpr float kOnEdge = 0.2F;
+// What may come to lie on it: the way up to it is steeper than this (the cosine).
+// half: none; twice, which is never: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver
+inline constexpr float kOverEdge = 0.7F;
 
 // --- Between the engines. Tried on boxes that lie half on must-impulse bodies, half on spheres
 // (tests/unit/simulate_mixed_ground_test.cpp) and on the crosses.

@@ -154,6 +154,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   bool is_attracted(uint32_t body) const;
   bool stands_on_edge(uint32_t body) const;
   Behaviour solved_behaviour(uint32_t body) const;
+  bool is_at_edge(uint32_t body) const;
   void attract_to_edges();
   Behaviour next_behaviour(uint32_t body) const;
   void read_states();
@@ -392,13 +393,16 @@ Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
 }
 
-// A ring that hangs on a pole's tip, but no rabbit: they have no edge.
+// A ring that hangs on a pole's tip, but none that tumbles, and no rabbit: they have no edge.
 template <class World, class Coupling>
 bool MixedSimulator<World, Coupling>::stands_on_edge(uint32_t body) const {
   const SphereKind& kind = spheres_.kind(body);
-  const auto ellipsoid = kind.form.placed(spheres_.body(body).orientation, 1);
+  const auto& sphere = spheres_.body(body);
+  const float speed = sphere.velocity.norm() + kind.outer_m * sphere.spin.norm();
+  if (kind.is_round || speed > spheres_.impact_speed(body)) return false;
+  const auto ellipsoid = kind.form.placed(sphere.orientation, 1);
   const Vec3f up = -scene_.gravity.normalized().cast<float>();
-  return !kind.is_round && ellipsoid.shortest_m < kOnEdge * ellipsoid.support_m(up);
+  return ellipsoid.shortest_m < kOnEdge * ellipsoid.support_m(up);
 }
 
 // As what a body near its like is solved with it; statistical: never.
@@ -407,6 +411,20 @@ Behaviour MixedSimulator<World, Coupling>::solved_behaviour(uint32_t body) const
   const uint32_t own = level(body);
   if (dispatch_.level(own).near_near == PairMethod::impulse) return Behaviour::near_exact;
   return dispatch_.tells_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
+}
+
+// Whether it may come to lie on one of those that stand so. Sleepers are left where they are.
+template <class World, class Coupling>
+bool MixedSimulator<World, Coupling>::is_at_edge(uint32_t body) const {
+  const auto& sphere = spheres_.body(body);
+  if (sphere.asleep && !is_near(body)) return false;
+  const double outer = spheres_.kind(body).outer_m + margin_m(body);
+  const Vec3f up = -scene_.gravity.normalized().cast<float>();
+  return std::ranges::any_of(edges_, [&](uint32_t edge) {
+    const Vec3f apart = sphere.position - spheres_.body(edge).position;
+    const float distance = apart.norm();
+    return distance < outer + spheres_.kind(edge).outer_m && apart.dot(up) > kOverEdge * distance;
+  });
 }
 
 // What comes to lie on the edge of a near body is solved against it: as an ellipsoid it would be
@@ -420,17 +438,14 @@ void MixedSimulator<World, Coupling>::attract_to_edges() {
     edges_.push_back(body);
   }
   if (edges_.empty()) return;
-  for (const uint32_t body : spheres_.members()) {
-    const auto& sphere = spheres_.body(body);
-    if (sphere.asleep && !is_near(body)) continue;
-    const double outer = spheres_.kind(body).outer_m + margin_m(body);
-    const bool is_met = std::ranges::any_of(edges_, [&](uint32_t edge) {
-      const double reach = outer + spheres_.kind(edge).outer_m;
-      const Vec3f apart = sphere.position - spheres_.body(edge).position;
-      return static_cast<double>(apart.norm()) < reach;
-    });
-    if (is_met) next_[body] = std::min(next_[body], solved_behaviour(body));
-  }
+  const std::vector<uint32_t>& members = spheres_.members();
+  parallel_for(members.size(), 512, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t body = members[i];
+      const Behaviour solved = solved_behaviour(body);
+      if (solved < next_[body] && is_at_edge(body)) next_[body] = solved;
+    }
+  });
 }
 
 // Algorithm 1: after the broad phase each body that prefers to be a sphere is I' if its box touches
