@@ -138,7 +138,7 @@ ModeSpec resolve_mode(const std::string& text, const Scene& scene) {
   if (scene.until == Until::settled) spec.overrides.push_back("/until=duration");
   if (mode != mode_name(scene.simulator.mode)) {
     const Scene defaults;
-    spec.overrides.push_back("/step_s=" + with_digits(defaults.step_s, 17));
+    spec.overrides.push_back("/step_s=\"auto\"");
     spec.overrides.push_back("/simulator/solver_iterations=" +
                              std::to_string(defaults.simulator.solver_iterations));
   }

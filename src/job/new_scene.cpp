@@ -369,7 +369,7 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
   // Long enough for what rocks and rolls: times go with the root of the size.
   values["duration"] = number(std::ceil(busy_s + 5 + 60 * std::sqrt(body.radius_m / kGravity)));
   const double step_s = kLongestStep * std::sqrt(body.radius_m / kGravity);
-  values["step"] = step_s < Scene().step_s
+  values["step"] = step_s < Scene::kFixedStep
                        ? "  \"step_s\": " + number(step_s) + ",  // of bodies as small as these\n"
                        : "";
   values["shape"] = filled(kShape, values);

@@ -14,7 +14,7 @@ int Scene::frame_count() const {
 }
 
 int Scene::steps_per_frame() const {
-  return std::max(1, static_cast<int>(std::ceil(1.0 / (frame_rate * step_s) - kRoundingSlack)));
+  return std::max(1, static_cast<int>(std::ceil(1.0 / (frame_rate * step_s.value_or(kFixedStep)) - kRoundingSlack)));
 }
 
 std::string mode_name(SimulatorMode mode) {

@@ -436,7 +436,12 @@ struct Scene {
   double duration_s = 5;  // > 0
   Until until = Until::duration;
   double frame_rate = 60;        // frames a second, > 0
-  double step_s = 1.0 / 240.0;   // longest step; a frame takes the fewest equal steps that fit
+  // Longest step; a frame takes the fewest equal steps that fit. None: the impulse mode chooses it
+  // from the state in each step, the other modes take kFixedStep.
+  std::optional<double> step_s;
+  // Penetration at rest that the automatic step and the substeps allow, in D; 20 times that at an
+  // impact. 1e-5 .. 0.1
+  double accuracy = 1e-3;
   Vec3 gravity = {0, -9.81, 0};  // m/s^2
   std::map<std::string, Material> materials;
   std::map<std::string, Shape> shapes;
@@ -452,6 +457,8 @@ struct Scene {
   RenderSettings render;
 
   int frame_count() const;  // frames 0 (the start) .. frame_count() - 1
+  static constexpr double kFixedStep = 1.0 / 240;  // s
+  // Where steps are of one length.
   int steps_per_frame() const;
   double actual_step_s() const { return 1.0 / (frame_rate * steps_per_frame()); }
 };

@@ -203,6 +203,30 @@ Field<Scene> until_field() {
   return field;
 }
 
+Codec<std::optional<double>> step_codec() {
+  const Codec<double> seconds = number(between(1e-6, 1));
+  Codec<std::optional<double>> codec;
+  codec.expected = "\"auto\" or " + seconds.expected;
+  codec.schema = {{"anyOf", {{{"const", "auto"}}, seconds.schema}}};
+  codec.read = [seconds, expected = codec.expected](const Json& json, const Path& path,
+                                                    std::optional<double>& value,
+                                                    ReadContext& context) {
+    if (json.is_number()) {
+      double number_s = 0;
+      seconds.read(json, path, number_s, context);
+      value = number_s;
+    } else if (json.is_string() && json.get<std::string>() == "auto") {
+      value.reset();
+    } else {
+      context.log.report(path, describe_value(json), expected);
+    }
+  };
+  codec.write = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json("auto");
+  };
+  return codec;
+}
+
 Fields<Scene> setting_fields() {
   return {
       field<Scene>("name", &Scene::name, any_text(), "What the scene is called in reports."),
@@ -215,8 +239,13 @@ Fields<Scene> setting_fields() {
       field<Scene>("frame_rate", &Scene::frame_rate, number(between(0.001, 100000)),
                    "Frames stored and drawn in a second."),
       field<Scene>(
-          "step_s", &Scene::step_s, number(between(1e-6, 1)),
-          "Longest time step, s. A frame takes the fewest equal steps that are no longer."),
+          "step_s", &Scene::step_s, step_codec(),
+          "Time step, s: a frame takes the fewest equal steps that are no longer. \"auto\": "
+          "the impulse mode chooses each step from the state, long while the pile rests and "
+          "short while something moves fast beside another; other modes take 1/240 s."),
+      field<Scene>("accuracy", &Scene::accuracy, number(between(1e-5, 0.1)),
+                   "How deep bodies may penetrate at rest, as a share of their size, and 20 times "
+                   "that at an impact: what automatic steps and the solver's substeps follow."),
       field<Scene>("gravity", &Scene::gravity, vector3(), "Acceleration of gravity, m/s^2."),
   };
 }

@@ -1,5 +1,7 @@
 #include "simulate/impulse_simulator.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -70,6 +72,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   void add(uint32_t body);
   Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
+  int choose_step();
   void read_states();
   void take_hits();
 
@@ -131,10 +134,11 @@ void ImpulseSimulator::move_kinematic_bodies() {
 
 FrameStatistics ImpulseSimulator::step_frame() {
   timer_.take();
-  const int steps = scene_.steps_per_frame();
-  for (int step = 0; step < steps; ++step) {
+  int steps = 0;
+  for (int left = 1; left > 0; ++steps) {
     life_.bring_bodies(handlers_);
     life_.bring_events(handlers_);
+    left = choose_step();
     move_kinematic_bodies();
     if (director_ != nullptr) {
       director_->direct(*this);
@@ -142,16 +146,28 @@ FrameStatistics ImpulseSimulator::step_frame() {
     }
     exact_.step(timer_, [this] { take_hits(); });
     life_.end_step();
+    --left;
   }
+  life_.end_frame();
   life_.bring_bodies(handlers_);
   if (director_ != nullptr) director_->end_frame(*this);
-  life_.end_frame();
   read_states();
   for (uint32_t i = 0; i < states().size(); ++i) life_.check_finite(i);
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();
   return statistics;
+}
+
+// Sets the length of the step to come. How many of that length the rest of the frame takes.
+int ImpulseSimulator::choose_step() {
+  constexpr double kRounding = 1e-6;  // a frame takes no step more for it
+  const double rest_s = life_.rest_of_frame_s();
+  const double longest_s = scene_.step_s ? *scene_.step_s : exact_.longest_step_s(rest_s);
+  const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));
+  life_.set_step(rest_s / steps);
+  exact_.set_step(life_.step_s());
+  return steps;
 }
 
 void ImpulseSimulator::take_hits() {

@@ -16,7 +16,7 @@ constexpr double kSameTime = 1e-6;
 }  // namespace
 
 Lifecycle::Lifecycle(const Scene& scene, const Model& model)
-    : model_(model), step_s_(scene.actual_step_s()) {
+    : model_(model), frame_rate_(scene.frame_rate), step_s_(scene.actual_step_s()) {
   BodyStates& states = state_.bodies;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
@@ -99,6 +99,20 @@ std::vector<std::string> Lifecycle::notes() const {
                     "' is the first; start them higher, or at a lower rate");
   }
   return lines;
+}
+
+double Lifecycle::rest_of_frame_s() const {
+  return static_cast<double>(state_.frames + 1) / frame_rate_ - state_.time_s;
+}
+
+void Lifecycle::end_step() {
+  ++state_.steps;
+  state_.time_s += step_s_;
+}
+
+void Lifecycle::end_frame() {
+  ++state_.frames;
+  state_.time_s = static_cast<double>(state_.frames) / frame_rate_;
 }
 
 void Lifecycle::bring_events(const LifeHandlers& handlers) {

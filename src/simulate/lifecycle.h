@@ -27,15 +27,16 @@ struct LifeHandlers {
 // All that changes: what a checkpoint holds of it.
 struct LifeState {
   uint64_t steps = 0, frames = 0;  // that are done
-  std::vector<uint32_t> waiting;   // bodies to come, the next one last
-  uint64_t next_event = 0;         // in Model::events
-  uint64_t late = 0;               // bodies that came after their time: others were in their place
-  double latest_s = 0;             // by how much, at most
+  double time_s = 0;
+  std::vector<uint32_t> waiting;  // bodies to come, the next one last
+  uint64_t next_event = 0;        // in Model::events
+  uint64_t late = 0;              // bodies that came after their time: others were in their place
+  double latest_s = 0;            // by how much, at most
   BodyStates bodies;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.steps, self.frames, self.waiting, self.next_event, self.late, self.latest_s,
-           self.bodies);
+    stream(self.steps, self.frames, self.time_s, self.waiting, self.next_event, self.late,
+           self.latest_s, self.bodies);
   }
 };
 
@@ -46,8 +47,9 @@ class Lifecycle {
 
   const BodyStates& states() const { return state_.bodies; }
   BodyStates& states() { return state_.bodies; }
-  double step_s() const { return step_s_; }
-  double time_s() const { return static_cast<double>(state_.steps) * step_s_; }  // of the state
+  double step_s() const { return step_s_; }        // of the step to come
+  double time_s() const { return state_.time_s; }  // of the state
+  double rest_of_frame_s() const;
 
   bool has(uint32_t body, uint8_t flags) const { return (state_.bodies.flags[body] & flags) != 0; }
   bool is_free(uint32_t body) const {  // dynamic and not held
@@ -61,8 +63,9 @@ class Lifecycle {
   // The events whose time has come happen, in order. A body that is let go leaves, where it is
   // present, and comes anew. One that is removed before it appears never will.
   void bring_events(const LifeHandlers& handlers);
-  void end_step() { ++state_.steps; }
-  void end_frame() { ++state_.frames; }
+  void set_step(double step_s) { step_s_ = step_s; }
+  void end_step();
+  void end_frame();
 
   // For people, a line each: who came late, and who still waits. Empty: nobody.
   std::vector<std::string> notes() const;
@@ -81,6 +84,7 @@ class Lifecycle {
   void happen(const ModelEvent& event, uint32_t body, const LifeHandlers& handlers);
 
   const Model& model_;
+  double frame_rate_;
   double step_s_;
   std::optional<BodyDistances> distances_;  // where bodies come after the start
   LifeState state_;

@@ -363,7 +363,7 @@ GlueVerdict judge_start(const Scene& scene, const Model& model) {
   start.guide->control = false;
   // Contacts are known after a step, those with the ground perhaps after some more.
   start.step_s = scene.actual_step_s();
-  start.frame_rate = 1 / (kStepsOfStart * start.step_s);
+  start.frame_rate = 1 / (kStepsOfStart * scene.actual_step_s());
   GlueDirector director(start, model);
   make_directed_simulator(start, model, static_cast<ImpulseDirector&>(director))->step_frame();
   const std::optional<GlueFigures> figures = director.glue_figures();

@@ -102,7 +102,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_ = scene;
   upside_down_.gravity = -scene.gravity;
   upside_down_.guide.reset();
-  upside_down_.step_s = kStep * scene.step_s;
+  upside_down_.step_s = kStep * scene.step_s.value_or(Scene::kFixedStep);
   upside_down_.simulator = {
       .engine = scene.simulator.engine,
       .solver_iterations = std::min(kMostSweeps, scene.simulator.solver_iterations)};

@@ -55,6 +55,8 @@ class BulletEngine final : public ExactEngine {
   ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
+  double longest_step_s(double) override { return step_s_; }
+  void set_step(double step_s) override { step_s_ = step_s; }
   void solve_finely(int) override {}  // it has no substeps
   void set_pair_filter(PairFilter filter) override { dispatcher_.filter = std::move(filter); }
   void keep_apart(const std::vector<uint32_t>& bodies) override;

@@ -28,6 +28,7 @@ struct Body {
   bool hinged = false;
   double friction = 0, restitution = 0;  // its material's; of a pair the product's root
   double mass_kg = 0;                    // 0: moves not by contacts
+  double load_rate2 = 0;  // 1/s^2: rate, squared, of the substeps that its loads need; StepSolver
   Vec3 moved = Vec3::Zero();             // m, in the last step, of its centre
   double turned_m = 0;                   // and no point of it has moved farther by turning
   // Rest; see rest.h.
@@ -37,7 +38,7 @@ struct Body {
   static void fields(auto& self, auto& stream) {
     stream(self.position, self.orientation, self.velocity, self.spin, self.shape, self.moves,
            self.asleep, self.put_to_sleep, self.kept_apart, self.hinged, self.friction,
-           self.restitution, self.mass_kg, self.moved, self.turned_m, self.rest_time_s,
+           self.restitution, self.mass_kg, self.load_rate2, self.moved, self.turned_m, self.rest_time_s,
            self.rest_place);
   }
 

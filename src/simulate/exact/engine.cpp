@@ -9,6 +9,7 @@
 #include "simulate/exact/narrow_phase.h"
 #include "simulate/exact/pair_list.h"
 #include "simulate/exact/rest.h"
+#include "simulate/exact/step_choice.h"
 #include "simulate/exact/step_solver.h"
 #include "simulate/kinematic_motion.h"
 
@@ -41,6 +42,8 @@ class Engine final : public ExactEngine {
     solver_.change_velocity(body, linear, angular);
   }
   void carry(uint32_t body) override { rest_.carry(body); }
+  double longest_step_s(double most_s) override;
+  void set_step(double step_s) override { step_s_ = step_s; }
   void step(StageTimer& timer, const std::function<void()>& before_solver) override;
   BodyMotion motion(uint32_t body) const override;
   void boxes(uint32_t body, std::vector<Bounds>& boxes) const override;
@@ -59,7 +62,7 @@ class Engine final : public ExactEngine {
   ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
-  void solve_finely(int substeps) override { solver_.solve_finely(substeps); }
+  void solve_finely(int) override {}
   void set_pair_filter(PairFilter filter) override { filter_ = std::move(filter); }
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;
@@ -80,7 +83,8 @@ class Engine final : public ExactEngine {
 
   const Scene& scene_;
   const Model& model_;
-  double step_s_;
+  double step_s_;       // of the step to come
+  double list_step_s_;  // pairs are listed for steps of this length
   Vec3 gravity_;
   std::vector<CollisionShape> shapes_;
   EngineState state_;
@@ -104,13 +108,14 @@ Engine::Engine(const Scene& scene, const Model& model)
     : scene_(scene),
       model_(model),
       step_s_(scene.actual_step_s()),
+      list_step_s_(step_s_),
       gravity_(scene.gravity),
       shapes_(shapes_of(model)),
       state_{.bodies = std::vector<Body>(model.bodies.size())},
       bodies_(state_.bodies),
       pairs_(shapes_, state_),
-      narrow_(shapes_, state_, step_s_, gravity_),
-      rest_(model, shapes_, state_, step_s_, gravity_),
+      narrow_(shapes_, state_, gravity_),
+      rest_(model, shapes_, state_, gravity_),
       solver_(scene, model, shapes_, state_) {
   for (uint32_t i = 0; i < model.bodies.size(); ++i) bodies_[i].shape = model.bodies[i].shape;
 }
@@ -278,6 +283,14 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
   return reach;
 }
 
+double Engine::longest_step_s(double most_s) {
+  const StepChoice choice(shapes_, state_, gravity_.norm(), scene_.accuracy);
+  const double at_rest_s = std::min(most_s, choice.at_rest_s());
+  list_step_s_ = at_rest_s;
+  pairs_.update(list_step_s_, gravity_.norm());
+  return choice.longest_s(at_rest_s);
+}
+
 void Engine::step(StageTimer& timer, const std::function<void()>& before_solver) {
   const auto step = [&] { make_step(timer, before_solver); };
   const size_t pairs = state_.pairs.size() + state_.resting.pairs.size();
@@ -287,24 +300,24 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
 void Engine::make_step(StageTimer& timer, const std::function<void()>& before_solver) {
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
-    pairs_.update(step_s_, gravity_.norm());
+    pairs_.update(std::max(list_step_s_, step_s_), gravity_.norm());
   }
   {
     StageTimer::Scope scope(timer, Stage::narrow_phase);
-    narrow_.find(filter_);
+    narrow_.find(step_s_, filter_);
   }
   before_solver();
   {
     StageTimer::Scope scope(timer, Stage::solver);
     bring_back();
-    if (rest_.wake_islands(narrow_.touching())) bring_back();
+    if (rest_.wake_islands(step_s_, narrow_.touching())) bring_back();
     for (Body& body : bodies_) {
       // What moves by keys: when it is moved.
       if (body.moves == Moves::by_keys || body.stands_still()) continue;
       body.moved.setZero();
       body.turned_m = 0;
     }
-    solver_.solve(narrow_.touching(), narrow_.ahead_s(), partner_);
+    solver_.solve(step_s_, narrow_.touching(), narrow_.ahead_s(), partner_);
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);

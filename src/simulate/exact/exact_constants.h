@@ -106,28 +106,21 @@ inline constexpr double kGlueDamping = 20;
 // By so much is glue's force turned ahead of its bodies in a substep, rad. At 0.1 and below that
 // figure swings, too.
 inline constexpr double kMostLead = 0.4;
-// Substeps of a step, relaxations of a substep, and how often the points of a pair that is sunk are
-// solved one after the other, in scenes of so few bodies, which are solved in doubles: towers, card
-// houses and what is piled out of proportion. 300 rings on poles take a third of the time since the
-// bound is 100 and not 300, and as many are around a pole ...
-inline constexpr size_t kFewBodies = 100;
-inline constexpr int kSubstepsOfFew = 16;
-inline constexpr int kRelaxationsOfFew = 4;
-inline constexpr int kSunkRoundsOfFew = 8;
-// ... and of more; the others are 1.
-inline constexpr int kSubstepsOfMany = 4;
-// ... but of what is glued at least so many: a pile of hundreds that hangs together, with forces of
-// ten weights and more in it, is as soft as a substep is long. Of 4, 8, 16 and 32, tried on
-// letters, a torus and a figure (docs/lab/glue.md).
-inline constexpr int kSubstepsOfGlue = 16;
-// ... and where what is so many times heavier pushes, slower than by so much of sqrt(g times the
-// extent), with so many weights of the lighter one; and for so many steps after. Tried on
-// presets/hard/iron_on_gravel.json.
-inline constexpr double kHeavy = 100;
-inline constexpr double kSlowLoad = 0.5;
-inline constexpr double kLoad = 50;
-inline constexpr int kSubstepsOfLoad = 32;
-inline constexpr int kStepsOfLoad = 480;
+// The step. A pile at rest takes steps of so much of sqrt(extent / g) of its smallest body that is
+// awake: what loses its hold falls 1.5 % of its extent in one. Bodies that may touch move by no more
+// in a step, in extents; but no step is shorter than this share of the one at rest. Tried on 1,000
+// hulls and 1,000 rabbits that fall (docs/lab/steps.md); all for an accuracy of kUsualAccuracy.
+inline constexpr double kUsualAccuracy = 1e-3;
+inline constexpr double kStepAtRest = 0.12;
+inline constexpr double kMotionInStep = 0.15;
+inline constexpr double kShortestStep = 0.25;
+// Substeps: by loads, so that no contact is pressed in by more than this share of the accuracy; and
+// no longer than this, in sqrt(extent / g), nor than this, s.
+inline constexpr double kGiveOfAccuracy = 0.3;
+inline constexpr double kSubstepOfSize = 0.0075;
+inline constexpr double kLongestSubstep = 1.0 / 960;
+inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
+inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
 // Relaxations of the first substep, at least: what has just met finds its forces from nothing.
 inline constexpr int kFirstRelaxations = 4;
 // What comes nearer by more in a step, in extents, hits hard: its points are solved so often.

@@ -19,17 +19,18 @@ constexpr size_t kBodyGrain = 256;
 
 }  // namespace
 
-NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, double step_s,
+NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state,
                          const Vec3& gravity)
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
-      settings_{step_s, gravity.norm()},
+      settings_{0, gravity.norm()},
       gravity_(gravity),
       placed_(state.bodies.size()),
       stirs_(state.bodies.size()) {}
 
-void NarrowPhase::find(const PairFilter& filter) {
+void NarrowPhase::find(double step_s, const PairFilter& filter) {
+  settings_.step_s = step_s;
   parallel_for(bodies_.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) place(static_cast<uint32_t>(i));
   });

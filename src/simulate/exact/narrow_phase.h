@@ -12,12 +12,12 @@ namespace pilesim::exact {
 class NarrowPhase {
  public:
   // Works on the bodies and pairs of `state`; both must outlive it. `gravity` in m/s^2.
-  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, double step_s,
-              const Vec3& gravity);
+  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity);
 
-  // Finds the contacts of all pairs that `filter` lets touch (empty: all), and how they bounce.
+  // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`, and
+  // how they bounce.
   // What turns on its way to a contact of this step is moved there.
-  void find(const PairFilter& filter);
+  void find(double step_s, const PairFilter& filter);
 
   // When pairs have come or gone since: touching() anew.
   void list_touching();

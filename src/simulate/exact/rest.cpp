@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
@@ -17,28 +16,11 @@ constexpr size_t kGrain = 256;
 
 }  // namespace
 
-void DisjointSets::reset(size_t count) {
-  parent_.resize(count);
-  std::iota(parent_.begin(), parent_.end(), 0U);
-}
-
-uint32_t DisjointSets::find(uint32_t i) {
-  while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-  return i;
-}
-
-void DisjointSets::unite(uint32_t i, uint32_t j) {
-  i = find(i);
-  j = find(j);
-  parent_[std::max(i, j)] = std::min(i, j);
-}
-
 Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
-           double step_s, const Vec3& gravity)
+           const Vec3& gravity)
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
-      step_s_(step_s),
       constants_(model.bodies.size()) {
   const double g = gravity.norm();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
@@ -74,7 +56,8 @@ bool Rest::joins(uint32_t body) const {
   return bodies_[body].moves == Moves::by_contacts && !bodies_[body].put_to_sleep;
 }
 
-bool Rest::wake_islands(std::span<const uint32_t> touching) {
+bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
+  step_s_ = step_s;
   const auto stirs = [&](const Body& body) {  // a kinematic body that moves
     return body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0));
   };

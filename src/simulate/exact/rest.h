@@ -6,29 +6,20 @@
 #include <span>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "simulate/exact/state.h"
 
 namespace pilesim::exact {
-
-// Sets of things that are counted from 0.
-class DisjointSets {
- public:
-  void reset(size_t count);  // each alone
-  uint32_t find(uint32_t i);
-  void unite(uint32_t i, uint32_t j);
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 class Rest {
  public:
   // Works on the bodies, pairs and joints of `state`; all must outlive it.
   Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
-       double step_s, const Vec3& gravity);
+       const Vec3& gravity);
 
-  // With the step's contacts, which the pairs `touching` have. Whether anything was woken.
-  bool wake_islands(std::span<const uint32_t> touching);
+  // With the contacts of a step of `step_s`, which the pairs `touching` have. Whether anything was
+  // woken.
+  bool wake_islands(double step_s, std::span<const uint32_t> touching);
   // The partner's, while contacts are solved: it carries the body.
   void carry(uint32_t body);
   // Once they are solved.
@@ -57,7 +48,7 @@ class Rest {
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   std::vector<Body>& bodies_;
-  double step_s_;
+  double step_s_ = 0;  // of the step under way
   std::vector<BodyConstants> constants_;
   // Scratch of a step.
   DisjointSets islands_;

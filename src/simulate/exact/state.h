@@ -73,11 +73,10 @@ struct EngineState {
   RestingPairs resting;        // PairList
   std::vector<Joint> joints;   // nails and glue by id, then hinges; Engine
   ConstraintId next_nail = 0;  // Engine
-  int32_t load_steps = 0;      // in which something heavy lies on something light; StepSolver
 
   static void fields(auto& self, auto& stream) {
     stream(self.bodies, self.boxes, self.fresh, self.pairs, self.contacts, self.resting,
-           self.joints, self.next_nail, self.load_steps);
+           self.joints, self.next_nail);
   }
 
   std::span<Contact> contacts_of(const Pair& pair) {

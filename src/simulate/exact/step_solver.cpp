@@ -1,9 +1,9 @@
 #include "simulate/exact/step_solver.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
@@ -16,16 +16,11 @@ namespace {
 
 constexpr size_t kGrain = 128;
 
-SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) {
-  SolverSettings settings{.step_s = scene.actual_step_s(),
-                          .push_time_s = kUsualPushTime,
+SolverSettings settings_of(const Scene& scene, const Model& model) {
+  SolverSettings settings{.push_time_s = kUsualPushTime,
                           .push_speed = kUsualPushSpeed,
                           .gravity = scene.gravity,
                           .shared_sweeps = scene.simulator.solver_iterations};
-  if (is_few) {
-    settings.relaxations = kRelaxationsOfFew;
-    settings.is_thorough = true;
-  }
   const double gravity = scene.gravity.norm();
   double least_radius = std::numeric_limits<double>::infinity();
   for (const ModelBody& body : model.bodies) {
@@ -39,32 +34,34 @@ SolverSettings settings_of(const Scene& scene, const Model& model, bool is_few) 
   return settings;
 }
 
-bool has_few(const Model& model) {
-  return static_cast<size_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role)) <=
-         kFewBodies;
+// A contact or a joint is a spring that swings at a share of the rate of substeps, so a force F on
+// a mass m presses it in by F / (m w^2). The square of the rate, 1/s^2, that keeps this below
+// `most_m`.
+double rate2_of(double force_n, double inverse_mass, double most_m, double share_of_rate) {
+  const double turn = 2 * kPi * share_of_rate;
+  return force_n * inverse_mass / (most_m * turn * turn);
 }
 
-bool has_heavy(const Model& model) {
-  double least_kg = std::numeric_limits<double>::infinity(), most_kg = 0;
-  for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic) continue;
-    least_kg = std::min(least_kg, body.mass_kg);
-    most_kg = std::max(most_kg, body.mass_kg);
+// Substeps for `step_s` at a rate of at least sqrt(rate2) 1/s: 4, 6, 8, 12, 16, 24, ...
+int substeps_for(double step_s, double rate2) {
+  const double needed = step_s * std::sqrt(rate2);
+  int substeps = kLeastSubsteps;
+  while (substeps < kMostSubsteps && substeps < kAlmost * needed) {
+    const bool is_power = std::has_single_bit(static_cast<unsigned>(substeps));
+    substeps += is_power ? substeps / 2 : substeps / 3;
   }
-  return most_kg >= kHeavy * least_kg;
-}
-
-// What hits hard, or is sunk in a scene of few, is gone over more often.
-int rounds_over(std::span<const Contact> contacts, double shallow_m, bool is_few) {
-  int rounds = 1;
-  for (const Contact& contact : contacts) {
-    if (contact.hits) rounds = std::max(rounds, kHardRounds);
-    if (is_few && contact.distance_m < -shallow_m) rounds = std::max(rounds, kSunkRoundsOfFew);
-  }
-  return rounds;
+  return substeps;
 }
 
 }  // namespace
+
+// Bodies that are solved with as many substeps.
+struct StepSolver::Group {
+  int substeps;
+  std::vector<uint32_t> bodies;    // that move, in the order of `movers_`
+  std::vector<uint32_t> touching;  // pairs
+  std::vector<uint32_t> joints;
+};
 
 StepSolver::StepSolver(const Scene& scene, const Model& model,
                        std::span<const CollisionShape> shapes, EngineState& state)
@@ -72,83 +69,58 @@ StepSolver::StepSolver(const Scene& scene, const Model& model,
       state_(state),
       bodies_(state.bodies),
       resistance_(model),
-      is_few_(has_few(model)),
-      has_heavy_(has_heavy(model)),
-      settings_(settings_of(scene, model, is_few_)),
+      accuracy_(scene.accuracy),
+      settings_(settings_of(scene, model)),
       place_(model.bodies.size(), kNone) {
   settings_.has_torques = !resistance_.is_none();
 }
 
-Vec3 StepSolver::velocity(uint32_t body) const {
-  return is_few_ ? few_.velocity(place_[body]) : many_.velocity(place_[body]);
-}
-
-Vec3 StepSolver::spin(uint32_t body) const {
-  return is_few_ ? few_.spin(place_[body]) : many_.spin(place_[body]);
-}
+Vec3 StepSolver::velocity(uint32_t body) const { return solver_.velocity(place_[body]); }
+Vec3 StepSolver::spin(uint32_t body) const { return solver_.spin(place_[body]); }
 
 void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   if (linear.isZero(0) && angular.isZero(0)) return;
   met_[body] = 1;
-  if (is_few_) return few_.change_velocity(place_[body], linear, angular);
-  many_.change_velocity(place_[body], linear, angular);
+  solver_.change_velocity(place_[body], linear, angular);
 }
 
-void StepSolver::solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
-                       const std::function<void(int)>& partner) {
-  list_bodies(touching, ahead_s, static_cast<bool>(partner));
-  const int least_substeps = std::exchange(least_substeps_, 0);
-  if (moving_ == 0) return;
-  list_contacts(touching);
-  list_joints();
+void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
+                       std::span<const double> ahead_s, const std::function<void(int)>& partner) {
+  settings_.step_s = step_s;
   settings_.partner = partner;
-  settings_.substeps = is_few_ ? kSubstepsOfFew : kSubstepsOfMany;
-  settings_.substeps = std::max({settings_.substeps, least_substeps, substeps_of_loads(touching)});
-  if (std::ranges::any_of(solver_joints_, &SolverJoint::is_glue)) {
-    settings_.substeps = std::max(settings_.substeps, kSubstepsOfGlue);
+  list_bodies(touching, static_cast<bool>(partner));
+  if (movers_.empty()) return;
+  find_loads(touching);
+  broken_.clear();
+  for (const Group& group : this->group(touching, static_cast<bool>(partner))) {
+    solve(group, ahead_s);
   }
-  if (is_few_) {
-    few_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
-  } else {
-    many_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
-  }
+  // Hinges, which have no id of their own, never break.
+  std::ranges::sort(broken_);
+  std::erase_if(state_.joints,
+                [&](const Joint& joint) { return std::ranges::binary_search(broken_, joint.id); });
+}
+
+void StepSolver::solve(const Group& group, std::span<const double> ahead_s) {
+  settings_.substeps = group.substeps;
+  body_at_ = group.bodies;
+  moving_ = body_at_.size();
+  for (uint32_t i = 0; i < moving_; ++i) place_[body_at_[i]] = i;
+  make_bodies(ahead_s);
+  list_contacts(group.touching);
+  list_joints(group.joints);
+  solver_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
   take_over_bodies();
   take_over_joints();
+  for (size_t i = moving_; i < body_at_.size(); ++i) {
+    if (body_at_[i] != kNone) place_[body_at_[i]] = kNone;
+  }
 }
 
-// What lies under something much heavier gives by as many weights as it carries, times the square
-// of a substep.
-int StepSolver::substeps_of_loads(std::span<const uint32_t> touching) {
-  // For a while: springs that are soft when they are pressed in and stiff when they push back drive
-  // what rocks on them.
-  state_.load_steps = has_load(touching) ? kStepsOfLoad : std::max(0, state_.load_steps - 1);
-  return state_.load_steps > 0 ? kSubstepsOfLoad : 0;
-}
-
-bool StepSolver::has_load(std::span<const uint32_t> touching) const {
-  const double gravity = settings_.gravity.norm();
-  return has_heavy_ && gravity > 0 && std::ranges::any_of(touching, [&](uint32_t t) {
-           const Pair& pair = state_.pairs[t];
-           if (!bodies_[pair.a].is_awake() && !bodies_[pair.b].is_awake()) return false;
-           const bool a_is_light = bodies_[pair.a].mass_kg < bodies_[pair.b].mass_kg;
-           const Body &light = bodies_[a_is_light ? pair.a : pair.b],
-                      &heavy = bodies_[a_is_light ? pair.b : pair.a];
-           if (heavy.mass_kg < kHeavy * light.mass_kg || !(light.mass_kg > 0)) return false;
-           // A blow is no load.
-           const double slow =
-               kSlowLoad * std::sqrt(gravity * shapes_[light.shape].smallest_extent_m);
-           if ((heavy.velocity - light.velocity).norm() > slow) return false;
-           return std::ranges::any_of(state_.contacts_of(pair), [&](const Contact& contact) {
-             return contact.push_n > kLoad * light.mass_kg * gravity;
-           });
-         });
-}
-
-// Those that something may push come first: by the partner, any.
-void StepSolver::list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
-                             bool has_partner) {
+// Those that something may push: with a partner, any that is awake.
+void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partner) {
   std::ranges::fill(place_, kNone);
-  body_at_.clear();
+  movers_.clear();
   met_.assign(bodies_.size(), 0);
   for (const uint32_t t : touching) met_[state_.pairs[t].a] = met_[state_.pairs[t].b] = 1;
   for (const Joint& joint : state_.joints) {
@@ -156,15 +128,106 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, std::span<const
     if (joint.b != Joint::kWorld) met_[joint.b] = 1;
   }
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if ((met_[i] == 0 && !has_partner) || !bodies_[i].is_awake()) continue;
-    place_[i] = static_cast<uint32_t>(body_at_.size());
-    body_at_.push_back(i);
+    if ((met_[i] != 0 || has_partner) && bodies_[i].is_awake()) movers_.push_back(i);
   }
-  moving_ = body_at_.size();
-  if (!is_few_) {
-    order_.sort(body_at_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
-    for (uint32_t i = 0; i < moving_; ++i) place_[body_at_[i]] = i;
+  order_.sort(movers_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
+}
+
+// From the forces of the step before follows how frequent substeps must be for a body: one rule for
+// high stacks, large ratios of mass, and glue. Loads are averaged over the time in which a body
+// falls through its own size: an impact is no load, and springs that are soft when they are pressed
+// in and stiff when they push back would drive what rocks on them.
+void StepSolver::find_loads(std::span<const uint32_t> touching) {
+  loads_.assign(bodies_.size(), 0);
+  const auto is_moved = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
+  const auto add = [&](uint32_t a, uint32_t b, double force_n, double share_of_rate) {
+    double inverse_mass = 0, extent = std::numeric_limits<double>::infinity();
+    for (const uint32_t i : {a, b}) {
+      if (!is_moved(i)) continue;
+      inverse_mass += 1 / bodies_[i].mass_kg;
+      extent = std::min(extent, shape_of(i).smallest_extent_m);
+    }
+    if (inverse_mass == 0) return;
+    const double rate2 =
+        rate2_of(force_n, inverse_mass, accuracy_ * kGiveOfAccuracy * extent, share_of_rate);
+    for (const uint32_t i : {a, b}) {
+      if (is_moved(i)) loads_[i] = std::max(loads_[i], rate2);
+    }
+  };
+  for (const uint32_t t : touching) {
+    const Pair& pair = state_.pairs[t];
+    float force_n = 0;
+    for (const Contact& contact : state_.contacts_of(pair)) {
+      force_n = std::max(force_n, contact.push_n);
+    }
+    const bool both = is_moved(pair.a) && is_moved(pair.b);
+    if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate);
   }
+  for (const Joint& joint : state_.joints) {
+    add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b, joint.force_n.norm(), kJointRate);
+  }
+  const double gravity = settings_.gravity.norm();
+  for (const uint32_t i : movers_) {
+    Body& body = bodies_[i];
+    const double time_s =
+        gravity > 0 ? std::sqrt(shape_of(i).smallest_extent_m / gravity) : kUsualPushTime;
+    body.load_rate2 -= std::expm1(-settings_.step_s / time_s) * (loads_[i] - body.load_rate2);
+  }
+}
+
+// Its loads, and what a body that carries nothing needs to be stopped well.
+double StepSolver::rate2(uint32_t body) const {
+  const double scale = accuracy_ / kUsualAccuracy;
+  const double of_size = settings_.gravity.norm() /
+                         (kSubstepOfSize * kSubstepOfSize * shape_of(body).smallest_extent_m);
+  return std::max(
+      {bodies_[body].load_rate2, of_size / scale, 1 / (scale * kLongestSubstep * kLongestSubstep)});
+}
+
+// Islands that need as many substeps are solved together.
+std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touching,
+                                                 bool has_partner) {
+  const auto is_awake = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
+  islands_.reset(bodies_.size());
+  if (!has_partner) {
+    for (const uint32_t t : touching) {
+      const Pair& pair = state_.pairs[t];
+      if (is_awake(pair.a) && is_awake(pair.b)) islands_.unite(pair.a, pair.b);
+    }
+    for (const Joint& joint : state_.joints) {
+      if (joint.b == Joint::kWorld) continue;
+      if (is_awake(joint.a) && is_awake(joint.b)) islands_.unite(joint.a, joint.b);
+    }
+  } else {
+    for (const uint32_t i : movers_) islands_.unite(i, movers_.front());
+  }
+  loads_.assign(bodies_.size(), 0);  // of islands
+  for (const uint32_t i : movers_) {
+    double& of_island = loads_[islands_.find(i)];
+    of_island = std::max(of_island, rate2(i));
+  }
+  std::vector<Group> groups;
+  const auto group_of = [&](uint32_t body) -> Group& {
+    const int substeps = substeps_for(settings_.step_s, loads_[islands_.find(body)]);
+    const auto found = std::ranges::find(groups, substeps, &Group::substeps);
+    return found != groups.end() ? *found : groups.emplace_back(Group{.substeps = substeps});
+  };
+  for (const uint32_t i : movers_) group_of(i).bodies.push_back(i);
+  for (const uint32_t t : touching) {
+    const Pair& pair = state_.pairs[t];
+    if (!is_awake(pair.a) && !is_awake(pair.b)) continue;
+    group_of(is_awake(pair.a) ? pair.a : pair.b).touching.push_back(t);
+  }
+  for (uint32_t j = 0; j < state_.joints.size(); ++j) {
+    const Joint& joint = state_.joints[j];
+    const uint32_t b = joint.b == Joint::kWorld ? kNone : joint.b;
+    if (!is_awake(joint.a) && !is_awake(b)) continue;
+    group_of(is_awake(joint.a) ? joint.a : b).joints.push_back(j);
+  }
+  return groups;
+}
+
+void StepSolver::make_bodies(std::span<const double> ahead_s) {
   solver_bodies_.resize(moving_);
   parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -207,7 +270,6 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
     for (const uint32_t t : touching.subspan(begin, end - begin)) {
       const Pair& pair = state_.pairs[t];
       const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-      if (!a.is_awake() && !b.is_awake()) continue;
       const double friction = std::sqrt(a.friction * b.friction);
       const bool is_joined =
           !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
@@ -222,8 +284,9 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
           ++last;
         }
         const std::span<Contact> own = contacts.subspan(first, last - first);
-        ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, shallow, is_joined,
-                          rounds_over(own, shallow, is_few_), arms});
+        const int rounds = std::ranges::any_of(own, &Contact::hits) ? kHardRounds : 1;
+        ranges.push_back(
+            {own.data(), last - first, pair.a, pair.b, friction, shallow, is_joined, rounds, arms});
       }
     }
   });
@@ -250,15 +313,14 @@ bool StepSolver::is_torn(const Joint& joint) const {
          2 * std::atan2(turn.vec().norm(), std::abs(turn.w())) > joint.tears_rad;
 }
 
-void StepSolver::list_joints() {
+void StepSolver::list_joints(std::span<const uint32_t> joints) {
   solver_joints_.clear();
   joint_at_.clear();
   uint32_t nobody = kNone;
-  for (size_t i = 0; i < state_.joints.size(); ++i) {
+  for (const uint32_t i : joints) {
     const Joint& joint = state_.joints[i];
     const Body& a = bodies_[joint.a];
     const bool of_b = joint.b != Joint::kWorld;
-    if (!a.is_awake() && !(of_b && bodies_[joint.b].is_awake())) continue;
     if (!of_b && nobody == kNone) {
       nobody = static_cast<uint32_t>(solver_bodies_.size());
       solver_bodies_.push_back({Vec3::Zero(), Vec3::Zero()});
@@ -290,7 +352,6 @@ void StepSolver::list_joints() {
 }
 
 void StepSolver::take_over_joints() {
-  broken_.clear();
   for (size_t i = 0; i < joint_at_.size(); ++i) {
     Joint& joint = state_.joints[joint_at_[i]];
     joint.force_n = solver_joints_[i].force_n;
@@ -300,9 +361,6 @@ void StepSolver::take_over_joints() {
                             : solver_joints_[i].push_ns.norm() >= joint.breaking_impulse_ns;
     if (breaks) broken_.push_back(joint.id);
   }
-  // In the order of their ids; hinges, which have none of their own, never break.
-  std::erase_if(state_.joints,
-                [&](const Joint& joint) { return std::ranges::binary_search(broken_, joint.id); });
 }
 
 void StepSolver::take_over_bodies() {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "scene/scene.h"
 #include "simulate/exact/contact_solver.h"
 #include "simulate/exact/curve_order.h"
@@ -18,12 +19,12 @@ class StepSolver {
   StepSolver(const Scene& scene, const Model& model, std::span<const CollisionShape> shapes,
              EngineState& state);
 
-  // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by a
-  // step, less what they have made of it already (`ahead_s`, of each body). Before each sweep that
-  // it shares the partner is called; empty: there is none.
-  void solve(std::span<const uint32_t> touching, std::span<const double> ahead_s,
+  // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by
+  // `step_s`, less what they have made of it already (`ahead_s`, of each body). Each island gets
+  // the substeps that its loads need. Before each sweep that it shares the partner is called;
+  // empty: there is none.
+  void solve(double step_s, std::span<const uint32_t> touching, std::span<const double> ahead_s,
              const std::function<void(int)>& partner);
-  void solve_finely(int substeps) { least_substeps_ = substeps; }  // next time
   // Whether solve() has moved the body.
   bool has_moved(uint32_t body) const { return place_[body] != kNone; }
 
@@ -35,14 +36,17 @@ class StepSolver {
 
  private:
   static constexpr uint32_t kNone = ~uint32_t{0};
-  void list_bodies(std::span<const uint32_t> touching, std::span<const double> ahead_s,
-                   bool has_partner);
-  int substeps_of_loads(std::span<const uint32_t> touching);
-  bool has_load(std::span<const uint32_t> touching) const;
+  struct Group;
+  void list_bodies(std::span<const uint32_t> touching, bool has_partner);
+  void find_loads(std::span<const uint32_t> touching);
+  double rate2(uint32_t body) const;
+  std::vector<Group> group(std::span<const uint32_t> touching, bool has_partner);
+  void solve(const Group& group, std::span<const double> ahead_s);
+  void make_bodies(std::span<const double> ahead_s);
   void list_contacts(std::span<const uint32_t> touching);
   Quat bent(const Joint& joint) const;
   bool is_torn(const Joint& joint) const;
-  void list_joints();
+  void list_joints(std::span<const uint32_t> joints);
   void take_over_joints();
   void take_over_bodies();
   uint32_t place_of(uint32_t body);  // of one that is not moved: listed when it is asked for
@@ -52,15 +56,15 @@ class StepSolver {
   EngineState& state_;
   std::vector<Body>& bodies_;
   RollingResistance resistance_;
-  bool is_few_;
-  bool has_heavy_;  // some bodies are so much heavier than others
-  int least_substeps_ = 0;  // of the next solve()
+  double accuracy_;  // as Scene has it
   SolverSettings settings_;
-  ContactSolver<float> many_;
-  ContactSolver<double> few_;
+  ContactSolver<float> solver_;
   // Scratch of a step.
-  std::vector<uint32_t> place_;  // of bodies in the solver's list
-  std::vector<uint8_t> met_;     // bodies that a contact, a joint or the partner may push
+  std::vector<uint32_t> place_;   // of bodies in the solver's list
+  std::vector<uint8_t> met_;      // bodies that a contact, a joint or the partner may push
+  std::vector<uint32_t> movers_;  // those that are solved, in the order of a curve through space
+  DisjointSets islands_;
+  std::vector<double> loads_;  // 1/s^2: squares of rates of substeps, by body or island
   std::vector<SolverBody> solver_bodies_;
   std::vector<uint32_t> body_at_;
   CurveOrder order_;

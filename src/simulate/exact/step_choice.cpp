@@ -1,0 +1,55 @@
+#include "simulate/exact/step_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simulate/exact/exact_constants.h"
+
+namespace pilesim::exact {
+
+using namespace exact_constants;
+
+StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState& state,
+                       double gravity, double accuracy)
+    : shapes_(shapes), state_(state), gravity_(gravity), scale_(accuracy / kUsualAccuracy) {}
+
+double StepChoice::at_rest_s() const {
+  double extent = std::numeric_limits<double>::infinity();
+  for (const Body& body : state_.bodies) {
+    if (body.is_awake()) extent = std::min(extent, shapes_[body.shape].smallest_extent_m);
+  }
+  if (!std::isfinite(extent) || gravity_ == 0) return extent;
+  return kStepAtRest * std::sqrt(scale_ * extent / gravity_);
+}
+
+double StepChoice::longest_s(double at_rest_s) const {
+  double longest_s = at_rest_s;
+  for (const Pair& pair : state_.pairs) {
+    const Body &a = state_.bodies[pair.a], &b = state_.bodies[pair.b];
+    double extent = std::numeric_limits<double>::infinity();
+    for (const Body* body : {&a, &b}) {
+      if (body->is_awake()) extent = std::min(extent, shapes_[body->shape].smallest_extent_m);
+    }
+    const auto turning = [&](const Body& body) {
+      return body.spin.isZero(0) ? 0 : body.spin.norm() * shapes_[body.shape].radius_m;
+    };
+    const Vec3 velocity = b.velocity - a.velocity;
+    const double turning_m_s = turning(a) + turning(b);
+    const double speed = velocity.norm() + turning_m_s;
+    if (!(speed * longest_s > kMotionInStep * scale_ * extent)) continue;
+    // Bodies that cannot touch within the step do not matter.
+    const double apart =
+        static_cast<double>(pair.slack_m) - (b.moved - a.moved).norm() - a.turned_m - b.turned_m;
+    const double closing =
+        pair.toward.isZero(0)
+            ? speed
+            : std::max(0.0, -pair.toward.cast<double>().dot(velocity)) + turning_m_s;
+    const double fall = a.is_awake() != b.is_awake() ? gravity_ * longest_s * longest_s : 0;
+    if (apart > closing * longest_s + fall) continue;
+    longest_s = kMotionInStep * scale_ * extent / speed;
+  }
+  return std::max(longest_s, kShortestStep * at_rest_s);
+}
+
+}  // namespace pilesim::exact

@@ -1,0 +1,34 @@
+// How long a step may be, from the state of the engine alone.
+//
+// Contacts that are found again less often are wrong for longer: between two steps a body that hits
+// another moves on against a manifold that no longer fits it. So a step is short while bodies that
+// may touch move fast for their size, and long while the pile rests. How often contacts are solved
+// within a step is another question; see step_solver.h.
+#pragma once
+
+#include <span>
+
+#include "simulate/exact/state.h"
+
+namespace pilesim::exact {
+
+class StepChoice {
+ public:
+  // `state` must outlive it; `gravity` in m/s^2; `accuracy` as Scene has it.
+  StepChoice(std::span<const CollisionShape> shapes, const EngineState& state, double gravity,
+             double accuracy);
+
+  // s. The longest step of the bodies that are awake, for a pile at rest. Infinite: none is.
+  double at_rest_s() const;
+  // s, no more than `at_rest_s`, and no less than kShortestStep of it: by the pairs of the state,
+  // which must hold all that may touch within `at_rest_s`.
+  double longest_s(double at_rest_s) const;
+
+ private:
+  std::span<const CollisionShape> shapes_;
+  const EngineState& state_;
+  double gravity_;
+  double scale_;  // of lengths, by the accuracy
+};
+
+}  // namespace pilesim::exact
