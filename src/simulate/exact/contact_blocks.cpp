@@ -3,9 +3,7 @@
 //
 // Bodies are cut into parts by their order, contacts within a part are gone through by one thread,
 // whatever there are: so a sweep has few points at which threads wait for each other. Contacts
-// between parts come after, by graph colours. Parts depend on the number of contacts alone. In
-// scenes of few there are colours only: in what is stacked a pair beside one that is sunk is to be
-// gone over as often.
+// between parts come after, by graph colours. Parts depend on the number of contacts alone.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -26,11 +24,9 @@ constexpr uint32_t kBatch = 8;
 // Blocks that are not full yet, while contacts of a part are packed.
 constexpr size_t kOpen = 32;
 
-// Ranges that are gone over as often, and have as many points, had better be in one block.
-constexpr size_t kClasses = 2 * kMostOfPlane;
-size_t class_of(const ContactRange& range) {
-  return (range.rounds > 1 ? 0 : kMostOfPlane) + kMostOfPlane - range.count;
-}
+// Ranges that have as many points had better be in one block.
+constexpr size_t kClasses = kMostOfPlane;
+size_t class_of(const ContactRange& range) { return kMostOfPlane - range.count; }
 
 }  // namespace
 
@@ -40,13 +36,6 @@ void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
   order_.clear();
   batches_.clear();
   stage_first_ = {0};
-  if (is_thorough_) {
-    std::vector<uint32_t> all(contacts.size());
-    std::iota(all.begin(), all.end(), 0U);
-    colour(contacts, all);
-    size_points();
-    return;
-  }
   const size_t parts =
       std::bit_floor(std::clamp<size_t>(contacts.size() / kLeastOfPart, 1, kMostParts));
   std::vector<uint32_t> first;
@@ -154,13 +143,8 @@ void ContactSolver<T>::pack(std::span<const ContactRange> contacts,
   const auto close_all = [&] {
     for (size_t slot = 0; slot < kOpen; ++slot) close(slot);
   };
-  bool is_hard = true;
   for (const uint32_t i : which) {
     const ContactRange& c = contacts[i];
-    if (is_hard && c.rounds == 1) {
-      close_all();
-      is_hard = false;
-    }
     uint32_t taken = 0;
     if (c.a < moving_) taken |= open_of_[c.a];
     if (c.b < moving_) taken |= open_of_[c.b];
@@ -191,30 +175,21 @@ void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
       if (c.a < moving_) used[c.a] |= uint64_t{1} << free;
       if (c.b < moving_) used[c.b] |= uint64_t{1} << free;
     }
-    const size_t own = is_thorough_ ? kMostOfPlane - c.count : class_of(c);
-    buckets.push_back(static_cast<uint16_t>(free * kClasses + own));
+    buckets.push_back(static_cast<uint16_t>(free * kClasses + class_of(c)));
     ++next[buckets.back() + 1];
   }
   for (size_t k = 1; k < next.size(); ++k) next[k] += next[k - 1];
   const auto first = next;
   std::vector<uint32_t> sorted(which.size());
   for (size_t i = 0; i < which.size(); ++i) sorted[next[buckets[i]]++] = which[i];
-  const auto belong_together = [&](const ContactRange& c, const ContactRange& other) {
-    return is_thorough_ ? c.count == other.count : (c.rounds > 1) == (other.rounds > 1);
-  };
   for (size_t k = 0; k <= kColours; ++k) {
     const std::span<const uint32_t> own = std::span<const uint32_t>(sorted).subspan(
         first[k * kClasses], first[(k + 1) * kClasses] - first[k * kClasses]);
     if (own.empty()) continue;
     const auto before = static_cast<uint32_t>(blocks_.size());
     const size_t lanes = k < kColours ? kLanes : 1;
-    for (size_t begin = 0, end; begin < own.size(); begin = end) {
-      end = begin + 1;
-      while (end < own.size() && end < begin + lanes &&
-             belong_together(contacts[own[begin]], contacts[own[end]])) {
-        ++end;
-      }
-      add_block(contacts, own.subspan(begin, end - begin));
+    for (size_t begin = 0; begin < own.size(); begin += lanes) {
+      add_block(contacts, own.subspan(begin, std::min(lanes, own.size() - begin)));
     }
     const auto after = static_cast<uint32_t>(blocks_.size());
     // Beyond the last colour they may share bodies.

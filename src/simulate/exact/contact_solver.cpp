@@ -53,8 +53,8 @@ void ContactSolver<T>::gather_weights(Block& block) const {
 }
 
 template <typename T>
-void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies,
-                            double substep_s) {
+void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
+                            double gravity) {
   const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
@@ -62,8 +62,8 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
-      block.bounces = false;
-      block.rounds = 1;
+      block.has_impacts = false;
+      block.impact = block.passes = block.reached = {};
       std::span<Point> points(points_.data() + block.first_point, block.points);
       const std::span<PointStart> starts(starts_.data() + block.first_point, block.points);
       std::memset(static_cast<void*>(points.data()), 0, points.size_bytes());
@@ -75,7 +75,6 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
           continue;
         }
         const ContactRange& range = contacts[source];
-        block.rounds = std::max(block.rounds, range.rounds);
         block.a[i] = range.a;
         block.b[i] = range.b;
         const Contact* contact = range.contacts;
@@ -84,6 +83,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
           block.between[k][i] = static_cast<T>(contact->arm_b[e] - contact->arm_a[e]);
         }
         block.friction[i] = static_cast<T>(range.friction);
+        block.restitution[i] = static_cast<T>(range.restitution);
         block.shallow[i] = static_cast<T>(range.shallow_m);
         block.edged[i] = contact->is_round ? T{0} : T{1};
         const Softness& soft = range.is_joined                          ? rigid
@@ -92,8 +92,10 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
         block.rate[i] = static_cast<T>(soft.rate);
         block.mass_scale[i] = static_cast<T>(soft.mass_scale);
         block.force_scale[i] = static_cast<T>(soft.force_scale);
+        float load_n = 0;
         for (uint32_t p = 0; p < range.count; ++p, ++contact) {
           Point& point = points[p];
+          load_n += contact->push_n;
           for (size_t k = 0; k < 3; ++k) {
             const auto e = static_cast<Eigen::Index>(k);
             point.normal[k][i] = contact->normal[e];
@@ -106,8 +108,12 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
           starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
           starts[p].bounce[i] = std::max(0.0F, contact->bounce);
-          block.bounces = block.bounces || contact->bounce > 0;
+          if (contact->hits || contact->bounce > 0) block.impact[i] = 1;
         }
+        block.has_impacts = block.has_impacts || block.impact[i] > 0;
+        const T lighter = std::max(inverse_[range.a].v[6], inverse_[range.b].v[6]);
+        const bool is_loaded = gravity > 0 && lighter * load_n > kSupport * gravity;
+        block.passes[i] = is_loaded || range.restitution == 0 ? T{1} : T{0};
       }
       gather_weights(block);
       const Weights<T, Block> weights(block);
@@ -257,43 +263,40 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
-  for (int round = 0; round < block.rounds; ++round) {
-    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-      Point& point = points_[p];
-      const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
-      const Lanes3<T> arm_b = arm_a + between;
-      const L distance = L::load(point.now.data());
-      const L mass = L::load(point.mass_along.data());
-      const L old_push = L::load(point.push.data());
-      // Ahead of the surface: so fast that it is reached when the substep ends. Behind it: back,
-      // softly.
-      const auto ahead = distance > zero;
-      L bias, scale = one, give = zero;
-      if constexpr (kSoft) {
-        const L shallow = L::load(point.shallow.data());
-        const L slowly =
-            max(slow * (distance + shallow), mul_add(deeper, distance, zero - fastest));
-        const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
-        bias = select(ahead, distance * rate_ahead, undone);
-        scale = select(ahead, one, mass_scale);
-        give = select(ahead, zero, force_scale);
-      } else {
-        bias = select(ahead, distance * rate_ahead, zero);
-      }
-      Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
-      L push = neg_mul_add(mass * scale, dot(n, dv) + bias, old_push);
-      if constexpr (kSoft) push = neg_mul_add(give, old_push, push);
-      push = max(push, zero);
-      push.store(point.push.data());
-      const L pushed = push - old_push;
-      dv = add_scaled(dv, pushed, load3<T>(point.answer));
-
-      const Lanes3<T> old_friction = load3<T>(point.friction);
-      const Lanes3<T> held =
-          hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
-      store3<T>(held, point.friction);
-      weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    Point& point = points_[p];
+    const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
+    const Lanes3<T> arm_b = arm_a + between;
+    const L distance = L::load(point.now.data());
+    const L mass = L::load(point.mass_along.data());
+    const L old_push = L::load(point.push.data());
+    // Ahead of the surface: so fast that it is reached when the substep ends. Behind it: back,
+    // softly.
+    const auto ahead = distance > zero;
+    L bias, scale = one, give = zero;
+    if constexpr (kSoft) {
+      const L shallow = L::load(point.shallow.data());
+      const L slowly = max(slow * (distance + shallow), mul_add(deeper, distance, zero - fastest));
+      const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
+      bias = select(ahead, distance * rate_ahead, undone);
+      scale = select(ahead, one, mass_scale);
+      give = select(ahead, zero, force_scale);
+    } else {
+      bias = select(ahead, distance * rate_ahead, zero);
     }
+    Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
+    L push = neg_mul_add(mass * scale, dot(n, dv) + bias, old_push);
+    if constexpr (kSoft) push = neg_mul_add(give, old_push, push);
+    push = max(push, zero);
+    push.store(point.push.data());
+    const L pushed = push - old_push;
+    dv = add_scaled(dv, pushed, load3<T>(point.answer));
+
+    const Lanes3<T> old_friction = load3<T>(point.friction);
+    const Lanes3<T> held =
+        hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);
+    store3<T>(held, point.friction);
+    weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
   }
   scatter(block, g);
   if (block.holds_turning) hold_turning(block, false);
@@ -330,7 +333,7 @@ void ContactSolver<T>::make_substeps(const SolverSettings& settings,
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
-  bounce_all(settings);
+  solve_impacts(settings);
   for (int substep = 0; substep < settings.substeps; ++substep) {
     parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
@@ -394,7 +397,7 @@ void ContactSolver<T>::prepare(const SolverSettings& settings,
   });
   arrange(contacts);
   const double substep_s = settings.step_s / settings.substeps;
-  fill(contacts, bodies.size(), substep_s);
+  fill(contacts, bodies.size(), substep_s, settings.gravity.norm());
   torques_.clear();
   if (settings.has_torques) fill_torques(contacts, substep_s);
 }
@@ -423,7 +426,6 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
                              size_t moving, std::span<const ContactRange> contacts,
                              std::span<SolverJoint> joints) {
   moving_ = moving;
-  is_thorough_ = settings.is_thorough;
   is_small_ = contacts.size() < kLeastContacts;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
   fastest_ = static_cast<T>(settings.push_speed);

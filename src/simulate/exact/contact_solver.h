@@ -38,10 +38,9 @@ struct ContactRange {
   Contact* contacts;
   uint32_t count;
   uint32_t a, b;
-  double friction;
+  double friction, restitution;
   double shallow_m;  // overlaps beyond it are undone slowly
   bool is_joined;    // by a joint, which overlaps are not to strain
-  int rounds;        // over its points, in a sweep
   TorqueArms arms;   // of what holds back rolling and spinning
 };
 
@@ -89,8 +88,6 @@ struct SolverSettings {
   int relaxations = 1;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  // Of few: blows are followed to the last, and blocks are by colour alone.
-  bool is_thorough = false;
   bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
@@ -130,15 +127,18 @@ class ContactSolver {
     Row inverse_mass_a, inverse_mass_b;
     std::array<Row, 6> inertia_a, inertia_b;  // inverse; xx, yy, zz, xy, xz, yz
     Rows between;                             // m, centre a less centre b
-    Row friction, shallow;
+    Row friction, restitution, shallow;
     Row edged;                          // 0: a round side, 1: corners that turn
     Row rate, mass_scale, force_scale;  // of the softness
     uint32_t first_point, points;
-    int rounds;  // over the points, in a sweep
-    bool bounces;
     bool holds_turning;  // some lane's torque arms are not 0
-    bool is_settled;     // when blows were last gone over, its points came to agree
-    uint32_t visited;    // and when that was; see changed_
+    // Impacts; see bounce_solver.cpp. Lanes hold 1 or 0.
+    Row impact;        // its bodies collide in this round
+    Row passes;        // it passes impulses on without a bounce of its own
+    Row reached;       // it has part in this round
+    bool has_impacts;  // some lane does
+    bool is_settled;   // when last visited, its points came to agree
+    uint32_t visited;  // and when that was; see changed_
   };
   struct alignas(32) Point {
     Rows normal, arm;  // of a, m
@@ -152,11 +152,11 @@ class ContactSolver {
   // What sweeps do not ask for.
   struct alignas(32) PointStart {
     Row distance;  // m, as the step begins
-    Row bounce;    // m/s
+    Row bounce;    // m/s, at which an impact parts it; 0: at none
     Row slack;     // m, of the last substep
   };
-  // What a bounce gives, N s; not carried over.
-  struct alignas(32) Blow {
+  // What an impact gives, N s; not carried over.
+  struct alignas(32) Impulse {
     Row push;
     Rows friction;
   };
@@ -169,7 +169,7 @@ class ContactSolver {
     std::array<Row, 3> across_mass;  // kg m^2, of both; uu, vv, uv
     Row least_mass;                  // kg m^2, of the direction across that turns most easily
     Rows given;                      // N m s, on b
-    Rows blow;                       // N m s, in a bounce; not carried over
+    Rows blow;                       // N m s, in an impact; not carried over
   };
   struct Gathered;
   using V3 = Eigen::Matrix<T, 3, 1>;
@@ -189,7 +189,8 @@ class ContactSolver {
                std::span<const ContactRange> contacts);
   void take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                  std::span<const ContactRange> contacts);
-  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s);
+  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
+            double gravity);
   template <typename Visit>
   void for_blocks(const Visit& visit);
   void measure(Block& block, bool is_last);
@@ -209,9 +210,12 @@ class ContactSolver {
   void give(SolverJoint& joint, const std::vector<SolverBody>& bodies, const Vec3& push,
             const Vec3& twist);
   void turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
-  void bounce_all(const SolverSettings& settings);
-  bool is_to_bounce(const Block& block) const;
-  bool bounce(Block& block, T inverse_step, uint32_t now);
+  void solve_impacts(const SolverSettings& settings);
+  void converge(const SolverSettings& settings);
+  bool is_to_visit(const Block& block) const;
+  bool collide(Block& block, T inverse_step, uint32_t now);
+  void accelerate(T inverse_step, uint32_t begin, uint32_t end);
+  void find_impacts(Block& block, const SolverSettings& settings, bool is_last);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
   Gathered gather(const Block& block) const;
@@ -245,14 +249,15 @@ class ContactSolver {
   std::vector<Point> points_;
   std::vector<PointStart> starts_;  // beside points_
   std::vector<Torque> torques_;     // beside points_, where something holds back turning
-  // Where something bounces: beside points_; whether a blow has reached a body, beside motions_,
-  // and what does not count as one, m/s: less than gravity gives in a step; and when blows have
-  // last changed its velocity, counted in visits of blocks in their order.
-  std::vector<Blow> blows_;
+  // Impacts: beside points_ what they give, what they gave before the sweep, and what the last step
+  // changed of it; beside motions_ whether an impulse has reached a body, when impulses have last
+  // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_
+  // (m/s): what gravity gives in a step; less is no impact.
+  std::vector<Impulse> impulses_, former_, directions_;
   std::vector<uint8_t> struck_;
   std::vector<uint32_t> changed_;
-  T least_blow_ = 0;
-  bool is_thorough_ = false;
+  std::vector<Motion> by_change_, by_direction_;
+  T least_impact_ = 0;
   bool is_small_ = false;  // for one thread
 };
 

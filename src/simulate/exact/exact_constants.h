@@ -123,19 +123,21 @@ inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
 inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
 // Relaxations of the first substep, at least: what has just met finds its forces from nothing.
 inline constexpr int kFirstRelaxations = 4;
-// What comes nearer by more in a step, in extents, hits hard: its points are solved so often.
+// What comes nearer by more in a step, in extents, collides: it is solved as an impact.
 inline constexpr double kHard = 0.01;
-inline constexpr int kHardRounds = 8;
-// Contacts that bounce find the speeds at which they part in at most so many sweeps, the points of
-// a pair solved one after the other as often in each, until nothing changes by more than this
-// share: of its blow, or of what gravity gives in a step. Tried on 225 boxes that fall on a corner
-// each, against the blow's equations, and on boxes that fall on a stack. With 20 rounds 1,000 hulls
-// at 1/60 s take 1.2 times as long as with 4, with which one body of presets/hard/thin_wall.json
-// is pressed into the wall. In scenes of many what a blow only passes through is gone over once in
-// a sweep: the next comes to it again.
-inline constexpr int kBounceSweeps = 20;
-inline constexpr int kBounceRounds = 8;
-inline constexpr double kSameBlow = 1e-3;
+// Impacts: at most so many sweeps of a round, and in each so many iterations over the points of a
+// pair, until nothing changes the velocities by more than this share: of what the heavier of the
+// two has felt, or of what gravity gives in a step. Tried on 225 boxes that fall on a corner each,
+// against the equations of their impacts, and on boxes that fall on a stack.
+inline constexpr int kImpactSweeps = 20;
+inline constexpr int kImpactIterations = 8;
+inline constexpr double kSameImpulse = 1e-4;
+// From this sweep on the sweeps of an island are combined.
+inline constexpr int kPlainSweeps = 1;
+// Rounds of impacts in a step: a row of so many bodies passes an impulse on in one.
+inline constexpr int kImpactRounds = 32;
+// A contact that has carried such a share of the weight of the lighter body passes impulses on.
+inline constexpr double kSupport = 0.1;
 // What all but reaches another within the step, to this share of its way, hits it.
 inline constexpr double kAsGood = 0.01;
 // Overlaps beyond this, in extents, fall by e in this time, in sqrt(r / g) of the smallest body,

@@ -152,7 +152,7 @@ void ContactSolver<T>::hold_turning(const Block& block, bool of_blow) {
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     Torque& torque = torques_[p];
     Rows& given = of_blow ? torque.blow : torque.given;
-    const L push = L::load(of_blow ? blows_[p].push.data() : points_[p].push.data());
+    const L push = L::load(of_blow ? impulses_[p].push.data() : points_[p].push.data());
     const Lanes3<T> n = load3<T>(points_[p].normal), u = load3<T>(torque.across), v = cross(n, u);
     const Lanes3<T> old = load3<T>(given);
     const L most_along = L::load(torque.spinning.data()) * push;

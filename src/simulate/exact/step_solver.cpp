@@ -271,6 +271,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
       const Pair& pair = state_.pairs[t];
       const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
       const double friction = std::sqrt(a.friction * b.friction);
+      const double restitution = std::sqrt(a.restitution * b.restitution);
       const bool is_joined =
           !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
       const TorqueArms arms = resistance_.between(pair.a, pair.b);
@@ -284,9 +285,8 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
           ++last;
         }
         const std::span<Contact> own = contacts.subspan(first, last - first);
-        const int rounds = std::ranges::any_of(own, &Contact::hits) ? kHardRounds : 1;
-        ranges.push_back(
-            {own.data(), last - first, pair.a, pair.b, friction, shallow, is_joined, rounds, arms});
+        ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, restitution, shallow,
+                          is_joined, arms});
       }
     }
   });

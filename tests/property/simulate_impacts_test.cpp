@@ -1,0 +1,208 @@
+// Impacts: a centred one is symmetric, and impulses go through rows.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "simulate/modes/make_simulator.h"
+#include "support/small_model.h"
+#include "support/small_simulation.h"
+
+namespace pilesim {
+namespace {
+
+// A heavy body falls on a light cube that lies on the ground, or on a plate on two cubes, all
+// centred.
+struct HeavyImpact {
+  std::string heavy;  // or "plate"
+  double ratio, restitution;
+  int step_hz;
+  int others = 0;  // bodies elsewhere
+};
+
+struct Outcome {
+  double tilt_deg = 0, sideways_m = 0;  // most of any body
+  double height_m = 0;                  // of the heavy one above where it should lie, at the end
+};
+
+constexpr double kEdge = 0.5;  // m
+
+SmallModel model_of(const HeavyImpact& impact) {
+  constexpr double kDrop = 0.5;  // m
+  SmallModel m;
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.step_s = 1.0 / impact.step_hz;
+  m.body(m.plane(), m.material(impact.restitution, 0.5), Vec3::Zero(), Role::fixed);
+  const Quat turn(Eigen::AngleAxisd(kPi / 6, Vec3::UnitY()));
+  const auto put = [&](uint32_t shape, double mass_kg, const Vec3& place) {
+    const double density = mass_kg / m.model.shapes[shape].mass.volume_m3;
+    m.body(shape, m.material(impact.restitution, 0.5, density), Vec3(1.37, 0, 0.29) + turn * place)
+        .pose.orientation = turn;
+  };
+  double top = kEdge, half = kEdge / 2;
+  uint32_t heavy = 0;
+  if (impact.heavy == "plate") {
+    const uint32_t support = m.box(Vec3::Constant(0.3));
+    for (const double x : {-0.6, 0.6}) put(support, 1, {x, 0.15, 0});
+    put(m.box({1.5, 0.1, 0.4}), 1, {0, 0.35, 0});
+    top = 0.4;
+    heavy = m.box(Vec3::Constant(kEdge));
+  } else {
+    put(m.box(Vec3::Constant(kEdge)), 1, {0, kEdge / 2, 0});
+    if (impact.heavy == "box") heavy = m.box(Vec3::Constant(kEdge));
+    if (impact.heavy == "ball") heavy = m.sphere(kEdge / 2);
+    if (impact.heavy == "cylinder") {
+      heavy = m.cylinder(kEdge / 2, 1);
+      half = 0.5;
+    }
+    if (impact.heavy == "hull") {  // a prism of seven sides
+      std::vector<Vec3> points;
+      half = 0.4;
+      for (int k = 0; k < 7; ++k) {
+        const double angle = 2 * kPi * k / 7;
+        for (const double y : {-half, half}) {
+          points.push_back({0.22 * std::cos(angle), y, 0.22 * std::sin(angle)});
+        }
+      }
+      heavy = m.hull(points);
+    }
+  }
+  put(heavy, impact.ratio, {0, top + half + kDrop, 0});
+  const uint32_t other = m.box(Vec3::Constant(0.2)), stuff = m.material(impact.restitution, 0.5);
+  for (int i = 0; i < impact.others; ++i) {
+    m.body(other, stuff, {5 + 0.25 * (i % 10), 0.3 + 0.25 * (i / 100), 0.25 * (i / 10 % 10)});
+  }
+  return m;
+}
+
+Outcome outcome_of(const HeavyImpact& impact) {
+  const SmallModel m = model_of(impact);
+  const size_t count = m.model.bodies.size() - static_cast<size_t>(impact.others);
+  const auto simulator = make_simulator(m.scene, m.model);
+  Outcome outcome;
+  for (int frame = 0; frame < 75; ++frame) {
+    simulator->step_frame();
+    const BodyStates& states = simulator->states();
+    for (size_t i = 1; i < count; ++i) {
+      const Vec3 up = states.orientation[i] * Vec3::UnitY();
+      const double tilt = 180 / kPi * std::asin(std::min(1.0, std::hypot(up.x(), up.z())));
+      const bool rolls = impact.heavy == "ball" && i + 1 == count;
+      if (!rolls) outcome.tilt_deg = std::max(outcome.tilt_deg, tilt);
+      const Vec3 drift = states.position[i] - m.model.bodies[i].pose.position;
+      outcome.sideways_m = std::max(outcome.sideways_m, std::hypot(drift.x(), drift.z()));
+    }
+  }
+  const double start = m.model.bodies[count - 1].pose.position.y();
+  outcome.height_m = simulator->states().position[count - 1].y() - (start - 0.5);
+  return outcome;
+}
+
+void expect_symmetric(const HeavyImpact& impact) {
+  const Outcome outcome = outcome_of(impact);
+  SCOPED_TRACE(impact.heavy + " of " + std::to_string(impact.ratio) + " kg, restitution " +
+               std::to_string(impact.restitution) + ", 1/" + std::to_string(impact.step_hz) + " s");
+  EXPECT_LT(outcome.tilt_deg, 2);
+  EXPECT_LT(outcome.sideways_m, 0.1 * kEdge);
+  EXPECT_NEAR(outcome.height_m, 0, 0.02 * kEdge);
+}
+
+TEST(Impacts, ACentredOneOfAHeavyBodyIsSymmetric) {
+  for (const int step_hz : {60, 240}) {
+    for (const double restitution : {0.0, 0.3}) {
+      for (const char* heavy : {"cylinder", "box", "ball", "hull", "plate"}) {
+        for (const double ratio : {1.0, 10.0, 60.0, 100.0}) {
+          expect_symmetric({heavy, ratio, restitution, step_hz});
+        }
+      }
+    }
+  }
+}
+
+// What happens elsewhere changes nothing.
+TEST(Impacts, ACentredOneIsSymmetricBesideManyBodies) {
+  for (const char* heavy : {"cylinder", "box"}) {
+    for (const double ratio : {10.0, 60.0}) expect_symmetric({heavy, ratio, 0, 240, 200});
+  }
+}
+
+// Bodies in a row along x.
+struct Row {
+  std::vector<double> masses_kg, speeds_m_s, gaps_m;
+  double restitution;
+  int step_hz;
+  bool boxes = false;
+};
+
+constexpr double kRadius = 0.02, kApart = 0.0401;  // m
+
+// m/s, when all is over.
+std::vector<double> speeds_after(const Row& row) {
+  SmallModel m;
+  m.scene.gravity = Vec3::Zero();
+  m.scene.simulator.engine = EngineKind::exact;
+  m.scene.step_s = 1.0 / row.step_hz;
+  const uint32_t shape = row.boxes ? m.box(Vec3::Constant(2 * kRadius)) : m.sphere(kRadius);
+  const double volume = m.model.shapes[shape].mass.volume_m3;
+  double x = 0;
+  for (size_t i = 0; i < row.masses_kg.size(); ++i) {
+    if (i > 0) x += 2 * kRadius + row.gaps_m[i - 1];
+    const uint32_t material = m.material(row.restitution, 0, row.masses_kg[i] / volume);
+    m.body(shape, material, {x, 0, 0}).linear_velocity = {row.speeds_m_s[i], 0, 0};
+  }
+  const auto simulator = make_simulator(m.scene, m.model);
+  run(*simulator, 30);
+  std::vector<double> speeds;
+  for (const Vec3& velocity : simulator->states().linear_velocity) speeds.push_back(velocity.x());
+  return speeds;
+}
+
+// The first ball stops, the last leaves, whether they touch or a step jumps over the gaps.
+TEST(Impacts, ARowPassesAnImpulseOn) {
+  for (const int step_hz : {60, 240}) {
+    for (const bool boxes : {false, true}) {
+      for (const double gap : {0.0, 1e-6, 1e-4, 1e-3, 1e-2, kRadius}) {
+        for (size_t count = 2; count <= 10; ++count) {
+          std::vector<double> masses(count, 1), speeds(count, 0), gaps(count - 1, gap);
+          speeds[0] = 1;
+          gaps[0] = kApart;
+          const std::vector<double> after = speeds_after({masses, speeds, gaps, 1, step_hz, boxes});
+          for (size_t i = 0; i < count; ++i) {
+            EXPECT_NEAR(after[i], i + 1 == count ? 1 : 0, 1e-3)
+                << i << " of " << count << ", gap " << gap << ", 1/" << step_hz << " s";
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Impacts, AsManyLeaveARowAsHitIt) {
+  for (const double gap : {0.0, 1e-4, 1e-2}) {
+    const std::vector<double> after =
+        speeds_after({{1, 1, 1, 1, 1}, {1, 1, 0, 0, 0}, {gap, kApart, gap, gap}, 1, 240});
+    for (size_t i = 0; i < 5; ++i) EXPECT_NEAR(after[i], i < 3 ? 0 : 1, 1e-3) << i << " " << gap;
+  }
+}
+
+// Two bodies at a time: the hit one takes (1 + e) m1 / (m1 + m2) of the speed.
+TEST(Impacts, ARowOfUnequalBodiesCollidesTwoByTwo) {
+  for (const double gap : {0.0, 1e-4, 1e-2}) {
+    const std::vector<double> falling = speeds_after({{4, 2, 1}, {1, 0, 0}, {kApart, gap}, 1, 240});
+    EXPECT_NEAR(falling[0], 1.0 / 3, 1e-3);
+    EXPECT_NEAR(falling[1], 4.0 / 9, 1e-3);
+    EXPECT_NEAR(falling[2], 16.0 / 9, 1e-3);
+    const std::vector<double> rising = speeds_after({{1, 2, 4}, {1, 0, 0}, {kApart, gap}, 1, 240});
+    EXPECT_NEAR(rising[0], -1.0 / 3, 1e-3);
+    EXPECT_NEAR(rising[1], -2.0 / 9, 1e-3);
+    EXPECT_NEAR(rising[2], 4.0 / 9, 1e-3);
+    const std::vector<double> lossy =
+        speeds_after({{1, 1, 1, 1}, {1, 0, 0, 0}, {kApart, gap, gap}, 0.5, 240});
+    EXPECT_NEAR(lossy[3], 0.75 * 0.75 * 0.75, 1e-3);
+    EXPECT_NEAR(lossy[0] + lossy[1] + lossy[2] + lossy[3], 1, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace pilesim
