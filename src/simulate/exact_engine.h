@@ -70,8 +70,6 @@ class ExactEngine {
   virtual ConstraintId add_glue(const GlueSpot& spot) = 0;
   virtual void remove_constraint(ConstraintId constraint) = 0;
   virtual bool holds(ConstraintId constraint) const = 0;
-  // The step to come, with so many substeps at least: what is piled high gives less.
-  virtual void solve_finely(int substeps) = 0;
 
   // Which pairs of bodies touch at all, asked in every step; none: all.
   virtual void set_pair_filter(PairFilter filter) = 0;

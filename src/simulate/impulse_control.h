@@ -46,8 +46,6 @@ class ImpulseControl : public BodyControl {
   virtual ConstraintId add_glue(const GlueSpot& spot) = 0;      // likewise
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
   virtual bool holds(ConstraintId constraint) const = 0;        // neither ended nor broken
-  // The coming step, with so many substeps at least.
-  virtual void solve_finely(int substeps) = 0;
 
   // Sets the bits of `mask` in the body's flags (BodyFlag), which nothing else here uses.
   virtual void mark(uint32_t body, uint8_t mask, uint8_t flags) = 0;

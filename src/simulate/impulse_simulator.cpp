@@ -63,7 +63,6 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   ConstraintId add_glue(const GlueSpot& spot) override { return exact_.add_glue(spot); }
   void remove_constraint(ConstraintId constraint) override { exact_.remove_constraint(constraint); }
   bool holds(ConstraintId constraint) const override { return exact_.holds(constraint); }
-  void solve_finely(int substeps) override { exact_.solve_finely(substeps); }
   void mark(uint32_t body, uint8_t mask, uint8_t flags) override;
   void save(StateWriter& writer) const override;
   void load(StateReader& reader) override;
@@ -163,7 +162,9 @@ FrameStatistics ImpulseSimulator::step_frame() {
 int ImpulseSimulator::choose_step() {
   constexpr double kRounding = 1e-6;  // a frame takes no step more for it
   const double rest_s = life_.rest_of_frame_s();
-  const double longest_s = scene_.step_s ? *scene_.step_s : exact_.longest_step_s(rest_s);
+  // Directors of guides count steps.
+  const bool is_fixed = scene_.step_s || scene_.guide;
+  const double longest_s = is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s);
   const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));
   life_.set_step(rest_s / steps);
   exact_.set_step(life_.step_s());

@@ -190,7 +190,6 @@ struct NotedNails final : ImpulseControl {
   ConstraintId add_glue(const GlueSpot& /*spot*/) override { return next++; }
   void remove_constraint(ConstraintId constraint) override { nails.erase(constraint); }
   bool holds(ConstraintId constraint) const override { return nails.contains(constraint); }
-  void solve_finely(int) override {}
   void mark(uint32_t /*body*/, uint8_t /*mask*/, uint8_t /*flags*/) override {}
 
   const Column& column;

@@ -36,8 +36,6 @@ void GlueDirector::direct(ImpulseControl& control) {
     control_step(control);
     state_.control_s += watch.seconds();
   }
-  // What stands without glue, too: a high pile that is soft leans until it falls.
-  if (is_as_analysed()) control.solve_finely(substeps());
   ++state_.step;
 }
 
@@ -308,13 +306,6 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
   if (gone > kMostGone * of_last) {
     for (PairLine& line : state_.forces) line.until_s = std::min(line.until_s, control.time_s());
   }
-}
-
-// What carries much gives much: as many weights times the square of the substep.
-int GlueDirector::substeps() const {
-  const double force = state_.figures ? state_.figures->largest_force : 0;
-  if (force > kGreatestForce) return kSubstepsOfGreatestForces;
-  return force > kGreatForce ? kSubstepsOfGreatForces : kSubstepsOfForces;
 }
 
 // While forces of the last analysis last: the others ended before it.

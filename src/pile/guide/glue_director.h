@@ -105,7 +105,6 @@ class GlueDirector final : public PileHolder {
   void note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
                    const GlueSolution& solution, std::span<const GlueThere> there = {});
   void end_forces(const ImpulseControl& control);
-  int substeps() const;
   bool is_as_analysed() const;
   void put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
               std::span<const GlueSolution> cases);

@@ -58,11 +58,6 @@ inline constexpr double kGlueWidth = 0.3;
 inline constexpr double kGlueTilt = 0.05;
 // In which a pile has come to touch what it stands on.
 inline constexpr int kStepsOfStart = 4;
-// Substeps of a step while forces of an analysis hold, and where one of them is greater than so
-// many mean weights: a pile is as soft as a force is great, and by the square of a substep.
-inline constexpr int kSubstepsOfForces = 16, kSubstepsOfGreatForces = 32,
-                     kSubstepsOfGreatestForces = 64;
-inline constexpr double kGreatForce = 50, kGreatestForce = 1000;
 // What has less glue than it needs is analysed anew where a body of it has moved by so much, in r.
 inline constexpr double kSlumps = 0.2;
 // ... and is as slow as this, in sqrt(g r), as what a hit has left is, too.

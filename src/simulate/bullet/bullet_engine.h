@@ -57,7 +57,6 @@ class BulletEngine final : public ExactEngine {
   bool holds(ConstraintId constraint) const override;
   double longest_step_s(double) override { return step_s_; }
   void set_step(double step_s) override { step_s_ = step_s; }
-  void solve_finely(int) override {}  // it has no substeps
   void set_pair_filter(PairFilter filter) override { dispatcher_.filter = std::move(filter); }
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;

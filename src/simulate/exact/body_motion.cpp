@@ -9,8 +9,7 @@ using namespace exact_constants;
 
 // What contacts have given in a substep they give in the next, too: to that is added gravity, and
 // the partner's contacts.
-template <typename T>
-void ContactSolver<T>::pull(size_t i, const SolverSettings& settings, T h, bool first) {
+void ContactSolver::pull(size_t i, const SolverSettings& settings, T h, bool first) {
   const T share = 1 / static_cast<T>(settings.substeps);
   Motion& motion = motions_[i];
   Motion& pulled = pulled_[i];
@@ -27,8 +26,7 @@ void ContactSolver<T>::pull(size_t i, const SolverSettings& settings, T h, bool 
   for (size_t k = 0; k < 6; ++k) motion.v[k] += gained.v[k];
 }
 
-template <typename T>
-void ContactSolver<T>::move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s) {
+void ContactSolver::move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s) {
   const T h = substep_s * static_cast<T>(body.share);
   const Motion& motion = motions_[i];
   Shift& shift = shifts_[i];
@@ -63,8 +61,7 @@ void ContactSolver<T>::move(const SolverBody& body, size_t i, const Vec3& gravit
 }
 
 // Of what turns fast the axis turns too.
-template <typename T>
-void ContactSolver<T>::turn_freely(const SolverBody& body, size_t i, double h) {
+void ContactSolver::turn_freely(const SolverBody& body, size_t i, double h) {
   Motion& motion = motions_[i];
   Shift& shift = shifts_[i];
   Quat turn(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
@@ -81,32 +78,27 @@ void ContactSolver<T>::turn_freely(const SolverBody& body, size_t i, double h) {
   }
 }
 
-template <typename T>
-Vec3 ContactSolver<T>::velocity(uint32_t body) const {
+Vec3 ContactSolver::velocity(uint32_t body) const {
   const Motion& motion = motions_[body];
   return Vec3(motion.v[0], motion.v[1], motion.v[2]);
 }
 
-template <typename T>
-Vec3 ContactSolver<T>::spin(uint32_t body) const {
+Vec3 ContactSolver::spin(uint32_t body) const {
   const Motion& motion = motions_[body];
   return Vec3(motion.v[3], motion.v[4], motion.v[5]);
 }
 
-template <typename T>
-Quat ContactSolver<T>::turn_of(uint32_t body) const {
+Quat ContactSolver::turn_of(uint32_t body) const {
   const Shift& shift = shifts_[body];
   return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
 }
 
-template <typename T>
-Vec3 ContactSolver<T>::way_of(uint32_t body) const {
+Vec3 ContactSolver::way_of(uint32_t body) const {
   const Shift& shift = shifts_[body];
   return Vec3(shift.v[0], shift.v[1], shift.v[2]);
 }
 
-template <typename T>
-void ContactSolver<T>::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+void ContactSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   add_velocity(body, linear, angular);
   for (size_t k = 0; k < 3; ++k) {
     given_[body].v[k] += static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
@@ -114,32 +106,12 @@ void ContactSolver<T>::change_velocity(uint32_t body, const Vec3& linear, const 
   }
 }
 
-template <typename T>
-void ContactSolver<T>::add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+void ContactSolver::add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   Motion& motion = motions_[body];
   for (size_t k = 0; k < 3; ++k) {
     motion.v[k] += static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
     motion.v[k + 3] += static_cast<T>(angular[static_cast<Eigen::Index>(k)]);
   }
 }
-
-template void ContactSolver<float>::pull(size_t, const SolverSettings&, float, bool);
-template void ContactSolver<float>::move(const SolverBody&, size_t, const Vec3&, float);
-template Vec3 ContactSolver<float>::velocity(uint32_t) const;
-template Vec3 ContactSolver<float>::spin(uint32_t) const;
-template Quat ContactSolver<float>::turn_of(uint32_t) const;
-template Vec3 ContactSolver<float>::way_of(uint32_t) const;
-template void ContactSolver<float>::change_velocity(uint32_t, const Vec3&, const Vec3&);
-template void ContactSolver<float>::add_velocity(uint32_t, const Vec3&, const Vec3&);
-template void ContactSolver<float>::turn_freely(const SolverBody&, size_t, double);
-template void ContactSolver<double>::pull(size_t, const SolverSettings&, double, bool);
-template void ContactSolver<double>::move(const SolverBody&, size_t, const Vec3&, double);
-template Vec3 ContactSolver<double>::velocity(uint32_t) const;
-template Vec3 ContactSolver<double>::spin(uint32_t) const;
-template Quat ContactSolver<double>::turn_of(uint32_t) const;
-template Vec3 ContactSolver<double>::way_of(uint32_t) const;
-template void ContactSolver<double>::change_velocity(uint32_t, const Vec3&, const Vec3&);
-template void ContactSolver<double>::add_velocity(uint32_t, const Vec3&, const Vec3&);
-template void ContactSolver<double>::turn_freely(const SolverBody&, size_t, double);
 
 }  // namespace pilesim::exact

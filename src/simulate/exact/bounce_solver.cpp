@@ -21,8 +21,7 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-template <typename T>
-void ContactSolver<T>::solve_impacts(const SolverSettings& settings) {
+void ContactSolver::solve_impacts(const SolverSettings& settings) {
   if (std::ranges::none_of(blocks_, &Block::has_impacts)) return;
   former_.resize(points_.size());
   least_impact_ = static_cast<T>(settings.step_s * settings.gravity.norm());
@@ -38,8 +37,7 @@ void ContactSolver<T>::solve_impacts(const SolverSettings& settings) {
 
 // The impacts of a round. Only what they reach is visited, and again only when what was found there
 // no longer holds.
-template <typename T>
-void ContactSolver<T>::converge(const SolverSettings& settings) {
+void ContactSolver::converge(const SolverSettings& settings) {
   struck_.assign(motions_.size(), 0);
   changed_.assign(motions_.size(), 0);
   for (Block& block : blocks_) {
@@ -66,8 +64,7 @@ void ContactSolver<T>::converge(const SolverSettings& settings) {
 }
 
 // Whether its points do not agree yet, or impulses have changed what its bodies do since.
-template <typename T>
-HWY_INLINE bool ContactSolver<T>::is_to_visit(const Block& block) const {
+HWY_INLINE bool ContactSolver::is_to_visit(const Block& block) const {
   if (!block.is_settled) return true;
   uint32_t last = 0;
   for (size_t i = 0; i < kLanes; ++i) {
@@ -78,8 +75,7 @@ HWY_INLINE bool ContactSolver<T>::is_to_visit(const Block& block) const {
 
 // What collides is to part at its speed; what an impulse has reached, and passes it on, is not to
 // come nearer than it was. The rest is left alone. Whether it has changed anything.
-template <typename T>
-bool ContactSolver<T>::collide(Block& block, T inverse_step, uint32_t now) {
+bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
   using L = Lanes<T>;
   bool is_reached = false;
   for (size_t i = 0; i < kLanes; ++i) {
@@ -165,8 +161,7 @@ bool ContactSolver<T>::collide(Block& block, T inverse_step, uint32_t now) {
 // has changed of the impulses and e what the step before it has, so that least is left of
 // sum(impulse (velocity / 2 - target)): a system of two unknowns. Only points that push have part,
 // and go on no farther than to where the first of them would pull.
-template <typename T>
-void ContactSolver<T>::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
+void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
   struct Island {
     bool is_open = false;  // the sweep has changed something
     double dd = 0, de = 0, ee = 0, d = 0, e = 0, noise = 0, s = 0, t = 0, part = 1;
@@ -314,8 +309,7 @@ void ContactSolver<T>::accelerate(T inverse_step, uint32_t begin, uint32_t end) 
 // What comes nearer now that impulses have changed the velocities of its bodies: it collides in the
 // next round if it reaches the other within the step, and keeps its speed until then if it does
 // not. In the last round nothing bounces any more, and all pass impulses on.
-template <typename T>
-void ContactSolver<T>::find_impacts(Block& block, const SolverSettings& settings, bool is_last) {
+void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, bool is_last) {
   using L = Lanes<T>;
   block.has_impacts = false;
   block.impact = {};
@@ -364,18 +358,5 @@ void ContactSolver<T>::find_impacts(Block& block, const SolverSettings& settings
   impact.store(block.impact.data());
   block.has_impacts = std::ranges::any_of(block.impact, [](T lane) { return lane > 0; });
 }
-
-template void ContactSolver<float>::solve_impacts(const SolverSettings&);
-template void ContactSolver<double>::solve_impacts(const SolverSettings&);
-template void ContactSolver<float>::converge(const SolverSettings&);
-template void ContactSolver<double>::converge(const SolverSettings&);
-template bool ContactSolver<float>::is_to_visit(const Block&) const;
-template bool ContactSolver<double>::is_to_visit(const Block&) const;
-template bool ContactSolver<float>::collide(Block&, float, uint32_t);
-template bool ContactSolver<double>::collide(Block&, double, uint32_t);
-template void ContactSolver<float>::accelerate(float, uint32_t, uint32_t);
-template void ContactSolver<double>::accelerate(double, uint32_t, uint32_t);
-template void ContactSolver<float>::find_impacts(Block&, const SolverSettings&, bool);
-template void ContactSolver<double>::find_impacts(Block&, const SolverSettings&, bool);
 
 }  // namespace pilesim::exact

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <numeric>
 
 #include "simulate/exact/contact_solver.h"
 
@@ -30,8 +29,7 @@ size_t class_of(const ContactRange& range) { return kMostOfPlane - range.count; 
 
 }  // namespace
 
-template <typename T>
-void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
+void ContactSolver::arrange(std::span<const ContactRange> contacts) {
   blocks_.clear();
   order_.clear();
   batches_.clear();
@@ -53,18 +51,16 @@ void ContactSolver<T>::arrange(std::span<const ContactRange> contacts) {
   size_points();
 }
 
-template <typename T>
-void ContactSolver<T>::size_points() {
+void ContactSolver::size_points() {
   const uint32_t points = blocks_.empty() ? 0 : blocks_.back().first_point + blocks_.back().points;
   points_.resize(points);
   starts_.resize(points);
 }
 
 // Contacts by part, those between parts last; within a part by class. `part_first` is in these.
-template <typename T>
-std::vector<uint32_t> ContactSolver<T>::sort_by_part(std::span<const ContactRange> contacts,
-                                                     size_t parts,
-                                                     std::vector<uint32_t>& part_first) const {
+std::vector<uint32_t> ContactSolver::sort_by_part(std::span<const ContactRange> contacts,
+                                                  size_t parts,
+                                                  std::vector<uint32_t>& part_first) const {
   // Parts have as many contacts, all but.
   std::vector<uint32_t> met(moving_, 0);
   std::vector<uint8_t> part_of(moving_, 0);
@@ -104,9 +100,8 @@ std::vector<uint32_t> ContactSolver<T>::sort_by_part(std::span<const ContactRang
   return sorted;
 }
 
-template <typename T>
-void ContactSolver<T>::add_block(std::span<const ContactRange> contacts,
-                                 std::span<const uint32_t> lanes) {
+void ContactSolver::add_block(std::span<const ContactRange> contacts,
+                              std::span<const uint32_t> lanes) {
   const uint32_t first_point =
       blocks_.empty() ? 0 : blocks_.back().first_point + blocks_.back().points;
   Block& block = blocks_.emplace_back();
@@ -118,9 +113,7 @@ void ContactSolver<T>::add_block(std::span<const ContactRange> contacts,
 
 // Into blocks whose lanes share no body, for one thread: each contact goes to the first of the open
 // ones that it may.
-template <typename T>
-void ContactSolver<T>::pack(std::span<const ContactRange> contacts,
-                            std::span<const uint32_t> which) {
+void ContactSolver::pack(std::span<const ContactRange> contacts, std::span<const uint32_t> which) {
   struct Open {
     std::array<uint32_t, kLanes> lanes;
     size_t count = 0;
@@ -159,9 +152,8 @@ void ContactSolver<T>::pack(std::span<const ContactRange> contacts,
 }
 
 // Into blocks of a colour each, a stage a colour. Beyond the last colour each contact has its own.
-template <typename T>
-void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
-                              std::span<const uint32_t> which) {
+void ContactSolver::colour(std::span<const ContactRange> contacts,
+                           std::span<const uint32_t> which) {
   std::vector<uint64_t> used(moving_, 0);
   std::vector<uint16_t> buckets;  // by colour and class
   std::array<uint32_t, (kColours + 1) * kClasses + 1> next{};
@@ -200,26 +192,5 @@ void ContactSolver<T>::colour(std::span<const ContactRange> contacts,
     stage_first_.push_back(static_cast<uint32_t>(batches_.size()));
   }
 }
-
-template void ContactSolver<float>::size_points();
-template void ContactSolver<float>::arrange(std::span<const ContactRange>);
-template std::vector<uint32_t> ContactSolver<float>::sort_by_part(std::span<const ContactRange>,
-                                                                  size_t,
-                                                                  std::vector<uint32_t>&) const;
-template void ContactSolver<float>::add_block(std::span<const ContactRange>,
-                                              std::span<const uint32_t>);
-template void ContactSolver<float>::pack(std::span<const ContactRange>, std::span<const uint32_t>);
-template void ContactSolver<float>::colour(std::span<const ContactRange>,
-                                           std::span<const uint32_t>);
-template void ContactSolver<double>::size_points();
-template void ContactSolver<double>::arrange(std::span<const ContactRange>);
-template std::vector<uint32_t> ContactSolver<double>::sort_by_part(std::span<const ContactRange>,
-                                                                   size_t,
-                                                                   std::vector<uint32_t>&) const;
-template void ContactSolver<double>::add_block(std::span<const ContactRange>,
-                                               std::span<const uint32_t>);
-template void ContactSolver<double>::pack(std::span<const ContactRange>, std::span<const uint32_t>);
-template void ContactSolver<double>::colour(std::span<const ContactRange>,
-                                            std::span<const uint32_t>);
 
 }  // namespace pilesim::exact

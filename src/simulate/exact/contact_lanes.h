@@ -9,9 +9,8 @@
 namespace pilesim::exact {
 
 // By visit(batch, block), each stage after the one before.
-template <typename T>
 template <typename Visit>
-void ContactSolver<T>::for_blocks(const Visit& visit) {
+void ContactSolver::for_blocks(const Visit& visit) {
   for (size_t k = 0; k + 1 < stage_first_.size(); ++k) {
     const uint32_t first = stage_first_[k], count = stage_first_[k + 1] - first;
     parallel_for(count, is_small_ ? std::max(count, 1U) : 1, [&](size_t begin, size_t end) {
@@ -22,13 +21,11 @@ void ContactSolver<T>::for_blocks(const Visit& visit) {
   }
 }
 
-template <typename T>
-struct ContactSolver<T>::Gathered {
+struct ContactSolver::Gathered {
   Lanes3<T> velocity_a, spin_a, velocity_b, spin_b;
 };
 
-template <typename T>
-HWY_INLINE typename ContactSolver<T>::Gathered ContactSolver<T>::gather(const Block& block) const {
+HWY_INLINE typename ContactSolver::Gathered ContactSolver::gather(const Block& block) const {
   Gathered g;
   std::array<const T*, kLanes> rows;
   std::array<Lanes<T>, 8> r;
@@ -43,8 +40,7 @@ HWY_INLINE typename ContactSolver<T>::Gathered ContactSolver<T>::gather(const Bl
   return g;
 }
 
-template <typename T>
-HWY_INLINE void ContactSolver<T>::scatter(const Block& block, const Gathered& g) {
+HWY_INLINE void ContactSolver::scatter(const Block& block, const Gathered& g) {
   std::array<T*, kLanes> rows;
   const auto place = [&](uint32_t body) {
     return body < moving_ ? motions_[body].v.data() : nullptr;

@@ -37,8 +37,7 @@ HWY_INLINE Lanes3<T> turned_by(const Lanes3<T>& q, Lanes<T> w, Lanes<T> edged, c
 }  // namespace
 
 // Inertia and mass of its bodies.
-template <typename T>
-void ContactSolver<T>::gather_weights(Block& block) const {
+void ContactSolver::gather_weights(Block& block) const {
   const auto take = [&](const std::array<uint32_t, kLanes>& bodies, std::array<Row, 6>& inertia,
                         Row& mass) {
     std::array<const T*, kLanes> rows;
@@ -52,9 +51,8 @@ void ContactSolver<T>::gather_weights(Block& block) const {
   take(block.b, block.inertia_b, block.inverse_mass_b);
 }
 
-template <typename T>
-void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
-                            double gravity) {
+void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
+                         double gravity) {
   const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
@@ -163,8 +161,7 @@ void ContactSolver<T>::fill(std::span<const ContactRange> contacts, size_t bodie
 }
 
 // What contacts gave in the step before.
-template <typename T>
-void ContactSolver<T>::apply_forces(Block& block) {
+void ContactSolver::apply_forces(Block& block) {
   Gathered g = gather(block);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
@@ -182,10 +179,9 @@ void ContactSolver<T>::apply_forces(Block& block) {
 // What the partner's contacts give in the step, found in turns with those here, for the step as a
 // whole and without moving anything. The substeps then have it as a force that is always there: so
 // the partner needs none of its own.
-template <typename T>
-void ContactSolver<T>::take_turns(const SolverSettings& settings,
-                                  const std::vector<SolverBody>& bodies,
-                                  std::span<SolverJoint> joints) {
+void ContactSolver::take_turns(const SolverSettings& settings,
+                               const std::vector<SolverBody>& bodies,
+                               std::span<SolverJoint> joints) {
   const std::vector<Motion> motions = motions_;
   const std::vector<Point> points = points_;
   const std::vector<Torque> torques = torques_;
@@ -220,8 +216,7 @@ void ContactSolver<T>::take_turns(const SolverSettings& settings,
 }
 
 // How far apart points are where bodies have come to.
-template <typename T>
-HWY_INLINE void ContactSolver<T>::measure(Block& block, bool is_last) {
+HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
   using L = Lanes<T>;
   std::array<const T*, kLanes> rows;
   std::array<L, 8> a, b;
@@ -248,9 +243,8 @@ HWY_INLINE void ContactSolver<T>::measure(Block& block, bool is_last) {
   }
 }
 
-template <typename T>
 template <bool kSoft>
-HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
+HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   using L = Lanes<T>;
   Gathered g = gather(block);
   const Weights<T, Block> weights(block);
@@ -302,8 +296,7 @@ HWY_INLINE void ContactSolver<T>::sweep(Block& block, T inverse_step) {
   if (block.holds_turning) hold_turning(block, false);
 }
 
-template <typename T>
-void ContactSolver<T>::store(std::span<const ContactRange> contacts, double substep_s) {
+void ContactSolver::store(std::span<const ContactRange> contacts, double substep_s) {
   const auto per_second = static_cast<T>(1 / substep_s);
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
@@ -326,10 +319,8 @@ void ContactSolver<T>::store(std::span<const ContactRange> contacts, double subs
   });
 }
 
-template <typename T>
-void ContactSolver<T>::make_substeps(const SolverSettings& settings,
-                                     std::vector<SolverBody>& bodies,
-                                     std::span<SolverJoint> joints) {
+void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                                  std::span<SolverJoint> joints) {
   const double substep_s = settings.step_s / settings.substeps;
   const auto h = static_cast<T>(substep_s);
   const T per_substep = 1 / h;
@@ -364,10 +355,8 @@ void ContactSolver<T>::make_substeps(const SolverSettings& settings,
 }
 
 // Bodies and contacts as sweeps have them.
-template <typename T>
-void ContactSolver<T>::prepare(const SolverSettings& settings,
-                               const std::vector<SolverBody>& bodies,
-                               std::span<const ContactRange> contacts) {
+void ContactSolver::prepare(const SolverSettings& settings, const std::vector<SolverBody>& bodies,
+                            std::span<const ContactRange> contacts) {
   motions_.resize(bodies.size() + 1);  // the last for empty lanes
   inverse_.resize(bodies.size() + 1);
   motions_.back() = {};
@@ -403,9 +392,8 @@ void ContactSolver<T>::prepare(const SolverSettings& settings,
 }
 
 // What sweeps have made of them.
-template <typename T>
-void ContactSolver<T>::take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
-                                 std::span<const ContactRange> contacts) {
+void ContactSolver::take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                              std::span<const ContactRange> contacts) {
   parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto place = static_cast<uint32_t>(i);
@@ -421,10 +409,9 @@ void ContactSolver<T>::take_over(const SolverSettings& settings, std::vector<Sol
   if (!torques_.empty()) store_torques(contacts, substep_s);
 }
 
-template <typename T>
-void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
-                             size_t moving, std::span<const ContactRange> contacts,
-                             std::span<SolverJoint> joints) {
+void ContactSolver::solve(const SolverSettings& settings, std::vector<SolverBody>& bodies,
+                          size_t moving, std::span<const ContactRange> contacts,
+                          std::span<SolverJoint> joints) {
   moving_ = moving;
   is_small_ = contacts.size() < kLeastContacts;
   slow_rate_ = static_cast<T>(1 / settings.push_time_s);
@@ -434,8 +421,5 @@ void ContactSolver<T>::solve(const SolverSettings& settings, std::vector<SolverB
   make_substeps(settings, bodies, joints);
   take_over(settings, bodies, contacts);
 }
-
-template class ContactSolver<float>;
-template class ContactSolver<double>;
 
 }  // namespace pilesim::exact

@@ -91,8 +91,6 @@ struct SolverSettings {
   bool has_torques = false;  // some contacts may hold back rolling and spinning
 };
 
-// In floats for many contacts, in doubles for few.
-template <typename T>
 class ContactSolver {
  public:
   // Bodies that contacts move come first, `moving` of them; those that are near each other in space
@@ -107,6 +105,7 @@ class ContactSolver {
   void change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
 
  private:
+  using T = float;
   static constexpr uint32_t kNone = ~uint32_t{0};
   static constexpr size_t kLanes = Lanes<T>::kCount;
   using Row = std::array<T, kLanes>;
@@ -260,8 +259,5 @@ class ContactSolver {
   T least_impact_ = 0;
   bool is_small_ = false;  // for one thread
 };
-
-extern template class ContactSolver<float>;
-extern template class ContactSolver<double>;
 
 }  // namespace pilesim::exact

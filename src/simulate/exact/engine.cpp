@@ -62,7 +62,6 @@ class Engine final : public ExactEngine {
   ConstraintId add_glue(const GlueSpot& spot) override;
   void remove_constraint(ConstraintId constraint) override;
   bool holds(ConstraintId constraint) const override;
-  void solve_finely(int) override {}
   void set_pair_filter(PairFilter filter) override { filter_ = std::move(filter); }
   void keep_apart(const std::vector<uint32_t>& bodies) override;
   double kinetic_energy_j(uint32_t body) const override;

@@ -33,8 +33,7 @@ Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
 // The middle between the points that it joins, where they are now, from the centres of both. What
 // it gives them it gives there: at two places that are apart a force and its answer would turn
 // them.
-template <typename T>
-typename ContactSolver<T>::Middle ContactSolver<T>::middle_of(const SolverJoint& joint) const {
+typename ContactSolver::Middle ContactSolver::middle_of(const SolverJoint& joint) const {
   const Vec3 arm_a = turn_of(joint.a) * joint.arm_a, arm_b = turn_of(joint.b) * joint.arm_b;
   const Vec3 apart = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
                      (arm_a - joint.arm_a);
@@ -42,9 +41,8 @@ typename ContactSolver<T>::Middle ContactSolver<T>::middle_of(const SolverJoint&
 }
 
 // To b, and against it to a: N s and N m s, where they are now.
-template <typename T>
-void ContactSolver<T>::give(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                            const Vec3& push, const Vec3& twist) {
+void ContactSolver::give(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                         const Vec3& push, const Vec3& twist) {
   const auto change = [&](uint32_t body, double side, const Vec3& arm, SolverJoint::Given& given) {
     if (body >= moving_) return;
     const Vec3 linear = side * bodies[body].inverse_mass * push;
@@ -60,9 +58,8 @@ void ContactSolver<T>::give(SolverJoint& joint, const std::vector<SolverBody>& b
 }
 
 // What the step before gave in a substep.
-template <typename T>
-void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                    double substep_s) {
+void ContactSolver::apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                 double substep_s) {
   give(joint, bodies, substep_s * joint.force_n, substep_s * joint.torque_nm);
 }
 
@@ -70,9 +67,8 @@ void ContactSolver<T>::apply_forces(SolverJoint& joint, const std::vector<Solver
 // and turned as they turn. As it was it would drive them. Glue's is turned ahead, up to as they
 // would turn without it: found once in a substep its force comes late, and what is late feeds the
 // swings of what hangs by much glue.
-template <typename T>
-void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                   double step) {
+void ContactSolver::turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                                double step) {
   const auto turned = [&] {
     return joint.b < moving_ ? Vec3(step / 2 * (spin(joint.a) + spin(joint.b)))
                              : Vec3(step * spin(joint.a));
@@ -95,9 +91,8 @@ void ContactSolver<T>::turn_forces(SolverJoint& joint, const std::vector<SolverB
 }
 
 // As a nail that lets nothing turn, with no more than its strength.
-template <typename T>
-void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
-                                 double step, const Softness& s) {
+void ContactSolver::hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies,
+                              double step, const Softness& s) {
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
   const Mat3 inertia_a = inertia_as_turned(a, turn_a), inertia_b = inertia_as_turned(b, turn_b);
@@ -128,9 +123,8 @@ void ContactSolver<T>::hold_glue(SolverJoint& joint, const std::vector<SolverBod
   give(joint, bodies, push, Vec3::Zero());
 }
 
-template <typename T>
-void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
-                            bool soft) {
+void ContactSolver::hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h,
+                         bool soft) {
   const double step = static_cast<double>(h);
   const double damping = joint.is_glue ? kGlueDamping : kJointDamping;
   const Softness s = soft ? softness(kJointRate / step, damping, step) : Softness{0, 1, 0};
@@ -166,27 +160,5 @@ void ContactSolver<T>::hold(SolverJoint& joint, const std::vector<SolverBody>& b
   joint.force_n += push / step;
   give(joint, bodies, push, Vec3::Zero());
 }
-
-template ContactSolver<float>::Middle ContactSolver<float>::middle_of(const SolverJoint&) const;
-template ContactSolver<double>::Middle ContactSolver<double>::middle_of(const SolverJoint&) const;
-template void ContactSolver<float>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
-                                                 double);
-template void ContactSolver<double>::apply_forces(SolverJoint&, const std::vector<SolverBody>&,
-                                                  double);
-template void ContactSolver<float>::give(SolverJoint&, const std::vector<SolverBody>&, const Vec3&,
-                                         const Vec3&);
-template void ContactSolver<double>::give(SolverJoint&, const std::vector<SolverBody>&, const Vec3&,
-                                          const Vec3&);
-template void ContactSolver<float>::turn_forces(SolverJoint&, const std::vector<SolverBody>&,
-                                                double);
-template void ContactSolver<double>::turn_forces(SolverJoint&, const std::vector<SolverBody>&,
-                                                 double);
-template void ContactSolver<float>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
-                                              const Softness&);
-template void ContactSolver<double>::hold_glue(SolverJoint&, const std::vector<SolverBody>&, double,
-                                               const Softness&);
-template void ContactSolver<float>::hold(SolverJoint&, const std::vector<SolverBody>&, float, bool);
-template void ContactSolver<double>::hold(SolverJoint&, const std::vector<SolverBody>&, double,
-                                          bool);
 
 }  // namespace pilesim::exact

@@ -18,10 +18,7 @@ constexpr size_t kGrain = 256;
 
 Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
            const Vec3& gravity)
-    : shapes_(shapes),
-      state_(state),
-      bodies_(state.bodies),
-      constants_(model.bodies.size()) {
+    : shapes_(shapes), state_(state), bodies_(state.bodies), constants_(model.bodies.size()) {
   const double g = gravity.norm();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].role != Role::dynamic) continue;

@@ -67,8 +67,7 @@ HWY_INLINE Lanes3<T> in_world(const Lanes3<T>& n, const Lanes3<T>& u, const Lane
 }  // namespace
 
 // Once fill() has filled blocks and points.
-template <typename T>
-void ContactSolver<T>::fill_torques(std::span<const ContactRange> contacts, double substep_s) {
+void ContactSolver::fill_torques(std::span<const ContactRange> contacts, double substep_s) {
   using L = Lanes<T>;
   torques_.assign(points_.size(), {});
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
@@ -129,8 +128,7 @@ void ContactSolver<T>::fill_torques(std::span<const ContactRange> contacts, doub
 }
 
 // What contacts gave in the step before.
-template <typename T>
-void ContactSolver<T>::apply_torques(const Block& block) {
+void ContactSolver::apply_torques(const Block& block) {
   Spins<T> spins(block, motions_);
   const Sym<T> inertia_a = load_sym<T>(block.inertia_a), inertia_b = load_sym<T>(block.inertia_b);
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
@@ -143,8 +141,7 @@ void ContactSolver<T>::apply_torques(const Block& block) {
 
 // Takes away the turning of bodies against each other as far as the pushes of the points allow, as
 // those are now. Along the normal and across it are limited apart; across it the limit is a disc.
-template <typename T>
-void ContactSolver<T>::hold_turning(const Block& block, bool of_blow) {
+void ContactSolver::hold_turning(const Block& block, bool of_blow) {
   using L = Lanes<T>;
   Spins<T> spins(block, motions_);
   const Sym<T> inertia_a = load_sym<T>(block.inertia_a), inertia_b = load_sym<T>(block.inertia_b);
@@ -185,9 +182,7 @@ void ContactSolver<T>::hold_turning(const Block& block, bool of_blow) {
   spins.scatter(block, motions_, moving_);
 }
 
-template <typename T>
-void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
-                                     double substep_s) const {
+void ContactSolver::store_torques(std::span<const ContactRange> contacts, double substep_s) const {
   const auto per_second = static_cast<T>(1 / substep_s);
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
@@ -211,14 +206,5 @@ void ContactSolver<T>::store_torques(std::span<const ContactRange> contacts,
     }
   });
 }
-
-template void ContactSolver<float>::fill_torques(std::span<const ContactRange>, double);
-template void ContactSolver<double>::fill_torques(std::span<const ContactRange>, double);
-template void ContactSolver<float>::apply_torques(const Block&);
-template void ContactSolver<double>::apply_torques(const Block&);
-template void ContactSolver<float>::hold_turning(const Block&, bool);
-template void ContactSolver<double>::hold_turning(const Block&, bool);
-template void ContactSolver<float>::store_torques(std::span<const ContactRange>, double) const;
-template void ContactSolver<double>::store_torques(std::span<const ContactRange>, double) const;
 
 }  // namespace pilesim::exact

@@ -58,7 +58,7 @@ class StepSolver {
   RollingResistance resistance_;
   double accuracy_;  // as Scene has it
   SolverSettings settings_;
-  ContactSolver<float> solver_;
+  ContactSolver solver_;
   // Scratch of a step.
   std::vector<uint32_t> place_;   // of bodies in the solver's list
   std::vector<uint8_t> met_;      // bodies that a contact, a joint or the partner may push
