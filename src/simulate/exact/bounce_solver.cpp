@@ -203,14 +203,13 @@ void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
       }
     }
   };
-  // Impulses of the sweep, if it has visited the block.
+  // Of the pushes alone: friction beyond its limit would feed the bodies.
   const auto change_of = [&](const Block& block, uint32_t p, size_t i, const V3& n) -> V3 {
-    if (block.visited < begin) return V3::Zero();
-    return (impulses_[p].push[i] - former_[p].push[i]) * n + row(impulses_[p].friction, i) -
-           row(former_[p].friction, i);
+    const T change = block.visited < begin ? T{0} : impulses_[p].push[i] - former_[p].push[i];
+    return change * n;
   };
   const auto direction_of = [&](uint32_t p, size_t i, const V3& n) -> V3 {
-    return directions_[p].push[i] * n + row(directions_[p].friction, i);
+    return directions_[p].push[i] * n;
   };
   const auto apply = [&](std::vector<Motion>& motions, uint32_t body, const V3& impulse,
                          const V3& arm) {
@@ -293,11 +292,7 @@ void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
       return step;
     };
     const T push = go_on(now.push[i], former.push[i], direction.push[i]);
-    V3 given = push * n;
-    for (size_t k = 0; k < 3; ++k) {
-      given[static_cast<Eigen::Index>(k)] +=
-          go_on(now.friction[k][i], former.friction[k][i], direction.friction[k][i]);
-    }
+    const V3 given = push * n;
     apply(motions_, a, -given, arm_a);
     apply(motions_, b, given, arm_b);
   });
@@ -311,6 +306,8 @@ void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
 // not. In the last round nothing bounces any more, and all pass impulses on.
 void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, bool is_last) {
   using L = Lanes<T>;
+  for (size_t i = 0; i < kLanes; ++i)
+    block.bounced[i] = std::max(block.bounced[i], block.impact[i]);
   block.has_impacts = false;
   block.impact = {};
   bool has_changed = false;
@@ -325,6 +322,8 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
   const L restitution = L::load(block.restitution.data());
   const L hard = L(static_cast<T>(kHard / kShallow)) * L::load(block.shallow.data());
   const L substep(static_cast<T>(settings.step_s / settings.substeps));
+  const auto may_bounce = hn::Or(min(weights.mass_a, weights.mass_b) > zero,
+                                 hn::Not(L::load(block.bounced.data()) > zero));
   const auto is_free = hn::Not(L::load(block.passes.data()) > zero);
   const auto in_lanes = [](const Vec3& v) {
     return Lanes3<T>{L(static_cast<T>(v.x())), L(static_cast<T>(v.y())), L(static_cast<T>(v.z()))};
@@ -349,7 +348,9 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     const auto collides =
         hn::And(hn::AndNot(misses, hn::Or(outlives, hn::And(comes, closing * h > hard))), is_free);
     impact = select(collides, one, impact);
-    L bounce = select(hn::And(collides, outlives), restitution * closing, zero);
+    // Off what does not move it bounces once in a step: where it stands friction would feed it.
+    L bounce =
+        select(hn::And(hn::And(collides, outlives), may_bounce), restitution * closing, zero);
     if (is_last) bounce = zero;
     bounce.store(start.bounce.data());
     select(hn::And(outlives, misses), substep * closing, zero).store(start.slack.data());

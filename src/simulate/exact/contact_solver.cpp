@@ -61,7 +61,7 @@ void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, 
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
       block.has_impacts = false;
-      block.impact = block.passes = block.reached = {};
+      block.impact = block.bounced = block.passes = block.reached = {};
       std::span<Point> points(points_.data() + block.first_point, block.points);
       const std::span<PointStart> starts(starts_.data() + block.first_point, block.points);
       std::memset(static_cast<void*>(points.data()), 0, points.size_bytes());

@@ -133,6 +133,7 @@ class ContactSolver {
     bool holds_turning;  // some lane's torque arms are not 0
     // Impacts; see bounce_solver.cpp. Lanes hold 1 or 0.
     Row impact;        // its bodies collide in this round
+    Row bounced;       // they have in a round before
     Row passes;        // it passes impulses on without a bounce of its own
     Row reached;       // it has part in this round
     bool has_impacts;  // some lane does
