@@ -72,7 +72,7 @@ ModelShape rabbit_shape(const std::string& file) {
 SmallModel pile(const Options& options) {
   SmallModel m;
   m.scene.frame_rate = 60;
-  m.scene.step_s = 1.0 / options.step_hz;
+  if (options.step_hz > 0) m.scene.step_s = 1.0 / options.step_hz;
   const uint32_t material = m.material(0.1, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   m.model.shapes.push_back(options.rabbits ? rabbit_shape(options.mesh) : hull_shape(options.mesh));

@@ -84,7 +84,7 @@ TEST_F(Budget, IsSharedByTheStepsOfAFrameAndByWhatMustBeSolved) {
   EXPECT_LT(choose()[0], alone);
   EXPECT_NEAR(modelled_ms_, 1, 0.2);
   fixed_ = {};
-  scene_.step_s /= 8;
+  scene_.step_s = scene_.actual_step_s() / 8;
   scene_.simulator.budget_ms_per_frame = 8;
   levels_.assign(kCount, 2);
   EXPECT_EQ(choose()[0], alone);

@@ -29,7 +29,7 @@ class SphereLaws : public test::SceneRun {
     radius_m_ = radius_m;
     scene_.shapes["ball"] = SphereShape{radius_m};
     scene_.step_s = time_s() / kStepsOfTime;
-    scene_.frame_rate = 1 / scene_.step_s;
+    scene_.frame_rate = 1 / *scene_.step_s;
   }
   double time_s() const { return std::sqrt(radius_m_ / kGravity); }
 
@@ -150,7 +150,7 @@ class SphereSupports : public SphereLaws {
     add("ball", {distance * std::sqrt(1 - cosine * cosine), 3 + distance * cosine, 0});
     for (Body& body : scene_.bodies) body.asleep = body.role == Role::dynamic;
     scene_.events.push_back(
-        {.time_s = 2.5 * scene_.step_s, .action = ImpulseEvent{{lowest}, {0, 0, 20}, {}}});
+        {.time_s = 2.5 * *scene_.step_s, .action = ImpulseEvent{{lowest}, {0, 0, 20}, {}}});
     start();
     run(2);
     EXPECT_TRUE(sleeps(1) && sleeps(2) && sleeps(3));

@@ -32,7 +32,7 @@ TEST_F(Statistical, AFlightTurnsByItsSpin) {
   for (const double turn : {0.01, 0.3, 0.9, 1.1, 2.5}) {  // rad a step
     scene_.bodies.clear();
     const Vec3 axis = Vec3(1, -2, 3).normalized();
-    add_body("box", {0, 100, 0}).angular_velocity = turn / scene_.step_s * axis;
+    add_body("box", {0, 100, 0}).angular_velocity = turn / scene_.actual_step_s() * axis;
     start();
     const int steps = static_cast<int>(run(1).steps);
     run(39);

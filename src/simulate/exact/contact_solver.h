@@ -85,7 +85,7 @@ struct SolverSettings {
   double push_speed;   // m/s, at most
   int substeps;
   Vec3 gravity;                      // m/s^2
-  int relaxations = 1;               // in a substep
+  int relaxations = 3;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
   bool has_torques = false;  // some contacts may hold back rolling and spinning
