@@ -169,6 +169,31 @@ class From(CommandTest):
         moved = abs(second["position"][-1] - second["position"][0]).max()
         self.assertLess(moved, 0.002)
 
+    def test_what_sleeps_in_another_wakes_and_comes_out(self):
+        import zarr
+
+        def sunk(scene):
+            scene["emitters"][0].update(centre=[0, 0.16, 0], count=[1, 2, 1], spacing=[1, 0.12, 1], asleep=True)
+
+        scene = self.write_scene(sunk)
+        self.succeed("simulate", scene, "-o", "a", "--set", "/duration_s=0.1")
+        state = zarr.open(str(self.dir / "a/trajectory.zarr"), mode="r")["state"]
+        self.assertEqual([int(flags) & 2 for flags in state[-1]], [0, 2, 2])  # as the scene says
+        self.succeed("simulate", scene, "-o", "b", "--from", "a", "--set", "/duration_s=3",
+                     "--fail-on", "penetration>0.02D")
+
+    def test_nobody_begins_asleep_where_sleeping_is_off(self):
+        import zarr
+
+        scene = self.write_scene(lambda s: s.update(duration_s=4))
+        self.succeed("simulate", scene, "-o", "a", "--fail-on", "unsettled>0")
+        off = ("--set", "/simulator/sleeping=false", "--set", "/duration_s=0.1")
+        self.succeed("simulate", scene, "-o", "b", "--from", "a", *off)
+        self.succeed("simulate", scene, "-o", "c", "--set", "/emitters/0/asleep=true", *off)
+        for name in ("b", "c"):
+            state = zarr.open(str(self.dir / name / "trajectory.zarr"), mode="r")["state"]
+            self.assertFalse((state[:] & 2).any(), name)
+
     def test_a_guide_is_not_filled_anew(self):
         import zarr
 

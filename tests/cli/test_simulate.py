@@ -36,6 +36,19 @@ class Output(CommandTest):
         self.assertFalse(report["interrupted"])
         self.assertIn("<svg", (self.dir / "out/report.html").read_text())
 
+    def test_each_figure_is_told_once_and_is_the_judges(self):
+        result = self.succeed("simulate", self.write_scene(), "-o", "out", "--inspect-every", "5")
+        self.assertRegex(result.stdout, r"out: 16 frames \(0\.50 s\) of 8 bodies, 1 static; it took [\d.]+ s\n")
+        self.assertRegex(result.stdout, r"of the frames inspected: deepest overlap \S+ D \(\S+ m\), in frame \d+ \(0\.\d+ s\)\n")
+        self.assertRegex(result.stdout, r"at the end: deepest overlap \S+ D \(\S+ m\); of 8 bodies \d unsettled, 0 escaped, ")
+        page = (self.dir / "out/report.html").read_text()
+        for words in (result.stdout, page):
+            for of_the_solver in ("awake at the end", "not yet asleep", "contacts at the end", "the solver saw"):
+                self.assertNotIn(of_the_solver, words)
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(report["counts"]["dynamic_bodies"], report["quality_at_end"]["bodies"])
+        self.assertEqual(report["quality_at_end"]["frame"], 15)
+
     def test_boxes_fall_as_bodies_do(self):
         self.succeed("simulate", self.write_scene(), "-o", "out")
         height = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")["position"][:, 1, 1]
