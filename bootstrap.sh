@@ -3,8 +3,8 @@
 #   ./bootstrap.sh demo   install what is needed, build, simulate and render the default preset
 #   ./bootstrap.sh test   install what is needed, build, run all tests
 #   ./bootstrap.sh build  install what is needed, build
-#   ./bootstrap.sh check [--short]  install what is needed, clang-tidy, tests under sanitizers, fuzzing;
-#                                  a selection of each, some three minutes
+#   ./bootstrap.sh check [--short]  install what is needed, clang-tidy, tests under sanitizers, fuzzing,
+#                                  instructions counted; a selection of the first three, some three minutes
 #   ./bootstrap.sh sanitize [--thread] [PROGRAM...]  these test programs under AddressSanitizer and
 #                                  UndefinedBehaviorSanitizer, or under ThreadSanitizer
 #   ./bootstrap.sh fuzz [SECONDS [READER...]]  install what is needed and clang, feed every reader, or
@@ -129,7 +129,7 @@ sanitize() {
 
 # check [--short]
 check() {
-  install_packages "${clang_packages[@]}" clang-tidy
+  install_packages "${clang_packages[@]}" clang-tidy valgrind
   local failed=0
   stage configure cmake --preset release
   if [ "${1:-}" = --short ]; then
@@ -142,6 +142,8 @@ check() {
     stage sanitizers sanitize "${sanitized[@]}"
     stage threads sanitize --thread "${threaded[@]}"
     stage fuzzers fuzz 5
+    stage "pilesim, to count instructions" build pilesim
+    stage instructions tests/benchmark/ratchet.py build/release/commands/pilesim
   fi
   return $failed
 }

@@ -112,7 +112,8 @@ CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options) {
   command
       .add_option("--checkpoint", options.checkpoint_period_s,
                   "Wall time between two checkpoints, which --resume goes on from; they never take "
-                  "more than 2 % of the time (default: 5)")
+                  "more than 2 % of the time (default: 5). 0: one after each frame, whatever it "
+                  "takes")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 1e9), "");
   return command

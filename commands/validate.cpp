@@ -75,12 +75,14 @@ Examples:
     // What only the mode can tell: signatures that are missing or of another body, hinges.
     const auto simulator =
         naming(options->scene.file, [&] { return make_simulator(loaded.scene, model); });
-    size_t dynamic = 0;
-    for (const ModelBody& body : model.bodies) dynamic += body.role == Role::dynamic ? 1 : 0;
+    const auto count_of = [&](Role role) {
+      return static_cast<uint64_t>(std::ranges::count(model.bodies, role, &ModelBody::role));
+    };
     // How many a guide takes only its filling tells.
-    print_line(options->scene.file + ": valid; " + (model.guide_fill ? "at most " : "") +
-               counted(model.bodies.size(), "body", "bodies") + " (" + std::to_string(dynamic) +
-               " dynamic), " + counted(static_cast<uint64_t>(loaded.scene.frame_count()), "frame"));
+    print_line(
+        options->scene.file + ": valid; " + (model.guide_fill ? "at most " : "") +
+        counted_bodies(count_of(Role::dynamic), count_of(Role::fixed), count_of(Role::kinematic)) +
+        ", " + counted(static_cast<uint64_t>(loaded.scene.frame_count()), "frame"));
     for (size_t i = 0; i < model.shapes.size(); ++i) {
       const ModelShape& shape = model.shapes[i];
       if (shape.collision_report.empty()) continue;

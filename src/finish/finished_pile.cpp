@@ -18,7 +18,7 @@ bool is_free(const Model& model, const BodyStates& states, uint32_t body) {
 }
 
 void measure_change(const Scene& scene, const Model& model, const BodyStates& before,
-                    const FinishedPile& pile, double deepest_m, FinishFigures& figures) {
+                    const FinishedPile& pile, FinishFigures& figures) {
   std::vector<uint8_t> is_left(before.size(), 0);
   for (const uint32_t body : pile.left) is_left[body] = 1;
   const double diameter = mean_diameter_m(model);
@@ -36,7 +36,6 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
     rise += up.dot(way);
   }
   if (moved.empty()) return;
-  figures.deepest_before = deepest_m / diameter;
   std::ranges::sort(moved);
   figures.median_moved = moved[moved.size() / 2];
   figures.largest_moved = moved.back();
@@ -135,9 +134,7 @@ FinishedPile bring_to_rest(const Scene& scene, const Model& model, const BodySta
   pile.figures.settled_s = rest.time_s();
   pile.figures.steps = progress.steps.size();
   pile.figures.wall_s = progress.wall_s;
-  const double deepest_m =
-      progress.steps.empty() ? 0 : progress.steps.front().deepest_penetration_m;
-  measure_change(scene, model, start, pile, deepest_m, pile.figures);
+  measure_change(scene, model, start, pile, pile.figures);
   pile.steps = std::move(progress.steps);
   return pile;
 }

@@ -28,9 +28,9 @@ struct FinishFigures {
   double median_moved = 0, largest_moved = 0;
   double mean_height_change = 0;   // a share of the height above the lowest body before
   double largest_extra_speed = 0;  // m/s, that is added to a body on its way
-  double deepest_before = 0;       // overlap, as the engine sees it in the first step
-  double deepest_after = 0;        // by exact distances
-  double deepest_left = 0;         // of what is left, in what is left or fixed
+  double deepest_before = 0;       // overlap, by exact distances
+  double deepest_after = 0;
+  double deepest_left = 0;  // of what is left, in what is left or fixed
 };
 std::string to_json(const FinishFigures& figures);   // an object
 std::string describe(const FinishFigures& figures);  // one line
@@ -47,7 +47,7 @@ struct FinishedPile {
   std::vector<WayPoint> ways;
   std::vector<FrameStatistics> steps;
   uint64_t steps_before = 0;  // of these, those of a process before
-  FinishFigures figures;      // without the extra speed and the overlaps after
+  FinishFigures figures;      // without the extra speed and the overlaps
 };
 
 // What bringing a pile to rest has come to, besides the state of the ExactRest.

@@ -26,24 +26,34 @@ struct BodyPair {
   uint32_t a, b;  // of Inspection::placed_; a is free
 };
 
-bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& states, uint32_t body) {
+bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& states,
+                const EarlierPlaces& earlier, uint32_t body) {
   if ((states.flags[body] & kAsleep) != 0) return true;
   const ModelShape& shape = model.shapes[model.bodies[body].shape];
   const double radius = shape.bounding_radius;
-  const double limit = kRestingSpeed * std::sqrt(gravity.norm() * radius);
+  const double unit = std::sqrt(gravity.norm() * radius);
+  const double limit = kRestingSpeed * unit;
   const Vec3 spin = states.orientation[body].conjugate() * states.angular_velocity[body];
-  return states.linear_velocity[body].norm() <= limit &&
-         felt_turn_rate(shape.mass.inertia_m5, spin) * radius <= limit;
+  if (states.linear_velocity[body].norm() > limit ||
+      felt_turn_rate(shape.mass.inertia_m5, spin) * radius > limit) {
+    return false;
+  }
+  if (earlier.ago_s == 0 || (earlier.flags[body] & kPresent) == 0) return true;
+  const Vec3& now = states.position[body];
+  // Places on disk are rounded.
+  const double rounding = std::numeric_limits<float>::epsilon() * now.norm();
+  return (now - earlier.position[body]).norm() <= kCreepingSpeed * unit * earlier.ago_s + rounding;
 }
 
 class Inspection {
  public:
-  Inspection(const Model& model, const Vec3& gravity, const BodyStates& states);
+  Inspection(const Model& model, const Vec3& gravity, const BodyStates& states,
+             const EarlierPlaces& earlier);
   PileQuality run();
   std::vector<double> depths() const;
 
  private:
-  void place(const BodyStates& states);
+  void place(const BodyStates& states, const EarlierPlaces& earlier);
   std::vector<BodyPair> near_pairs() const;
   std::vector<double> distances_of(const std::vector<BodyPair>& pairs) const;
   uint64_t count_escaped(const std::vector<uint8_t>& held_up) const;
@@ -62,14 +72,15 @@ class Inspection {
   PileQuality quality_;
 };
 
-Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states)
+Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates& states,
+                       const EarlierPlaces& earlier)
     : model_(model), gravity_(gravity), distances_(model) {
   quality_.body_diameter_m = mean_diameter_m(model);
   reach_m_ = kReach * quality_.body_diameter_m;
-  place(states);
+  place(states, earlier);
 }
 
-void Inspection::place(const BodyStates& states) {
+void Inspection::place(const BodyStates& states, const EarlierPlaces& earlier) {
   for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
     if ((states.flags[i] & kPresent) == 0) continue;
     const ModelBody& body = model_.bodies[i];
@@ -78,10 +89,11 @@ void Inspection::place(const BodyStates& states) {
         distances_.place(body.shape, {states.position[i], states.orientation[i]});
     placed.body = i;
     placed.free = body.role == Role::dynamic && (states.flags[i] & kHeld) == 0;
-    placed.resting = placed.free && !body.hinge && is_resting(model_, gravity_, states, i);
     if (placed.free) {
+      const bool rests = is_resting(model_, gravity_, states, earlier, i);
+      placed.resting = rests && !body.hinge;
       ++quality_.bodies;
-      if (!is_resting(model_, gravity_, states, i) && gravity_.norm() > 0) ++quality_.unsettled;
+      if (!rests && gravity_.norm() > 0) ++quality_.unsettled;
     }
     placed_.push_back(placed);
   }
@@ -251,20 +263,32 @@ std::vector<double> Inspection::depths() const {
 }  // namespace
 
 std::vector<double> overlap_depths(const Model& model, const BodyStates& states) {
-  return Inspection(model, Vec3::Zero(), states).depths();
+  return Inspection(model, Vec3::Zero(), states, {}).depths();
 }
 
-PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states) {
-  return Inspection(model, gravity, states).run();
+double quiet_time_s(const Model& model, const Vec3& gravity) {
+  if (gravity.norm() == 0) return 0;
+  double radius_m = 0;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    radius_m = std::max(radius_m, model.shapes[body.shape].bounding_radius);
+  }
+  return kQuietTime * std::sqrt(radius_m / gravity.norm());
 }
 
-uint64_t count_unsettled(const Model& model, const Vec3& gravity, const BodyStates& states) {
+PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states,
+                         const EarlierPlaces& earlier) {
+  return Inspection(model, gravity, states, earlier).run();
+}
+
+uint64_t count_unsettled(const Model& model, const Vec3& gravity, const BodyStates& states,
+                         const EarlierPlaces& earlier) {
   if (gravity.norm() == 0) return 0;
   uint64_t unsettled = 0;
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const bool is_free =
         model.bodies[i].role == Role::dynamic && (states.flags[i] & (kPresent | kHeld)) == kPresent;
-    if (is_free && !is_resting(model, gravity, states, i)) ++unsettled;
+    if (is_free && !is_resting(model, gravity, states, earlier, i)) ++unsettled;
   }
   return unsettled;
 }

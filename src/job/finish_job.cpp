@@ -14,6 +14,7 @@
 #include "job/run_model.h"
 #include "job/run_report.h"
 #include "job/simulation_checkpoint.h"
+#include "report/report_json.h"
 #include "report/report_writer.h"
 #include "trajectory/trajectory.h"
 
@@ -30,12 +31,12 @@ void require_another_directory(const FinishJob& job) {
                                         .remedy = "Name another directory with -o"});
 }
 
-std::vector<FrameRow> rows_of(const std::vector<FrameStatistics>& steps) {
-  std::vector<FrameRow> rows = {{}};
+std::vector<FrameRow> rows_of(const std::vector<FrameStatistics>& steps, uint32_t bodies) {
+  std::vector<FrameRow> rows = {{.bodies = bodies}};
   double time_s = 0;
   for (const FrameStatistics& step : steps) {
     time_s += step.times.total_s;
-    rows.push_back(make_row(rows.size(), time_s, step));
+    rows.push_back(make_row(rows.size(), time_s, step, bodies));
   }
   return rows;
 }
@@ -122,9 +123,10 @@ SimulationSummary run_finish(const FinishJob& job) {
   report.quality = inspect_finished(loaded.scene, model, pile);
   inspect_frames(job, loaded, model, report);
   report.inspection_s = inspection.seconds();
+  report.frames = frames;
   report.rows.emplace_back();
   take_finish(pile, report);
-  report.rows = rows_of(pile.steps);
+  report.rows = rows_of(pile.steps, count_present(model, pile.states));
   report.interrupted = pile.figures.interrupted;
   report.gates = judge(job.gates, report.quality);
   report.cpu_s = process_cpu_s() - cpu_before_s;
@@ -141,20 +143,19 @@ SimulationSummary run_finish(const FinishJob& job) {
   throw_failed_gates(job.output, report.gates);
   SimulationSummary summary{
       .frames = frames,
-      .bodies = model.bodies.size(),
+      .bodies = report.dynamic_bodies,
+      .static_bodies = report.static_bodies,
+      .kinematic_bodies = report.kinematic_bodies,
       .simulated_s = static_cast<double>(frames - 1) / source.header().frame_rate,
       .wall_s = report.total_s,
-      .awake_at_end = static_cast<uint32_t>(pile.figures.not_at_rest),
       .quality = report.quality,
       .collision_shapes = report.collision_shapes};
   if (pile.steps_before > 0) summary.beginning.push_back(resumed_after(pile));
   summary.piles.push_back(describe(pile.figures));
   summary.warn(no_charts);
   summary.warn(no_picture);
-  for (const FrameQuality& inspected : report.inspections) {
-    summary.deepest_inspected_m =
-        std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);
-  }
+  summary.frame_rate = report.frame_rate;
+  if (!report.inspections.empty()) summary.deepest_inspected = deepest_of(report.inspections);
   return summary;
 }
 

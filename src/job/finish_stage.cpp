@@ -93,6 +93,10 @@ FinishedPile rest_of(const FinishStage& stage, const BodyStates& start, const fs
                                       return !stops;
                                     });
   progress.update(rest.movable());
+  const PileQuality before = inspect_pile(stage.model, stage.scene.gravity, start);
+  if (before.bodies > 0) {
+    pile.figures.deepest_before = before.deepest_penetration_m / before.body_diameter_m;
+  }
   return pile;
 }
 

@@ -8,11 +8,15 @@
 #include "core/hash.h"
 #include "job/run_filling.h"
 #include "job/simulation_checkpoint.h"
+#include "model/clear_starts.h"
 #include "model/keep_bodies.h"
 #include "trajectory/trajectory.h"
 
 namespace pilesim {
 namespace {
+
+// In extents of a body: as deep as the exact engines let it sleep at all.
+constexpr double kDeepestSleeping = 0.02;
 
 bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
   const std::vector<Vec3>& vertices = shape.mesh.vertices;
@@ -48,10 +52,22 @@ std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& fo
   return stays;
 }
 
+// What sleeps in another comes out: asleep it would stay there until something hits it.
+void wake_overlapping(Model& model) {
+  for (const StartOverlap& pair : model.start_overlaps) {
+    for (const uint32_t i : {pair.a, pair.b}) {
+      ModelBody& body = model.bodies[i];
+      if (pair.depth_m > kDeepestSleeping * model.shapes[body.shape].smallest_extent) {
+        body.asleep = false;
+      }
+    }
+  }
+}
+
 }  // namespace
 
-LastState begin_from(const std::filesystem::path& directory, Model& model,
-                     std::optional<uint64_t> take, const Vec3& gravity) {
+LastState begin_from(const std::filesystem::path& directory, const Scene& scene, Model& model,
+                     std::optional<uint64_t> take) {
   const TrajectoryReader trajectory(directory);
   const TrajectoryHeader& header = trajectory.header();
   const RunCheckpoint checkpoint(directory);
@@ -86,7 +102,7 @@ LastState begin_from(const std::filesystem::path& directory, Model& model,
     }
     body.start_s = 0;
     body.pose = {there.position[i], there.orientation[i]};
-    body.asleep = (there.flags[i] & kAsleep) != 0;
+    body.asleep = (there.flags[i] & kAsleep) != 0 && scene.simulator.sleeping;
     body.linear_velocity = there.linear_velocity[i];
     body.angular_velocity = there.angular_velocity[i];
     ++result.matched;
@@ -106,13 +122,15 @@ LastState begin_from(const std::filesystem::path& directory, Model& model,
            "more than --take " + std::to_string(*take) + ", so that some are left");
   }
   if (take) {
-    keep_bodies(left_by_taking(model, is_matched, *take, gravity), model);
+    keep_bodies(left_by_taking(model, is_matched, *take, scene.gravity), model);
     model.guide_fill.reset();  // who fills it is not there yet
     result.taken = *take;
     result.matched -= *take;
     const uint64_t taken = *take;
     hasher.add_values(std::span(&taken, 1));
   }
+  model.start_overlaps = find_start_overlaps(model);
+  if (scene.simulator.mode == SimulatorMode::impulse) wake_overlapping(model);
   result.hash = hasher.digest();
   return result;
 }

@@ -9,15 +9,14 @@
 
 namespace pilesim {
 
-FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics) {
+FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics,
+                  uint32_t bodies) {
   return {.frame = frame,
           .time_s = time_s,
           .steps = statistics.steps,
           .times = statistics.times,
-          .bodies_present = statistics.bodies_present,
+          .bodies = bodies,
           .bodies_awake = statistics.bodies_awake,
-          .contacts = statistics.contacts,
-          .deepest_penetration_m = statistics.deepest_penetration_m,
           .kinetic_energy_j = statistics.kinetic_energy_j,
           .potential_energy_j = statistics.potential_energy_j};
 }
@@ -34,15 +33,28 @@ SimulationReport begin_report(const std::string& command, const std::filesystem:
   report.seed = loaded.scene.seed;
   report.threads = thread_count();
   report.step_s = loaded.scene.actual_step_s();
-  report.dynamic_bodies =
-      static_cast<uint64_t>(std::ranges::count(model.bodies, Role::dynamic, &ModelBody::role));
-  report.body_diameter_m = mean_diameter_m(model);
+  report.frame_rate = loaded.scene.frame_rate;
+  const auto count_of = [&](Role role) {
+    return static_cast<uint64_t>(std::ranges::count(model.bodies, role, &ModelBody::role));
+  };
+  report.dynamic_bodies = count_of(Role::dynamic);
+  report.static_bodies = count_of(Role::fixed);
+  report.kinematic_bodies = count_of(Role::kinematic);
   for (const ModelShape& shape : model.shapes) {
     if (!shape.collision_report.empty()) {
       report.collision_shapes.push_back(shape.name + ": " + shape.collision_report);
     }
   }
   return report;
+}
+
+uint32_t count_present(const Model& model, const BodyStates& states) {
+  uint32_t bodies = 0;
+  for (size_t i = 0; i < model.bodies.size(); ++i) {
+    const bool is_there = (states.flags[i] & kPresent) != 0;
+    if (is_there && model.bodies[i].role == Role::dynamic) ++bodies;
+  }
+  return bodies;
 }
 
 void take_finish(FinishedPile& pile, SimulationReport& report) {
@@ -59,8 +71,6 @@ void take_finish(FinishedPile& pile, SimulationReport& report) {
   last.bodies_awake = static_cast<uint32_t>(pile.figures.not_at_rest);
   if (pile.steps.empty()) return;
   const FrameStatistics& end = pile.steps.back();
-  last.contacts = end.contacts;
-  last.deepest_penetration_m = end.deepest_penetration_m;
   last.kinetic_energy_j = end.kinetic_energy_j;
   last.potential_energy_j = end.potential_energy_j;
 }

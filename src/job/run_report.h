@@ -18,7 +18,10 @@ namespace pilesim {
 SimulationReport begin_report(const std::string& command, const std::filesystem::path& scene_file,
                               const LoadedScene& loaded, const Model& model);
 
-FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics);
+// `bodies` are the dynamic ones that are present.
+FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statistics,
+                  uint32_t bodies);
+uint32_t count_present(const Model& model, const BodyStates& states);
 
 // What finishing says of itself. Its time goes to the last frame, which then tells of the pile as
 // it lies in the end. After the quality of the end.

@@ -3,12 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <string>
 
+#include "inspect/pile_inspection.h"
 #include "model/model.h"
 #include "simulate/body_state.h"
 
 namespace pilesim {
+
+// Of the trajectory in `directory`, which holds it: a frame, as it was before `frame`.
+EarlierPlaces places_at(const std::filesystem::path& directory, uint64_t earlier, uint64_t frame);
 
 class Settling {
  public:
@@ -16,10 +22,12 @@ class Settling {
   Settling(const Scene& scene, const Model& model);
 
   // After each frame. `quiet_frames` so far nothing has moved, this one included; it is kept by who
-  // asks, as a run may be resumed.
-  bool is_over(uint64_t frame, const BodyStates& states, uint64_t& quiet_frames) const;
-  // JSON object: whether all had settled by the last frame, how much had not, and when.
-  std::string figures(uint64_t frame, const BodyStates& states, uint64_t quiet_frames) const;
+  // asks, as a run may be resumed. `places` gives those of a frame before: where all has been slow
+  // for long enough, nothing may have crept either.
+  bool is_over(uint64_t frame, const BodyStates& states, uint64_t& quiet_frames,
+               const std::function<EarlierPlaces(uint64_t)>& places) const;
+  // JSON object: whether all had settled by the last frame, how many bodies had not, and when.
+  std::string figures(uint64_t frame, uint64_t unsettled, uint64_t quiet_frames) const;
 
  private:
   const Model& model_;

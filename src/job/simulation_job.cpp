@@ -23,6 +23,7 @@
 #include "json/json_text.h"
 #include "model/clear_starts.h"
 #include "model/model.h"
+#include "report/report_json.h"
 #include "report/report_writer.h"
 #include "scene/scene_files.h"
 #include "scene/scene_loader.h"
@@ -106,7 +107,8 @@ class Recorder {
     for (const FrameRow& row : progress_.rows) timing_.append(row);
   }
 
-  void append(const Simulator& simulator, double frame_rate, FrameStatistics statistics) {
+  void append(const Model& model, const Simulator& simulator, double frame_rate,
+              FrameStatistics statistics) {
     const Stopwatch output;
     copy_states(simulator.states(), stored_);
     writer_.append(stored_);
@@ -115,7 +117,7 @@ class Recorder {
     statistics.times.total_s += output_s;
     progress_.rows.push_back(make_row(progress_.rows.size(),
                                       static_cast<double>(progress_.rows.size()) / frame_rate,
-                                      statistics));
+                                      statistics, count_present(model, simulator.states())));
     timing_.append(progress_.rows.back());
   }
 
@@ -127,8 +129,15 @@ class Recorder {
   // Whether the run is over.
   bool watch_settling(const Settling& settling, const BodyStates& states) {
     progress_.is_settled =
-        settling.is_over(progress_.rows.size() - 1, states, progress_.quiet_frames);
+        settling.is_over(progress_.rows.size() - 1, states, progress_.quiet_frames,
+                         [&](uint64_t frame) { return places_before(frame); });
     return progress_.is_settled;
+  }
+
+  // Those of the bodies at `frame`, of the past.
+  EarlierPlaces places_before(uint64_t frame) {
+    writer_.flush();
+    return places_at(directory_, frame, progress_.rows.size() - 1);
   }
 
   bool is_checkpoint_due() const { return progress_.rows.size() == 1 || pace_.is_due(); }
@@ -182,7 +191,7 @@ bool simulate_frames(const Scene& scene, const Model& model, uint64_t inspect_ev
   const Settling settling(scene, model);
   if (recorder.progress().is_settled) return false;
   for (uint64_t frame = recorder.progress().rows.size(); frame < frame_count; ++frame) {
-    recorder.append(simulator, scene.frame_rate,
+    recorder.append(model, simulator, scene.frame_rate,
                     frame == 0 ? simulator.statistics() : simulator.step_frame());
     if (inspect_every > 0 && frame % inspect_every == 0) {
       recorder.inspect(model, scene.gravity, simulator.states());
@@ -262,8 +271,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const std::string scene_file = job.scene_file.string();
   Model model = naming(scene_file, [&] { return build_model(scene); });
   const LastState begun_from =
-      job.from ? begin_from(*job.from, model, job.take, scene.gravity) : LastState{};
-  if (job.from) model.start_overlaps = find_start_overlaps(model);
+      job.from ? begin_from(*job.from, scene, model, job.take) : LastState{};
   // Before a guide's filling has changed who is who.
   std::vector<std::string> warnings = describe_start_overlaps(model);
   if (!job.direct_piles && scene.guide) {
@@ -340,17 +348,23 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   recorder.measure_time();
   report.rows = recorder.progress().rows;
   report.inspections = recorder.progress().inspections;
-  if (scene.until == Until::settled) {
-    report.until =
-        Settling(scene, model)
-            .figures(report.rows.size() - 1, simulator->states(), recorder.progress().quiet_frames);
-  }
+  report.frames = report.rows.size();
   report.cpu_s = recorder.progress().cpu_s;
   report.checkpoint_s = recorder.progress().checkpoint_s;
   const Stopwatch inspection;
+  const uint64_t last = report.frames - 1;
+  const auto quiet = static_cast<uint64_t>(quiet_time_s(model, scene.gravity) * scene.frame_rate);
+  const EarlierPlaces earlier = quiet > 0 && quiet <= last && !finished
+                                    ? recorder.places_before(last - quiet)
+                                    : EarlierPlaces{};
   report.quality = is_finished ? inspect_finished(scene, model, *finished)
-                               : inspect_pile(model, scene.gravity, end);
+                               : inspect_pile(model, scene.gravity, end, earlier);
   report.inspection_s = inspection.seconds();
+  if (scene.until == Until::settled) {
+    const uint64_t unsettled = count_unsettled(model, scene.gravity, simulator->states(), earlier);
+    report.until =
+        Settling(scene, model).figures(last, unsettled, recorder.progress().quiet_frames);
+  }
   report.gates = judge(job.gates, report.quality);
   report.total_s = recorder.progress().wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
@@ -379,10 +393,12 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   throw_failed_gates(job.output, report.gates);
   SimulationSummary summary{.frames = recorder.frames_on_disk(),
-                            .bodies = model.bodies.size(),
+                            .bodies = report.dynamic_bodies,
+                            .static_bodies = report.static_bodies,
+                            .kinematic_bodies = report.kinematic_bodies,
+                            .frame_rate = report.frame_rate,
                             .simulated_s = report.rows.back().time_s,
                             .wall_s = report.total_s,
-                            .awake_at_end = report.rows.back().bodies_awake,
                             .quality = report.quality,
                             .collision_shapes = report.collision_shapes,
                             .signatures = report.signatures};
@@ -405,14 +421,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   summary.warn(no_charts);
   summary.warn(no_picture);
   for (const std::string& note : notes) summary.warn(note);
-  for (const FrameQuality& inspected : report.inspections) {
-    summary.deepest_inspected_m =
-        std::max(summary.deepest_inspected_m.value_or(0), inspected.quality.deepest_penetration_m);
-  }
-  for (const FrameRow& row : report.rows) {
-    summary.deepest_penetration_m =
-        std::max(summary.deepest_penetration_m, row.deepest_penetration_m);
-  }
+  if (!report.inspections.empty()) summary.deepest_inspected = deepest_of(report.inspections);
   return summary;
 }
 

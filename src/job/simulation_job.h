@@ -11,6 +11,7 @@
 #include "core/pile_quality.h"
 #include "core/progress.h"
 #include "report/quality_gate.h"
+#include "report/report_writer.h"
 
 namespace pilesim {
 
@@ -36,13 +37,13 @@ struct SimulationJob {
 struct SimulationSummary {
   bool was_complete = false;  // nothing was left to resume; all below but warnings is empty
   uint64_t frames = 0;
-  uint64_t bodies = 0;
+  uint64_t bodies = 0;  // dynamic ones
+  uint64_t static_bodies = 0, kinematic_bodies = 0;
+  double frame_rate = 0;  // 1/s
   double simulated_s = 0;
   double wall_s = 0;
-  double deepest_penetration_m = 0;           // of all frames, as the solver sees it
-  std::optional<double> deepest_inspected_m;  // of the frames that were inspected
-  uint32_t awake_at_end = 0;
-  PileQuality quality;                        // at the end
+  std::optional<FrameQuality> deepest_inspected;  // of the frames that were inspected
+  PileQuality quality;                            // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
   std::vector<std::string> beginning;         // what it was resumed or began from, one line each
   std::vector<std::string> piles;             // one line a pile: the angle asked and got

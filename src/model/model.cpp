@@ -181,7 +181,7 @@ class ModelBuilder {
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;
     body.held = source.held;
-    body.asleep = source.asleep;
+    body.asleep = source.asleep && scene_.simulator.sleeping;
     body.preference = source.preference;
     body.hinge = source.hinge;
     body.roughness = model_.materials[body.material].roughness;
@@ -244,7 +244,7 @@ class ModelBuilder {
       body.linear_velocity = start.linear_velocity;
       body.angular_velocity = start.angular_velocity;
       body.start_s = start.start_s > 0 ? start.start_s : kFromTheStart;
-      body.asleep = emitter.asleep;
+      body.asleep = emitter.asleep && scene_.simulator.sleeping;
       body.preference = emitter.preference;
       const Material& material = model_.materials[body.material];
       body.roughness = start.roughness.value_or(material.roughness);

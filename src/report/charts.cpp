@@ -90,24 +90,16 @@ std::vector<Chart> simulation_charts(const std::vector<FrameRow>& rows) {
   const auto total = column(rows, [&](const FrameRow& row) {
     return row.kinetic_energy_j + row.potential_energy_j - lowest_j;
   });
-  return {
-      time_chart(rows, time_s),
-      {"Bodies and contacts",
-       draw("count", time_s,
-            {{"contacts", line_style("#bab0ac"),
-              column(rows, [](const FrameRow& row) { return row.contacts; })},
-             {"present", line_style("#4c78a8"),
-              column(rows, [](const FrameRow& row) { return row.bodies_present; })},
-             {"awake", line_style("#e45756"),
-              column(rows, [](const FrameRow& row) { return row.bodies_awake; })}})},
-      {"Energy of the dynamic bodies", draw("J", time_s,
-                                            {{"total", line_style("#333333"), total},
-                                             {"potential", line_style("#4c78a8"), potential},
-                                             {"kinetic", line_style("#e45756"), kinetic}})},
-      {"Deepest penetration",
-       draw("mm", time_s, {{"deepest", line_style("#e45756"), column(rows, [](const FrameRow& row) {
-                              return 1e3 * row.deepest_penetration_m;
-                            })}})}};
+  return {time_chart(rows, time_s),
+          {"Bodies", draw("count", time_s,
+                          {{"present", line_style("#4c78a8"),
+                            column(rows, [](const FrameRow& row) { return row.bodies; })},
+                           {"awake", line_style("#e45756"),
+                            column(rows, [](const FrameRow& row) { return row.bodies_awake; })}})},
+          {"Energy of the dynamic bodies", draw("J", time_s,
+                                                {{"total", line_style("#333333"), total},
+                                                 {"potential", line_style("#4c78a8"), potential},
+                                                 {"kinetic", line_style("#e45756"), kinetic}})}};
 }
 
 }  // namespace pilesim

@@ -43,7 +43,6 @@ std::string key_figures(const Json& figures) {
   }
   html += key_figure(share_text(end["deepest_penetration_diameters"]),
                      "of a body&rsquo;s size: deepest overlap at the end");
-  html += key_figure(grouped(counts["contacts_at_end"]), "contacts at the end");
   html += key_figure(size_text(figures["peak_memory_bytes"]), "memory at most");
   return html + "</div>\n";
 }
@@ -126,6 +125,12 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   html += value_table("The pile at the end", figures["quality_at_end"],
                       "By exact distances of its collision shapes, not by what the solver thinks. "
                       "Shares are of the mean body&rsquo;s diameter.");
+  if (!figures["quality_of_run"].is_null()) {
+    Json deepest = figures["quality_of_run"];
+    deepest["frames_inspected"] = deepest["frames"].size();
+    deepest.erase("frames");
+    html += value_table("The deepest overlap of the frames that were inspected", deepest);
+  }
   if (figures.contains("finish")) html += value_table("Finishing", figures["finish"]);
   if (figures.contains("until"))
     html += value_table("Until all is settled", figures["until"],
@@ -139,9 +144,6 @@ std::string report_html(const Json& figures, const std::vector<Chart>& charts,
   html += line_list("Starts of bodies", figures["notes"]);
   html += line_list("Signatures", figures["signatures"]);
   html += line_list("Collision shapes and their errors", figures["collision_shapes"]);
-  html += value_table("Overlaps that the solver saw", figures["penetration"],
-                      "Of its own contacts; the deepest is that of the worst moment, often the "
-                      "hardest blow.");
   html += value_table("Energy", figures["energy"]);
   html += option_table(figures["changed_options"]);
   html += value_table("Machine", figures["machine"]);

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr char kFormat[] = "pilesim report";
 // Readers accept this version only. Raise it with every change that they would misread.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 // Of seconds a frame; the start, which takes no steps, is left out.
 Json distribution_ms(std::vector<double> seconds) {
@@ -70,20 +70,36 @@ Json gates_json(const std::vector<GateResult>& gates) {
 
 }  // namespace
 
+const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections) {
+  return *std::ranges::max_element(inspections, {}, [](const FrameQuality& inspection) {
+    return inspection.quality.deepest_penetration_m;
+  });
+}
+
 Json quality_json(const PileQuality& quality);
 
+// A figure with its moment.
+Json moment_json(uint64_t frame, double frame_rate) {
+  const double time_s = frame_rate > 0 ? static_cast<double>(frame) / frame_rate : 0;
+  return {{"frame", frame}, {"time_s", time_s}};
+}
+
 // A row a frame that was inspected; null: none was.
-Json inspections_json(const std::vector<FrameQuality>& inspections) {
+Json inspections_json(const std::vector<FrameQuality>& inspections, double frame_rate) {
   if (inspections.empty()) return nullptr;
   Json rows = Json::array();
-  double deepest_m = 0;
   for (const FrameQuality& inspection : inspections) {
-    Json row = {{"frame", inspection.frame}};
+    Json row = moment_json(inspection.frame, frame_rate);
     row.update(quality_json(inspection.quality));
     rows.push_back(std::move(row));
-    deepest_m = std::max(deepest_m, inspection.quality.deepest_penetration_m);
   }
-  return {{"deepest_penetration_m", deepest_m}, {"frames", std::move(rows)}};
+  const FrameQuality& deepest = deepest_of(inspections);
+  Json result = moment_json(deepest.frame, frame_rate);
+  result["deepest_penetration_m"] = deepest.quality.deepest_penetration_m;
+  result["deepest_penetration_diameters"] =
+      quality_json(deepest.quality)["deepest_penetration_diameters"];
+  result["frames"] = std::move(rows);
+  return result;
 }
 
 Json quality_json(const PileQuality& quality) {
@@ -124,14 +140,9 @@ Json report_json(const SimulationReport& report) {
   const FrameRow& first = report.rows.front();
   const FrameRow& last = report.rows.back();
   uint64_t steps = 0;
-  double deepest_m = 0;
-  for (const FrameRow& row : report.rows) {
-    steps += static_cast<uint64_t>(row.steps);
-    deepest_m = std::max(deepest_m, row.deepest_penetration_m);
-  }
-  const auto in_diameters = [&](double length_m) {
-    return report.body_diameter_m > 0 ? length_m / report.body_diameter_m : 0;
-  };
+  for (const FrameRow& row : report.rows) steps += static_cast<uint64_t>(row.steps);
+  Json at_end = report.frames > 0 ? moment_json(report.frames - 1, report.frame_rate) : Json();
+  at_end.update(quality_json(report.quality));
   Json figures = {
       {"format", kFormat},
       {"format_version", kVersion},
@@ -148,20 +159,13 @@ Json report_json(const SimulationReport& report) {
        {{"frames", report.rows.size()},
         {"steps", steps},
         {"step_s", report.step_s},
-        {"bodies_present", last.bodies_present},
         {"dynamic_bodies", report.dynamic_bodies},
-        {"awake_at_end", last.bodies_awake},
-        {"contacts_at_end", last.contacts}}},
+        {"static_bodies", report.static_bodies},
+        {"kinematic_bodies", report.kinematic_bodies}}},
       {"settled", report.quality.unsettled == 0},
-      {"quality_at_end", quality_json(report.quality)},
-      {"quality_of_run", inspections_json(report.inspections)},
+      {"quality_at_end", std::move(at_end)},
+      {"quality_of_run", inspections_json(report.inspections, report.frame_rate)},
       {"gates", gates_json(report.gates)},
-      {"penetration",
-       {{"deepest_m", deepest_m},
-        {"deepest_at_end_m", last.deepest_penetration_m},
-        {"body_diameter_m", report.body_diameter_m},
-        {"deepest_diameters", in_diameters(deepest_m)},
-        {"deepest_at_end_diameters", in_diameters(last.deepest_penetration_m)}}},
       {"energy",
        {{"kinetic_start_j", first.kinetic_energy_j},
         {"potential_start_j", first.potential_energy_j},

@@ -13,6 +13,9 @@ namespace pilesim {
 // `report` has rows.
 nlohmann::ordered_json report_json(const SimulationReport& report);
 
+// The one with the deepest penetration, the first of such; there are some.
+const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections);
+
 // What others take from the report of a run.
 struct ReportedRun {
   PileQuality quality;  // at the end

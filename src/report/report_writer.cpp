@@ -30,9 +30,7 @@ TimingCsv::TimingCsv(const std::filesystem::path& file)
   for (size_t stage = 0; stage < kStageCount; ++stage) {
     header += "," + std::string(stage_name(static_cast<Stage>(stage))) + "_ms";
   }
-  write_row(header +
-            ",other_ms,bodies_present,bodies_awake,contacts,deepest_penetration_m,"
-            "kinetic_energy_j,potential_energy_j\n");
+  write_row(header + ",other_ms,bodies,bodies_awake,kinetic_energy_j,potential_energy_j\n");
 }
 
 TimingCsv::~TimingCsv() { close(descriptor_); }
@@ -41,9 +39,8 @@ void TimingCsv::append(const FrameRow& row) {
   std::string line = std::to_string(row.frame) + "," + number(row.time_s) + "," +
                      std::to_string(row.steps) + "," + number(1e3 * row.times.total_s);
   for (const double seconds : row.times.seconds) line += "," + number(1e3 * seconds);
-  line += "," + number(1e3 * row.times.other_s()) + "," + std::to_string(row.bodies_present) + "," +
-          std::to_string(row.bodies_awake) + "," + std::to_string(row.contacts) + "," +
-          number(row.deepest_penetration_m) + "," + number(row.kinetic_energy_j) + "," +
+  line += "," + number(1e3 * row.times.other_s()) + "," + std::to_string(row.bodies) + "," +
+          std::to_string(row.bodies_awake) + "," + number(row.kinetic_energy_j) + "," +
           number(row.potential_energy_j) + "\n";
   write_row(line);
 }

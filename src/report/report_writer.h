@@ -19,18 +19,15 @@ struct FrameRow {
   uint64_t frame = 0;
   double time_s = 0;  // simulated
   int steps = 0;
-  StageTimes times;  // wall
-  uint32_t bodies_present = 0;
+  StageTimes times;     // wall
+  uint32_t bodies = 0;  // dynamic ones that are present
   uint32_t bodies_awake = 0;
-  uint32_t contacts = 0;
-  double deepest_penetration_m = 0;
   double kinetic_energy_j = 0;
   double potential_energy_j = 0;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.frame, self.time_s, self.steps, self.times, self.bodies_present, self.bodies_awake,
-           self.contacts, self.deepest_penetration_m, self.kinetic_energy_j,
-           self.potential_energy_j);
+    stream(self.frame, self.time_s, self.steps, self.times, self.bodies, self.bodies_awake,
+           self.kinetic_energy_j, self.potential_energy_j);
   }
 };
 
@@ -56,8 +53,9 @@ struct SimulationReport {
   uint64_t seed = 0;
   int threads = 1;
   double step_s = 0;
-  double body_diameter_m = 0;  // mean over dynamic bodies: the unit of penetration
-  uint64_t dynamic_bodies = 0;
+  double frame_rate = 0;  // 1/s, of the trajectory
+  uint64_t frames = 0;    // of the trajectory, of which quality is that of the last
+  uint64_t dynamic_bodies = 0, static_bodies = 0, kinematic_bodies = 0;
   bool interrupted = false;
   std::vector<std::string> notes;             // what came of bodies that the scene did not ask for
   std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors

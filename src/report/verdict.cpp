@@ -15,17 +15,14 @@ std::string bodies(uint64_t count) { return grouped(count) + (count == 1 ? " bod
 std::string settled_text(const Json& figures) {
   const Json& end = figures["quality_at_end"];
   const uint64_t all = end["bodies"], moving = end["unsettled"];
-  const uint64_t awake = figures["counts"]["awake_at_end"];
   if (all == 0) return "No body that moves is there at the end.";
   if (moving > 0) {
     return grouped(moving) + " of " + bodies(all) + (moving == 1 ? " still moves" : " still move") +
            " at the end: give the scene a longer <code>duration_s</code>, or "
            "<code>\"until\": \"settled\"</code>.";
   }
-  std::string text = all == 1 ? "The body is at rest at the end"
-                              : "All " + bodies(all) + " are at rest at the end";
-  if (awake > 0) text += " (" + grouped(awake) + " not yet asleep)";
-  return text + ".";
+  return all == 1 ? "The body is at rest at the end."
+                  : "All " + bodies(all) + " are at rest at the end.";
 }
 
 std::string soundness_text(const Json& end, bool good) {

@@ -13,6 +13,7 @@ from pathlib import Path
 
 PILESIM = os.environ["PILESIM"]
 SOURCE = Path(os.environ["PILESIM_SOURCE"])
+FAILING_DISK = Path(os.environ["FAILING_DISK"]).resolve()
 
 # Seconds after which a program counts as hanging. Nothing is judged by it.
 HANGING = 600
@@ -87,12 +88,17 @@ class CommandTest(unittest.TestCase):
         return result
 
     def wait_until(self, process, condition):
-        """Returns once `condition()` holds, which it must do before `process` ends."""
-        end = time.monotonic() + HANGING
+        """Returns once `condition()` holds, which it must do before `process` ends: one that never
+        ends by itself, or that waits. Looks again and again, without a limit; CTest has one."""
         while not condition():
             self.assertIsNone(process.poll(), "the program ended before")
-            self.assertLess(time.monotonic(), end, "the program hangs")
-            time.sleep(0.02)
+            time.sleep(0.005)
+
+    def at_change(self, subcommand, fault, number, name="", under=None):
+        """The environment of a pilesim that `fault`, "kill" or a signal, strikes before its `number`th
+        change of files below `under`, of those whose paths end with `name`. At 0: as soon as it
+        handles the signal."""
+        return os.environ | failing_disk(under or self.dir, subcommand, fault, number, name)
 
     def write_scene(self, change=None, name="scene.json"):
         """Writes BOXES, after `change(scene)`, and returns its path relative to self.dir."""
@@ -101,6 +107,33 @@ class CommandTest(unittest.TestCase):
             change(scene)
         (self.dir / name).write_text(json.dumps(scene, indent=2))
         return name
+
+
+def endless(scene):
+    """Nearly as many frames as a scene may have, at its 30 a second: who runs it ends it."""
+    scene["duration_s"] = 3e5
+    scene["simulator"] = {"sleeping": False}
+
+
+def failing_disk(under, subcommand, fault, number, name="", log="/dev/null"):
+    """Variables that preload failing_disk.cpp, which says what they are."""
+    return {
+        "LD_PRELOAD": str(FAILING_DISK),
+        # It comes before the sanitizer's library.
+        "ASAN_OPTIONS": os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0",
+        "FAILING_DISK_UNDER": str(Path(under).resolve()),
+        "FAILING_DISK_NAME": name,
+        "FAILING_DISK_COMMAND": subcommand,
+        "FAILING_DISK_LOG": str(log),
+        "FAILING_DISK_AT": str(number),
+        "FAILING_DISK_FAULT": str(int(fault) if isinstance(fault, int) else fault),
+    }
+
+
+def wait_until_stopped(process):
+    """Returns once SIGSTOP has stopped `process`; False where it has ended instead."""
+    state = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
+    return state.si_code == os.CLD_STOPPED
 
 
 def stop(pid):

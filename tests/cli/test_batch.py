@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import re
 import shutil
 import signal
@@ -11,7 +10,7 @@ import sys
 import unittest
 import unittest.mock
 
-from support import BOX_OBJ, PILESIM, SOURCE, CommandTest, tree_bytes
+from support import BOX_OBJ, SOURCE, CommandTest, tree_bytes
 
 SCENE = {
     "version": 1, "duration_s": 0.5, "frame_rate": 20, "materials": {"wood": {}},
@@ -52,16 +51,10 @@ class BatchTest(CommandTest):
 
     def test_ends_with_the_same_bytes_however_it_is_killed(self):
         self.assertEqual(self.run_pilesim("batch", "plan.json", "-o", "whole", "-q").returncode, 0)
-        random.seed(1)
-        for _ in range(100):
-            process = subprocess.Popen([PILESIM, "batch", "plan.json", "-o", "killed", "-q"],
-                                       cwd=self.dir, stderr=subprocess.DEVNULL)
-            try:
-                process.wait(random.uniform(0.1, 0.8))
-                break
-            except subprocess.TimeoutExpired:
-                process.send_signal(random.choice([signal.SIGKILL, signal.SIGINT, signal.SIGTERM]))
-                process.wait()
+        for number, fault in enumerate(("kill", signal.SIGINT, "kill", signal.SIGTERM, "kill", "kill"), 2):
+            struck = self.at_change("batch", fault, 3 * number)
+            done = self.run_pilesim("batch", "plan.json", "-o", "killed", "-q", env=struck)
+            self.assertEqual(done.returncode, -signal.SIGKILL if fault == "kill" else 130)
         self.assertEqual(self.run_pilesim("batch", "plan.json", "-o", "killed", "-q").returncode, 0)
         self.assertEqual((self.dir / "killed/index.jsonl").read_bytes(),
                          (self.dir / "whole/index.jsonl").read_bytes())

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from support import HANGING, PILESIM, SOURCE, CommandTest, tree_bytes
+from support import HANGING, PILESIM, SOURCE, CommandTest, endless, tree_bytes
 
 
 def meshes(scene):
@@ -134,8 +134,7 @@ class Compare(CommandTest):
     def test_ctrl_c_can_be_resumed(self):
         def long(scene):
             meshes(scene)
-            scene["duration_s"] = 30
-            scene["simulator"] = {"sleeping": False}
+            endless(scene)
 
         scene = self.write_scene(long)
         process = subprocess.Popen(

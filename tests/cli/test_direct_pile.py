@@ -55,7 +55,7 @@ class Guides(CommandTest):
 
     def test_validate_says_how_many_fit_at_most(self):
         result = self.succeed("validate", self.filled())
-        self.assertIn("valid; at most 13 bodies (12 dynamic)", result.stdout)
+        self.assertIn("valid; at most 12 bodies, 1 static", result.stdout)
 
     def test_simulate_fills_it_too_whatever_the_threads(self):
         for name, threads in (("a", "1"), ("b", "2")):

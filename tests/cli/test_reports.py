@@ -5,9 +5,8 @@ import os
 import re
 import signal
 import struct
-import subprocess
 
-from support import HANGING, PILESIM, CommandTest
+from support import CommandTest
 
 
 class Report(CommandTest):
@@ -84,12 +83,8 @@ class Report(CommandTest):
         self.assertEqual(len(self.pictures()), 1)
 
     def test_of_an_interrupted_run_and_of_a_finished_one_there_is_a_picture_too(self):
-        scene = self.write_scene(lambda scene: scene.update(duration_s=3600))
-        process = subprocess.Popen([PILESIM, "simulate", scene, "-o", "out", "-q"], cwd=self.dir, stderr=subprocess.DEVNULL)
-        self.addCleanup(process.kill)
-        self.wait_until(process, lambda: (self.dir / "out/checkpoint.bin").exists())
-        process.send_signal(signal.SIGINT)
-        self.assertEqual(process.wait(HANGING), 130)
+        struck = self.at_change("simulate", signal.SIGINT, 3, "/timing.csv")
+        self.expect_exit(130, "simulate", self.write_scene(), "-o", "out", env=struck)
         self.assertEqual(len(self.pictures()), 1)
         self.succeed("simulate", self.write_scene(), "-o", "out", "--force")
         self.succeed("finish", "out", "-o", "sound")

@@ -61,31 +61,13 @@ def pile(scene):
 
 
 class Resume(CommandTest):
-    def frames_there(self, directory):
-        shape = self.dir / directory / "trajectory.zarr/position/.zarray"
-        return json.loads(shape.read_text())["shape"][0] if shape.exists() else 0
-
-    def stop_after(self, frames, sent, *arguments):
-        """Sends a signal once there are more frames in b/; they are written a few times a second."""
-        process = subprocess.Popen(
-            [PILESIM, *arguments, "--quiet"],
-            cwd=self.dir,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        self.addCleanup(process.kill)
-        self.wait_until(process, lambda: self.frames_there("b") > frames)
-        process.send_signal(sent)
-        process.wait()
-        return self.frames_there("b")
-
     def expect_same_after_kills(self, command, scene):
         self.succeed(command, scene, "-o", "a", "--threads", "2", "--inspect-every", "200")
-        resumed = (command, scene, "-o", "b", "--resume", "--checkpoint", "0")
-        resumed += ("--inspect-every", "200")
-        frames = 1
-        for sent in (signal.SIGKILL, signal.SIGINT, signal.SIGKILL):
-            frames = self.stop_after(frames, sent, *resumed)
+        resumed = (command, scene, "-o", "b", "--resume", "--inspect-every", "200")
+        # Each comes 130 frames further: after what begins late, the impulse, and the removal.
+        for fault, code in (("kill", -signal.SIGKILL), (signal.SIGINT, 130), ("kill", -signal.SIGKILL)):
+            struck = self.at_change(command, fault, 130, "/b/checkpoint.bin")
+            self.expect_exit(code, *resumed, "--checkpoint", "0", env=struck)
         result = self.succeed(*resumed, "--threads", "1")
         self.assertRegex(result.stdout, r"resumed after \d+ frames")
         self.assertEqual(results(self.dir / "b"), results(self.dir / "a"))
@@ -187,6 +169,31 @@ class From(CommandTest):
         moved = abs(second["position"][-1] - second["position"][0]).max()
         self.assertLess(moved, 0.002)
 
+    def test_what_sleeps_in_another_wakes_and_comes_out(self):
+        import zarr
+
+        def sunk(scene):
+            scene["emitters"][0].update(centre=[0, 0.16, 0], count=[1, 2, 1], spacing=[1, 0.12, 1], asleep=True)
+
+        scene = self.write_scene(sunk)
+        self.succeed("simulate", scene, "-o", "a", "--set", "/duration_s=0.1")
+        state = zarr.open(str(self.dir / "a/trajectory.zarr"), mode="r")["state"]
+        self.assertEqual([int(flags) & 2 for flags in state[-1]], [0, 2, 2])  # as the scene says
+        self.succeed("simulate", scene, "-o", "b", "--from", "a", "--set", "/duration_s=3",
+                     "--fail-on", "penetration>0.02D")
+
+    def test_nobody_begins_asleep_where_sleeping_is_off(self):
+        import zarr
+
+        scene = self.write_scene(lambda s: s.update(duration_s=4))
+        self.succeed("simulate", scene, "-o", "a", "--fail-on", "unsettled>0")
+        off = ("--set", "/simulator/sleeping=false", "--set", "/duration_s=0.1")
+        self.succeed("simulate", scene, "-o", "b", "--from", "a", *off)
+        self.succeed("simulate", scene, "-o", "c", "--set", "/emitters/0/asleep=true", *off)
+        for name in ("b", "c"):
+            state = zarr.open(str(self.dir / name / "trajectory.zarr"), mode="r")["state"]
+            self.assertFalse((state[:] & 2).any(), name)
+
     def test_a_guide_is_not_filled_anew(self):
         import zarr
 
@@ -257,14 +264,9 @@ class Render(CommandTest):
     def test_a_killed_one_ends_with_the_same_bytes(self):
         command = ("render", "run", "--size", "160x120")
         self.succeed(*command, "-o", "a")
-        process = subprocess.Popen(
-            [PILESIM, *command, "-o", "b", "--quiet"], cwd=self.dir, stderr=subprocess.DEVNULL
-        )
-        self.addCleanup(process.kill)
-        self.wait_until(process, lambda: self.drawn() > 20)
-        process.kill()
-        process.wait()
-        self.assertLess(self.drawn(), 181)
+        struck = self.at_change("render", "kill", 21, ".png", under=self.dir / "b/frames")
+        self.expect_exit(-signal.SIGKILL, *command, "-o", "b", env=struck)
+        self.assertIn(self.drawn(), range(1, 181))
         first = self.dir / "b/frames/frame.0000.png"
         before = os.stat(first).st_mtime_ns
         result = self.expect_exit(3, "render", "run", "-o", "b", "--resume")
@@ -341,26 +343,14 @@ class Render(CommandTest):
         command = ("render", "run", *self.FILMS, "--samples", "1500", "--frames", "last")
         self.succeed(*command, "-o", "a")
         film = self.dir / "b/films/frame.0180.film"
-        process = subprocess.Popen(
-            [PILESIM, *command, "-o", "b"], cwd=self.dir, stderr=subprocess.PIPE, text=True
-        )
-        self.addCleanup(process.kill)
-        self.wait_until(process, lambda: (self.dir / "b/films").exists())
-        process.send_signal(signal.SIGINT)
-        self.assertIn("--resume", process.communicate()[1])
-        self.assertEqual(process.returncode, 130)
+        struck = self.at_change("render", signal.SIGINT, 1, "/b/films")
+        self.assertIn("--resume", self.expect_exit(130, *command, "-o", "b", env=struck).stderr)
         self.assertEqual(self.drawn(), 0)
         kept = film.read_bytes()
         self.assertFalse((self.dir / "b/video.mp4").exists())
         # Killed before there is a later film.
-        checkpoint = self.dir / "b/render_checkpoint.bin"
-        written = checkpoint.stat().st_mtime_ns
-        process = subprocess.Popen([PILESIM, *command, "-o", "b", "--resume"], cwd=self.dir,
-                                   stderr=subprocess.DEVNULL)
-        self.addCleanup(process.kill)
-        self.wait_until(process, lambda: checkpoint.stat().st_mtime_ns != written)
-        process.kill()
-        process.wait()
+        struck = self.at_change("render", "kill", 1, ".film")
+        self.expect_exit(-signal.SIGKILL, *command, "-o", "b", "--resume", env=struck)
         self.assertEqual(self.drawn(), 0)
         self.assertEqual(film.read_bytes(), kept)
         self.succeed(*command, "-o", "b", "--resume")

@@ -2,10 +2,9 @@
 
 import re
 import signal
-import subprocess
 import unittest
 
-from support import HANGING, PILESIM, SOURCE, CommandTest
+from support import SOURCE, CommandTest
 
 BOX = SOURCE / "assets" / "box.obj"
 BRIEF = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
@@ -113,15 +112,8 @@ class SampleSignature(CommandTest):
 
     def test_an_interrupted_run_goes_on(self):
         settings = ["--trials", "400", "--no-accuracy", "--exemplars", "0", "--pours", "0"]
-        command = [PILESIM, "sample-signature", str(BOX), "-o", "a.sig", *settings]
-        process = subprocess.Popen(
-            [*command, "--progress", "json"], cwd=self.dir, stderr=subprocess.PIPE
-        )
-        self.addCleanup(process.kill)
-        process.stderr.readline()  # the first that it tells of its progress
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=HANGING)
-        self.assertEqual(process.returncode, 130)
+        struck = self.at_change("sample-signature", signal.SIGINT, 0)
+        self.expect_exit(130, "sample-signature", BOX, "-o", "a.sig", *settings, env=struck)
         self.assertTrue((self.dir / "a.sig.partial").exists())
         other = self.expect_exit(
             2, "sample-signature", BOX, "-o", "a.sig", *settings, "--friction", "0.1"

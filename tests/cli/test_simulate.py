@@ -14,16 +14,11 @@ import termios
 import unittest
 
 import zarr
-from support import HANGING, PILESIM, SOURCE, CommandTest, tree_bytes
+from support import HANGING, PILESIM, SOURCE, CommandTest, endless, tree_bytes
 
 
 # What sample-signature measures with where it is not told otherwise.
 MATERIAL_OF_SIGNATURES = {"restitution": 0.3, "friction": 0.5}
-
-
-def long_scene(scene):
-    scene["duration_s"] = 600
-    scene["simulator"] = {"sleeping": False}
 
 
 class Output(CommandTest):
@@ -40,6 +35,19 @@ class Output(CommandTest):
         report = json.loads((self.dir / "out/report.json").read_text())
         self.assertFalse(report["interrupted"])
         self.assertIn("<svg", (self.dir / "out/report.html").read_text())
+
+    def test_each_figure_is_told_once_and_is_the_judges(self):
+        result = self.succeed("simulate", self.write_scene(), "-o", "out", "--inspect-every", "5")
+        self.assertRegex(result.stdout, r"out: 16 frames \(0\.50 s\) of 8 bodies, 1 static; it took [\d.]+ s\n")
+        self.assertRegex(result.stdout, r"of the frames inspected: deepest overlap \S+ D \(\S+ m\), in frame \d+ \(0\.\d+ s\)\n")
+        self.assertRegex(result.stdout, r"at the end: deepest overlap \S+ D \(\S+ m\); of 8 bodies \d unsettled, 0 escaped, ")
+        page = (self.dir / "out/report.html").read_text()
+        for words in (result.stdout, page):
+            for of_the_solver in ("awake at the end", "not yet asleep", "contacts at the end", "the solver saw"):
+                self.assertNotIn(of_the_solver, words)
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertEqual(report["counts"]["dynamic_bodies"], report["quality_at_end"]["bodies"])
+        self.assertEqual(report["quality_at_end"]["frame"], 15)
 
     def test_boxes_fall_as_bodies_do(self):
         self.succeed("simulate", self.write_scene(), "-o", "out")
@@ -240,18 +248,11 @@ class Accidents(CommandTest):
             }
 
         cache = self.dir / "cache"
-        process = subprocess.Popen(
-            [PILESIM, "simulate", self.write_scene(slow_to_set_up), "-o", "out"],
-            cwd=self.dir,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "XDG_CACHE_HOME": str(cache)},
-        )
-        self.addCleanup(process.kill)
         # The place for what is decomposed is made just before.
-        self.wait_until(process, (cache / "pilesim").exists)
-        process.send_signal(signal.SIGINT)
+        struck = self.at_change("simulate", signal.SIGINT, 1, under=cache)
         # Ended by the signal itself, which waits for nothing.
-        self.assertEqual(process.wait(timeout=HANGING), -signal.SIGINT)
+        self.expect_exit(-signal.SIGINT, "simulate", self.write_scene(slow_to_set_up), "-o", "out",
+                         env={**struck, "XDG_CACHE_HOME": str(cache)})
         self.assertFalse((self.dir / "out").exists())
         self.assertEqual(tree_bytes(cache), {})
 
@@ -283,13 +284,13 @@ class Accidents(CommandTest):
         return frames
 
     def test_ctrl_c_leaves_a_complete_shorter_result(self):
-        process = self.start(self.write_scene(long_scene))
+        process = self.start(self.write_scene(endless))
         process.send_signal(signal.SIGINT)
         frames = self.expect_complete_shorter_result(process)
         self.succeed("render", "out", "--frames", f"{frames - 1}")
 
     def test_a_polite_kill_and_a_terminal_that_closes_do_so_too(self):
-        process = self.start(self.write_scene(long_scene))
+        process = self.start(self.write_scene(endless))
         process.send_signal(signal.SIGTERM)
         self.expect_complete_shorter_result(process)
         shutil.rmtree(self.dir / "out")
@@ -300,7 +301,7 @@ class Accidents(CommandTest):
 
     def test_nohup_holds(self):
         process = self.start(
-            self.write_scene(long_scene),
+            self.write_scene(endless),
             preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
         )
         process.send_signal(signal.SIGHUP)
@@ -311,7 +312,7 @@ class Accidents(CommandTest):
         process.communicate(timeout=HANGING)
 
     def test_kill_9_leaves_a_valid_shorter_trajectory(self):
-        process = self.start(self.write_scene(long_scene))
+        process = self.start(self.write_scene(endless))
         shape = self.dir / "out/trajectory.zarr/position/.zarray"
         self.wait_until(process, lambda: json.loads(shape.read_text())["shape"][0] > 0)
         process.kill()
@@ -343,7 +344,7 @@ class Accidents(CommandTest):
         result = self.expect_exit(
             4,
             "simulate",
-            self.write_scene(long_scene),
+            self.write_scene(endless),
             "-o",
             "out",
             preexec_fn=limit,

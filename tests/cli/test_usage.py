@@ -221,7 +221,7 @@ class Usage(CommandTest):
 class Validate(CommandTest):
     def test_a_valid_scene(self):
         result = self.succeed("validate", self.write_scene())
-        self.assertIn("scene.json: valid; 9 bodies (8 dynamic), 16 frames", result.stdout)
+        self.assertIn("scene.json: valid; 8 bodies, 1 static, 16 frames", result.stdout)
 
     def test_what_stands_has_no_mass(self):
         def add(scene):

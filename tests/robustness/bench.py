@@ -8,10 +8,9 @@ import subprocess
 import time
 from pathlib import Path
 
-from cases import OWN_FILES, PILESIM, environment
+from cases import OWN_FILES, PILESIM, environment, support
 from invariants import Reference, check, check_complete, require
 
-FAILING_DISK = str(Path(os.environ["FAILING_DISK"]).resolve())
 PR_SET_CHILD_SUBREAPER = 36
 LONGEST_S = 300  # no run takes a hundredth of it: what is not over then hangs
 
@@ -95,14 +94,7 @@ class Bench:
         return process.returncode, errors.decode()
 
     def failing_disk(self, fault, at, log="/dev/null", subcommand=None):
-        return {
-            "LD_PRELOAD": FAILING_DISK,
-            "FAILING_DISK_UNDER": str(self.place),
-            "FAILING_DISK_COMMAND": subcommand or self.case.subcommand,
-            "FAILING_DISK_LOG": str(log),
-            "FAILING_DISK_AT": str(at),
-            "FAILING_DISK_FAULT": fault,
-        }
+        return support.failing_disk(self.place, subcommand or self.case.subcommand, fault, at, log=log)
 
     def changes(self, start, subcommand=None):
         """The changes to files that the command makes, in their order: (operation, path)."""

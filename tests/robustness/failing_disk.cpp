@@ -1,12 +1,16 @@
-// Preloaded into pilesim: kills it, or fills its disk, at a chosen one of the changes that it makes
-// to files. Every such place can so be tried, whatever the machine's speed. From the environment:
+// Preloaded into pilesim: kills it, signals it, or fills its disk, at a chosen one of the changes
+// that it makes to files. Every such place can so be tried, whatever the machine's speed. From the
+// environment:
 //   FAILING_DISK_UNDER    absolute path of a directory: changes below it count
+//   FAILING_DISK_NAME     only changes of paths that end so count
 //   FAILING_DISK_COMMAND  the subcommand of pilesim that it is for: compare runs simulate, too
 //   FAILING_DISK_LOG      file that gets a line for each change: operation, path
 //   FAILING_DISK_AT       number of the change, from 1; 0: none
 //   FAILING_DISK_FAULT    kill: SIGKILL before this change, a write after half of its bytes
 //                         full: from this change on nothing takes up room, a write half of its
 //                         bytes
+//                         a number: this signal, before this change; at 0: as soon as the program
+//                         handles it
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -25,9 +29,10 @@
 namespace {
 
 struct Plan {
-  std::string under;
+  std::string under, name;
   long at = 0;
   bool kills = false;
+  int signal = 0;  // 0: none
   int log = -1;
 };
 
@@ -56,7 +61,9 @@ const Plan* plan() {
     auto* plan = new Plan;
     plan->under = variable("FAILING_DISK_UNDER");
     plan->at = std::atol(variable("FAILING_DISK_AT").c_str());
+    plan->name = variable("FAILING_DISK_NAME");
     plan->kills = variable("FAILING_DISK_FAULT") == "kill";
+    plan->signal = std::atoi(variable("FAILING_DISK_FAULT").c_str());
     plan->log = static_cast<int>(syscall(SYS_openat, AT_FDCWD, variable("FAILING_DISK_LOG").c_str(),
                                          O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
     return plan;
@@ -91,11 +98,17 @@ enum class Verdict { pass, half, fail };
 Verdict judge(const char* operation, const std::string& path, bool takes_room) {
   static std::atomic<long> count{0};
   const Plan* const p = plan();
-  if (p == nullptr || !path.starts_with(p->under + "/")) return Verdict::pass;
+  if (p == nullptr || !path.starts_with(p->under + "/") || !path.ends_with(p->name)) {
+    return Verdict::pass;
+  }
   const long number = ++count;
   const std::string line = std::string(operation) + " " + path + "\n";
   if (p->log >= 0) syscall(SYS_write, p->log, line.data(), line.size());
   if (p->at == 0 || number < p->at) return Verdict::pass;
+  if (p->signal != 0) {
+    if (number == p->at) raise(p->signal);
+    return Verdict::pass;
+  }
   const bool is_write = std::strcmp(operation, "write") == 0;
   if (p->kills) {
     if (!is_write) die();
@@ -126,6 +139,18 @@ bool open_is_refused(const char* path, int flags) {
 }  // namespace
 
 extern "C" {
+
+sighandler_t signal(int number, sighandler_t handler) {
+  static std::atomic<bool> is_sent{false};
+  static auto* const real = next<sighandler_t(int, sighandler_t)>("signal");
+  const sighandler_t before = real(number, handler);
+  const Plan* const p = plan();
+  const bool handles = handler != SIG_DFL && handler != SIG_IGN;
+  if (p != nullptr && p->at == 0 && p->signal == number && handles && !is_sent.exchange(true)) {
+    raise(number);
+  }
+  return before;
+}
 
 int open(const char* path, int flags, ...) {
   va_list rest;

@@ -7,19 +7,13 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "cli"))
 from bench import adopt_orphans, heed_signals, reap_orphans  # noqa: E402
 from invariants import Trajectory, check_png, check_video, temporaries  # noqa: E402
-from support import PILESIM, CommandTest, stop, tree_bytes  # noqa: E402
-
-
-def long_scene(scene):
-    scene["duration_s"] = 600
-    scene["simulator"] = {"sleeping": False}
+from support import HANGING, PILESIM, CommandTest, endless, stop, tree_bytes, wait_until_stopped  # noqa: E402
 
 
 def children(pid):
@@ -46,28 +40,20 @@ class SignalTest(CommandTest):
         self.addCleanup(process.kill)
         return process
 
-    def wait_until(self, condition, process):
-        for _ in range(12000):
-            if condition():
-                return
-            self.assertIsNone(process.poll(), "it ended too early")
-            time.sleep(0.01)
-        self.fail("it did not come so far")
-
     def rows(self, file):
         """Of timing.csv, without the header."""
         return file.read_text().count("\n") - 1 if file.exists() else 0
 
     def end_of(self, process):
-        _, errors = process.communicate(timeout=300)
+        _, errors = process.communicate(timeout=HANGING)
         reap_orphans()
         return process.returncode, errors
 
 
 class Simulate(SignalTest):
     def interrupted_by(self, *signals, **options):
-        process = self.start("simulate", self.write_scene(long_scene), "-o", "out", **options)
-        self.wait_until(lambda: self.rows(self.dir / "out/timing.csv") > 20, process)
+        process = self.start("simulate", self.write_scene(endless), "-o", "out", **options)
+        self.wait_until(process, lambda: self.rows(self.dir / "out/timing.csv") > 20)
         for number in signals:
             process.send_signal(number)
         return self.end_of(process)
@@ -102,14 +88,11 @@ class Simulate(SignalTest):
             preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
         )
         self.assertEqual(code, 130, errors)
-        process = self.start(
+        self.succeed(
             "simulate", "scene.json", "-o", "out", "--force", "--set", "/duration_s=2",
             preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+            env=self.at_change("simulate", signal.SIGHUP, 3, "/timing.csv"),
         )
-        self.wait_until(lambda: self.rows(self.dir / "out/timing.csv") > 0, process)
-        process.send_signal(signal.SIGHUP)
-        code, errors = self.end_of(process)
-        self.assertEqual(code, 0, errors)
 
     def test_while_it_is_set_up_it_ends_at_once_and_touches_nothing(self):
         def many(scene):  # which takes seconds to set up
@@ -118,7 +101,7 @@ class Simulate(SignalTest):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             process = self.start("simulate", self.write_scene(many), "-o", "out")
             name = Path(f"/proc/{process.pid}/comm")
-            self.wait_until(lambda: name.read_text() == "pilesim\n", process)
+            self.wait_until(process, lambda name=name: name.read_text() == "pilesim\n")
             process.send_signal(number)
             self.assertEqual(self.end_of(process)[0], -number)
             self.assertFalse((self.dir / "out").exists())
@@ -130,13 +113,16 @@ class Render(SignalTest):
         self.succeed("simulate", self.write_scene(), "-o", "run", "--set", "/frame_rate=1000")
 
     def start_rendering(self):
-        process = self.start("render", "run", "-o", "out", "--size", "32x24")
-        self.wait_until(lambda: (self.dir / "out/frames/frame.0002.png").exists(), process)
+        """It has stopped after two pictures, and goes on with SIGCONT."""
+        struck = self.at_change("render", signal.SIGSTOP, 3, ".png", under=self.dir / "out/frames")
+        process = self.start("render", "run", "-o", "out", "--size", "32x24", env=struck)
+        self.assertTrue(wait_until_stopped(process))
         return process
 
     def test_ctrl_c_while_ffmpeg_encodes(self):
         process = self.start_rendering()
         process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGCONT)
         code, errors = self.end_of(process)
         self.assertEqual(code, 130, errors)
         check_video(self.dir / "out/video.mp4")
@@ -149,6 +135,7 @@ class Render(SignalTest):
         process = self.start_rendering()
         (ffmpeg,) = children(process.pid)
         stop(ffmpeg)
+        process.send_signal(signal.SIGCONT)
         return process, ffmpeg
 
     def check_that_nothing_half_written_is_taken_for_whole(self):
@@ -164,7 +151,7 @@ class Render(SignalTest):
             process, _ = self.stopped_ffmpeg()
             process.send_signal(signal.Signals[first])
             # The first one has been taken when it is no longer pending.
-            self.wait_until(lambda: self.caught_all(process), process)
+            self.wait_until(process, lambda process=process: self.caught_all(process))
             process.send_signal(signal.Signals[second])
             code, _ = self.end_of(process)  # which waits for ffmpeg, too
             self.assertEqual(code, -signal.Signals[second])
@@ -188,9 +175,9 @@ class Compare(SignalTest):
     FIRST = "out/runs/impulse/seed3"
 
     def start_comparing(self):
-        self.write_scene(long_scene)
+        self.write_scene(endless)
         process = self.start(*self.COMMAND)
-        self.wait_until(lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5, process)
+        self.wait_until(process, lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5)
         return process
 
     def check_and_resume(self):
@@ -217,7 +204,7 @@ class Compare(SignalTest):
             (run,) = children(process.pid)
             stop(run)  # it never takes what it is asked
             process.send_signal(signal.Signals[first])
-            self.wait_until(lambda process=process: self.is_asked(run), process)
+            self.wait_until(process, lambda run=run: self.is_asked(run))
             process.send_signal(signal.Signals[second])
             code, _ = self.end_of(process)  # which waits for the run, too
             self.assertEqual(code, -signal.Signals[second])
@@ -237,7 +224,7 @@ class Compare(SignalTest):
         process = self.start_comparing()
         (run,) = children(process.pid)
         process.kill()
-        self.end_of(process)  # would wait for 600 s of simulation
+        self.end_of(process)  # would wait for a simulation that never ends
         self.assertFalse(Path(f"/proc/{run}").exists())
         self.check_and_resume()
 
@@ -245,10 +232,10 @@ class Compare(SignalTest):
         self.write_scene(lambda scene: scene.update(duration_s=0.2))
         self.succeed(*self.COMMAND, env={**os.environ, "PATH": str(self.dir)})
         self.assertTrue((self.dir / "out/compare.json").exists())
-        self.write_scene(long_scene)
+        self.write_scene(endless)
         (self.dir / self.FIRST / "timing.csv").unlink()
         process = self.start(*self.COMMAND, "--resume")
-        self.wait_until(lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5, process)
+        self.wait_until(process, lambda: self.rows(self.dir / self.FIRST / "timing.csv") > 5)
         process.kill()
         self.end_of(process)
         self.assertFalse((self.dir / "out/compare.json").exists())
@@ -262,26 +249,14 @@ class SampleSignature(SignalTest):
         settings = ("--trials", "60", "--exemplars", "2", "--no-accuracy")
         self.succeed("sample-signature", "a.obj", "-o", "whole.sig", *settings)
         partial = self.dir / "a.sig.partial"
-        stops = 0
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            process = self.start("sample-signature", "a.obj", "-o", "a.sig", *settings)
-            # Asked while it measures: its handler is there then.
-            self.wait_until(lambda process=process: self.is_caught(process, number), process)
-            process.send_signal(number)
-            code, errors = self.end_of(process)
-            self.assertEqual(code, 130, errors)
-            stops += partial.exists()
-        self.assertEqual(stops, 3)
+            struck = self.at_change("sample-signature", number, 0)
+            self.expect_exit(130, "sample-signature", "a.obj", "-o", "a.sig", *settings, env=struck)
+            self.assertTrue(partial.exists())
         self.succeed("sample-signature", "a.obj", "-o", "a.sig", *settings)
         files = tree_bytes(self.dir)
         self.assertEqual(files["a.sig"], files["whole.sig"])
         self.assertFalse(partial.exists())
-
-    def is_caught(self, process, number):
-        for line in Path(f"/proc/{process.pid}/status").read_text().splitlines():
-            if line.startswith("SigCgt:"):
-                return int(line.split()[1], 16) >> (number - 1) & 1 == 1
-        return False
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ SCENE = {
                   "radius": 0.15, "height": 0.8, "count": 40}]}
 PLAN = {"version": 1, "scene": "scene.json", "count": 40,
         "vary": [{"set": "/emitters/0/count", "integers": [20, 60]}], "steps": [["simulate"]]}
-WAIT_S = 240
+HANGING_S = 240  # nothing is judged by it
 
 
 def free_ports(count):
@@ -83,7 +83,7 @@ class Slurm(unittest.TestCase):
         self.controller = self.start(["slurmctld", "-D", "-c"])
         for name in ("n1", "n2"):
             self.start(["slurmd", "-D", "-N", name])
-        if not self.comes_true(lambda: self.say("sinfo", "-h", "-o", "%T", "-N").split() == ["idle"] * 2, 30):
+        if not self.comes_true(lambda: self.say("sinfo", "-h", "-o", "%T", "-N").split() == ["idle"] * 2):
             log = self.root / "controller.log"
             self.skipTest("Slurm does not start here: " + (log.read_text()[-500:] if log.exists() else ""))
         (self.root / "scene.json").write_text(json.dumps(SCENE))
@@ -96,7 +96,7 @@ class Slurm(unittest.TestCase):
 
     def end_daemons(self):
         self.say("scancel", "--user", str(os.getuid()), check=False)
-        time.sleep(0.5)
+        self.comes_true(lambda: not self.say("squeue", "-h").strip())
         for daemon in reversed(self.daemons):
             if daemon.poll() is None:
                 daemon.terminate()
@@ -112,13 +112,16 @@ class Slurm(unittest.TestCase):
             self.assertEqual(done.returncode, 0, f"{words}: {done.stderr}")
         return done.stdout
 
-    def comes_true(self, what, seconds=WAIT_S):
-        for _ in range(int(4 * seconds)):
+    def comes_true(self, what):
+        """Until a daemon has ended, or all hangs."""
+        for _ in range(4 * HANGING_S):
             try:
                 if what():
                     return True
             except AssertionError:
                 pass  # a controller that is away
+            if any(daemon.poll() is not None for daemon in self.daemons):
+                return False
             time.sleep(0.25)
         return False
 
@@ -142,12 +145,12 @@ class Slurm(unittest.TestCase):
         # seconds before.)
         self.controller.send_signal(signal.SIGTERM)
         self.controller.wait()
-        time.sleep(1)
+        self.daemons.remove(self.controller)
         self.controller = self.start(["slurmctld", "-D"])
         def node_is_back():
             self.say("scontrol", "update", "NodeName=n1", "State=RESUME", check=False)
             return "drain" not in self.say("sinfo", "-h", "-n", "n1", "-o", "%T")
-        self.assertTrue(self.comes_true(node_is_back, 60), self.say("sinfo", "-N", "-l", check=False))
+        self.assertTrue(self.comes_true(node_is_back), self.say("sinfo", "-N", "-l", check=False))
         # A task dies in the middle, and is submitted once more by the same command.
         self.assertTrue(self.comes_true(lambda: self.jobs_done() >= 12))
         running = self.say("squeue", "-h", "-r", "-t", "R", "-j", array, "-o", "%i").split()

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
+#include <condition_variable>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -12,20 +12,30 @@
 namespace pilesim {
 namespace {
 
+// Each thread that comes waits until so many different ones have come: for ever where fewer do.
+class Meeting {
+ public:
+  explicit Meeting(size_t threads) : threads_(threads) {}
+  void wait_for_all() {
+    std::unique_lock lock(mutex_);
+    seen_.insert(std::this_thread::get_id());
+    if (seen_.size() == threads_) all_.notify_all();
+    all_.wait(lock, [&] { return seen_.size() >= threads_; });
+  }
+
+ private:
+  size_t threads_;
+  std::mutex mutex_;
+  std::condition_variable all_;
+  std::set<std::thread::id> seen_;
+};
+
 // So that tests at four threads are that on a machine of two processors, too.
 TEST(ParallelFor, HasAsManyThreadsAsAreAskedForWhateverTheProcessors) {
   for (const size_t threads : {1U, 2U, 7U}) {
     set_thread_count(static_cast<int>(threads));
-    std::mutex mutex;
-    std::set<std::thread::id> seen;
-    for (int round = 0; round < 500 && seen.size() < threads; ++round) {
-      parallel_for(3 * threads, 1, [&](size_t, size_t) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        const std::lock_guard lock(mutex);
-        seen.insert(std::this_thread::get_id());
-      });
-    }
-    EXPECT_EQ(seen.size(), threads);
+    Meeting meeting(threads);
+    parallel_for(3 * threads, 1, [&](size_t, size_t) { meeting.wait_for_all(); });
   }
   set_thread_count(available_threads());
 }
@@ -79,18 +89,8 @@ TEST(ThreadsAwake, ComeToEachIndexOnceInEachOfManyLoops) {
 
 TEST(ThreadsAwake, AreMoreThanOne) {
   set_thread_count(3);
-  std::mutex mutex;
-  std::set<std::thread::id> seen;
-  with_threads_awake([&] {
-    for (int round = 0; round < 500 && seen.size() < 3; ++round) {
-      parallel_for(9, 1, [&](size_t, size_t) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        const std::lock_guard lock(mutex);
-        seen.insert(std::this_thread::get_id());
-      });
-    }
-  });
-  EXPECT_EQ(seen.size(), 3U);
+  Meeting meeting(3);
+  with_threads_awake([&] { parallel_for(9, 1, [&](size_t, size_t) { meeting.wait_for_all(); }); });
   set_thread_count(available_threads());
 }
 

@@ -49,6 +49,24 @@ class PileInspection : public testing::Test {
   BodyStates states;
 };
 
+// A pile that drifts for ever, awake and far slower than what moves, has not settled.
+TEST_F(PileInspection, WhatCreepsIsNotAtRest) {
+  add_box(Vec3(0, kEdge / 2, 0), 0);
+  add_box(Vec3(1, kEdge / 2, 0), 0);
+  add_box(Vec3(2, kEdge / 2, 0), kAsleep);
+  add_box(Vec3(3, kEdge / 2, 0), 0);  // not there before
+  EarlierPlaces earlier{.ago_s = 0.5, .position = states.position, .flags = states.flags};
+  earlier.flags[4] = 0;
+  const double unit = std::sqrt(9.81 * kDiameter / 2);
+  for (uint32_t i = 1; i <= 4; ++i) earlier.position[i].z() += 0.9 * kCreepingSpeed * unit * 0.5;
+  EXPECT_EQ(count_unsettled(model, kGravity, states, earlier), 0);
+  for (uint32_t i = 2; i <= 4; ++i) earlier.position[i].z() += 0.2 * kCreepingSpeed * unit * 0.5;
+  EXPECT_EQ(count_unsettled(model, kGravity, states, earlier), 1);
+  EXPECT_EQ(inspect_pile(model, kGravity, states, earlier).unsettled, 1);
+  EXPECT_EQ(inspect_pile(model, kGravity, states).unsettled, 0);
+  EXPECT_EQ(count_unsettled(model, Vec3::Zero(), states, earlier), 0);
+}
+
 TEST_F(PileInspection, HowDeepABodyIsInTheOneItIsDeepestIn) {
   add_box(Vec3(0, 0.49 * kEdge, 0));                // in the ground
   add_box(Vec3(0, 1.46 * kEdge, 0));                // in the one below
