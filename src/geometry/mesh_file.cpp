@@ -126,7 +126,7 @@ class MeshFiles : public Assimp::IOSystem {
     const auto [place, is_new] = others_.try_emplace(name);
     if (is_new) {
       std::error_code fault;
-      if (std::filesystem::exists(name, fault) && !is_below(name)) {
+      if (std::filesystem::is_regular_file(name, fault) && !is_below(name)) {
         outside_ = name;
         return nullptr;
       }
@@ -143,7 +143,7 @@ class MeshFiles : public Assimp::IOSystem {
     return place->second ? &*place->second : nullptr;
   }
 
-  // A file that is there but lies neither beside the mesh nor below its directory; empty: none.
+  // A regular file that lies neither beside the mesh nor below its directory; empty: none.
   const std::string& outside() const { return outside_; }
 
  private:
