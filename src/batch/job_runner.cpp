@@ -159,6 +159,13 @@ class Job {
       const StepCommand command{.words = step_words(place_.plan, job_, step, seed, threads_),
                                 .directory = directory_,
                                 .longest_s = place_.plan.longest_s};
+      try {
+        require_inside(command.words, place_.plan.steps[step], directory_);
+      } catch (const Error& error) {
+        attempt.end = AttemptEnd::failed;
+        attempt.what = "pilesim " + command.words[0] + ": " + error.what();
+        return attempt;
+      }
       const StepResult result = run_step_(command);
       attempt.wall_s += result.wall_s;
       attempt.processor_s += result.processor_s;
@@ -266,6 +273,13 @@ std::optional<JobRecord> run_job(const BatchPlace& place, const BatchJob& job, i
   const fs::path whole = job_directory(place.directory, job);
   const fs::path partial = partial_directory(place.directory, job);
   make_output_directory(partial);
+  // A link would lead what the job writes, and removes, elsewhere.
+  const fs::path way = fs::canonical(partial).lexically_relative(fs::canonical(place.directory));
+  if (way != partial.lexically_relative(place.directory)) {
+    throw Error(ErrorKind::usage, Problem{.file = partial.string(),
+                                          .found = "is a symbolic link, or lies behind one",
+                                          .remedy = "Remove the link, or name another directory"});
+  }
   const JobLock lock(partial);
   if (!lock.is_held()) return std::nullopt;
   if (fs::exists(whole)) {  // another process has just done it, and this is what was left to lock

@@ -17,6 +17,7 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kMostRows = 1'000'000;
+constexpr size_t kLongestWord = 100'000;  // bytes, of a step: as the system has it
 
 struct WrittenVariation {
   std::vector<std::string> pointers;
@@ -39,6 +40,22 @@ struct WrittenPlan {
   std::vector<Collection> collect;
   int tar_jobs = 100;
 };
+
+// Of a step: longer than a name.
+Codec<std::string> word() {
+  Codec<std::string> codec = text();
+  codec.expected = "a string of 1 to " + std::to_string(kLongestWord) + " bytes";
+  codec.read = [expected = codec.expected](const Json& json, const Path& path, std::string& value,
+                                           ReadContext& context) {
+    const size_t size = json.is_string() ? json.get_ref<const std::string&>().size() : 0;
+    if (size == 0 || size > kLongestWord) {
+      context.log.report(path, describe_value(json), expected);
+    } else {
+      value = json.get<std::string>();
+    }
+  };
+  return codec;
+}
 
 Codec<Json> any_value() {
   Codec<Json> codec;
@@ -133,7 +150,7 @@ ObjectDescription<WrittenVariation> variation() {
           source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
                                    "Numbers from the first to the last, by 1 or the step.")),
           source(
-              optional_field<V>("files", &V::files, text(),
+              optional_field<V>("files", &V::files, word(),
                                 "Files by name, * and ? for what you like, relative to the plan.")),
           source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
                                    "Drawn for each job, evenly.")),
@@ -161,17 +178,17 @@ ObjectDescription<WrittenPlan> plan_description() {
           field<P>("count", &P::count, integer(1, 100'000'000),
                    "Jobs for each combination of what varies in a grid."),
           field<P>("vary", &P::vary, list(object(variation())), "What differs between jobs."),
-          required_field<P>("steps", &P::steps, list(list(text(), 1), 1),
+          required_field<P>("steps", &P::steps, list(list(word(), 1), 1),
                             "Commands of pilesim with their options, one after the other."),
           field<P>("tries", &P::tries, integer(1, 1000),
                    "How often a job may be tried, each time with another seed."),
           field<P>("longest_s", &P::longest_s, number(above(0)), "Wall time that a step may take."),
-          field<P>("drop", &P::drop, list(text()),
+          field<P>("drop", &P::drop, list(word()),
                    "What is removed of a job that is done: paths below its directory."),
           field<P>("collect", &P::collect, list(enumeration(kCollections)),
                    "What is made of all jobs together."),
           field<P>("tar_jobs", &P::tar_jobs, integer(1, 1'000'000), "Jobs in a tar file."),
-          field<P>("drop_packed", &P::drop_packed, list(text()),
+          field<P>("drop_packed", &P::drop_packed, list(word()),
                    "What is removed of a job once it is in a tar file.")}};
 }
 
@@ -303,6 +320,27 @@ void check_grid(const BatchPlan& plan, ProblemLog& log) {
   }
 }
 
+// That some step draws what is collected of all jobs.
+void check_collections(const BatchPlan& plan, ProblemLog& log) {
+  const Path root, collect = root / "collect";
+  const auto draws = [&](const std::string& annotations) {
+    return std::ranges::any_of(plan.steps, [&](const BatchStep& step) {
+      const auto names = [&](const std::string& word) {
+        return word.find(annotations) != word.npos;
+      };
+      return step[0] == "render" && std::any_of(step.begin() + 1, step.end(), names);
+    });
+  };
+  for (size_t i = 0; i < plan.collect.size(); ++i) {
+    const bool is_coco = plan.collect[i] == Collection::coco;
+    if (plan.collect[i] == Collection::tar) continue;
+    const std::string word = is_coco ? "coco" : "bop";
+    if (draws(word)) continue;
+    log.report(collect / i, "is \"" + word + "\", and no step draws it",
+               "a step \"render\" with --annotations " + word);
+  }
+}
+
 void check_drop(const char* key, const std::vector<std::string>& drop, ProblemLog& log) {
   const Path root, path = root / key;
   for (size_t i = 0; i < drop.size(); ++i) {
@@ -347,6 +385,7 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   check_grid(plan, context.log);
   check_drop("drop", plan.drop, context.log);
   check_drop("drop_packed", plan.drop_packed, context.log);
+  check_collections(plan, context.log);
   if (!plan.drop_packed.empty() && !plan.collects(Collection::tar)) {
     context.log.report(root / "drop_packed", "stands without tar files", "\"tar\" in \"collect\"");
   }

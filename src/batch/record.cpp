@@ -94,8 +94,10 @@ const Codec<Stored>& record_codec() {
 }
 
 std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == text.npos) return text;
-  std::string quoted = "\"";
+  // Spreadsheets take what begins so for a formula, and what follows an apostrophe for text.
+  const bool is_formula = !text.empty() && std::string_view("=@").find(text[0]) != text.npos;
+  if (!is_formula && text.find_first_of(",\"\n\r") == text.npos) return text;
+  std::string quoted = is_formula ? "\"'" : "\"";
   for (const char c : text) {
     quoted += c;
     if (c == '"') quoted += c;

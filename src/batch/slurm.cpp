@@ -38,6 +38,14 @@ std::string batch_words(const BatchRequest& request, const fs::path& output) {
 SlurmSubmission submit_to_slurm(const BatchRequest& request, const BatchForecast& forecast,
                                 const SlurmChoice& choice) {
   const fs::path output = fs::absolute(request.output).lexically_normal();
+  for (const std::string& path :
+       {output.string(), fs::absolute(request.plan_file).string(), program()}) {
+    if (printable(path) == path) continue;
+    throw Error(ErrorKind::usage,
+                Problem{.file = path,
+                        .found = "has characters in its name that no script can hold",
+                        .remedy = "Give it another name, without line ends and the like"});
+  }
   const uint64_t to_do = forecast.jobs - forecast.done;
   const double minutes = forecast.processor_s_each * static_cast<double>(to_do) / 60;
   SlurmSubmission submission;

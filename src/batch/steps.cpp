@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 
+#include "core/error.h"
 #include "core/printable.h"
 #include "json/codec.h"
 
@@ -40,9 +41,10 @@ const Command* command_of(const BatchStep& step) {
 constexpr const char* kNoPicture = "--no-picture";
 
 // With options that the batch does not say.
-const std::set<std::string> kOurs = {"--threads", "--resume",       "--progress", "--quiet",
-                                     "-q",        "--print-config", "--from",     "--force",
-                                     "--seed",    "--checkpoint",   kNoPicture};
+const std::set<std::string> kOurs = {
+    "--threads", "--resume",   "--progress", "--quiet",           "-q",       "--print-config",
+    "--from",    "--force",    "--seed",     "--checkpoint",      kNoPicture, "--help",
+    "-h",        "--help-all", "--version",  "--write-collisions"};
 
 std::string option_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
@@ -113,6 +115,27 @@ std::string pictures_of(const BatchPlan& plan, size_t step) {
   return step == 0 ? "run" : runs_before(plan, step).current;
 }
 
+// "-oX", "-qo": an option of one letter with something behind it.
+bool is_joined(const std::string& word) {
+  return word.size() > 2 && word[0] == '-' &&
+         std::isalpha(static_cast<unsigned char>(word[1])) != 0;
+}
+
+// The values of -o, as a step says them.
+std::vector<std::string> outputs_of(const std::vector<std::string>& words) {
+  std::vector<std::string> outputs;
+  for (size_t i = 1; i < words.size(); ++i) {
+    if (!names_output(words[i])) continue;
+    const size_t value = words[i].find('=');
+    if (value != std::string::npos) {
+      outputs.push_back(words[i].substr(value + 1));
+    } else if (i + 1 < words.size()) {
+      outputs.push_back(words[++i]);
+    }
+  }
+  return outputs;
+}
+
 bool is_below(const std::string& name) {
   const auto normal = std::filesystem::path(name).lexically_normal();
   return !normal.empty() && !normal.is_absolute() && *normal.begin() != ".." && normal != ".";
@@ -128,6 +151,10 @@ void check_words(const BatchPlan& plan, size_t i, std::set<std::string>& used, P
       log.report(step / word, "is \"" + option + '"',
                  "an option that the batch does not set itself", "Leave it out");
     }
+    if (is_joined(words[word])) {
+      log.report(step / word, "is \"" + printable(words[word]) + '"',
+                 "an option of one letter and its value as two words");
+    }
     for_each_name(words[word], [&](size_t, size_t, const std::string& name) {
       used.insert(name);
       const bool is_set = std::ranges::any_of(plan.vary, [&](const Variation& variation) {
@@ -137,6 +164,11 @@ void check_words(const BatchPlan& plan, size_t i, std::set<std::string>& used, P
         log.report(step / word, "has {" + printable(name) + "}", "a name that \"vary\" sets");
       }
     });
+  }
+  for (const std::string& output : outputs_of(words)) {
+    if (words[0] != "render" && !is_below(output)) {
+      log.report(step, "writes \"" + printable(output) + '"', "a path below the job's directory");
+    }
   }
   if (words[0] == "render" && !is_below(pictures_of(plan, i))) {
     log.report(step, "draws into \"" + printable(pictures_of(plan, i)) + '"',
@@ -249,6 +281,30 @@ std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, 
   if (name != "export") add({"--threads", std::to_string(threads)});
   for (size_t i = first_said; i < said.size(); ++i) words.push_back(filled(said[i], job));
   return words;
+}
+
+void require_inside(const std::vector<std::string>& words, const BatchStep& said,
+                    const std::filesystem::path& directory) {
+  namespace fs = std::filesystem;
+  const auto refuse = [](std::string found, std::string expected) {
+    throw Error(ErrorKind::input,
+                Problem{.found = std::move(found), .expected = std::move(expected)});
+  };
+  // A value in braces is no option: the plan's author writes these out.
+  for (size_t i = 1, first = words.size() - said.size(); i < said.size(); ++i) {
+    const std::string& word = words[first + i];
+    if (said[i].starts_with(kOpening) && word.starts_with('-') && word != said[i]) {
+      refuse(said[i] + " is \"" + word + '"', "a value that does not begin with -");
+    }
+  }
+  const fs::path whole = fs::canonical(directory);
+  for (const std::string& output : outputs_of(words)) {
+    const fs::path way = fs::weakly_canonical(directory / output).lexically_relative(whole);
+    if (way.empty() || way == "." || *way.begin() == "..") {
+      refuse("the output \"" + output + "\" lies outside of the job's directory",
+             "a path below it, as links lead");
+    }
+  }
 }
 
 std::filesystem::path step_input(const BatchPlan& plan, const BatchJob& job) {

@@ -20,6 +20,11 @@ void check_steps(const BatchPlan& plan, ProblemLog& log);
 std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, size_t step,
                                     uint64_t seed, int threads);
 
+// That what a step writes lies below the job's `directory`, as links lead; `words` are those of
+// step_words(), `said` the plan's. Throws Error(input).
+void require_inside(const std::vector<std::string>& words, const BatchStep& said,
+                    const std::filesystem::path& directory);
+
 // What the first step works on where the plan has no scene: a mesh, or the directory of a run.
 std::filesystem::path step_input(const BatchPlan& plan, const BatchJob& job);
 

@@ -57,6 +57,12 @@ fs::file_type check_place(const fs::path& place) {
     throw refusal(place, "is no place for results: nothing is written to standard output",
                   "A file or directory of that name is ./-");
   }
+  // Of the whole path: it goes into scripts of a cluster and into reports.
+  const std::string whole = fs::absolute(place).string();
+  if (std::ranges::any_of(whole, [](unsigned char c) { return c < 0x20 || c == 0x7F; })) {
+    throw refusal(whole, "has control characters in its name",
+                  "Name another place with -o, without line ends and the like");
+  }
   for (const fs::path& name : place) {
     // The system does not say so where a directory before it is missing.
     if (name.string().size() > NAME_MAX) throw unusable(place, ENAMETOOLONG);

@@ -36,4 +36,13 @@ inline char32_t take_character(std::string_view& text) {
   return taken == length ? code : kReplacementCharacter;
 }
 
+inline bool is_utf8(std::string_view text) {
+  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+  while (!text.empty()) {
+    const bool is_written = text.starts_with(kReplacement);
+    if (take_character(text) == kReplacementCharacter && !is_written) return false;
+  }
+  return true;
+}
+
 }  // namespace pilesim

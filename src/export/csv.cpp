@@ -1,4 +1,5 @@
 #include <string>
+#include <string_view>
 
 #include "core/body_flags.h"
 #include "export/export_text.h"
@@ -9,8 +10,10 @@ namespace {
 
 // RFC 4180.
 std::string quoted(const std::string& name) {
-  if (name.find_first_of(",\"\r\n") == name.npos) return name;
-  std::string text = "\"";
+  // Spreadsheets take what begins so for a formula, and what follows an apostrophe for text.
+  const bool is_formula = !name.empty() && std::string_view("=+-@").find(name[0]) != name.npos;
+  if (!is_formula && name.find_first_of(",\"\r\n") == name.npos) return name;
+  std::string text = is_formula ? "\"'" : "\"";
   for (const char c : name) text.append(c == '"' ? 2 : 1, c);
   return text + '"';
 }

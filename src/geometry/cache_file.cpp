@@ -45,7 +45,8 @@ std::optional<std::filesystem::path> user_cache_directory() {
   const char* const cache_home = std::getenv("XDG_CACHE_HOME");
   const char* const home = std::getenv("HOME");
   std::filesystem::path directory;
-  if (cache_home != nullptr && *cache_home != '\0') {
+  // The standard (XDG Base Directory) has relative ones ignored.
+  if (cache_home != nullptr && std::filesystem::path(cache_home).is_absolute()) {
     directory = cache_home;
   } else if (home != nullptr && *home != '\0') {
     directory = std::filesystem::path(home) / ".cache";

@@ -49,7 +49,7 @@ TriangleMesh height_field_mesh(const std::filesystem::path& png, double size_x_m
   if (std::min(columns, rows) < 2 || std::max(columns, rows) > kLargestHeightField) {
     throw refusal(png, "has " + std::to_string(columns) + " x " + std::to_string(rows) + " pixels");
   }
-  if (!may_be_decoded(bytes)) throw refusal(png, "has no bytes in its first IDAT chunk");
+  if (const std::string fault = png_fault(bytes); !fault.empty()) throw refusal(png, fault);
   const std::unique_ptr<stbi_us, FreePixels> pixels(
       stbi_load_16_from_memory(data, length, &columns, &rows, &channels, 1));
   if (!pixels) throw refusal(png, "is broken");
@@ -73,6 +73,35 @@ TriangleMesh height_field_mesh(const std::filesystem::path& png, double size_x_m
     }
   }
   return mesh;
+}
+
+uint32_t height_field_columns(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty() || mesh.triangles.front()[0] != 0) return 0;
+  const uint32_t columns = mesh.triangles.front()[1];
+  if (columns < 2 || mesh.vertices.size() % columns != 0) return 0;
+  const auto rows = static_cast<uint32_t>(mesh.vertices.size() / columns);
+  if (rows < 2 || mesh.triangles.size() != size_t{2} * (columns - 1) * (rows - 1)) return 0;
+  const Vec3 &first = mesh.vertices.front(), size = mesh.vertices.back() - first;
+  if (!(size.x() > 0 && size.z() > 0)) return 0;
+  constexpr double kEven = 1e-3;  // of a step
+  const double step_x = size.x() / (columns - 1), step_z = size.z() / (rows - 1);
+  for (uint32_t row = 0; row < rows; ++row) {
+    for (uint32_t column = 0; column < columns; ++column) {
+      const uint32_t corner = row * columns + column;
+      const Vec3 from_first = mesh.vertices[corner] - first;
+      const bool is_even = std::abs(from_first.x() - column * step_x) <= kEven * step_x &&
+                           std::abs(from_first.z() - row * step_z) <= kEven * step_z;
+      if (!is_even) return 0;
+      if (row + 1 == rows || column + 1 == columns) continue;
+      const size_t cell = size_t{2} * (size_t{row} * (columns - 1) + column);
+      const uint32_t below = corner + columns;
+      if (mesh.triangles[cell] != Triangle{corner, below, corner + 1} ||
+          mesh.triangles[cell + 1] != Triangle{corner + 1, below, below + 1}) {
+        return 0;
+      }
+    }
+  }
+  return columns;
 }
 
 }  // namespace pilesim

@@ -16,8 +16,10 @@
 
 #include "core/atomic_file.h"
 #include "core/isolated.h"
+#include "core/printable.h"
 #include "geometry/base_colours.h"
 #include "geometry/coordinate_rounding.h"
+#include "geometry/mesh_bounds.h"
 
 namespace pilesim {
 namespace {
@@ -56,7 +58,7 @@ class Gatherer {
       add_triangles(*scene_.mMeshes[node.mMeshes[i]], transform);
     }
     const auto count = static_cast<uint32_t>(mesh_.triangles.size()) - first;
-    if (count > 0) mesh_.groups.push_back({node.mName.C_Str(), first, count});
+    if (count > 0) mesh_.groups.push_back({printable(node.mName.C_Str()), first, count});
     for (unsigned i = 0; i < node.mNumChildren; ++i) add(*node.mChildren[i], transform, depth + 1);
   }
 
@@ -124,6 +126,10 @@ class MeshFiles : public Assimp::IOSystem {
     const auto [place, is_new] = others_.try_emplace(name);
     if (is_new) {
       std::error_code fault;
+      if (std::filesystem::is_regular_file(name, fault) && !is_below(name)) {
+        outside_ = name;
+        return nullptr;
+      }
       const uint64_t size = std::filesystem::file_size(name, fault);
       try {
         if (!fault && size <= kMostFileBytes) {
@@ -137,7 +143,25 @@ class MeshFiles : public Assimp::IOSystem {
     return place->second ? &*place->second : nullptr;
   }
 
+  // A regular file that lies neither beside the mesh nor below its directory; empty: none.
+  const std::string& outside() const { return outside_; }
+
  private:
+  // As links lead.
+  bool is_below(const std::string& name) const {
+    const std::filesystem::path main = std::filesystem::weakly_canonical(main_name_);
+    const std::filesystem::path whole = std::filesystem::weakly_canonical(name);
+    // A mesh that is a link itself stands where its author put the link, too.
+    const auto here =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(main_name_).parent_path());
+    const auto lies_in = [&](const std::filesystem::path& directory) {
+      const auto way = whole.lexically_relative(directory);
+      return !way.empty() && *way.begin() != "..";
+    };
+    return lies_in(main.parent_path()) || lies_in(here);
+  }
+
+  mutable std::string outside_;
   std::string main_name_;
   const std::string& main_bytes_;
   mutable std::map<std::string, std::optional<std::string>> others_;
@@ -304,18 +328,39 @@ bool is_plain(const std::vector<Colour>& colours) {
   });
 }
 
+// Before they are cut into triangles.
+void require_bounded_faces(const aiScene& scene) {
+  FaceBudget budget;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const std::string fault = budget.take(mesh.mFaces[i].mNumIndices);
+      if (!fault.empty()) throw Refusal{fault};
+    }
+  }
+}
+
 // Runs in the other process.
 std::string parse(const std::string& name, const std::string& bytes, double scale) {
   Assimp::Importer importer;
   auto* const files = new MeshFiles(name, bytes);
   importer.SetIOHandler(files);  // which it owns
-  const aiScene* scene = importer.ReadFile(name, aiProcess_Triangulate);
+  const aiScene* scene = importer.ReadFile(name, 0);
+  const auto require_inside = [&] {
+    if (files->outside().empty()) return;
+    throw Refusal{"names the file " + files->outside() +
+                  ", which does not lie beside the mesh or below its directory"};
+  };
   try {
+    require_inside();
     if (scene == nullptr || scene->mRootNode == nullptr) {
       const std::string fault = importer.GetErrorString();
       if (fault.find("bad_alloc") != fault.npos) throw std::bad_alloc();
       throw Refusal{"cannot be read as a mesh (" + fault + ")"};
     }
+    require_bounded_faces(*scene);
+    scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+    if (scene == nullptr || scene->mRootNode == nullptr) throw Refusal{Parcel::kBroken};
     const std::filesystem::path directory = std::filesystem::path(name).parent_path();
     BaseColours colours(*scene, has_linear_colours(name), [&](std::string texture) {
       std::ranges::replace(texture, '\\', '/');  // as some write it on Windows
@@ -324,6 +369,7 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
     Gatherer gatherer(*scene, colours);
     gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
     TriangleMesh mesh = gatherer.take();
+    require_inside();
     if (!colours.map().textures.empty()) {
       mesh.texture_map = std::move(colours.map());
     } else if (is_plain(mesh.colours)) {
@@ -349,6 +395,7 @@ Error no_mesh(const std::filesystem::path& file, std::string found) {
 TriangleMesh read_mesh_file(const std::filesystem::path& file, double scale) {
   const std::string bytes = read_file(file);
   if (std::string fault = fault_of_ply_head(bytes); !fault.empty()) throw no_mesh(file, fault);
+  if (std::string fault = fault_of_faces(file, bytes); !fault.empty()) throw no_mesh(file, fault);
   const IsolationLimits limits{
       .memory_bytes = kBaseMemory + kMemoryPerByte * bytes.size(),
       .cpu_s = kBaseSeconds + static_cast<int>(bytes.size() / kBytesPerSecond)};

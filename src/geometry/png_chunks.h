@@ -1,6 +1,7 @@
 // What stb_image does not look at before it copies the bytes of a PNG.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace pilesim {
@@ -8,5 +9,9 @@ namespace pilesim {
 // False of a PNG whose first IDAT chunk is empty, or that has none: the decoder would copy from
 // nowhere. True of what is no PNG.
 bool may_be_decoded(std::string_view picture);
+
+// What is wrong with a PNG so that it is not to be decoded: not may_be_decoded(), or its
+// compressed data hold more than its pixels, which the decoder would take in whole. Empty: nothing.
+std::string png_fault(std::string_view picture);
 
 }  // namespace pilesim

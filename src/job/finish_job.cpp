@@ -11,6 +11,7 @@
 #include "inspect/pile_inspection.h"
 #include "job/end_picture.h"
 #include "job/finish_stage.h"
+#include "job/last_state.h"
 #include "job/run_model.h"
 #include "job/run_report.h"
 #include "job/simulation_checkpoint.h"
@@ -103,6 +104,7 @@ SimulationSummary run_finish(const FinishJob& job) {
   const CheckpointKey key = key_of(report.scene_hash, source, start, settings);
   if (job.resume) {
     if (is_complete(job, replaced, key)) {
+      require_whole_run(job.output);
       SimulationSummary nothing_left{.was_complete = true};
       if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, loaded.scene));
       require_gates(job.output, job.gates);

@@ -135,4 +135,18 @@ LastState begin_from(const std::filesystem::path& directory, const Scene& scene,
   return result;
 }
 
+void require_whole_run(const std::filesystem::path& output) {
+  try {
+    TrajectoryReader reader(output);
+    TrajectoryFrame frame;
+    for (uint64_t i = 0; i < reader.frame_count(); ++i) reader.read(i, frame);
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      problem.remedy = "The run was complete and is damaged: simulate it again with --force";
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
 }  // namespace pilesim

@@ -28,4 +28,8 @@ struct LastState {
 LastState begin_from(const std::filesystem::path& directory, const Scene& scene, Model& model,
                      std::optional<uint64_t> take);
 
+// That all frames of a run that is said to be complete can be read. Throws Error(input) naming the
+// file that is damaged, or Error(io).
+void require_whole_run(const std::filesystem::path& output);
+
 }  // namespace pilesim

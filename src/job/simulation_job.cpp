@@ -309,6 +309,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   if (checkpoint) {
     checkpoint->require(key);
     if (checkpoint->is_done()) {
+      require_whole_run(job.output);
       forget_finishing(job.output);
       SimulationSummary nothing_left{.was_complete = true};
       if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, scene));

@@ -8,6 +8,12 @@ namespace pilesim {
 
 namespace {
 
+// A name stands in every body that an emitter makes.
+constexpr size_t kLongestName = 255;   // bytes
+constexpr size_t kLongestPath = 4096;  // bytes; the system's own limit
+
+std::string has_bytes(size_t size) { return "has " + std::to_string(size) + " bytes"; }
+
 // What reads back as a unit vector or quaternion to rounding is left as it is, so that a resolved
 // scene reads back to the same bits.
 constexpr double kUnitByRounding = 1e-12;
@@ -245,12 +251,13 @@ Codec<bool> boolean() {
 
 Codec<std::string> text() {
   Codec<std::string> codec;
-  codec.expected = "a string that is not empty";
+  codec.expected = "a string of 1 to " + std::to_string(kLongestName) + " bytes";
   codec.schema = {{"type", "string"}, {"minLength", 1}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path, std::string& value,
                                            ReadContext& context) {
-    if (!json.is_string() || json.get_ref<const std::string&>().empty()) {
-      context.log.report(path, describe_value(json), expected);
+    const size_t size = json.is_string() ? json.get_ref<const std::string&>().size() : 0;
+    if (size == 0 || size > kLongestName) {
+      context.log.report(path, size == 0 ? describe_value(json) : has_bytes(size), expected);
       return;
     }
     value = json.get<std::string>();
@@ -370,8 +377,9 @@ Codec<std::filesystem::path> file_path() {
   codec.schema = {{"type", "string"}, {"minLength", 1}};
   codec.read = [expected = codec.expected](const Json& json, const Path& path,
                                            std::filesystem::path& value, ReadContext& context) {
-    if (!json.is_string() || json.get_ref<const std::string&>().empty()) {
-      context.log.report(path, describe_value(json), expected);
+    const size_t size = json.is_string() ? json.get_ref<const std::string&>().size() : 0;
+    if (size == 0 || size > kLongestPath) {
+      context.log.report(path, size == 0 ? describe_value(json) : has_bytes(size), expected);
       return;
     }
     value = (context.directory / json.get<std::string>()).lexically_normal();

@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
 #include "json/json_text.h"
 
 namespace pilesim {
+namespace {
+
+// Of keys that a file has twice so many are told.
+constexpr size_t kMostRepeated = 100'000;
+
+}  // namespace
 
 void throw_findings(const ProblemLog& log, const std::string& text, const std::string& file) {
   const LineIndex lines(text);
@@ -19,10 +26,19 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
     problem.column = position.column;
     problems.emplace_back(offset, std::move(problem));
   };
-  std::map<std::string, std::pair<size_t, size_t>> places;  // of key and value
+  // Of key and value, where something was found, and above it: all of a file would take many times
+  // its size.
+  std::map<std::string, std::optional<std::pair<size_t, size_t>>> places;
+  for (const Finding& finding : log.findings()) {
+    std::string pointer = finding.pointer;
+    while (places.try_emplace(pointer).second && !pointer.empty()) {
+      pointer.resize(pointer.rfind('/'));
+    }
+  }
   walk_json(text, [&](const JsonPlace& place) {
-    places[place.pointer] = {place.key_offset, place.value_offset};
-    if (!place.repeats_key) return;
+    const auto wanted = places.find(place.pointer);
+    if (wanted != places.end()) wanted->second = {place.key_offset, place.value_offset};
+    if (!place.repeats_key || problems.size() >= kMostRepeated) return;
     add(place.key_offset, {.pointer = place.pointer,
                            .found = "is given twice",
                            .expected = "each key once in an object"});
@@ -30,8 +46,8 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
   for (const Finding& finding : log.findings()) {
     // What is missing is shown where it should be.
     std::string pointer = finding.pointer;
-    while (!places.contains(pointer)) pointer.resize(pointer.rfind('/'));
-    const auto [key, value] = places.at(pointer);
+    while (!places.at(pointer)) pointer.resize(pointer.rfind('/'));
+    const auto [key, value] = *places.at(pointer);
     add(finding.at_key ? key : value, {.pointer = finding.pointer,
                                        .found = finding.found,
                                        .expected = finding.expected,

@@ -15,6 +15,8 @@ namespace {
 
 // A Json compares each key with those before it in the object. 2 s; one object of 31,000 keys.
 constexpr size_t kMostKeyComparisons = 500'000'000;
+// A key stands in the pointer of each value below it.
+constexpr size_t kLongestKey = 1000;  // bytes of text
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 // First offset at or after `offset` that is neither white space, comment, comma nor colon.
@@ -157,9 +159,12 @@ void check_text(const std::string& text, const std::string& file) {
   int depth = 0;
   std::array<size_t, kMaxJsonDepth + 1> keys{};  // of the object that is open at each depth
   size_t comparisons = 0;
+  size_t string_begin = 0, string_size = 0;  // of the last one
   for (size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '"') {
+      string_begin = i;
       i = string_end(text, i) - 1;
+      string_size = i - string_begin;
     } else if (text[i] == '/') {
       i = std::max(skip_insignificant(text, i), i + 1) - 1;
     } else if (text[i] == '{' || text[i] == '[') {
@@ -169,6 +174,11 @@ void check_text(const std::string& text, const std::string& file) {
       }
       keys[depth] = 0;
     } else if (text[i] == ':') {
+      if (string_size > kLongestKey) {
+        throw syntax_error(text, file, string_begin,
+                           "is a key of " + std::to_string(string_size) + " bytes",
+                           "at most " + std::to_string(kLongestKey), "");
+      }
       comparisons += keys[depth]++;
       if (comparisons > kMostKeyComparisons) {
         throw syntax_error(text, file, i, "follows one key too many",

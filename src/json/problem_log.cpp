@@ -10,6 +10,9 @@ namespace pilesim {
 
 namespace {
 
+// Nobody reads more, and each may take kilobytes. From here on nothing is kept, and nothing sound.
+constexpr size_t kMostFindings = 65'536;
+
 std::string lower_case(std::string_view word) {
   std::string lower(word);
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -47,6 +50,7 @@ std::string Path::pointer() const {
 
 void ProblemLog::report(const Path& path, std::string found, std::string expected,
                         std::string remedy) {
+  if (findings_.size() >= kMostFindings) return;
   findings_.push_back(
       {path.pointer(), false, std::move(found), std::move(expected), std::move(remedy)});
   pointers_.insert(findings_.back().pointer);
@@ -54,12 +58,14 @@ void ProblemLog::report(const Path& path, std::string found, std::string expecte
 
 void ProblemLog::report_key(const Path& path, std::string found, std::string expected,
                             std::string remedy) {
+  const size_t before = findings_.size();
   report(path, std::move(found), std::move(expected), std::move(remedy));
-  findings_.back().at_key = true;
+  if (findings_.size() > before) findings_.back().at_key = true;
 }
 
 bool ProblemLog::is_sound(const Path& path) const {
   if (findings_.empty()) return true;
+  if (findings_.size() >= kMostFindings) return false;
   const std::string pointer = path.pointer();
   const std::string beginning = pointer + '/';
   const auto below = pointers_.lower_bound(beginning);
@@ -68,6 +74,7 @@ bool ProblemLog::is_sound(const Path& path) const {
 }
 
 bool ProblemLog::is_sound_itself(const Path& path) const {
+  if (findings_.size() >= kMostFindings) return false;
   return findings_.empty() || !pointers_.contains(path.pointer());
 }
 

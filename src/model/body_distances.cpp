@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "geometry/convex_distance.h"
+#include "geometry/height_field.h"
 
 namespace pilesim {
 namespace {
@@ -38,10 +39,15 @@ Bounds widened(Bounds box, double by) {
 
 BodyDistances::BodyDistances(const Model& model) : model_(model) {
   trees_.resize(model.shapes.size());
+  boxes_.resize(model.shapes.size());
+  columns_.resize(model.shapes.size());
   cores_.resize(model.shapes.size());
   for (size_t i = 0; i < model.shapes.size(); ++i) {
     for (const CollisionPiece& piece : model.shapes[i].pieces) cores_[i].emplace_back(piece);
-    if (model.shapes[i].collides_as_mesh) {
+    if (!model.shapes[i].collides_as_mesh) continue;
+    boxes_[i] = model.shapes[i].mesh.bounds();
+    columns_[i] = height_field_columns(model.shapes[i].mesh);
+    if (columns_[i] == 0) {
       trees_[i] = std::make_unique<TriangleTree>(model.shapes[i].mesh);
     }
   }
@@ -49,7 +55,7 @@ BodyDistances::BodyDistances(const Model& model) : model_(model) {
 
 PlacedShape BodyDistances::place(uint32_t shape, const Pose& pose) const {
   PlacedShape placed{.shape = shape, .pose = pose};
-  if (trees_[shape]) placed.box = box_at(trees_[shape]->nodes()[0].box, pose);
+  if (!boxes_[shape].isEmpty()) placed.box = box_at(boxes_[shape], pose);
   for (const PieceCore& core : cores_[shape]) placed.box.extend(PlacedPiece(core, pose).bounds());
   return placed;
 }
@@ -81,17 +87,23 @@ double BodyDistances::to_plane(const PlacedShape& body, const PlacedShape& plane
 
 double BodyDistances::to_mesh(const PlacedShape& body, const PlacedShape& mesh,
                               double reach_m) const {
-  const TriangleTree& tree = *trees_[mesh.shape];
+  const ModelShape& shape = model_.shapes[mesh.shape];
   const Quat back = mesh.pose.orientation.conjugate();
   const Pose in_mesh{back * (body.pose.position - mesh.pose.position),
                      back * body.pose.orientation};
   double nearest = kNone;
   for (const PieceCore& core : cores_[body.shape]) {
     const PlacedPiece piece(core, in_mesh);
-    tree.for_each_near(widened(piece.bounds(), reach_m), 0, [&](uint32_t i) {
-      nearest =
-          std::min(nearest, convex_distance(piece, PlacedTriangle(tree.corners()[i]), reach_m));
-    });
+    const Bounds near = widened(piece.bounds(), reach_m);
+    const auto visit = [&](const Corners& corners) {
+      nearest = std::min(nearest, convex_distance(piece, PlacedTriangle(corners), reach_m));
+    };
+    if (columns_[mesh.shape] > 0) {
+      for_each_triangle_near(shape.mesh, columns_[mesh.shape], near, visit);
+    } else {
+      const TriangleTree& tree = *trees_[mesh.shape];
+      tree.for_each_near(near, 0, [&](uint32_t i) { visit(tree.corners()[i]); });
+    }
   }
   return nearest;
 }

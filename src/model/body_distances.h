@@ -38,8 +38,11 @@ class BodyDistances {
                                   const Bounds& nearby, double reach_m) const;
 
   const Model& model_;
-  std::vector<std::vector<PieceCore>> cores_;         // by shape
-  std::vector<std::unique_ptr<TriangleTree>> trees_;  // by shape, where it collides as a mesh
+  std::vector<std::vector<PieceCore>> cores_;  // by shape
+  std::vector<Bounds> boxes_;                  // by shape, of its mesh where it collides as one
+  std::vector<uint32_t> columns_;  // by shape, of height fields, which need no tree; else 0
+  std::vector<std::unique_ptr<TriangleTree>>
+      trees_;  // by shape, of other meshes that collide as such
 };
 
 // `box` and all that is within `by` m of it along an axis.

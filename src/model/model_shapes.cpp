@@ -67,6 +67,10 @@ Colour mean_colour(const TriangleMesh& mesh) {
 void finish(ModelShape& shape, const TriangleMesh& solid) {
   shape.smallest_extent = solid.bounds().sizes().minCoeff();
   const Vec3 centre = shape.mass.centre_of_mass;
+  // Before the mesh is moved, which may be the solid.
+  for (const Vec3& vertex : solid.vertices) {
+    shape.bounding_radius = std::max(shape.bounding_radius, (vertex - centre).norm());
+  }
   shape.origin_offset = centre;
   shape.mass.centre_of_mass = Vec3::Zero();
   move(shape.mesh, -centre);
@@ -76,9 +80,6 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
     } else {
       piece.pose.position -= centre;
     }
-  }
-  for (const Vec3& vertex : solid.vertices) {
-    shape.bounding_radius = std::max(shape.bounding_radius, (vertex - centre).norm());
   }
   for (const Vec3& vertex : shape.mesh.vertices) {
     shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
@@ -92,10 +93,7 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
 }
 
 // Of a shape whose mesh is its solid.
-void finish(ModelShape& shape) {
-  const TriangleMesh solid = shape.mesh;
-  finish(shape, solid);
-}
+void finish(ModelShape& shape) { finish(shape, shape.mesh); }
 
 class MeshShapeBuilder {
  public:

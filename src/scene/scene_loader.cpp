@@ -100,11 +100,14 @@ class Locator {
   std::vector<Offsets> offsets_;  // by file: of key and value, by pointer
 };
 
+// Of keys that a file has twice so many are told.
+constexpr size_t kMostRepeated = 100'000;
+
 std::vector<Problem> repeated_keys(const std::string& text, const std::string& file) {
   std::vector<Problem> problems;
   const LineIndex lines(text);
   walk_json(text, [&](const JsonPlace& place) {
-    if (!place.repeats_key) return;
+    if (!place.repeats_key || problems.size() >= kMostRepeated) return;
     const TextPosition position = lines.position(place.key_offset);
     problems.push_back({.file = file,
                         .pointer = place.pointer,

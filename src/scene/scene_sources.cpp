@@ -55,6 +55,7 @@ void move_paths(Json& scene, const fs::path& directory) {
 SceneSources::SceneSources(const std::string& text, const fs::path& file)
     : directory_(fs::absolute(file).parent_path()) {
   files_.push_back({file.string(), text});
+  bytes_ = text.size();
   std::vector<fs::path> chain = {fs::absolute(file).lexically_normal()};
   Part part = read(text, file, chain);
   document_ = std::move(part.document);
@@ -139,6 +140,12 @@ void SceneSources::include(const Json& written, const std::string& pointer, size
         "a scene file, relative to this one");
   }
   files_.push_back({path.string(), read_file(full, kMostJsonBytes)});
+  bytes_ += files_.back().text.size();
+  if (bytes_ > kMostJsonBytes) {
+    throw refusal(includer, pointer,
+                  found + ", with which all files are " + std::to_string(bytes_) + " bytes",
+                  "at most " + std::to_string(kMostJsonBytes) + " bytes in all");
+  }
   chain.push_back(full);
   Part part = read(std::string(files_.back().text), path, chain);
   chain.pop_back();

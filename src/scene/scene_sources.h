@@ -13,6 +13,7 @@
 
 namespace pilesim {
 
+// Bytes of all files together are at most kMostJsonBytes.
 inline constexpr int kDeepestInclude = 8;    // files that include one another
 inline constexpr size_t kMostIncluded = 64;  // files in all, each as often as it is included
 
@@ -57,6 +58,7 @@ class SceneSources {
 
   std::filesystem::path directory_;  // of the first file, absolute
   std::vector<File> files_;
+  uint64_t bytes_ = 0;  // of all files
   Json document_;
   std::map<std::string, Place> places_;
 };

@@ -29,16 +29,17 @@ uint64_t seed_of(const Json& document) {
   return seed != document.end() && seed->is_number_unsigned() ? seed->get<uint64_t>() : 1;
 }
 
-// A small file must not become a scene without end.
-constexpr size_t kMostPut = 10'000'000;
-
-// Values in `json`, itself among them.
-size_t count_of(const Json& json) {
-  size_t count = 1;
-  if (json.is_structured()) {
-    for (const Json& member : json) count += count_of(member);
+// Bytes that `json` takes in memory, roughly: what each value takes by itself, keys and strings.
+size_t bytes_of(const Json& json) {
+  constexpr size_t kValue = 64;
+  size_t bytes = kValue;
+  if (json.is_string()) return bytes + json.get_ref<const std::string&>().size();
+  if (json.is_object()) {
+    for (const auto& [key, member] : json.items()) bytes += key.size() + bytes_of(member);
+  } else if (json.is_array()) {
+    for (const Json& member : json) bytes += bytes_of(member);
   }
-  return count;
+  return bytes;
 }
 
 std::vector<std::string> keys_of(const Json& object) {
@@ -126,11 +127,13 @@ class Resolver {
           did_you_mean(name.get<std::string>(), names));
       return;
     }
-    put_ += count_of(*found);
-    if (put_ > kMostPut) {
+    put_ += bytes_of(*found);
+    if (put_ > kMostVariableBytes) {
       if (!is_too_much_) {
-        log_.report(path, "is where variables have become too much",
-                    "at most " + std::to_string(kMostPut) + " values in their place");
+        log_.report(
+            path, "is where variables have become too much",
+            "at most " + std::to_string(kMostVariableBytes >> 20) + " MiB of values in their place",
+            "Write shorter values, or use them less often");
       }
       is_too_much_ = true;
       return;
@@ -247,7 +250,7 @@ class Resolver {
   ProblemLog& log_;
   uint64_t seed_;
   Json variables_ = Json::object();
-  size_t put_ = 0;  // values that came from variables
+  size_t put_ = 0;  // bytes that came from variables
   bool is_too_much_ = false;
   bool are_known_ = false;  // else they are being resolved themselves
   std::map<std::string, std::string> used_;

@@ -1,6 +1,7 @@
 // Values of a scene file that stand for others: variables, and what is drawn at random.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 
@@ -9,11 +10,16 @@
 
 namespace pilesim {
 
+// What variables may take in all the places where they are used: a small file must not become a
+// scene that no memory holds.
+inline constexpr size_t kMostVariableBytes = size_t{64} << 20;
+
 // Puts in place of each {"var": NAME} the value that "variables" has for the name, and in place of
 // each {"random": ...} one drawn by the document's seed and the value's pointer: it depends on no
 // other value. Variables may be drawn, and are the same wherever they are used; they name no other
 // variables. Then takes "variables" away. Reports names that are unknown and draws that are not
-// {"from", "to"} or {"of"}; what is wrong stays as it is.
+// {"from", "to"} or {"of"}, and variables that take more
+// than kMostVariableBytes; what is wrong stays as it is.
 // Returns the pointers where a variable was put, with its name.
 std::map<std::string, std::string> resolve_values(Json& document, ProblemLog& log);
 

@@ -70,18 +70,22 @@ BulletShape::BulletShape(const ModelShape& shape, double smallest_body_m) {
     }
   }
   if (shape.collides_as_mesh) {
-    triangles_ = std::make_unique<btTriangleMesh>();
-    const Quat turn = body_from_bullet_.conjugate();
-    for (const Triangle& t : shape.mesh.triangles) {
-      triangles_->addTriangle(to_bullet(turn * shape.mesh.vertices[t[0]]),
-                              to_bullet(turn * shape.mesh.vertices[t[1]]),
-                              to_bullet(turn * shape.mesh.vertices[t[2]]));
-    }
-    collision_ = std::make_unique<btBvhTriangleMeshShape>(triangles_.get(), true);
-    collision_->setMargin(0);
+    mesh_ = &shape.mesh;
   } else {
     add_pieces(shape, std::min(shape.smallest_extent, smallest_body_m));
   }
+}
+
+void BulletShape::make_triangles() const {
+  triangles_ = std::make_unique<btTriangleMesh>();
+  const Quat turn = body_from_bullet_.conjugate();
+  for (const Triangle& t : mesh_->triangles) {
+    triangles_->addTriangle(to_bullet(turn * mesh_->vertices[t[0]]),
+                            to_bullet(turn * mesh_->vertices[t[1]]),
+                            to_bullet(turn * mesh_->vertices[t[2]]));
+  }
+  collision_ = std::make_unique<btBvhTriangleMeshShape>(triangles_.get(), true);
+  collision_->setMargin(0);
 }
 
 void BulletShape::add_pieces(const ModelShape& shape, double extent_m) {

@@ -21,21 +21,26 @@ class BulletShape {
                        double smallest_body_m = std::numeric_limits<double>::infinity());
 
   // Bullet's shapes are never written by a world, but it asks for pointers to non-const.
-  btCollisionShape* collision() const { return collision_.get(); }
+  btCollisionShape* collision() const {
+    if (!collision_) make_triangles();
+    return collision_.get();
+  }
   const Quat& body_from_bullet() const { return body_from_bullet_; }
   // Principal moments of a body of this shape, kg m^2; zero for shapes without volume.
   btVector3 inertia(double mass_kg) const { return inertia_per_kg_ * mass_kg; }
 
  private:
   void add_pieces(const ModelShape& shape, double extent_m);
+  void make_triangles() const;
 
   Quat body_from_bullet_ = Quat::Identity();
   btVector3 inertia_per_kg_{0, 0, 0};
   // Before collision_, which refers to them.
-  std::unique_ptr<btTriangleMesh> triangles_;
+  const TriangleMesh* mesh_ = nullptr;  // of what collides as one, made when it is first used
+  mutable std::unique_ptr<btTriangleMesh> triangles_;
   std::vector<std::unique_ptr<btConvexShape>> parts_;
   std::unique_ptr<ConvexPieces> pieces_;
-  std::unique_ptr<btCollisionShape> collision_;
+  mutable std::unique_ptr<btCollisionShape> collision_;
 };
 
 // Of all shapes of a model, in their order. Those that no dynamic body has may be as large as a

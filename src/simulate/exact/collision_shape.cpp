@@ -111,7 +111,7 @@ CollisionShape::CollisionShape(const ModelShape& shape)
     }
   }
   if (shape.collides_as_mesh) {
-    surface = std::make_unique<TriangleSurface>(shape.mesh);
+    surface = LazySurface(shape.mesh);
     box = shape.mesh.bounds();
     for (const Vec3& vertex : shape.mesh.vertices) radius_m = std::max(radius_m, vertex.norm());
     return;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -41,6 +43,30 @@ class TriangleSurface {
   bool is_closed_ = true;
 };
 
+// A surface that is made when it is first asked for, by any thread: who only checks a scene does
+// without. A large mesh takes seconds and gigabytes.
+class LazySurface {
+ public:
+  LazySurface() = default;
+  explicit LazySurface(const TriangleMesh& mesh) : state_(std::make_unique<State>(&mesh)) {}
+  explicit operator bool() const { return state_ != nullptr; }
+  bool operator==(std::nullptr_t) const { return state_ == nullptr; }
+  const TriangleSurface* operator->() const {
+    std::call_once(state_->once, [&] { state_->surface.emplace(*state_->mesh); });
+    return &*state_->surface;
+  }
+
+ private:
+  struct State {
+    explicit State(const TriangleMesh* of) : mesh(of) {}
+    const TriangleMesh* mesh;
+    std::once_flag once;
+    std::optional<TriangleSurface> surface;
+  };
+  std::unique_ptr<State> state_;
+};
+
+// `shape` outlives it.
 struct CollisionShape {
   explicit CollisionShape(const ModelShape& shape);
   // By which contacts are measured: of the smallest piece; of a plane or a surface infinite, as
@@ -51,7 +77,7 @@ struct CollisionShape {
 
   bool is_plane = false;  // y <= 0 in its frame
   std::vector<ConvexPiece> pieces;
-  std::unique_ptr<TriangleSurface> surface;
+  LazySurface surface;
   Bounds box;           // m, body frame; of a plane empty
   double radius_m = 0;  // about the origin
   double smallest_extent_m = 0;

@@ -71,14 +71,14 @@ SurfaceGeometry::MeshSurface::MeshSurface(const TriangleMesh& mesh) : tree(mesh)
 void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocity,
                             const Vec3& turn_rate) {
   const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
-  std::unique_ptr<MeshSurface>& mesh = meshes_[model_.bodies[body].shape];
-  if (!shape.is_plane && !mesh) mesh = std::make_unique<MeshSurface>(shape.mesh);
+  std::unique_ptr<LazyMesh>& mesh = meshes_[model_.bodies[body].shape];
+  if (!shape.is_plane && !mesh) mesh = std::make_unique<LazyMesh>(shape.mesh);
   Placed placed{{body, pose, velocity, turn_rate},
                 shape.is_plane,
                 pose.orientation * Vec3::UnitY(),
                 {},
                 mesh.get()};
-  if (mesh) placed.box = box_around(mesh->tree.nodes().front().box, pose);
+  if (mesh) placed.box = box_around(mesh->box, pose);
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
   if (at != placed_.end() && at->body == body) {
     *at = placed;
@@ -199,8 +199,9 @@ class SurfaceGeometry::MeshSearch {
 
 void SurfaceGeometry::MeshSearch::run() {
   const Vec3 around = Vec3::Constant(probe_.farthest_m);
-  placed_.mesh->tree.for_each_near(Bounds(centre_ - around, centre_ + around), 0,
-                                   [&](uint32_t triangle) { look_at(triangle); });
+  (*placed_.mesh)
+      ->tree.for_each_near(Bounds(centre_ - around, centre_ + around), 0,
+                           [&](uint32_t triangle) { look_at(triangle); });
   faces_ = near_.size();
   for (const Beside& triangle : beside_) {
     add(contact(triangle.way, triangle.distance, false));
@@ -210,8 +211,8 @@ void SurfaceGeometry::MeshSearch::run() {
 
 void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
   const double farthest = probe_.farthest_m;
-  const Corners& corners = placed_.mesh->tree.corners()[triangle];
-  const Vec3& outward = placed_.mesh->outward[triangle];
+  const Corners& corners = (*placed_.mesh)->tree.corners()[triangle];
+  const Vec3& outward = (*placed_.mesh)->outward[triangle];
   // From behind a triangle keeps nothing out: the front of the solid does.
   const double above = outward.dot(centre_ - corners[0]);
   if (above > farthest || above < -kEdgeOn * farthest) return;
@@ -228,7 +229,7 @@ void SurfaceGeometry::MeshSearch::look_at(uint32_t triangle) {
 
 // Where the face under the centre goes on all corners are met already.
 bool SurfaceGeometry::MeshSearch::is_met_by_face(const Beside& triangle) const {
-  const Vec3 normal = placed_.pose.orientation * placed_.mesh->outward[triangle.triangle];
+  const Vec3 normal = placed_.pose.orientation * (*placed_.mesh)->outward[triangle.triangle];
   return std::any_of(near_.begin(), near_.begin() + static_cast<ptrdiff_t>(faces_),
                      [&](const SurfaceContact& face) {
                        return face.normal.cast<double>().dot(normal) > kOnePlane &&
@@ -245,8 +246,8 @@ void SurfaceGeometry::MeshSearch::meet_corners(const Beside& triangle) {
     corners_.matrix().noalias() = turn.toRotationMatrix() * probe_.hull->corners.matrix();
     has_corners_ = true;
   }
-  const Vec3& outward = placed_.mesh->outward[triangle.triangle];
-  Corners from_centre = placed_.mesh->tree.corners()[triangle.triangle];
+  const Vec3& outward = (*placed_.mesh)->outward[triangle.triangle];
+  Corners from_centre = (*placed_.mesh)->tree.corners()[triangle.triangle];
   for (Vec3& corner : from_centre) corner -= centre_;
   const auto height = static_cast<float>(probe_.near_m - triangle.above);
   const float reach_m = reach_below(from_centre, outward, height, corners_);
@@ -301,8 +302,8 @@ double SurfaceGeometry::first_hit(const Vec3& from, const Vec3& to) const {
     const Vec3 b = to_local * (to - placed.pose.position);
     Bounds way(a);
     way.extend(b);
-    placed.mesh->tree.for_each_near(way, 0, [&](uint32_t i) {
-      first = std::min(first, crossing(placed.mesh->tree.corners()[i], a, b - a));
+    (*placed.mesh)->tree.for_each_near(way, 0, [&](uint32_t i) {
+      first = std::min(first, crossing((*placed.mesh)->tree.corners()[i], a, b - a));
     });
   }
   return first;

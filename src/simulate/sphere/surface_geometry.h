@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -85,11 +87,24 @@ class SurfaceGeometry {
     TriangleTree tree;
     std::vector<Vec3> outward;  // of its triangles, unit; in tree order
   };
+  struct LazyMesh;
   struct Placed : SurfaceState {
     bool is_plane;
-    Vec3 normal;              // of a plane
-    Bounds box;               // of a mesh, world frame
-    const MeshSurface* mesh;  // null for a plane
+    Vec3 normal;           // of a plane
+    Bounds box;            // of a mesh, world frame
+    const LazyMesh* mesh;  // null for a plane
+  };
+  // Made when a search first comes near it: who only checks a scene does without.
+  struct LazyMesh {
+    explicit LazyMesh(const TriangleMesh& of_mesh) : mesh(of_mesh), box(of_mesh.bounds()) {}
+    const MeshSurface* operator->() const {
+      std::call_once(once, [&] { made.emplace(mesh); });
+      return &*made;
+    }
+    const TriangleMesh& mesh;
+    Bounds box;
+    mutable std::once_flag once;
+    mutable std::optional<MeshSurface> made;
   };
   class MeshSearch;
   static SurfaceContact contact_of(const Placed& placed, const Vec3& normal, double gap,
@@ -98,8 +113,8 @@ class SurfaceGeometry {
                            std::vector<SurfaceContact>& contacts);
 
   const Model& model_;
-  std::vector<std::unique_ptr<MeshSurface>> meshes_;  // by shape, made when first needed
-  std::vector<Placed> placed_;                        // in the order of bodies
+  std::vector<std::unique_ptr<LazyMesh>> meshes_;  // by shape
+  std::vector<Placed> placed_;                     // in the order of bodies
 };
 
 }  // namespace pilesim
