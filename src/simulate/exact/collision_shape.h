@@ -13,11 +13,11 @@
 
 namespace pilesim::exact {
 
-// Triangles with what lies over their edges. A closed surface is touched from outside, an open one
-// from either side.
+// Triangles with what lies over their edges. One that is solid behind its faces, as a closed one
+// is, is touched from outside, another from either side.
 class TriangleSurface {
  public:
-  explicit TriangleSurface(const TriangleMesh& mesh);
+  TriangleSurface(const TriangleMesh& mesh, bool solid_behind);
 
   struct Face {
     Corners corners;
@@ -29,7 +29,9 @@ class TriangleSurface {
   };
   const TriangleTree& tree() const { return tree_; }
   const Face& face(uint32_t place) const { return faces_[place]; }  // in tree order
-  bool is_closed() const { return is_closed_; }
+  bool is_solid() const { return is_closed_ || solid_behind_; }
+  // Nothing comes to a face from behind: there is no other side, as under a height field.
+  bool has_one_side() const { return solid_behind_; }
 
   // The normal nearest to `normal`, of the surface, with which something on that `side` (1 or -1)
   // that touches the triangle closest at `point` may be pushed: never into the surface beside it.
@@ -38,7 +40,7 @@ class TriangleSurface {
  private:
   TriangleTree tree_;
   std::vector<Face> faces_;
-  bool is_closed_ = true;
+  bool is_closed_ = true, solid_behind_;
 };
 
 struct CollisionShape {

@@ -11,9 +11,10 @@ namespace pilesim::exact {
 
 class NarrowPhase {
  public:
-  // Works on the bodies and pairs of `state`; both must outlive it. `gravity` in m/s^2.
+  // Works on the bodies and pairs of `state`; it, shapes and surroundings must outlive this.
+  // `gravity` in m/s^2.
   NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, double step_s,
-              const Vec3& gravity);
+              const Vec3& gravity, const ModelSurroundings& surroundings);
 
   // Finds the contacts of all pairs that `filter` lets touch (empty: all), and how they bounce.
   // What turns on its way to a contact of this step is moved there.
