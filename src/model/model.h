@@ -35,6 +35,7 @@ struct ModelShape {
   Colour mean_colour{};                  // of mesh.colours, where there are any
   std::vector<CollisionPiece> pieces;    // union; empty where collides_as_mesh or is_plane
   bool collides_as_mesh = false;         // concave, static or kinematic only
+  bool solid_behind = false;             // of a mesh that need not be closed: behind all triangles
   MassProperties mass;                   // of unit density; centre_of_mass is zero here
   Vec3 origin_offset = Vec3::Zero();     // the centre of mass in the shape's own frame, m
   double bounding_radius = 0;            // about the centre of mass, m

@@ -306,7 +306,7 @@ ModelShape build_terrain(const TerrainShape& terrain) {
   ModelShape shape;
   shape.mesh = height_field_mesh(terrain.file, terrain.size[0], terrain.size[1], terrain.height[0],
                                  terrain.height[1]);
-  shape.collides_as_mesh = true;
+  shape.collides_as_mesh = shape.solid_behind = true;
   shape.collision_report =
       "terrain: " + counted(shape.mesh.triangles.size(), "triangle") + ", exact";
   finish(shape);

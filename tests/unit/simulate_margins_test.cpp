@@ -242,6 +242,52 @@ void expect_planks_on_hills(bool is_closed) {
   EXPECT_GE(above, 30);  // and have not slid off
 }
 
+// Bars, planks and sheets that are as thin as a hundredth of their length fall on hills flat, on
+// end and turning. A height field has no other side from which a hill could hold what it pokes
+// into.
+TEST(Margins, ThinBodiesStayOutOfAHeightField) {
+  TriangleMesh hills;
+  add_mesh_grid({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, 64, hills);
+  for (Vec3& v : hills.vertices) {
+    v.y() = 1.5 + 0.9 * std::sin(1.3 * v.x()) * std::cos(1.1 * v.z()) + 0.1 * std::sin(4 * v.x());
+  }
+  for (const Vec3& size : {Vec3(3, 0.1, 0.1), Vec3(1, 0.03, 0.03), Vec3(3, 0.03, 0.03),
+                           Vec3(3, 0.05, 0.4), Vec3(2, 0.02, 1.5)}) {
+    SmallModel m;
+    const uint32_t material = m.material(0.1, 0.6);
+    const uint32_t ground = mesh_shape(m, hills);
+    m.model.shapes[ground].solid_behind = true;
+    m.body(ground, material, Vec3::Zero(), Role::fixed);
+    const uint32_t shape = m.box(size);
+    for (int i = 0; i < 12; ++i) {
+      ModelBody& body = m.body(shape, material, {5.5 * (i % 3 - 1), 6, 4.2 * (i / 3 - 1.5)});
+      const Quat turned(Eigen::AngleAxisd(0.7 * i, Vec3::UnitY()));
+      if (i % 3 == 0) body.pose.orientation = turned;
+      if (i % 3 == 1) {
+        body.pose.orientation = turned * Quat(Eigen::AngleAxisd(1.54, Vec3::UnitZ()));
+      }
+      if (i % 3 == 2) {
+        body.pose.orientation = Quat(Eigen::AngleAxisd(0.9 * i, Vec3(1, 0.3 * i, -1).normalized()));
+        body.angular_velocity = {3, -2, 4.0 - i};
+      }
+    }
+    const double d = 2 * m.model.shapes[shape].bounding_radius;
+    const auto simulator = make_simulator(m.scene, m.model);
+    double deepest_m = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+      simulator->step_frame();
+      for (const double depth : overlap_depths(m.model, simulator->states())) {
+        deepest_m = std::max(deepest_m, depth);
+      }
+    }
+    EXPECT_LT(deepest_m, 0.02 * d) << size.transpose();
+    for (const double depth : overlap_depths(m.model, simulator->states())) {
+      EXPECT_LT(depth, 0.002 * d) << size.transpose();
+    }
+    for (const Vec3& at : simulator->states().position) EXPECT_GT(at.y(), -0.1) << at.transpose();
+  }
+}
+
 TEST(Margins, LongBodiesLieOnHills) { expect_planks_on_hills(false); }
 TEST(Margins, LongBodiesLieOnASolidOfHills) { expect_planks_on_hills(true); }
 

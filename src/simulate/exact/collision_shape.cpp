@@ -23,7 +23,8 @@ bool is_diagonal(const Mat3& inertia) {
 
 }  // namespace
 
-TriangleSurface::TriangleSurface(const TriangleMesh& mesh) : tree_(mesh) {
+TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
+    : tree_(mesh), solid_behind_(solid_behind) {
   const auto normal_of = [&](const Triangle& t) {
     return Vec3((mesh.vertices[t[1]] - mesh.vertices[t[0]])
                     .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
@@ -111,7 +112,7 @@ CollisionShape::CollisionShape(const ModelShape& shape)
     }
   }
   if (shape.collides_as_mesh) {
-    surface = LazySurface(shape.mesh);
+    surface = LazySurface(shape.mesh, shape.solid_behind);
     box = shape.mesh.bounds();
     for (const Vec3& vertex : shape.mesh.vertices) radius_m = std::max(radius_m, vertex.norm());
     return;

@@ -15,11 +15,11 @@
 
 namespace pilesim::exact {
 
-// Triangles with what lies over their edges. A closed surface is touched from outside, an open one
-// from either side.
+// Triangles with what lies over their edges. One that is solid behind its faces, as a closed one
+// is, is touched from outside, another from either side.
 class TriangleSurface {
  public:
-  explicit TriangleSurface(const TriangleMesh& mesh);
+  TriangleSurface(const TriangleMesh& mesh, bool solid_behind);
 
   struct Face {
     Corners corners;
@@ -31,7 +31,9 @@ class TriangleSurface {
   };
   const TriangleTree& tree() const { return tree_; }
   const Face& face(uint32_t place) const { return faces_[place]; }  // in tree order
-  bool is_closed() const { return is_closed_; }
+  bool is_solid() const { return is_closed_ || solid_behind_; }
+  // Nothing comes to a face from behind: there is no other side, as under a height field.
+  bool has_one_side() const { return solid_behind_; }
 
   // The normal nearest to `normal`, of the surface, with which something on that `side` (1 or -1)
   // that touches the triangle closest at `point` may be pushed: never into the surface beside it.
@@ -40,7 +42,7 @@ class TriangleSurface {
  private:
   TriangleTree tree_;
   std::vector<Face> faces_;
-  bool is_closed_ = true;
+  bool is_closed_ = true, solid_behind_;
 };
 
 // A surface that is made when it is first asked for, by any thread: who only checks a scene does
@@ -48,18 +50,21 @@ class TriangleSurface {
 class LazySurface {
  public:
   LazySurface() = default;
-  explicit LazySurface(const TriangleMesh& mesh) : state_(std::make_unique<State>(&mesh)) {}
+  LazySurface(const TriangleMesh& mesh, bool solid_behind)
+      : state_(std::make_unique<State>(&mesh, solid_behind)) {}
   explicit operator bool() const { return state_ != nullptr; }
   bool operator==(std::nullptr_t) const { return state_ == nullptr; }
   const TriangleSurface* operator->() const {
-    std::call_once(state_->once, [&] { state_->surface.emplace(*state_->mesh); });
+    std::call_once(state_->once,
+                   [&] { state_->surface.emplace(*state_->mesh, state_->solid_behind); });
     return &*state_->surface;
   }
 
  private:
   struct State {
-    explicit State(const TriangleMesh* of) : mesh(of) {}
+    State(const TriangleMesh* of, bool solid) : mesh(of), solid_behind(solid) {}
     const TriangleMesh* mesh;
+    bool solid_behind;
     std::once_flag once;
     std::optional<TriangleSurface> surface;
   };

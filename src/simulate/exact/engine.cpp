@@ -86,6 +86,7 @@ class Engine final : public ExactEngine {
   double list_step_s_;  // pairs are listed for steps of this length
   Vec3 gravity_;
   std::vector<CollisionShape> shapes_;
+  ModelSurroundings surroundings_;
   EngineState state_;
   std::vector<Body>& bodies_;
   PairList pairs_;
@@ -110,10 +111,11 @@ Engine::Engine(const Scene& scene, const Model& model)
       list_step_s_(step_s_),
       gravity_(scene.gravity),
       shapes_(shapes_of(model)),
+      surroundings_(model, shapes_),
       state_{.bodies = std::vector<Body>(model.bodies.size())},
       bodies_(state_.bodies),
       pairs_(shapes_, state_),
-      narrow_(shapes_, state_, gravity_),
+      narrow_(shapes_, state_, gravity_, surroundings_),
       rest_(model, shapes_, state_, gravity_),
       solver_(scene, model, shapes_, state_) {
   for (uint32_t i = 0; i < model.bodies.size(); ++i) bodies_[i].shape = model.bodies[i].shape;

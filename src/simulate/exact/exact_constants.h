@@ -45,6 +45,9 @@ inline constexpr double kDeep = 1e-3;
 // But not against what does not move where they are sunk by more than this: what all but went
 // through a thin wall is to come back the way it went.
 inline constexpr double kTooDeep = 0.2;
+// Static things no farther apart lie against each other, and a step no higher is none: what rests
+// is as deep in what carries it.
+inline constexpr double kFlush = 1e-3;
 // What is sunk into a closed surface by more leaves it as it came.
 inline constexpr double kInside = 0.01;
 

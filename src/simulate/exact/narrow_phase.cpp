@@ -20,11 +20,11 @@ constexpr size_t kBodyGrain = 256;
 }  // namespace
 
 NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state,
-                         const Vec3& gravity)
+                         const Vec3& gravity, const ModelSurroundings& surroundings)
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
-      settings_{0, gravity.norm()},
+      settings_{0, gravity.norm(), &surroundings},
       gravity_(gravity),
       placed_(state.bodies.size()),
       stirs_(state.bodies.size()) {}

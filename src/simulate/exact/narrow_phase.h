@@ -11,12 +11,13 @@ namespace pilesim::exact {
 
 class NarrowPhase {
  public:
-  // Works on the bodies and pairs of `state`; both must outlive it. `gravity` in m/s^2.
-  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity);
+  // Works on the bodies and pairs of `state`; it, shapes and surroundings must outlive this.
+  // `gravity` in m/s^2.
+  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity, ,
+              const ModelSurroundings& surroundings);
 
-  // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`, and
-  // how they bounce.
-  // What turns on its way to a contact of this step is moved there.
+  // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`,
+  // and how they bounce. What turns on its way to a contact of this step is moved there.
   void find(double step_s, const PairFilter& filter);
 
   // When pairs have come or gone since: touching() anew.

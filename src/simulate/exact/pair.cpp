@@ -31,7 +31,9 @@ class Finder {
         shape_b_(*b.shape),
         scratch_(scratch),
         step_s_(settings.step_s),
-        small_(smaller_extent(shape_a_, shape_b_)) {
+        small_(smaller_extent(shape_a_, shape_b_)),
+        around_a_(settings.surroundings->of(pair.a)),
+        around_b_(settings.surroundings->of(pair.b)) {
     const double h = settings.step_s;
     const double fall = a.is_awake != b.is_awake ? settings.gravity * h * h : 0;
     turning_ = a.turning_m_s + b.turning_m_s;
@@ -167,7 +169,7 @@ class Finder {
       if (t > step_s_) break;
       then = look(relative_at(t), near_m_);
     }
-    if (t <= step_s_ && then.distance_m <= near_m_) {
+    if (t <= step_s_ && then.is_exact && then.distance_m <= near_m_) {
       touch(relative_at(t), then, near_m_ + kContactMargin * small_);
       add_contacts(first, t, is_round);
     }
@@ -223,19 +225,33 @@ class Finder {
     }
     pieces.feature = {};
     pieces.looked_m = 0;
-    bool first = true;
+    bool first = true, is_turned = false;
     const double distance = meet(
         is_round(a) || is_round(b),
         [&](const Relative& relative, const Reach& reach) {
           Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
+          is_turned = leave_surroundings(pieces, relative, reach, separation);
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
           first = false;
           return separation;
         },
         [&](const Relative& relative, const Separation& separation, double reach) {
+          if (is_turned) {
+            pieces.feature = add_turned(pieces, relative, separation, reach);
+            return;
+          }
+          const size_t before = scratch_.all.size();
           pieces.feature =
               add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+          // What is beside the face may be a neighbour's.
+          if (scratch_.all.size() == before) return;
+          const SurfacePoint& point = scratch_.all.back();
+          if (point.normal.dot(separation.normal) > kSamePlane) return;
+          const Vec3 half = point.distance_m / 2 * point.normal;
+          Separation beside{point.normal, point.distance_m, point.place - half, point.place + half};
+          const bool is_away = leave_surroundings(pieces, relative, reach, beside);
+          if (is_away || !beside.is_exact) scratch_.all.pop_back();
         });
     pieces.slack_m = static_cast<float>(distance);
     if (shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
@@ -243,16 +259,78 @@ class Finder {
     }
   }
 
+  // Of a piece that something static lies against: where its normal points into that, it is turned
+  // to the nearest that does not; or it is covered there, and nothing touches it. Whether it is
+  // turned.
+  bool leave_surroundings(const PiecePair& pieces, const Relative& relative, const Reach& reach,
+                          Separation& separation) const {
+    const bool is_a = around_a_.all != nullptr;
+    const ModelSurroundings::Place& around = is_a ? around_a_ : around_b_;
+    if (around.all == nullptr || !separation.is_exact ||
+        separation.distance_m > reach.along(separation.normal) ||
+        !around.all->is_beside(around.thing, is_a ? pieces.a : pieces.b)) {
+      return false;
+    }
+    const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
+    const Mat3 to_b = relative.turn.transpose();
+    const auto lowest = [&](const Vec3& direction) {
+      if (is_a) {
+        return direction.dot(relative.apply(b.farthest(-(to_b * direction)))) - b.radius_m();
+      }
+      const Vec3 in_a = relative.turn * direction;
+      return in_a.dot(a.farthest(-in_a) - relative.shift) - a.radius_m();
+    };
+    const Vec3 normal = is_a ? separation.normal : -(to_b * separation.normal);
+    const Vec3 point = is_a ? separation.on_a : to_b * (separation.on_b - relative.shift);
+    const Vec3 outward = around.all->outward(around.thing, is_a ? pieces.a : pieces.b, 1, point,
+                                             normal, small_, lowest);
+    if (outward.isZero(0)) {
+      separation.is_exact = false;
+      return false;
+    }
+    if (outward == normal) return false;
+    separation.normal = is_a ? outward : -(relative.turn * outward);
+    separation.distance_m = separation_along(a, b, relative, separation.normal);
+    return true;
+  }
+
+  // Over the face of the static piece that has been turned to. Where it is none, but between two,
+  // the point that comes nearest, if it is there that pieces are nearest.
+  Feature add_turned(const PiecePair& pieces, const Relative& relative,
+                     const Separation& separation, double reach) {
+    const bool is_a = around_a_.all != nullptr;
+    const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
+    const Vec3 outward =
+        is_a ? separation.normal : -(relative.turn.transpose() * separation.normal);
+    const ConvexPiece& piece = is_a ? a : b;
+    const uint32_t face = piece.face_along(outward);
+    if (face != ConvexPiece::kNone && piece.faces()[face].normal.dot(outward) > kNearlyFacing) {
+      const Feature feature{is_a ? Feature::Of::a : Feature::Of::b, face};
+      add_manifold(a, b, relative, feature, reach, scratch_.manifold, scratch_.all);
+      return feature;
+    }
+    const Vec3 moving =
+        is_a ? relative.apply(b.farthest(-(relative.turn.transpose() * separation.normal)))
+             : a.farthest(separation.normal);
+    const Vec3 place = is_a ? separation.on_a : separation.on_b;
+    const Vec3 apart = moving - place;
+    const double along = apart.dot(separation.normal);
+    if ((apart - along * separation.normal).norm() <= kBeside * small_) {
+      scratch_.all.push_back({place, separation.normal, separation.distance_m});
+    }
+    return {};
+  }
+
   void meet_triangle(PiecePair& pieces, const ConvexPiece& b, Vec3 guess) {
     const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
-    const bool is_closed = shape_a_.surface->is_closed();
-    if (pieces.side == 0 || (pieces.side < 0 && is_closed)) {
-      pieces.side = side_of(face, b);
+    const bool is_solid = shape_a_.surface->is_solid();
+    if (pieces.side == 0 || (pieces.side < 0 && is_solid)) {
+      pieces.side = side_of(pieces.a, b);
     }
-    // From behind a closed surface nothing comes: that is another triangle's.
-    if (pieces.side < 0 && is_closed) {
+    // From behind a solid's surface nothing comes: that is another triangle's.
+    if (pieces.side < 0 && is_solid) {
       pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -farthest_over(face, b, 1)));
       return;
     }
@@ -297,10 +375,12 @@ class Finder {
 
   // The side on which what is nearest of the piece is, where that is clear, else its centre: on a
   // dome the centre of a wide piece is behind the planes of all faces but those below its middle.
-  int8_t side_of(const TriangleSurface::Face& face, const ConvexPiece& b) const {
+  int8_t side_of(uint32_t place, const ConvexPiece& b) const {
+    const TriangleSurface::Face& face = shape_a_.surface->face(place);
+    if (shape_a_.surface->has_one_side()) return 1;
     const int8_t of_centre = height_over(face, b) >= 0 ? 1 : -1;
-    // What is in a closed surface comes out as it came; an open one has no inside.
-    if (is_inside_ && shape_a_.surface->is_closed()) return of_centre;
+    // What is in a solid comes out as it came; a sheet has no inside.
+    if (is_inside_ && shape_a_.surface->is_solid()) return of_centre;
     if (farthest_over(face, b, -of_centre) < 0) return of_centre;
     KnownVertices none;
     const Separation apart = find_separation(ConvexPiece(face.corners), b, b_in_a_, Vec3::Zero(),
@@ -314,8 +394,17 @@ class Finder {
   void touch_triangle(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
                       const Relative& relative, Separation separation, double reach) {
     const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
-    const Vec3 allowed =
+    Vec3 allowed =
         shape_a_.surface->allowed(pieces.a, pieces.side, separation.on_a, separation.normal);
+    if (around_a_.all != nullptr && around_a_.all->is_beside(around_a_.thing, pieces.a)) {
+      const auto lowest = [&](const Vec3& direction) {
+        const Vec3 in_b = -(relative.turn.transpose() * direction);
+        return direction.dot(relative.apply(b.farthest(in_b))) - b.radius_m();
+      };
+      allowed = around_a_.all->outward(around_a_.thing, pieces.a, pieces.side, separation.on_a,
+                                       allowed, small_, lowest);
+      if (allowed.isZero(0)) return;
+    }
     // The edge of what goes down on the other side is not touched from behind.
     if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kBehind)) return;
     const size_t first = scratch_.all.size();
@@ -328,12 +417,16 @@ class Finder {
       separation.on_a = separation.on_b - separation.distance_m * allowed;
       if (separation.distance_m > reach) return;
     }
-    add_manifold(triangle, b, relative, separation, reach, scratch_.manifold, scratch_.all);
-    if (!is_corrected) return;
-    // What is not over the triangle is its neighbour's.
+    const Feature feature =
+        add_manifold(triangle, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+    const bool is_beside = feature.of == Feature::Of::none;
+    // What is not over the triangle, or is beside it, is its neighbour's.
     size_t kept = first;
     for (size_t i = first; i < scratch_.all.size(); ++i) {
-      if (is_over(face, scratch_.all[i].place)) scratch_.all[kept++] = scratch_.all[i];
+      const SurfacePoint& point = scratch_.all[i];
+      if (is_corrected && !is_over(face, point.place)) continue;
+      if (is_beside && point.normal.dot(separation.normal) < 1 - 1e-6) continue;
+      scratch_.all[kept++] = point;
     }
     scratch_.all.erase(scratch_.all.begin() + static_cast<std::ptrdiff_t>(kept),
                        scratch_.all.end());
@@ -395,7 +488,7 @@ class Finder {
         continue;
       }
       PiecePair& made = listed.emplace_back(PiecePair{i, j});
-      if (shape_a_.surface) made.side = side_of(shape_a_.surface->face(i), shape_b_.pieces[j]);
+      if (shape_a_.surface) made.side = side_of(i, shape_b_.pieces[j]);
       // What is as far apart as its box is not looked at yet.
       if (gap > 0) spend(made.slack_m = static_cast<float>(gap), 0);
     }
@@ -533,6 +626,7 @@ class Finder {
   Relative b_in_a_;
   Vec3 position_a_, position_b_;  // as relative_at() has left them
   double small_, turning_ = 0, near_m_ = 0;
+  ModelSurroundings::Place around_a_, around_b_;  // of the one that is static, if any
   Vec3 way_;                  // m, world: of b against a in the step, if nothing stops it
   double unknown_way_m_ = 0;  // and by turning, and by gravity, in any direction
   double reach_m_ = 0;        // in any direction: nothing farther can touch

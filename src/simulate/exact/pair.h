@@ -8,6 +8,7 @@
 #include "simulate/exact/body.h"
 #include "simulate/exact/collision_shape.h"
 #include "simulate/exact/manifold.h"
+#include "simulate/exact/surroundings.h"
 
 namespace pilesim::exact {
 
@@ -109,6 +110,7 @@ struct NarrowScratch {
 struct NarrowSettings {
   double step_s;
   double gravity;  // m/s^2, magnitude
+  const ModelSurroundings* surroundings;
 };
 
 // What tells whether two bodies may touch in the step, in single precision.

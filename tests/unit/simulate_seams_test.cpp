@@ -1,0 +1,315 @@
+// Static things that lie flush against each other are one surface, and stay solid where they do
+// not.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "inspect/pile_inspection.h"
+#include "simulate/modes/make_simulator.h"
+#include "simulate/simulator.h"
+#include "support/mesh_grid.h"
+#include "support/small_model.h"
+
+namespace pilesim {
+namespace {
+
+constexpr double kSize = 0.2;  // m, of what moves
+constexpr double kLevel = 1e-4 * kSize;
+constexpr double kSpeeds[] = {0.3, 1, 5, 20};
+
+Quat about(const Vec3& axis, double degrees) {
+  return Quat(Eigen::AngleAxisd(radians(degrees), axis.normalized()));
+}
+
+// A model with no friction.
+struct Smooth : SmallModel {
+  Smooth() : smooth(material(0, 0)) { scene.frame_rate = 240; }
+
+  // Its top at y = `top`.
+  void block(const Vec3& size, double x, double z, double top = 0) {
+    body(box(size), smooth, {x, top - size.y() / 2, z}, Role::fixed);
+  }
+
+  uint32_t triangles(TriangleMesh mesh, bool solid_behind) {
+    const uint32_t index = box(mesh.bounds().sizes());
+    ModelShape& shape = model.shapes[index];
+    shape.mesh = std::move(mesh);
+    shape.collides_as_mesh = true;
+    shape.solid_behind = solid_behind;
+    shape.pieces.clear();
+    return index;
+  }
+
+  // Of boxes, centres and sizes, as one body.
+  uint32_t compound(const std::vector<std::pair<Vec3, Vec3>>& boxes) {
+    const uint32_t index = box(Vec3::Constant(kSize));
+    ModelShape& shape = model.shapes[index];
+    shape.pieces.clear();
+    for (const auto& [centre, size] : boxes) {
+      shape.pieces.push_back({CollisionPiece::Kind::box, {centre, Quat::Identity()}, size, {}});
+      shape.bounding_radius = std::max(shape.bounding_radius, centre.norm() + size.norm() / 2);
+    }
+    return index;
+  }
+
+  uint32_t smooth;
+};
+
+// What moves, and how high its centre is over what it lies on.
+struct Mover {
+  const char* name;
+  std::function<uint32_t(Smooth&)> shape;
+  Quat turn = Quat::Identity();
+  double height = kSize / 2;
+};
+
+std::vector<Mover> movers() {
+  return {
+      {"box",
+       [](Smooth& m) {
+         return m.box({1.5 * kSize, kSize, kSize});
+       },
+       about({0, 1, 0}, 17)},
+      {"ball", [](Smooth& m) { return m.sphere(kSize / 2); }},
+      {"cylinder", [](Smooth& m) { return m.cylinder(kSize / 2, kSize); }, about({1, 0, 0}, 90)},
+      {"disc", [](Smooth& m) { return m.cylinder(kSize / 2, 0.2 * kSize); }, Quat::Identity(),
+       0.1 * kSize},
+      {"chair", [](Smooth& m) {
+         return m.compound({{{0, 0.25 * kSize, 0}, {kSize, 0.5 * kSize, kSize}},
+                            {{-0.4 * kSize, -0.25 * kSize, 0}, {0.2 * kSize, 0.5 * kSize, kSize}},
+                            {{0.4 * kSize, -0.25 * kSize, 0}, {0.2 * kSize, 0.5 * kSize, kSize}}});
+       }}};
+}
+
+// All that `lay` has made, turned, and something that crosses it from `start`: as on one surface.
+void expect_level(const std::function<void(Smooth&)>& lay, const Vec3& start, const Vec3& way,
+                  const Quat& tilt = Quat::Identity()) {
+  for (const Mover& mover : movers()) {
+    for (const double speed : kSpeeds) {
+      SCOPED_TRACE(std::string(mover.name) + " at " + std::to_string(speed) + " m/s");
+      Smooth m;
+      lay(m);
+      m.body(mover.shape(m), m.smooth, start + mover.height * Vec3::UnitY());
+      m.model.bodies.back().pose.orientation = mover.turn;
+      const Vec3 velocity = speed * way.normalized();
+      m.model.bodies.back().linear_velocity = velocity;
+      for (ModelBody& body : m.model.bodies) {
+        body.pose.position = tilt * body.pose.position;
+        body.pose.orientation = tilt * body.pose.orientation;
+        body.linear_velocity = tilt * body.linear_velocity;
+      }
+      const auto simulator = make_simulator(m.scene, m.model);
+      const double time_s = way.norm() / speed;
+      const int frames = static_cast<int>(std::min(time_s, 1.5) * m.scene.frame_rate);
+      const size_t last = m.model.bodies.size() - 1;
+      double t = 0;
+      for (int frame = 0; frame < frames; ++frame) {
+        simulator->step_frame();
+        t += 1 / m.scene.frame_rate;
+        const BodyStates& states = simulator->states();
+        const Vec3 at = tilt.conjugate() * Vec3(states.position[last]);
+        ASSERT_NEAR(at.y(), mover.height, kLevel) << at.transpose();
+      }
+      Vec3 along = tilt.conjugate() * m.scene.gravity;
+      along.y() = 0;
+      const Vec3 is = tilt.conjugate() * Vec3(simulator->states().linear_velocity[last]);
+      EXPECT_LT((is - velocity - t * along).norm(), 1e-4 * (speed + t * along.norm()));
+    }
+  }
+}
+
+void lay_two(Smooth& m) {
+  m.block({2, 2, 2}, 0, 0);
+  m.block({2, 2, 2}, 2, 0);
+}
+
+void lay_tiles(Smooth& m) {
+  for (int i = 0; i < 36; ++i) m.block({1, 0.5, 1}, i % 6 - 2, i / 6 - 2);
+}
+
+TEST(Seams, BetweenCubesAreNotFelt) { expect_level(lay_two, {0, 0, 0.03}, {2, 0, 0}); }
+
+TEST(Seams, AcrossTilesAreNotFelt) { expect_level(lay_tiles, {0, 0, 0}, {3, 0, 2.5}); }
+
+TEST(Seams, OfATiltedFloorAreNotFelt) {
+  expect_level(lay_tiles, {0, 0, 0}, {2, 0, 1.5}, about({1, 0.3, 2}, 12));
+}
+
+TEST(Seams, ThatEndInTheMiddleOfAFaceAreNotFelt) {
+  expect_level(
+      [](Smooth& m) {
+        m.block({2, 2, 2}, 0, 0);
+        for (const double z : {-0.75, 0.25, 1.25}) m.block({1, 0.7, 1}, 1.5, z);
+        m.block({2, 2, 2}, 3, 0.1);
+      },
+      {0, 0, 0}, {3, 0, 0.3});
+}
+
+TEST(Seams, OfOneCompoundAreNotFelt) {
+  for (const Role role : {Role::fixed, Role::kinematic}) {
+    expect_level(
+        [role](Smooth& m) {
+          m.body(m.compound({{{0, -1, 0}, {2, 2, 2}}, {{2, -0.5, 0}, {2, 1, 3}}}), m.smooth,
+                 Vec3::Zero(), role);
+        },
+        {0, 0, 0.03}, {2, 0, 0});
+  }
+}
+
+TEST(Seams, BetweenPiecesThatOverlapAreNotFelt) {
+  expect_level(
+      [](Smooth& m) {
+        m.block({2, 2, 2}, 0, 0);
+        m.block({2, 2, 2}, 1.7, 0.3);
+      },
+      {0, 0, 0}, {2, 0, 0.2});
+}
+
+TEST(Seams, OfAPlaneAreNotFelt) {
+  expect_level(
+      [](Smooth& m) {
+        m.body(m.plane(), m.smooth, Vec3::Zero(), Role::fixed);
+        m.block({1, 1, 1}, 1, 0);
+      },
+      {0, 0, 0.03}, {2, 0, 0});
+}
+
+// Two height fields, and one with a tile beside it.
+TEST(Seams, OfTerrainAreNotFelt) {
+  for (const bool with_tile : {false, true}) {
+    for (const bool solid : {false, true}) {
+      expect_level(
+          [with_tile, solid](Smooth& m) {
+            TriangleMesh field;
+            add_mesh_grid({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, 5, field);
+            const uint32_t shape = m.triangles(field, solid);
+            m.body(shape, m.smooth, Vec3::Zero(), Role::fixed);
+            if (with_tile) {
+              m.block({2, 1, 2}, 2, 0.1);
+            } else {
+              m.body(shape, m.smooth, {2, 0, 0.1}, Role::fixed);
+            }
+          },
+          {0, 0, 0.03}, {2, 0, 0});
+    }
+  }
+}
+
+// Wheels roll over them as over one surface.
+TEST(Seams, WhatRollsKeepsItsSpeed) {
+  for (const bool is_ball : {true, false}) {
+    for (const double speed : kSpeeds) {
+      Smooth m;
+      const uint32_t rough = m.material(0, 0.5);
+      for (const double x : {0.0, 1.0, 2.0}) m.block({1, 1, 2}, x, 0);
+      for (ModelBody& body : m.model.bodies) body.material = rough;
+      const uint32_t shape = is_ball ? m.sphere(kSize / 2) : m.cylinder(kSize / 2, 0.4 * kSize);
+      ModelBody& body = m.body(shape, rough, {0, kSize / 2, 0.03});
+      if (!is_ball) body.pose.orientation = about({1, 0, 0}, 90);
+      body.linear_velocity = {speed, 0, 0};
+      body.angular_velocity = {0, 0, -2 * speed / kSize};
+      const auto simulator = make_simulator(m.scene, m.model);
+      const int frames = static_cast<int>(std::min(2 / speed, 1.5) * m.scene.frame_rate);
+      for (int frame = 0; frame < frames; ++frame) {
+        simulator->step_frame();
+        ASSERT_NEAR(simulator->states().position[3].y(), kSize / 2, kLevel) << is_ball << speed;
+      }
+      EXPECT_NEAR(simulator->states().linear_velocity[3].x(), speed, 1e-3 * speed) << is_ball;
+    }
+  }
+}
+
+// A step, however small, is a step: a box stops at it.
+TEST(Seams, AStepStaysAStep) {
+  for (const double step : {0.001, 0.01, 0.1}) {
+    for (const double speed : {0.3, 1.0, 5.0}) {
+      Smooth m;
+      m.block({2, 2, 2}, 0, 0);
+      m.block({2, 2, 2}, 2, 0, step);
+      m.body(m.box({1.5 * kSize, kSize, kSize}), m.smooth, {0, kSize / 2, 0.03}).linear_velocity = {
+          speed, 0, 0};
+      const auto simulator = make_simulator(m.scene, m.model);
+      for (int frame = 0; frame < 240 / speed + 60; ++frame) simulator->step_frame();
+      if (step < 0.02 && speed > 20 * step + 0.5) continue;  // it may jump over that
+      EXPECT_LT(simulator->states().position[2].x(), 1 - 0.74 * kSize) << step << ' ' << speed;
+    }
+  }
+}
+
+// Floor and wall both hold: a wall that stands on the floor, and one beside it that rises.
+TEST(Seams, WallAndFloorBothHold) {
+  for (const bool is_beside : {false, true}) {
+    for (const double speed : {0.3, 5.0, 20.0}) {
+      for (const double tilt : {0.0, 10.0, 30.0}) {
+        Smooth m;
+        m.block({4, 2, 4}, 0, 0);
+        if (is_beside) {
+          m.block({1, 3, 4}, 2.5, 0, 1);
+        } else {
+          m.block({1, 1, 4}, 1.5, 0, 1);
+        }
+        const double wall = is_beside ? 2 : 1;
+        ModelBody& body = m.body(m.box({1.5 * kSize, kSize, kSize}), m.smooth,
+                                 {0.4, kSize * (tilt > 0 ? 0.9 : 0.5), 0.03});
+        body.pose.orientation = about({0.2, 0.1, 1}, tilt);
+        body.linear_velocity = {speed, -2, 0};
+        const auto simulator = make_simulator(m.scene, m.model);
+        double deepest = 0;
+        for (int frame = 0; frame < 240; ++frame) {
+          simulator->step_frame();
+          const PileQuality quality = inspect_pile(m.model, m.scene.gravity, simulator->states());
+          deepest = std::max(deepest, quality.deepest_penetration_m);
+        }
+        EXPECT_LT(deepest, (speed > 10 ? 0.25 : 0.05) * kSize)
+            << is_beside << ' ' << speed << ' ' << tilt;
+        EXPECT_LT(simulator->states().position[2].x(), wall) << speed << ' ' << tilt;
+      }
+    }
+  }
+}
+
+// What falls on a seam, slowly or fast, with a corner or flat, lies on the floor.
+TEST(Seams, WhatFallsOnASeamLiesOnIt) {
+  for (const double speed : {0.0, 10.0}) {
+    for (int i = 0; i < 6; ++i) {
+      Smooth m;
+      const uint32_t rough = m.material(0, 0.5);
+      lay_tiles(m);
+      ModelBody& body =
+          m.body(m.box({1.5 * kSize, kSize, kSize}), rough, {0.5 + 0.02 * i, 0.6, 0.5 + 0.03 * i});
+      body.pose.orientation = about({1, 0.2 * i, 0.5}, 25 * i);
+      body.linear_velocity = {0.1 * speed, -speed, 0};
+      const auto simulator = make_simulator(m.scene, m.model);
+      for (int frame = 0; frame < 300; ++frame) simulator->step_frame();
+      const PileQuality quality = inspect_pile(m.model, m.scene.gravity, simulator->states());
+      EXPECT_LT(quality.deepest_penetration_m, 2e-3 * kSize) << speed << ' ' << i;
+      EXPECT_GT(simulator->states().position[36].y(), 0.49 * kSize) << speed << ' ' << i;
+    }
+  }
+}
+
+// Over the outer edge of a table it falls, also where a seam ends there.
+TEST(Seams, OuterEdgesStayEdges) {
+  Smooth m;
+  lay_two(m);
+  ModelBody& body = m.body(m.box(Vec3::Constant(kSize)), m.smooth, {0.5, kSize / 2, 0.95});
+  body.linear_velocity = {0.8, 0, 0.2};
+  const auto simulator = make_simulator(m.scene, m.model);
+  double deepest = 0;
+  for (int frame = 0; frame < 240; ++frame) {
+    simulator->step_frame();
+    const PileQuality quality = inspect_pile(m.model, m.scene.gravity, simulator->states());
+    deepest = std::max(deepest, quality.deepest_penetration_m);
+  }
+  EXPECT_LT(simulator->states().position[2].y(), -0.5);
+  EXPECT_LT(deepest, 2e-3 * kSize);
+}
+
+}  // namespace
+}  // namespace pilesim
