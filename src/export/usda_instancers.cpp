@@ -3,6 +3,7 @@
 #include <map>
 
 #include "export/export_text.h"
+#include "export/unit_halves.h"
 #include "export/usda_bodies.h"
 #include "export/usda_text.h"
 
@@ -13,14 +14,14 @@ namespace {
 // move, so that frames in which they rest take no space.
 constexpr size_t kParts = 4;
 
-// Rotations are halves in USD: 4 digits and some; velocities serve motion blur, in m/s.
-constexpr int kDecimalsOfRotation = 5, kDecimalsOfVelocity = 3;
+// Rotations are halves in older USD: 4 digits and some; velocities serve motion blur, in m/s.
+constexpr int kDecimalsOfHalf = 5, kDecimalsOfFloat = 7, kDecimalsOfVelocity = 3;
 
-void append_rotation(std::string& text, const Quatf& q) {
+void append_rotation(std::string& text, const std::array<float, 4>& wxyz, int decimals) {
   text += '(';
-  for (const float value : {q.w(), q.x(), q.y(), q.z()}) {
+  for (const float value : wxyz) {
     if (text.back() != '(') text += ", ";
-    append_rounded(text, value, kDecimalsOfRotation);
+    append_rounded(text, value, decimals);
   }
   text += ')';
 }
@@ -145,11 +146,13 @@ class UsdaInstancers : public UsdaBodies {
   static constexpr char kAbsent[] = "        int64[] invisibleIds",
                         kPositions[] = "        point3f[] positions",
                         kOrientations[] = "        quath[] orientations",
+                        kFloatOrientations[] = "        quatf[] orientationsf",
                         kVelocities[] = "        vector3f[] velocities";
 
   void declare_motion(ExportFile& file, const Group& group) {
     if (group.comes_and_goes) write_line(file, kAbsent);
-    for (const char* name : {kPositions, kOrientations, kVelocities}) write_line(file, name);
+    for (const char* name : {kPositions, kOrientations, kFloatOrientations, kVelocities})
+      write_line(file, name);
   }
 
   void declare_group(ExportFile& file, const Group& group) {
@@ -174,7 +177,14 @@ class UsdaInstancers : public UsdaBodies {
     });
     write_samples(file, group, span, place, kOrientations,
                   [&](std::string& text, size_t, size_t i) {
-                    append_rotation(text, poses_.orientation[group.bodies[i]]);
+                    const Quatf& q = poses_.orientation[group.bodies[i]];
+                    append_rotation(text, unit_halves(q), kDecimalsOfHalf);
+                  });
+    // What knows them takes them in place of the halves.
+    write_samples(file, group, span, place, kFloatOrientations,
+                  [&](std::string& text, size_t, size_t i) {
+                    const Quatf& q = poses_.orientation[group.bodies[i]];
+                    append_rotation(text, {q.w(), q.x(), q.y(), q.z()}, kDecimalsOfFloat);
                   });
     if (group.first == group.last) return;
     // From each sample on to the next one, so that to go on with it meets the next.

@@ -66,18 +66,20 @@ struct Normalisation {
 struct ApproximatePieces {
   std::vector<TriangleMesh> pieces;
   std::vector<double> excess_with_more;  // of ConvexPartition, in another unit
+  double hollow_share = 0;               // of the longest side
 };
 
-// Pieces whose hulls are to exceed the mesh by less than `max_excess` of its volume before they
-// are fitted.
+// Pieces whose hulls are to come, before they are fitted, to this share of the error asked for.
 ApproximatePieces approximate_pieces(const TriangleMesh& mesh, const DecompositionOptions& options,
-                                     double max_excess) {
+                                     double share) {
   const Normalisation normalisation(mesh);
   const TriangleMesh normalised = normalisation.apply(mesh);
   const FacetedSolid solid = faceted_solid(normalised);
   const double volume = solid.volume();
   ConvexPartition partition = partition_into_convex(
-      solid, {.max_parts = options.max_pieces, .max_excess_m3 = max_excess * volume});
+      solid, {.max_parts = options.max_pieces,
+              .max_excess_m3 = share * options.max_volume_error * volume,
+              .max_depth_m = options.max_volume_error * normalised.bounds().sizes().maxCoeff()});
   std::vector<ConvexPart>& parts = partition.parts;
   std::erase_if(parts, [&](const ConvexPart& part) {
     return part.hull_volume_m3 < kThinnest * volume;  // no body to speak of
@@ -91,7 +93,8 @@ ApproximatePieces approximate_pieces(const TriangleMesh& mesh, const Decompositi
       pieces[k] = normalisation.undo(fit_piece(parts[k], fit));
     }
   });
-  return {std::move(pieces), std::move(partition.excess_with_more)};
+  return {std::move(pieces), std::move(partition.excess_with_more),
+          partition.hollow_m / normalised.bounds().sizes().maxCoeff()};
 }
 
 void measure_volumes(const TriangleMesh& mesh, Decomposition& result) {
@@ -110,6 +113,7 @@ void measure_surface(const TriangleMesh& mesh, Decomposition& result) {
   const SurfaceDistance distance = surface_distance(outer_surface(result.pieces), mesh);
   result.surface_error_m = distance.hausdorff_m;
   result.mean_surface_error_m = distance.mean_m;
+  result.surface_share = distance.hausdorff_m / mesh.bounds().sizes().maxCoeff();
 }
 
 // The error goes with the excess of the hulls that the pieces are fitted to: so many more pieces as
@@ -137,9 +141,9 @@ Decomposition approximate(const TriangleMesh& mesh, const DecompositionOptions& 
   Decomposition best;
   for (const double share : {0.8, 0.6, 0.4, 0.2}) {
     Decomposition result;
-    auto [pieces, excess_with_more] =
-        approximate_pieces(mesh, options, share * options.max_volume_error);
+    auto [pieces, excess_with_more, hollow_share] = approximate_pieces(mesh, options, share);
     result.pieces = std::move(pieces);
+    result.hollow_share = hollow_share;
     measure_volumes(mesh, result);
     const bool full = static_cast<int>(result.pieces.size()) >= options.max_pieces;
     if (full) offer_more(options, excess_with_more, result);

@@ -11,9 +11,11 @@
 namespace pilesim {
 
 struct DecompositionOptions {
-  int max_pieces = 32;             // 1 .. 256
-  double max_volume_error = 0.05;  // stop early once volume_error() is below this, > 0
-  int max_piece_vertices = 64;     // 8 .. 255, of each piece's hull
+  int max_pieces = 32;  // 1 .. 256
+  // Stop early once volume_error() is below this, and no hollow is filled that is deeper and wider
+  // than this share of the mesh's longest side, > 0.
+  double max_volume_error = 0.05;
+  int max_piece_vertices = 64;  // 8 .. 255, of each piece's hull
 };
 
 struct Decomposition {
@@ -28,7 +30,11 @@ struct Decomposition {
   // Between the pieces' outer surface and the mesh's, both ways, see surface_distance.h. 0 for
   // pieces from groups.
   double surface_error_m = 0;  // symmetric Hausdorff distance
+  double surface_share = 0;    // the same as a share of the longest side of the mesh's bounds
   double mean_surface_error_m = 0;
+  // The deepest hollow, above what was asked for, that is filled as there may be no more pieces, as
+  // a share of the longest side; 0: there is none.
+  double hollow_share = 0;
   bool from_groups = false;  // the mesh named its own convex parts
   // Where volume_error() is above what was asked for with as many pieces as may be: so many would
   // come to about so much. 0: nothing to offer.

@@ -8,6 +8,7 @@
 
 #include "core/parallel_for.h"
 #include "geometry/cut_search.h"
+#include "geometry/hollow_depth.h"
 #include "geometry/hull_volume.h"
 
 namespace pilesim {
@@ -53,6 +54,8 @@ class Partition {
   void recut_neighbours();
   // Merges the cheapest pair and cuts another part instead, if that gains.
   bool exchange();
+  // Cuts the parts with the deepest hollows while there may be more of them. Gives what is left, m.
+  double open_hollows();
   std::vector<ConvexPart> take();
 
  private:
@@ -211,6 +214,27 @@ bool Partition::exchange() {
   return true;
 }
 
+double Partition::open_hollows() {
+  if (options_.max_depth_m <= 0) return 0;
+  std::map<uint64_t, double> depths;  // m, by part
+  for (;;) {
+    size_t deepest = 0;
+    double depth = 0;
+    for (size_t k = 0; k < parts_.size(); ++k) {
+      const auto [known, is_new] = depths.try_emplace(parts_[k].id, 0);
+      if (is_new && parts_[k].part.excess() > min_gain_) {
+        known->second = hollow_depth(parts_[k].part, options_.max_depth_m);
+      }
+      if (known->second > depth) {
+        depth = known->second;
+        deepest = k;
+      }
+    }
+    if (depth == 0 || static_cast<int>(parts_.size()) >= options_.max_parts) return depth;
+    cut(deepest);
+  }
+}
+
 std::vector<ConvexPart> Partition::take() {
   std::vector<ConvexPart> result;
   for (Entry& entry : parts_) result.push_back(std::move(entry.part));
@@ -238,6 +262,7 @@ ConvexPartition partition_into_convex(const FacetedSolid& solid, const Partition
     partition.merge();
     if (partition.excess() > (1 - kWorthwhile) * before) break;
   }
+  result.hollow_m = partition.open_hollows();
   result.parts = partition.take();
   return result;
 }

@@ -8,7 +8,7 @@ namespace {
 using nlohmann::json;
 
 // To be raised whenever the same mesh and options give other pieces or other figures.
-constexpr uint32_t kAlgorithmVersion = 3;
+constexpr uint32_t kAlgorithmVersion = 4;
 
 std::string cache_key(const TriangleMesh& mesh, const DecompositionOptions& options) {
   Hasher key;
@@ -29,6 +29,8 @@ json to_json(const Decomposition& decomposition) {
           {"excess_volume_m3", decomposition.excess_volume_m3},
           {"missing_volume_m3", decomposition.missing_volume_m3},
           {"surface_error_m", decomposition.surface_error_m},
+          {"surface_share", decomposition.surface_share},
+          {"hollow_share", decomposition.hollow_share},
           {"mean_surface_error_m", decomposition.mean_surface_error_m},
           {"from_groups", decomposition.from_groups},
           {"more_pieces", decomposition.more_pieces},
@@ -45,6 +47,8 @@ Decomposition from_json(const json& value) {
   decomposition.excess_volume_m3 = value.at("excess_volume_m3");
   decomposition.missing_volume_m3 = value.at("missing_volume_m3");
   decomposition.surface_error_m = value.at("surface_error_m");
+  decomposition.hollow_share = value.at("hollow_share");
+  decomposition.surface_share = value.at("surface_share");
   decomposition.mean_surface_error_m = value.at("mean_surface_error_m");
   decomposition.from_groups = value.at("from_groups");
   decomposition.more_pieces = value.at("more_pieces");

@@ -19,6 +19,7 @@
 #include "core/printable.h"
 #include "geometry/base_colours.h"
 #include "geometry/coordinate_rounding.h"
+#include "geometry/exact_coordinates.h"
 #include "geometry/mesh_bounds.h"
 
 namespace pilesim {
@@ -36,6 +37,9 @@ struct Refusal {
   std::string found;
 };
 
+// The file was not read as it was given: vertices are none of its own.
+struct Misread {};
+
 Eigen::Affine3d transform_of(const aiMatrix4x4& m) {
   Eigen::Affine3d transform;
   transform.matrix() << m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4,
@@ -46,7 +50,9 @@ Eigen::Affine3d transform_of(const aiMatrix4x4& m) {
 // Gathers the triangles of a node and its children; each node that has some becomes a group.
 class Gatherer {
  public:
-  Gatherer(const aiScene& scene, BaseColours& colours) : scene_(scene), colours_(colours) {}
+  // `exact`, which may be null: where the vertices are.
+  Gatherer(const aiScene& scene, BaseColours& colours, const ExactCoordinates* exact)
+      : scene_(scene), colours_(colours), exact_(exact) {}
 
   void add(const aiNode& node, const Eigen::Affine3d& parent, int depth = 0) {
     if (depth > kMostDepth) {
@@ -67,18 +73,27 @@ class Gatherer {
  private:
   void add_triangles(const aiMesh& mesh, const Eigen::Affine3d& transform) {
     const auto offset = static_cast<uint32_t>(mesh_.vertices.size());
-    CoordinateRounding rounding;
+    CoordinateRounding rounding(exact_ != nullptr);
+    Bounds read;
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      const aiVector3D& v = mesh.mVertices[i];
-      for (const float coordinate : {v.x, v.y, v.z}) rounding.add(coordinate);
-      mesh_.vertices.push_back(transform * Vec3(v.x, v.y, v.z));
+      const Vec3 vertex = place_of(mesh.mVertices[i]);
+      for (const double coordinate : vertex) rounding.add(coordinate);
+      read.extend(vertex);
+      mesh_.vertices.push_back(transform * vertex);
       if (!mesh_.vertices.back().allFinite()) {
         throw Refusal{"vertex " + std::to_string(i) + " of '" + mesh.mName.C_Str() +
                       "' has a coordinate that is not a finite number"};
       }
     }
+    if (exact_ == nullptr) require_digits(read);
     const double stretch = transform.linear().norm() / std::sqrt(3.0);
-    mesh_.rounding_m = std::max(mesh_.rounding_m, stretch * rounding.bound());
+    // Digits of a place far away say little of a mesh that is there: five of its own are assumed.
+    constexpr double kCoarsest = 1e-4;
+    double rounded = rounding.bound();
+    if (exact_ != nullptr && !read.isEmpty()) {
+      rounded = std::min(rounded, kCoarsest * read.sizes().maxCoeff());
+    }
+    mesh_.rounding_m = std::max(mesh_.rounding_m, stretch * rounded);
     const bool mirrors = transform.linear().determinant() < 0;
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
@@ -98,8 +113,34 @@ class Gatherer {
     }
   }
 
+  Vec3 place_of(const aiVector3D& read) const {
+    if (exact_ == nullptr) return {read.x, read.y, read.z};
+    const Vec3* place = exact_->find(read.x, read.y, read.z);
+    if (place == nullptr) throw Misread();
+    return *place;
+  }
+
+  // That single precision has not moved the vertices by more than this share of their extent.
+  static void require_digits(const Bounds& read) {
+    constexpr double kMostLost = 1e-3;
+    constexpr double kHalfUnit = 0x1p-24;
+    if (read.isEmpty()) return;
+    const double size = read.diagonal().norm();
+    const double farthest =
+        std::max(read.max().cwiseAbs().maxCoeff(), read.min().cwiseAbs().maxCoeff());
+    if (!(size > 0) || kHalfUnit * farthest <= kMostLost * size) return;
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "is %.2g across and %.2g from its origin: its coordinates, which this format is "
+                  "read with in single precision, are off by %.1g of its size; move it near its "
+                  "origin, or write it as OBJ",
+                  size, farthest, kHalfUnit * farthest / size);
+    throw Refusal{text};
+  }
+
   const aiScene& scene_;
   BaseColours& colours_;
+  const ExactCoordinates* exact_;
   TriangleMesh mesh_;
 };
 
@@ -340,8 +381,9 @@ void require_bounded_faces(const aiScene& scene) {
   }
 }
 
-// Runs in the other process.
-std::string parse(const std::string& name, const std::string& bytes, double scale) {
+// Runs in the other process. `exact`, which may be null, has been made of `bytes`.
+std::string parse(const std::string& name, const std::string& bytes, double scale,
+                  const ExactCoordinates* exact) {
   Assimp::Importer importer;
   auto* const files = new MeshFiles(name, bytes);
   importer.SetIOHandler(files);  // which it owns
@@ -366,7 +408,7 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
       std::ranges::replace(texture, '\\', '/');  // as some write it on Windows
       return files->bytes_of((directory / texture).string());
     });
-    Gatherer gatherer(*scene, colours);
+    Gatherer gatherer(*scene, colours, exact);
     gatherer.add(*scene->mRootNode, Eigen::Affine3d(Eigen::Scaling(scale)));
     TriangleMesh mesh = gatherer.take();
     require_inside();
@@ -380,6 +422,17 @@ std::string parse(const std::string& name, const std::string& bytes, double scal
   } catch (const Refusal& refusal) {
     return kRefusal + refusal.found;
   }
+}
+
+// Runs in the other process.
+std::string parse(const std::string& name, const std::string& bytes, double scale) {
+  try {
+    const std::optional<ExactCoordinates> exact = ExactCoordinates::of(name, bytes);
+    if (exact) return parse(name, exact->text(), scale, &*exact);
+  } catch (const Misread&) {
+    // As it stands, then.
+  }
+  return parse(name, bytes, scale, nullptr);
 }
 
 }  // namespace

@@ -6,6 +6,9 @@
 #include <set>
 
 #include "core/text.h"
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
+#include "geometry/surface_distance.h"
 
 namespace pilesim {
 namespace {
@@ -228,6 +231,38 @@ void add_axis_hint(const Scene& scene, const MeshShape& source, const ModelShape
                   "; \"up\": \"z\" turns it, \"up\": \"y\" says that it is right");
 }
 
+// Of a hull that loses much by its vertex limit.
+void add_hull_hint(const MeshShape& source, const ModelShape& shape,
+                   std::vector<std::string>& hints) {
+  constexpr double kMostLost = 0.01;  // of the volume of the whole hull
+  constexpr int kMostVertices = 255;
+  const bool is_hull =
+      source.collision == CollisionKind::automatic || source.collision == CollisionKind::hull;
+  if (!is_hull || shape.pieces.size() != 1) return;
+  const TriangleMesh& hull = shape.pieces[0].hull;
+  if (hull.vertices.size() != static_cast<size_t>(source.hull_max_vertices)) return;
+  const TriangleMesh whole = convex_hull(shape.mesh.vertices);
+  const double volume = mass_properties(whole).volume_m3;
+  const auto lost = [&](const TriangleMesh& part) {
+    return 1 - mass_properties(part).volume_m3 / volume;
+  };
+  if (lost(hull) <= kMostLost) return;
+  // How many vertices are enough is found by halves: with each one less is lost.
+  int few = source.hull_max_vertices, enough = kMostVertices;
+  const double least = lost(simplified_hull(whole.vertices, enough));
+  while (least <= kMostLost && enough - few > 1) {
+    const int middle = (few + enough) / 2;
+    (lost(simplified_hull(whole.vertices, middle)) <= kMostLost ? enough : few) = middle;
+  }
+  const auto percent = [](double share) { return with_digits(100 * share, 2) + " %"; };
+  hints.push_back(shape.source + ": its hull of " + std::to_string(hull.vertices.size()) +
+                  " vertices loses " + percent(lost(hull)) +
+                  " of the volume of the whole hull, of " + std::to_string(whole.vertices.size()) +
+                  ", and up to " + metres(surface_distance(hull, whole).hausdorff_m) +
+                  "; \"hull_max_vertices\": " + std::to_string(enough) + " loses " +
+                  (least <= kMostLost ? std::string("no more than 1 %") : percent(least)));
+}
+
 // Of many textures of one file the first few are said.
 void add_lost_textures(const MeshShape& source, const TriangleMesh& mesh,
                        std::vector<std::string>& hints) {
@@ -256,6 +291,7 @@ std::vector<std::string> describe_unlikely_meshes(const Scene& scene, const Mode
     if (source == nullptr || shape.size != 1) continue;
     if (!source->size_m) has_unit_hint |= add_unit_hint(scene, around, shape, hints);
     add_axis_hint(scene, *source, shape, hints);
+    add_hull_hint(*source, shape, hints);
     if (files.insert(source->file).second) add_lost_textures(*source, shape.mesh, hints);
   }
   // Beside a mesh of a wrong unit all others seem to be wrong.

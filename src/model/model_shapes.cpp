@@ -11,6 +11,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/height_field.h"
 #include "geometry/mesh_import.h"
+#include "geometry/primitive_fit.h"
 #include "geometry/primitives.h"
 #include "geometry/solid.h"
 #include "geometry/solid_difference.h"
@@ -44,6 +45,17 @@ CollisionPiece hull_piece(TriangleMesh hull) {
 CollisionPiece primitive_piece(CollisionPiece::Kind kind, const Vec3& size,
                                const Vec3& centre = Vec3::Zero()) {
   return {.kind = kind, .pose = {.position = centre}, .size = size};
+}
+
+// How far a primitive in the body frame reaches from the origin, m; 0 of a hull.
+double reach_of(const CollisionPiece& piece) {
+  using Kind = CollisionPiece::Kind;
+  if (piece.kind == Kind::hull) return 0;
+  const Vec3 centre = piece.pose.orientation.conjugate() * piece.pose.position;
+  if (piece.kind == Kind::sphere) return centre.norm() + piece.size.x();
+  if (piece.kind == Kind::box) return (centre.cwiseAbs() + piece.size / 2).norm();
+  return std::hypot(std::abs(centre.y()) + piece.size.y() / 2,
+                    std::hypot(centre.x(), centre.z()) + piece.size.x());
 }
 
 // By area, of a mesh with colours.
@@ -84,12 +96,6 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
   for (const Vec3& vertex : shape.mesh.vertices) {
     shape.bounding_radius = std::max(shape.bounding_radius, vertex.norm());
   }
-  // Spheres that stand for a mesh may reach out of it.
-  for (const CollisionPiece& piece : shape.pieces) {
-    if (piece.kind != CollisionPiece::Kind::sphere) continue;
-    const double reach = piece.pose.position.norm() + piece.size.x();
-    shape.bounding_radius = std::max(shape.bounding_radius, reach);
-  }
 }
 
 // Of a shape whose mesh is its solid.
@@ -98,9 +104,10 @@ void finish(ModelShape& shape) { finish(shape, shape.mesh); }
 class MeshShapeBuilder {
  public:
   MeshShapeBuilder(const MeshShape& source, const TriangleMesh& mesh, const std::string& pointer)
-      : source_(source), pointer_(pointer) {
+      : source_(source), pointer_(pointer), origin_(origin_near(mesh.bounds())) {
     shape_.mesh = mesh;
     shape_.mesh_hash = mesh_hash(mesh);
+    move(shape_.mesh, -origin_);
     shape_.signature_file = source.signature.value_or(std::filesystem::path());
   }
 
@@ -118,11 +125,23 @@ class MeshShapeBuilder {
       add_pieces();
       shape_.collision_report += note_;
       finish(shape_, solid_);
+      // What stands for a mesh may reach out of it.
+      for (const CollisionPiece& piece : shape_.pieces) {
+        shape_.bounding_radius = std::max(shape_.bounding_radius, reach_of(piece));
+      }
     }
+    shape_.origin_offset += origin_;
     return std::move(shape_);
   }
 
  private:
+  // A mesh with the coordinates of a map is built near its own place, so that no digits are lost.
+  // In steps that are exact in binary; of a mesh that is near its origin, that.
+  static Vec3 origin_near(const Bounds& bounds) {
+    const double step = std::exp2(std::ilogb(bounds.diagonal().norm()) + 2);
+    return (bounds.center() / step).array().round().matrix() * step;
+  }
+
   // Throws where the mesh has none by the scene's rule.
   void prepare_solid() {
     static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
@@ -151,6 +170,7 @@ class MeshShapeBuilder {
   void add_pieces() {
     switch (source_.collision) {
       case CollisionKind::automatic:
+        return add_primitive_or_hull();
       case CollisionKind::hull:
         return add_hull();
       case CollisionKind::decomposition:
@@ -164,16 +184,62 @@ class MeshShapeBuilder {
     }
   }
 
-  void add_hull() {
+  // A ball that is finely divided rolls as one.
+  void add_primitive_or_hull() {
+    const std::optional<FittedPrimitive> fitted = fit_primitive(solid_);
+    if (!fitted) return add_hull();
+    static constexpr const char* kNames[] = {"a ball", "a box", "a cylinder", "a cone",
+                                             "a capsule"};
+    const char* name = kNames[static_cast<size_t>(fitted->kind)];
+    if (fitted->kind == FittedPrimitive::Kind::cone) {
+      add_hull();
+      shape_.collision_report += "; it is a cone, which has no exact form here";
+      return;
+    }
+    add_pieces_of(*fitted);
+    shape_.collision_report = std::string("recognised as ") + name + ": " +
+                              counted(shape_.pieces.size(), "piece") + ", exact, volume error " +
+                              percent(std::abs(fitted->volume_m3() / shape_.mass.volume_m3 - 1)) +
+                              ", surface error " + metres(fitted->surface_error_m);
+    note_if_coarse(fitted->volume_m3() / shape_.mass.volume_m3 - 1);
+  }
+
+  void add_pieces_of(const FittedPrimitive& fitted) {
+    using Kind = CollisionPiece::Kind;
+    using Form = FittedPrimitive::Kind;
+    const auto add = [&](Kind kind, const Pose& pose, const Vec3& size) {
+      shape_.pieces.push_back({.kind = kind, .pose = pose, .size = size});
+    };
+    if (fitted.kind != Form::capsule) {
+      const Kind kind = fitted.kind == Form::ball  ? Kind::sphere
+                        : fitted.kind == Form::box ? Kind::box
+                                                   : Kind::cylinder;
+      return add(kind, fitted.pose, fitted.size);
+    }
+    // Two balls with a cylinder between; a flat one would be no more than 0.5 % of the radius.
+    constexpr double kFlat = 0.2;  // of the radius
+    const double radius = fitted.size.x(), straight = fitted.size.y() - 2 * radius;
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3 centre = fitted.pose.apply({0, side * straight / 2, 0});
+      add(Kind::sphere, {centre, fitted.pose.orientation}, Vec3::Constant(radius));
+    }
+    if (straight > kFlat * radius) add(Kind::cylinder, fitted.pose, {radius, straight, radius});
+  }
+
+  void note_if_coarse(double volume_error) {
     // From here on another way is worth its time.
     constexpr double kCoarse = 0.1;
+    if (volume_error > kCoarse) {
+      shape_.collision_report += R"(; "collision": "decomposition" would follow its hollows)";
+    }
+  }
+
+  void add_hull() {
     TriangleMesh hull = simplified_hull(solid_.vertices, source_.hull_max_vertices);
     const Measured measured = measure(hull);
     shape_.collision_report =
         "hull: 1 piece of " + std::to_string(hull.vertices.size()) + " vertices" + errors(measured);
-    if (measured.volume_error > kCoarse) {
-      shape_.collision_report += R"(; "collision": "decomposition" would follow its hollows)";
-    }
+    note_if_coarse(measured.volume_error);
     shape_.pieces.push_back(hull_piece(std::move(hull)));
   }
 
@@ -190,17 +256,27 @@ class MeshShapeBuilder {
                               (decomposition.from_groups ? " named by the mesh" : "") +
                               errors({decomposition.volume_error(), decomposition.surface_error_m,
                                       decomposition.mean_surface_error_m}) +
-                              offer(decomposition);
+                              of_length(decomposition) + offer(decomposition);
     for (TriangleMesh& piece : decomposition.pieces) {
       shape_.pieces.push_back(hull_piece(std::move(piece)));
     }
   }
 
+  static std::string of_length(const Decomposition& decomposition) {
+    if (decomposition.from_groups) return "";
+    return ", " + percent(decomposition.surface_share) + " of its length";
+  }
+
   // What to say of one that misses the error that was asked for.
   std::string offer(const Decomposition& decomposition) const {
-    if (decomposition.volume_error() <= source_.decomposition_max_volume_error) return "";
-    std::string text =
-        "; misses the " + percent(source_.decomposition_max_volume_error) + " asked for";
+    const DecompositionOptions asked = decomposition_options();
+    std::string text;
+    if (decomposition.hollow_share > 0) {
+      text = "; it fills hollows as deep as " + percent(decomposition.hollow_share) +
+             " of its length: more \"decomposition_max_pieces\" open them";
+    }
+    if (decomposition.volume_error() <= asked.max_volume_error) return text;
+    text += "; misses the " + percent(asked.max_volume_error) + " asked for";
     if (decomposition.more_pieces > 0) {
       text += ": \"decomposition_max_pieces\": " + std::to_string(decomposition.more_pieces) +
               " would come to about " + percent(decomposition.error_with_more);
@@ -249,8 +325,9 @@ class MeshShapeBuilder {
 
   const MeshShape& source_;
   const std::string& pointer_;
+  Vec3 origin_;  // m, the frame of the mesh; what follows is measured from here
   ModelShape shape_;
-  TriangleMesh solid_;  // in the frame of the mesh
+  TriangleMesh solid_;
   std::string note_;
 };
 

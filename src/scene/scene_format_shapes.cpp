@@ -65,7 +65,8 @@ Fields<Shape> mesh_fields() {
                             "and PLY files; then its x, z and -y are the shape's x, y and z."),
       field<Shape>("collision", of(&M::collision), collision_codec(),
                    "How it collides: auto, as the mesh itself where only static and kinematic "
-                   "bodies have it, else as its convex hull; as that hull, as a decomposition into "
+                   "bodies have it, else as the ball, box, cylinder or capsule that it is, or as "
+                   "its convex hull; as that hull, as a decomposition into "
                    "convex pieces, as "
                    "fitted spheres, as one sphere of equal volume, or as the mesh itself (static "
                    "and kinematic bodies only)."),
@@ -128,8 +129,8 @@ std::vector<Alternative<Shape>> furniture() {
           {required_field<Shape>("file", of(&TerrainShape::file), file_path(),
                                  "PNG of 8 or 16 bits, relative to the scene file. Its right is "
                                  "+x, its lower edge +z."),
-           required_field<Shape>("size", of(&TerrainShape::size),
-                                 two_numbers(above(0), "[x, z]"), "Along x and z, m."),
+           required_field<Shape>("size", of(&TerrainShape::size), two_numbers(above(0), "[x, z]"),
+                                 "Along x and z, m."),
            required_field<Shape>("height", of(&TerrainShape::height),
                                  two_numbers(kAnyNumber, "[of black, of white]"),
                                  "y of black and of white, m.")}),
@@ -191,7 +192,7 @@ void choose_collisions(Scene& scene) {
     // Who says what its solid is to be wants that to collide.
     const bool asks_for_solid = mesh->solid != SolidKind::automatic || mesh->thickness_m > 0;
     const bool only_stands = stands.contains(name) && !moves.contains(name);
-    mesh->collision = only_stands && !asks_for_solid ? CollisionKind::mesh : CollisionKind::hull;
+    if (only_stands && !asks_for_solid) mesh->collision = CollisionKind::mesh;
   }
 }
 

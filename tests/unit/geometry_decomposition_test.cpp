@@ -89,6 +89,73 @@ TEST(Decomposition, TorusIsWithinTheErrorAskedFor) {
 }
 
 // A tube with thin walls: no first cut of it, nor of a ring that is a slice of it, saves anything.
+// A beam of 400 x 120 mm with a notch in its upper side, as thick as is given.
+TriangleMesh notched_beam(double thickness, double from, double to, double depth) {
+  constexpr double kEnd = 0.4, kTop = 0.12;
+  const double floor = kTop - depth;
+  const std::vector<std::pair<double, double>> outline = {
+      {0, 0},     {from, 0},   {to, 0},       {kEnd, 0},    {kEnd, kTop},
+      {to, kTop}, {to, floor}, {from, floor}, {from, kTop}, {0, kTop}};
+  const auto count = static_cast<uint32_t>(outline.size());
+  TriangleMesh mesh;
+  for (const double z : {0.0, thickness}) {
+    for (const auto& [x, y] : outline) mesh.vertices.emplace_back(x, y, z);
+  }
+  for (uint32_t k = 0; k < count; ++k) {
+    const uint32_t next = (k + 1) % count;
+    mesh.triangles.push_back({k, next, next + count});
+    mesh.triangles.push_back({k, next + count, k + count});
+  }
+  for (const auto& [a, b, c] : std::vector<Triangle>{{0, 1, 7},
+                                                     {0, 7, 8},
+                                                     {0, 8, 9},
+                                                     {1, 2, 6},
+                                                     {1, 6, 7},
+                                                     {3, 4, 5},
+                                                     {3, 5, 6},
+                                                     {3, 6, 2}}) {
+    mesh.triangles.push_back({a, c, b});
+    mesh.triangles.push_back({a + count, b + count, c + count});
+  }
+  return mesh;
+}
+
+// By its volume alone a notch may be filled; by its surface it may not, however thin the beam.
+TEST(Decomposition, NotchesStayOpen) {
+  struct Notch {
+    double thickness, from, to, depth;
+  };
+  for (const Notch& n : {Notch{0.04, 0.179, 0.221, 0.06},
+                         {0.04, 0.05, 0.075, 0.03},
+                         {0.01, 0.3, 0.325, 0.04},
+                         {0.2, 0.18, 0.205, 0.1}}) {
+    const TriangleMesh mesh = notched_beam(n.thickness, n.from, n.to, n.depth);
+    ASSERT_THAT(find_mesh_defects(mesh), IsEmpty());
+    const Decomposition result = decompose(mesh, {}, std::nullopt);
+    EXPECT_LE(result.pieces.size(), 6u);
+    EXPECT_LE(result.surface_share, 0.01);
+    EXPECT_EQ(result.hollow_share, 0);
+    EXPECT_NEAR(result.surface_share, result.surface_error_m / 0.4, 1e-12);
+    // Nothing of the pieces is in the notch, but for 0.5 mm at its walls.
+    const double inset = 5e-4;
+    for (const TriangleMesh& piece : result.pieces) {
+      for (const double x : {n.from + inset, (n.from + n.to) / 2, n.to - inset}) {
+        for (const double y : {0.12 - n.depth + inset, 0.12 - n.depth / 2}) {
+          const Vec3 point(x, y, n.thickness / 2);
+          double above = -1;
+          for (const auto& [a, b, c] : piece.triangles) {
+            const Vec3& corner = piece.vertices[a];
+            const Vec3 normal =
+                (piece.vertices[b] - corner).cross(piece.vertices[c] - corner).stableNormalized();
+            above = std::max(above, normal.dot(point - corner));
+          }
+          EXPECT_GT(above, 0) << "a piece fills " << point.transpose();
+        }
+      }
+    }
+  }
+}
+
 TEST(Decomposition, TubesAreCutAlong) {
   constexpr int kSides = 48;
   constexpr double kInner = 0.85;

@@ -465,7 +465,7 @@ TEST_F(MeshImport, SaysWhatIsWrongWithAFile) {
   expect_error(file("index.obj", kCorners + "f 1 2 9\n"), ErrorKind::input, "out of range");
   expect_error(file("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), ErrorKind::input,
                "not a finite number");
-  expect_error(file("inf.obj", "v 1e60 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), ErrorKind::input,
+  expect_error(file("inf.obj", "v 1e600 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), ErrorKind::input,
                "not a finite number");
   expect_error(file("points.obj", kCorners + "p 1 2 3\n"), ErrorKind::input,
                "contains no triangles");
@@ -556,6 +556,79 @@ TEST_F(MeshImport, FarFromTheOriginEndsToo) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("farther than 1e50 m"));
   }
+}
+
+// Numbers as the text has them, not in single precision.
+TEST_F(MeshImport, TextsKeepAllDigitsOfTheirCoordinates) {
+  const std::array<std::string, 4> corners = {
+      "500000.0001 -0.25 5200000.125", "500000.1001 -0.25 5200000.125",
+      "500000.0001 +0.75e-1 5200000.125", "500000.0001 -0.25 5200000.3251"};
+  const auto vertices = [&](const std::string& before, const std::string& after) {
+    std::string text;
+    for (const std::string& corner : corners) text += before + corner + after;
+    return text;
+  };
+  const auto facet = [&](size_t a, size_t b, size_t c) {
+    return "facet normal 0 0 0\nouter loop\n  vertex " + corners[a] + "\n  vertex " + corners[b] +
+           "\n  vertex " + corners[c] + "\nendloop\nendfacet\n";
+  };
+  const std::string faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty "
+      "double z\nproperty float w\nelement face 4\nproperty list uchar int "
+      "vertex_indices\nend_header\n";
+  const std::vector<std::filesystem::path> files = {
+      file("a.obj", "# v 1 2\n" + vertices("v ", "\n") + "vn 0 0 1\n" + faces),
+      file("crlf.OBJ", vertices("v  ", " 1 0.5 0\r\n") + faces),
+      file("a.stl", "solid a\n" + facet(0, 2, 1) + facet(0, 1, 3) + facet(1, 2, 3) +
+                        facet(0, 3, 2) + "endsolid a\n"),
+      file("a.ply", header + vertices("", " 7\n") + "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n")};
+  for (const std::filesystem::path& each : files) {
+    SCOPED_TRACE(each);
+    const TriangleMesh mesh = import_mesh(each);
+    ASSERT_EQ(mesh.vertices.size(), 4u);
+    EXPECT_EQ(mesh.bounds().min(), Vec3(500000.0001, -0.25, 5200000.125));
+    EXPECT_EQ(mesh.bounds().max(), Vec3(500000.1001, 0.075, 5200000.3251));
+    EXPECT_LT(mesh.rounding_m, 1e-3);
+  }
+  // Two vertices that single precision could not tell apart though near the origin.
+  const TriangleMesh near =
+      import_mesh(file("near.obj", "v 0 0 0\nv 1 0.1234567890123 0\nv 0 1 0\nv 0 0 1\n" + faces));
+  EXPECT_EQ(near.bounds().max().x(), 1);
+  EXPECT_TRUE(std::ranges::count(near.vertices, Vec3(1, 0.1234567890123, 0)) == 1);
+}
+
+// Quads and concave polygons are cut as they are near the origin.
+TEST_F(MeshImport, PolygonsFarFromTheOriginAreTriangulated) {
+  const auto text = [](double x) {
+    std::string vertices;
+    for (const auto& [a, b] :
+         {std::pair(0.0, 0.0), {2.0, 0.0}, {2.0, 2.0}, {1.0, 0.5}, {0.0, 2.0}}) {
+      vertices += "v " + std::to_string(x + a) + ' ' + std::to_string(b) + " 0\n";
+    }
+    return vertices + "f 1 2 3 4 5\n";
+  };
+  const TriangleMesh near = import_mesh(file("near.obj", text(0)));
+  const TriangleMesh far = import_mesh(file("far.obj", text(5e6)));
+  EXPECT_EQ(far.triangles, near.triangles);
+}
+
+TEST_F(MeshImport, RefusesWhatSinglePrecisionWouldSpoil) {
+  const float far = 5.2e6F;
+  const float positions[] = {far, 0, 0, far + 1, 0, 0, far, 1, 0, far, 0, 1};
+  const uint16_t indices[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  std::string binary(sizeof positions + sizeof indices, '\0');
+  std::memcpy(binary.data(), positions, sizeof positions);
+  std::memcpy(binary.data() + sizeof positions, indices, sizeof indices);
+  const std::string glb = glb_of(
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+"buffers":[{"byteLength":72}],
+"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[5200000,0,0],"max":[5200001,1,1]},
+{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})",
+      binary);
+  expect_error(file("far.glb", glb), ErrorKind::input, "move it near its origin");
 }
 
 TEST_F(MeshImport, ReadsBackWhatTheWriterWrote) {

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <limits>
 
+#include "geometry/convex_hull.h"
+#include "geometry/mass_properties.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 #include "scene_test_support.h"
@@ -64,7 +66,8 @@ TEST_F(SceneModel, BodyFramesAreAtTheCentreOfMass) {
   const ModelShape& shape = model.shapes[0];
   EXPECT_NEAR((shape.origin_offset - Vec3(10, 0, 0)).norm(), 0, kRounding);
   EXPECT_NEAR(shape.mesh.bounds().center().norm(), 0, kRounding);
-  EXPECT_NEAR(shape.pieces.at(0).hull.bounds().center().norm(), 0, kRounding);
+  EXPECT_EQ(shape.pieces.at(0).kind, CollisionPiece::Kind::box);
+  EXPECT_NEAR(shape.pieces.at(0).pose.position.norm(), 0, kRounding);
   EXPECT_NEAR(shape.mass.volume_m3, 6, kRounding);
   EXPECT_NEAR(shape.mass.inertia_m5(0, 0), 6.0 / 12 * (4 + 9), 1e-5);
   EXPECT_NEAR(shape.bounding_radius, std::sqrt(1 + 4 + 9) / 2, kRounding);
@@ -127,6 +130,82 @@ TEST_F(SceneModel, EachCollisionKindHasItsPieces) {
   EXPECT_THAT(pieces.collision_report, HasSubstr("decomposition: 1 piece"));
 }
 
+// What is recognised collides as it is; its mass stays the mesh's.
+TEST_F(SceneModel, MeshesThatArePrimitivesCollideAsThese) {
+  const Pose pose{{3, -1, 2}, Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()))};
+  const auto write = [&](TriangleMesh mesh, const char* name) {
+    for (Vec3& vertex : mesh.vertices) vertex = pose.apply(vertex);
+    write_obj(mesh, directory_ / name);
+    return mass_properties(mesh);
+  };
+  // A capsule along y: two balls apart.
+  TriangleMesh capsule = sphere_mesh(0.2, 4);
+  for (Vec3& vertex : capsule.vertices) vertex.y() += vertex.y() > 0 ? 0.3 : -0.3;
+  std::vector<Vec3> points = capsule.vertices;
+  for (int i = 0; i < 64; ++i) {
+    const double angle = 2 * kPi * i / 64;
+    for (const double y : {-0.3, 0.3}) {
+      points.emplace_back(0.2 * std::cos(angle), y, 0.2 * std::sin(angle));
+    }
+  }
+  const MassProperties ball = write(sphere_mesh(0.1, 3), "ball.obj");
+  const MassProperties can = write(cylinder_mesh(0.5, 2), "can.obj");
+  write(convex_hull(points), "pill.obj");
+  write(sphere_mesh(0.1, 1), "coarse.obj");
+  const auto shape = [](const std::string& name, const std::string& more = "") {
+    return '"' + name + R"(": {"type": "mesh", "file": ")" + name + ".obj\"" + more + '}';
+  };
+  const Model model = build(shape("ball") + ", " + shape("can") + ", " + shape("coarse") + ", " +
+                            shape("pill") + R"(, "plain": {"type": "mesh", "file": "ball.obj",
+                            "collision": "hull"})");
+  const ModelShape &round = model.shapes[0], &long_one = model.shapes[1];
+  ASSERT_EQ(round.pieces.size(), 1u);
+  EXPECT_EQ(round.pieces[0].kind, CollisionPiece::Kind::sphere);
+  EXPECT_NEAR(round.pieces[0].size.x(), 0.1, 1e-6);
+  EXPECT_LT(round.pieces[0].pose.position.norm(), 1e-6);
+  EXPECT_NEAR(round.mass.volume_m3, ball.volume_m3, 1e-6 * ball.volume_m3);
+  EXPECT_LT((round.mass.inertia_m5 - ball.inertia_m5).norm(), 1e-5 * ball.inertia_m5.norm());
+  EXPECT_LT((round.origin_offset - pose.position).norm(), 1e-6);
+  EXPECT_THAT(round.collision_report, HasSubstr("recognised as a ball: 1 piece, exact"));
+  ASSERT_EQ(long_one.pieces.size(), 1u);
+  EXPECT_EQ(long_one.pieces[0].kind, CollisionPiece::Kind::cylinder);
+  EXPECT_LT((long_one.pieces[0].size - Vec3(0.5, 2, 0.5)).norm(), 1e-5);
+  EXPECT_GT(std::abs((long_one.pieces[0].pose.orientation * Vec3::UnitY())
+                         .dot(pose.orientation * Vec3::UnitY())),
+            1 - 1e-9);
+  EXPECT_NEAR(long_one.mass.volume_m3, can.volume_m3, 1e-5 * can.volume_m3);
+  EXPECT_GE(long_one.bounding_radius, std::hypot(0.5, 1) - 1e-6);
+  EXPECT_EQ(model.shapes[2].pieces[0].kind, CollisionPiece::Kind::hull);
+  EXPECT_THAT(model.shapes[3].collision_report, HasSubstr("recognised as a capsule: 3 pieces"));
+  EXPECT_EQ(model.shapes[4].pieces[0].kind, CollisionPiece::Kind::hull);
+}
+
+// A closed box with the coordinates of a map is the box.
+TEST_F(SceneModel, MeshesFarFromTheirOriginKeepTheirShape) {
+  for (const char* collision : {"auto", "hull", "decomposition"}) {
+    std::ofstream(directory_ / "map.obj")
+        << "v 500000.0000 0.0000 5200000.0000\nv 500000.0000 0.0000 5200000.2000\n"
+           "v 500000.0000 0.1500 5200000.0000\nv 500000.0000 0.1500 5200000.2000\n"
+           "v 500000.1000 0.0000 5200000.0000\nv 500000.1000 0.0000 5200000.2000\n"
+           "v 500000.1000 0.1500 5200000.0000\nv 500000.1000 0.1500 5200000.2000\n"
+           "f 1 2 4\nf 1 4 3\nf 5 7 8\nf 5 8 6\nf 1 5 6\nf 1 6 2\n"
+           "f 3 4 8\nf 3 8 7\nf 1 3 7\nf 1 7 5\nf 2 6 8\nf 2 8 4\n";
+    const Model model =
+        build(R"("c": {"type": "mesh", "file": "map.obj", "collision": ")" +
+                  std::string(collision) + "\"}",
+              R"("bodies": [{"shape": "c", "material": "m", "position": [-500000, 0, -5200000]}])");
+    const ModelShape& shape = model.shapes[0];
+    EXPECT_NEAR(shape.mass.volume_m3, 0.1 * 0.15 * 0.2, 1e-10);
+    EXPECT_LT((shape.mass.inertia_m5.diagonal() -
+               box_mass_properties({0.1, 0.15, 0.2}).inertia_m5.diagonal())
+                  .norm(),
+              1e-12);
+    EXPECT_LT((model.bodies[0].pose.position - Vec3(0.05, 0.075, 0.1)).norm(), 1e-8);
+    EXPECT_LT((shape.mesh.bounds().sizes() - Vec3(0.1, 0.15, 0.2)).norm(), 1e-8);
+    ASSERT_EQ(shape.pieces.size(), 1u);
+  }
+}
+
 TEST_F(SceneModel, AHullThatFollowsBadlyNamesTheOtherWay) {
   const std::string l_shape = std::string(PILESIM_SOURCE_DIR) + "/assets/l_shape.obj";
   const auto report = [&](const std::string& file, const std::string& more) {
@@ -143,7 +222,7 @@ TEST_F(SceneModel, AHullThatFollowsBadlyNamesTheOtherWay) {
 }
 
 TEST_F(SceneModel, CompoundsJoinMassAndPieces) {
-  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj"},
+  const Model model = build(R"("box": {"type": "mesh", "file": "box.obj", "collision": "hull"},
     "cube": {"type": "box", "size": [2, 2, 2]},
     "zed": {"type": "compound", "parts": [{"shape": "cube", "position": [0, 3, 0]},
       {"shape": "box", "position": [0, -10, 0], "rotation_deg": [0, 0, 90]}]})");

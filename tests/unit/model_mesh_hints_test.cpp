@@ -48,6 +48,30 @@ class MeshHints : public testing::Test {
 constexpr char kTable[] =
     R"("bodies": [{"name": "t", "shape": "table", "material": "m", "role": "static"}])";
 
+// What its vertex limit costs a hull is said where it is more than 1 % of the volume.
+TEST_F(MeshHints, AHullThatLosesMuchByItsLimitIsSaid) {
+  TriangleMesh egg = sphere_mesh(0.5, 4);
+  for (Vec3& vertex : egg.vertices) vertex.x() *= 1.3;
+  write_obj(egg, scratch_ / "egg.obj");
+  const auto said = [&](const std::string& more) { return hints(more, kTable, "egg.obj"); };
+  EXPECT_THAT(said(""), ElementsAre(AllOf(HasSubstr("hull of 64 vertices loses"),
+                                          HasSubstr("\"hull_max_vertices\": 255 loses"))));
+  EXPECT_THAT(said(R"(, "collision": "decomposition")"), IsEmpty());
+  // One that fits into its limit loses nothing.
+  EXPECT_THAT(hints("", kTable), IsEmpty());
+  write_obj(cylinder_mesh(0.5, 1, 100), scratch_ / "wheel.obj");
+  const auto wheel =
+      hints(R"(, "collision": "hull", "hull_max_vertices": 24)", kTable, "wheel.obj");
+  ASSERT_EQ(wheel.size(), 1u);
+  const size_t at = wheel[0].find("\"hull_max_vertices\": ");
+  ASSERT_NE(at, wheel[0].npos);
+  const int enough = std::stoi(wheel[0].substr(at + 21));
+  EXPECT_THAT(wheel[0], HasSubstr("loses no more than 1 %"));
+  EXPECT_THAT(hints(R"(, "collision": "hull", "hull_max_vertices": )" + std::to_string(enough),
+                    kTable, "wheel.obj"),
+              IsEmpty());
+}
+
 // Once a file, however many shapes are of it.
 TEST_F(MeshHints, TexturesThatCannotBeReadAreNamed) {
   std::ofstream(scratch_ / "box.mtl") << "newmtl wood\nKd 0.5 0.3 0.1\nmap_Kd planks.png\n";
