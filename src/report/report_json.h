@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ nlohmann::ordered_json report_json(const SimulationReport& report);
 
 // What others take from the report of a run.
 struct ReportedRun {
-  PileQuality quality;  // at the end
-  double setup_s = 0;   // wall
-  StageTimes times;     // wall, of all frames
+  PileQuality quality;                // at the end
+  std::optional<GuideQuality> guide;  // at the end; none: no mesh was followed
+  double setup_s = 0;                 // wall
+  StageTimes times;                   // wall, of all frames
   double cpu_s = 0;
   uint64_t steps = 0;
   uint64_t peak_memory_bytes = 0;
