@@ -129,10 +129,11 @@ std::vector<QualityGate> ReportOptions::gates() const {
 
 void add_report_options(CLI::App& command, ReportOptions& options) {
   command
-      .add_option("--fail-on", options.fail_on,
-                  "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
-                  "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, with commas in "
-                  "between")
+      .add_option(
+          "--fail-on", options.fail_on,
+          "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
+          "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, or of a guide with a "
+          "mesh empty>SHARE, outside>SHARE, with commas in between")
       ->type_name("GATES");
   command
       .add_option("--inspect-every", options.inspect_every,

@@ -10,6 +10,7 @@
 #include "model/mesh_hints.h"
 #include "model/model.h"
 #include "options.h"
+#include "pile/guide/empty_parts.h"
 #include "print.h"
 #include "scene/scene_loader.h"
 #include "simulate/modes/make_simulator.h"
@@ -88,10 +89,17 @@ Examples:
       if (shape.collision_report.empty()) continue;
       print_line("  " + shape.name + ": " + measures(model, i) + shape.collision_report);
     }
+    if (!model.guide_report.empty()) {
+      print_line("  " + model.guide_report +
+                 (model.guide_fill && model.guide_fill->is_mould ? "; filled as a mould" : ""));
+    }
     for (const std::string& line : simulator->signatures()) print_line("  " + line);
     for (const std::string& line : describe_moved_starts(model)) print_line("  " + line);
     for (const std::string& line : describe_unlikely_meshes(loaded.scene, model)) warn(line);
     for (const std::string& line : describe_start_overlaps(model)) warn(line);
+    for (const EmptyPart& part : too_narrow_parts(loaded.scene, model).parts) {
+      warn("guide: " + describe(part));
+    }
   };
   command->callback(
       [options, validate] { with_options_named(options->scene.overrides, validate); });

@@ -22,4 +22,10 @@ struct PileQuality {
   double body_diameter_m = 0;  // mean over dynamic bodies, of the ball about the centre of mass
 };
 
+// Of a pile that is to have the shape of a guide.
+struct GuideQuality {
+  double outside_share = 0;  // of the bodies
+  double empty_share = 0;    // of the guide's volume; gaps between bodies do not count
+};
+
 }  // namespace pilesim

@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/pile_quality.h"
 #include "pile/guide/upside_down.h"
 #include "simulate/simulator.h"
 
@@ -15,6 +17,7 @@ namespace pilesim {
 struct DirectedRun {
   std::string figures;             // JSON, for SimulationReport::piles; empty: none
   std::vector<std::string> lines;  // for people
+  std::optional<GuideQuality> guide;
 };
 
 class Direction {

@@ -9,14 +9,13 @@
 #include "core/text.h"
 #include "pile/guide/guide_fit.h"
 #include "pile/guide/surface_profile.h"
+#include "report/verdict.h"
 #include "trajectory/guide_file.h"
 
 namespace pilesim {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kKept = 0.95;  // share of the bodies inside from which the shape is there
 
 // Of what is left: so many that touched the mould alone.
 constexpr double kManyHang = 0.05;
@@ -40,22 +39,40 @@ Json surface_json(const SurfaceProfile& surface) {
           {"rings", rings}};
 }
 
+Json empty_json(const EmptyParts& empty) {
+  Json parts = Json::array();
+  for (const EmptyPart& part : empty.parts) {
+    const Vec3 low = part.box.min(), high = part.box.max();
+    parts.push_back({{"part", part.part},
+                     {"of_parts", part.parts},
+                     {"part_share", part.part_share},
+                     {"guide_share", part.guide_share},
+                     {"low_m", {low.x(), low.y(), low.z()}},
+                     {"high_m", {high.x(), high.y(), high.z()}},
+                     {"width_m", part.width_m},
+                     {"what", describe(part)}});
+  }
+  return parts;
+}
+
 std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
-                       const SurfaceProfile& surface, const GuideFilling& filling) {
-  Json figures = {{"control_share", simulator.control_share()},
-                  {"control_step_s", simulator.control_step_s()},
-                  {"simulation_step_s", simulator.simulation_step_s()}};
+                       const SurfaceProfile& surface, const GuideFilling& filling,
+                       double outline_m) {
+  Json figures = Json::object();
   if (fit.voxel_m > 0) {
     figures["bodies_inside"] = fit.bodies_inside;
     figures["volume_inside"] = fit.volume_inside;
     figures["overlap"] = fit.overlap;
     figures["voxel_m"] = fit.voxel_m;
+    figures["filled_share"] = fit.filled_share;
   }
   if (surface.column_m > 0) figures["surface"] = surface_json(surface);
   if (filling.dropped > 0) {
+    figures["outline_moved_m"] = outline_m;
     figures["filling"] = {{"dropped", filling.dropped},
                           {"kept", filling.kept},
                           {"volume_share", filling.volume_share},
+                          {"filled_share", filling.empty.filled_share},
                           {"simulated_s", filling.simulated_s}};
     if (filling.is_mould) {
       figures["filling"]["outside_m"] = filling.outside_m;
@@ -63,6 +80,7 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
       figures["filling"]["hanging"] = filling.hanging;
       figures["filling"]["floats"] = filling.floats;
     }
+    figures["filling"]["empty"] = empty_json(filling.empty);
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
     figures["glue_needed"] = {{"solved", glue->is_solved},
@@ -85,17 +103,22 @@ std::string figures_of(const GuidedSimulator& simulator, const GuideFit& fit,
         {"outside", left->outside}, {"stands", stands(*left)}};
   }
   if (!simulator.frames().empty()) figures.update(guide_frame_json(simulator.frames().back()));
+  figures["control_share"] = simulator.control_share();
+  figures["control_step_s"] = simulator.control_step_s();
+  figures["simulation_step_s"] = simulator.simulation_step_s();
   return Json{{"guide", figures}}.dump();
 }
 
 std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideFit& fit,
-                                  const SurfaceProfile& surface, const GuideFilling& filling) {
+                                  const SurfaceProfile& surface, const GuideFilling& filling,
+                                  double outline_m) {
   std::vector<std::string> lines;
   if (filling.dropped > 0) {
     lines.push_back(
         std::string("guide: filled ") + (filling.is_mould ? "as a mould; " : "upside down; ") +
         std::to_string(filling.kept) + " of " + std::to_string(filling.dropped) +
-        " bodies lie inside, " + percent(filling.volume_share) + " of its volume" +
+        " bodies lie inside, " + percent(filling.volume_share) + " of its volume, and leave " +
+        percent(1 - filling.empty.filled_share) + " of it empty" +
         (filling.tries > 1 ? "; the filling of try " + std::to_string(filling.tries) +
                                  ", as no glue holds those before"
                            : "") +
@@ -149,9 +172,12 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
   }
   if (fit.voxel_m > 0) {
     lines.push_back("guide: " + percent(fit.bodies_inside) + " of the bodies inside, " +
-                    percent(fit.volume_inside) + " of their volume; overlap " +
-                    percent(fit.overlap));
-    if (fit.bodies_inside < kKept) {
+                    percent(fit.volume_inside) + " of their volume; " + percent(fit.filled_share) +
+                    " of it is filled; overlap " + percent(fit.overlap) +
+                    (filling.dropped > 0
+                         ? "; its outline has moved by " + with_digits(outline_m, 2) + " m"
+                         : ""));
+    if (fit.bodies_inside < kKeptShape) {
       lines.push_back("guide: the pile has not kept its shape: " + percent(1 - fit.bodies_inside) +
                       " of its bodies lie outside; it has slumped, or something hit it");
     }
@@ -188,10 +214,16 @@ DirectedRun GuideDirection::finish(const Simulator& simulator,
                                               .constraints = simulator_->constraints(),
                                               .glue = simulator_->glue(),
                                               .forces = simulator_->forces()});
-  const GuideFit fit = measure_guide_fit(model_, simulator.states());
+  const GuideFit fit = measure_guide_fit(scene_, model_, simulator.states());
   const SurfaceProfile surface = measure_surface(model_, simulator.states(), fit.voxel_m);
-  return {figures_of(*simulator_, fit, surface, filling_),
-          lines_of(*simulator_, fit, surface, filling_)};
+  const double outline_m = fit.voxel_m > 0
+                               ? outline_moved_m(scene_, model_, {filling_.first, filling_.kept},
+                                                 simulator.states(), fit.voxel_m)
+                               : 0;
+  DirectedRun run{figures_of(*simulator_, fit, surface, filling_, outline_m),
+                  lines_of(*simulator_, fit, surface, filling_, outline_m), std::nullopt};
+  if (fit.voxel_m > 0) run.guide = {1 - fit.bodies_inside, 1 - fit.filled_share};
+  return run;
 }
 
 }  // namespace pilesim

@@ -89,7 +89,8 @@ void throw_failed_gates(const std::filesystem::path& output,
 
 void require_gates(const std::filesystem::path& output, const std::vector<QualityGate>& gates) {
   if (gates.empty()) return;
-  throw_failed_gates(output, judge(gates, read_report(output / "report.json").quality));
+  const ReportedRun run = read_report(output / "report.json");
+  throw_failed_gates(output, judge(gates, run.quality, run.guide));
 }
 
 }  // namespace pilesim

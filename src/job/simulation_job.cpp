@@ -288,6 +288,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
         "the guide is in the air: what fills it touches nothing that stands, and falls; move it "
         "down, or put something static below it");
   }
+  for (const EmptyPart& part : filling.empty.parts) {
+    warnings.push_back("guide: " + describe(part));
+  }
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
                        : no_direction(scene, model);
@@ -366,7 +369,6 @@ SimulationSummary run_simulation(const SimulationJob& job) {
     report.until =
         Settling(scene, model).figures(last, unsettled, recorder.progress().quiet_frames);
   }
-  report.gates = judge(job.gates, report.quality);
   report.total_s = recorder.progress().wall_s + report.inspection_s;
   report.peak_memory_bytes = peak_memory_bytes();
   report.mode_figures = simulator->figures();
@@ -374,6 +376,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   DirectedRun directed = direction->finish(*simulator, job.output);
   report.piles = std::move(directed.figures);
+  report.gates = judge(job.gates, report.quality, directed.guide);
   if (is_finished) take_finish(*finished, report);
   const std::string no_charts = write_report(report, job.output);
   // Last: what was killed before this goes on from the checkpoint before.

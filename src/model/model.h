@@ -113,6 +113,8 @@ struct Model {
   std::vector<ModelEvent> events;  // ordered by time
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
+  // Its size, and what was done to its mesh: "guide: 1 x 2 x 1 m, ..."; empty: none.
+  std::string guide_report;
   std::optional<GuideFill> guide_fill;
   std::optional<BodyRange> moulded;          // those that a mould was filled with
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)

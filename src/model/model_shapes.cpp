@@ -441,18 +441,12 @@ const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double 
   return meshes_.emplace(key, std::move(mesh)).first->second;
 }
 
-const TriangleMesh& MeshLibrary::load_solid(const std::filesystem::path& file, double scale) {
+const Solid& MeshLibrary::load_solid(const std::filesystem::path& file, double scale) {
   const auto key = std::pair(file, scale);
   if (const auto found = solids_.find(key); found != solids_.end()) return found->second;
-  const TriangleMesh& mesh = load(file, scale);
-  const std::vector<MeshDefect> defects = find_mesh_defects(mesh);
-  const bool has_inside = std::ranges::all_of(defects, [](const MeshDefect& defect) {
-    return defect.kind == MeshDefectKind::degenerate ||
-           defect.kind == MeshDefectKind::non_manifold ||
-           defect.kind == MeshDefectKind::self_touching;
-  });
-  return solids_.emplace(key, has_inside ? mesh : make_solid(mesh, {}, user_cache_directory()).mesh)
-      .first->second;
+  TriangleMesh mesh = load(file, scale);
+  mesh.groups.clear();
+  return solids_.emplace(key, make_solid(mesh, {}, user_cache_directory())).first->second;
 }
 
 ModelShape resized(const ModelShape& shape, double size) {

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "geometry/mesh.h"
+#include "geometry/solid.h"
 #include "model/model.h"
 #include "scene/scene.h"
 
@@ -21,13 +22,14 @@ class MeshLibrary {
  public:
   // Throws as import_mesh() does.
   const TriangleMesh& load(const std::filesystem::path& file, double scale, UpAxis up = UpAxis::y);
-  // What it encloses: the mesh itself where that is clear, though it may touch itself and have
-  // slivers, else as make_solid() makes it. Throws as that does, too.
-  const TriangleMesh& load_solid(const std::filesystem::path& file, double scale);
+  // What it encloses, as make_solid() makes it of the whole: its surface has nothing of it on the
+  // other side, so parts that overlap are wrapped even where groups name each of them. Throws as
+  // make_solid() does, too.
+  const Solid& load_solid(const std::filesystem::path& file, double scale);
 
  private:
   std::map<std::tuple<std::filesystem::path, double, UpAxis>, TriangleMesh> meshes_;
-  std::map<std::pair<std::filesystem::path, double>, TriangleMesh> solids_;
+  std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 
 // The JSON pointer of the shape called `name`.

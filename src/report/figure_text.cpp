@@ -50,6 +50,11 @@ std::string scalar_text(const std::string& unit, double value) {
   return number_text(value) + unit;
 }
 
+bool is_share(const std::string& key) {
+  return key.ends_with("_share") || key == "bodies_inside" || key == "volume_inside" ||
+         key == "overlap";
+}
+
 std::string list_text(const std::string& key, const Json& list) {
   std::string text;
   size_t shown = 0;
@@ -71,6 +76,7 @@ std::string figure_name(const std::string& key) {
 std::string figure_text(const std::string& key, const Json& value) {
   if (value.is_null()) return "&ndash;";
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number() && is_share(key)) return share_text(value);
   if (value.is_number()) return scalar_text(name_and_unit(key).second, value);
   if (value.is_string()) return escaped(value.get<std::string>());
   if (value.is_array()) return list_text(key, value);

@@ -12,6 +12,7 @@ constexpr char kStyle[] = R"(
 * { box-sizing: border-box; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 860px; margin: 2em auto; padding: 0 16px; overflow-wrap: anywhere; }
 h1 { font-size: 1.6em; line-height: 1.2; margin: 0; } h2 { font-size: 1.15em; margin: 2em 0 .3em; }
+h3 { font-size: 1em; margin: 1.2em 0 .2em; }
 .sub { opacity: .72; margin: .2em 0 .8em; }
 figure { margin: 1em 0; } figure img { display: block; width: 100%; border-radius: 10px; }
 figure figcaption { opacity: .72; font-size: .88em; margin-top: .3em; }

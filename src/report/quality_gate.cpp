@@ -13,6 +13,10 @@ namespace {
 
 constexpr char kExample[] = "Write for example penetration>0.02D,unsettled>0,escaped>0,floating>0";
 
+bool is_of_guide(const QualityGate& gate) {
+  return gate.figure == "empty" || gate.figure == "outside";
+}
+
 Error gate_error(std::string found, std::string expected) {
   return {ErrorKind::usage, Problem{.file = "--fail-on",
                                     .found = std::move(found),
@@ -35,9 +39,9 @@ QualityGate parse_gate(std::string_view text) {
                    .figure = std::string(trimmed(text.substr(0, above)))};
   const bool is_length = gate.figure == "penetration";
   if (!is_length && gate.figure != "unsettled" && gate.figure != "escaped" &&
-      gate.figure != "floating") {
+      gate.figure != "floating" && !is_of_guide(gate)) {
     throw gate_error("\"" + gate.figure + "\" is no figure of a pile",
-                     "penetration, unsettled, escaped or floating");
+                     "penetration, unsettled, escaped, floating, empty or outside");
   }
   const std::string_view limit = trimmed(text.substr(above + 1));
   const char* const end = limit.data() + limit.size();
@@ -48,9 +52,10 @@ QualityGate parse_gate(std::string_view text) {
                      "a number of at least 0");
   }
   if (is_length ? unit != "D" && unit != "m" : !unit.empty()) {
-    throw gate_error(
-        "\"" + gate.text + "\": the limit is \"" + std::string(limit) + "\"",
-        is_length ? "a length in diameters or metres: 0.02D or 0.004m" : "a number of bodies");
+    throw gate_error("\"" + gate.text + "\": the limit is \"" + std::string(limit) + "\"",
+                     is_length           ? "a length in diameters or metres: 0.02D or 0.004m"
+                     : is_of_guide(gate) ? "a share from 0 to 1"
+                                         : "a number of bodies");
   }
   gate.in_diameters = unit == "D";
   return gate;
@@ -69,7 +74,8 @@ std::vector<QualityGate> parse_quality_gates(const std::string& text) {
   }
 }
 
-std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQuality& quality) {
+std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQuality& quality,
+                              const std::optional<GuideQuality>& guide) {
   std::vector<GateResult> results;
   for (const QualityGate& gate : gates) {
     GateResult& result = results.emplace_back(GateResult{.gate = gate});
@@ -78,6 +84,10 @@ std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQ
       if (gate.in_diameters && quality.body_diameter_m > 0) {
         result.value /= quality.body_diameter_m;
       }
+    } else if (is_of_guide(gate)) {
+      result.value = !guide                   ? std::nan("")
+                     : gate.figure == "empty" ? guide->empty_share
+                                              : guide->outside_share;
     } else {
       result.value = static_cast<double>(gate.figure == "unsettled" ? quality.unsettled
                                          : gate.figure == "escaped" ? quality.escaped
@@ -93,7 +103,17 @@ std::string describe_failure(const GateResult& result) {
   if (result.gate.figure == "penetration") {
     return found + with_digits(result.value, 3) + (result.gate.in_diameters ? " D" : " m");
   }
+  if (is_of_guide(result.gate)) {
+    if (std::isnan(result.value)) return found + "unknown: no guide was followed";
+    return found + with_digits(result.value, 3) + ' ' + unit_of(result.gate);
+  }
   return found + counted(static_cast<uint64_t>(result.value), "body", "bodies");
+}
+
+std::string unit_of(const QualityGate& gate) {
+  if (is_of_guide(gate)) return gate.figure == "empty" ? "of the guide" : "of the bodies";
+  if (gate.figure != "penetration") return "bodies";
+  return gate.in_diameters ? "D" : "m";
 }
 
 }  // namespace pilesim

@@ -64,17 +64,52 @@ std::string stage_table(const Json& stages) {
   return "<h2>Time by stage</h2>\n" + html_table(rows);
 }
 
+bool is_list_of_objects(const Json& value) {
+  return value.is_array() && !value.empty() && value.front().is_object();
+}
+
+// One row an object, under the names of its members.
+std::string object_table(const Json& list) {
+  std::string rows = "<tr>";
+  for (const auto& [name, value] : list.front().items()) {
+    rows += std::string("<th") + (value.is_number() ? " class=\"n\"" : "") + '>' +
+            figure_name(name) + "</th>";
+  }
+  rows += "</tr>\n";
+  for (const Json& object : list) {
+    rows += "<tr>";
+    for (const auto& [name, value] : object.items()) {
+      rows += std::string("<td") + (value.is_number() ? " class=\"n\"" : "") + '>' +
+              figure_text(name, value) + "</td>";
+    }
+    rows += "</tr>\n";
+  }
+  return html_table(rows);
+}
+
+// Objects, and lists of them, have tables of their own below that of the others.
+std::string figure_tables(const Json& values) {
+  std::string rows, below;
+  for (const auto& [name, value] : values.items()) {
+    const std::string title = "<h3>" + figure_name(name) + "</h3>\n";
+    if (value.is_object() && !value.empty()) {
+      below += title + figure_tables(value);
+    } else if (is_list_of_objects(value)) {
+      below += title + object_table(value);
+    } else {
+      rows += "<tr><td>" + figure_name(name) + "</td><td class=\"n\">" + figure_text(name, value) +
+              "</td></tr>\n";
+    }
+  }
+  return (rows.empty() ? "" : html_table(rows)) + below;
+}
+
 // `meaning`: HTML that explains; may be empty.
 std::string value_table(const std::string& title, const Json& values,
                         const std::string& meaning = {}) {
   if (values.empty()) return {};
-  std::string rows;
-  for (const auto& [name, value] : values.items()) {
-    rows += "<tr><td>" + figure_name(name) + "</td><td class=\"n\">" + figure_text(name, value) +
-            "</td></tr>\n";
-  }
   return "<h2>" + title + "</h2>\n" +
-         (meaning.empty() ? "" : "<p class=\"sub\">" + meaning + "</p>\n") + html_table(rows);
+         (meaning.empty() ? "" : "<p class=\"sub\">" + meaning + "</p>\n") + figure_tables(values);
 }
 
 // Keys are pointers into the scene, and stay as they are.

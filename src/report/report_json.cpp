@@ -60,9 +60,7 @@ Json gates_json(const std::vector<GateResult>& gates) {
   for (const GateResult& result : gates) {
     results.push_back({{"fails_if", result.gate.text},
                        {"value", result.value},
-                       {"unit", result.gate.figure != "penetration" ? "bodies"
-                                : result.gate.in_diameters          ? "D"
-                                                                    : "m"},
+                       {"unit", unit_of(result.gate)},
                        {"passed", result.passed}});
   }
   return results;
@@ -190,6 +188,19 @@ Json report_json(const SimulationReport& report) {
   return figures;
 }
 
+namespace {
+
+// As a direction in a guide with a mesh tells of itself.
+std::optional<GuideQuality> guide_of(const Json& report) {
+  if (!report.contains("piles") || !report["piles"].contains("guide")) return std::nullopt;
+  const Json& guide = report["piles"]["guide"];
+  if (!guide.contains("filled_share")) return std::nullopt;
+  return GuideQuality{.outside_share = 1 - guide.at("bodies_inside").get<double>(),
+                      .empty_share = 1 - guide.at("filled_share").get<double>()};
+}
+
+}  // namespace
+
 ReportedRun read_report(const std::filesystem::path& file) {
   const auto refuse = [&](std::string found) {
     throw Error(ErrorKind::input,
@@ -208,6 +219,7 @@ ReportedRun read_report(const std::filesystem::path& file) {
     }
     const Json& time = report.at("time");
     run.quality = quality_of(report.at("quality_at_end"));
+    run.guide = guide_of(report);
     run.setup_s = time.at("setup_s");
     run.cpu_s = time.at("cpu_s");
     run.steps = report.at("counts").at("steps");

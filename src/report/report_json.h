@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,10 @@ const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections);
 
 // What others take from the report of a run.
 struct ReportedRun {
-  PileQuality quality;  // at the end
-  double setup_s = 0;   // wall
-  StageTimes times;     // wall, of all frames
+  PileQuality quality;                // at the end
+  std::optional<GuideQuality> guide;  // at the end; none: no mesh was followed
+  double setup_s = 0;                 // wall
+  StageTimes times;                   // wall, of all frames
   double cpu_s = 0;
   uint64_t steps = 0;
   uint64_t peak_memory_bytes = 0;

@@ -4,6 +4,7 @@
 
 #include "core/text.h"
 #include "report/figure_text.h"
+#include "report/html.h"
 
 namespace pilesim {
 namespace {
@@ -41,6 +42,40 @@ std::string soundness_text(const Json& end, bool good) {
                      : ".");
 }
 
+// A pile that was to keep the shape of a guide.
+struct GuideVerdict {
+  bool kept = true, filled = true;
+  std::vector<std::string> sentences;
+};
+
+GuideVerdict guide_verdict(const Json& figures) {
+  GuideVerdict result;
+  if (!figures.contains("piles") || !figures["piles"].is_object()) return result;
+  const Json guide = figures["piles"].value("guide", Json::object());
+  if (!guide.contains("bodies_inside") || !guide.contains("filled_share")) return result;
+  const double inside = guide["bodies_inside"], filled = guide["filled_share"];
+  const bool was_filled = guide.contains("filling");
+  const double at_start = was_filled ? guide["filling"].value("filled_share", 1.0) : filled;
+  result.kept = inside >= kKeptShape && filled >= at_start - (1 - kKeptShape);
+  result.filled = at_start >= kFilled;
+  std::string text = share_text(inside) + " of the bodies are inside the guide at the end, and " +
+                     share_text(filled) + " of it is filled";
+  if (was_filled) {
+    text += " (" + share_text(at_start) + " at the start); the pile&rsquo;s outline has moved by " +
+            length_text(guide.value("outline_moved_m", 0.0));
+  }
+  result.sentences.push_back(text + ".");
+  if (!result.kept) {
+    result.sentences.emplace_back(
+        "The pile has not kept the shape: it has slumped, or something has hit it.");
+  }
+  if (!was_filled) return result;
+  for (const Json& part : guide["filling"].value("empty", Json::array())) {
+    result.sentences.push_back("When it was filled, " + escaped(part.value("what", "")) + ".");
+  }
+  return result;
+}
+
 std::string speed_text(const Json& figures) {
   const Json& time = figures["time"];
   const double a_second = time["wall_per_simulated_second"];
@@ -62,10 +97,15 @@ Verdict verdict(const Json& figures) {
   Verdict result{.good = settled && sound};
   result.headline = std::string(settled ? "At rest" : "Still moving") +
                     (settled == sound ? " and " : ", but ") + (sound ? "sound" : "not sound");
+  const GuideVerdict guide = guide_verdict(figures);
+  if (!guide.kept) result.headline += "; the guide&rsquo;s shape is lost";
+  if (!guide.filled) result.headline += "; the guide is not full";
+  result.good = result.good && guide.kept && guide.filled;
   if (figures["interrupted"].get<bool>()) {
     result.good = false;
     result.sentences.emplace_back("<b>Interrupted:</b> shorter than the scene asks for.");
   }
+  result.sentences.insert(result.sentences.end(), guide.sentences.begin(), guide.sentences.end());
   result.sentences.push_back(settled_text(figures));
   result.sentences.push_back(soundness_text(end, sound));
   size_t failed = 0;

@@ -206,7 +206,8 @@ Alternative<Emitter> guide() {
   return alternative<GuideSource>(
       "upside_down",
       "Fills the guide: it is turned over, bodies drop in through its base, and it is turned back. "
-      "They wait as they came to lie and are released from the bottom up, from start_s on.",
+      "They wait as they came to lie and are released from the bottom up, from start_s on. Where "
+      "glue holds the guide it is a mould.",
       {field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
                       "Most bodies; 0: as many as fit."),
        field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),

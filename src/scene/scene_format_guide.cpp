@@ -9,8 +9,9 @@ namespace {
 Fields<Guide> shape_fields() {
   return Fields<Guide>{
              optional_field<Guide>("file", &Guide::file, file_path(),
-                                   "Closed mesh, relative to the scene file: bodies with their "
-                                   "centre of mass inside are controlled. Default: all are."),
+                                   "Mesh, relative to the scene file, made a solid as a body's "
+                                   "is: bodies with their centre of mass inside are controlled. "
+                                   "Default: all are."),
              field<Guide>("scale", &Guide::scale, number(above(0)), "Metres per unit of the file."),
          } +
          pose_fields<Guide>(&Guide::pose, "the mesh");

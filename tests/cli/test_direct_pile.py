@@ -57,6 +57,38 @@ class Guides(CommandTest):
         result = self.succeed("validate", self.filled())
         self.assertIn("valid; at most 12 bodies, 1 static", result.stdout)
 
+    def test_a_guide_of_boxes_that_overlap_is_filled_as_one(self):
+        (self.dir / "hi.obj").write_bytes((SOURCE / "tests/cli/meshes/hi.obj").read_bytes())
+
+        def change(scene):
+            scene.update(duration_s=0.1, guide={"file": "hi.obj"})
+            scene["shapes"]["brick"] = {"type": "box", "size": [0.14, 0.1, 0.1]}
+            scene["emitters"] = [{"name": "bricks", "type": "mould", "shape": "brick", "material": "wood"}]
+
+        scene = self.write_scene(change)
+        said = self.succeed("validate", scene).stdout
+        self.assertIn("guide: 2.3 x 2 x 0.4 m", said)
+        self.assertIn("solid: wrapped", said)
+        self.assertIn("volume error", said)
+        self.succeed("direct-pile", scene, "-o", "out")
+        filling = json.loads((self.dir / "out/report.json").read_text())["piles"]["guide"]["filling"]
+        self.assertGreater(filling["filled_share"], 0.85)
+        self.assertEqual(filling["empty"], [])
+
+    def test_what_stays_empty_is_said_before_and_after(self):
+        def change(scene):
+            scene.update(duration_s=0.1, guide={"file": "guide.obj", "scale": 0.35})
+            scene["emitters"] = [{"name": "boxes", "type": "mould", "shape": "box", "material": "wood", "count": 1}]
+            scene["shapes"]["box"] = {"type": "box", "size": [0.05, 0.05, 0.05]}
+
+        scene = self.write_scene(change)
+        result = self.succeed("direct-pile", scene, "-o", "out")
+        self.assertRegex(result.stderr, r'guide: the upper \d+ % of the guide .* is empty: .*"count"')
+        report = json.loads((self.dir / "out/report.json").read_text())
+        self.assertTrue(any("is empty" in note for note in report["notes"]))
+        self.assertIn("is empty", (self.dir / "out/report.html").read_text())
+        self.assertEqual(len(report["piles"]["guide"]["filling"]["empty"]), 1)
+
     def test_simulate_fills_it_too_whatever_the_threads(self):
         for name, threads in (("a", "1"), ("b", "2")):
             self.succeed("simulate", self.filled(), "-o", name, "--threads", threads)

@@ -9,6 +9,7 @@
 
 #include "geometry/convex_hull.h"
 #include "geometry/mass_properties.h"
+#include "geometry/mesh_check.h"
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 #include "scene_test_support.h"
@@ -415,10 +416,116 @@ TEST_F(SceneModel, AGuideIsAClosedMeshThatHoldsBodies) {
       fault(
           R"({"file": "box.obj", "scale": 2, "position": [3, 0, 0], "rotation_deg": [0, 90, 0]})"),
       "");
-  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("/guide"));
-  EXPECT_THAT(fault(R"({"file": "open.obj"})"), HasSubstr("open.obj"));
+  const std::string of_open = fault(R"({"file": "open.obj"})");
+  EXPECT_THAT(of_open, HasSubstr("/guide"));
+  EXPECT_THAT(of_open, HasSubstr("open.obj"));
+  EXPECT_THAT(of_open, HasSubstr("Close its surface"));
+  EXPECT_THAT(of_open, Not(HasSubstr("thickness_m"))) << "of shapes only";
   EXPECT_THAT(fault(R"({"file": "empty.obj"})"), HasSubstr("empty.obj"));
   EXPECT_THAT(fault(R"({"file": "box.obj", "scale": 0.5})"), HasSubstr("smaller than a body"));
+}
+
+// Appends a box, outward or inward.
+void add_box(TriangleMesh& mesh, const Vec3& low, const Vec3& high, bool inward = false,
+             const std::string& group = "") {
+  TriangleMesh box = box_mesh(high - low);
+  const auto first = static_cast<uint32_t>(mesh.vertices.size());
+  const auto first_triangle = static_cast<uint32_t>(mesh.triangles.size());
+  for (const Vec3& vertex : box.vertices) mesh.vertices.push_back(vertex + (low + high) / 2);
+  for (const Triangle& t : box.triangles) {
+    mesh.triangles.push_back({t[0] + first, t[inward ? 2 : 1] + first, t[inward ? 1 : 2] + first});
+  }
+  if (!group.empty()) {
+    mesh.groups.push_back({group, first_triangle, static_cast<uint32_t>(box.triangles.size())});
+  }
+}
+
+struct GuideMesh {
+  std::string name;
+  TriangleMesh mesh;
+  double volume_m3;  // of what it encloses
+  std::string done;  // that the report says
+};
+
+std::vector<GuideMesh> guides_to_mend() {
+  const auto letter = [](const std::string& group, const Quat& turn) {  // an H
+    TriangleMesh mesh;
+    add_box(mesh, {-1, 0, -0.2}, {-0.6, 2, 0.2}, false, group.empty() ? "" : group + "1");
+    add_box(mesh, {0, 0, -0.2}, {0.4, 2, 0.2}, false, group.empty() ? "" : group + "2");
+    add_box(mesh, {-0.9, 0.8, -0.2}, {0.3, 1.2, 0.2}, false, group.empty() ? "" : group + "3");
+    for (Vec3& vertex : mesh.vertices) vertex = turn * vertex;
+    return mesh;
+  };
+  constexpr double kLetter = 2 * 0.4 * 2 * 0.4 + 0.6 * 0.4 * 0.4;
+  std::vector<GuideMesh> guides = {
+      {"overlapping", letter("", Quat::Identity()), kLetter, "wrapped"},
+      {"turned", letter("part", Quat(Eigen::AngleAxisd(0.5, Vec3(1, 2, 3).normalized()))), kLetter,
+       "wrapped"}};
+  TriangleMesh mesh;
+  add_box(mesh, {0, 0, 0}, {1, 2, 1}, true);
+  guides.push_back({"inward", mesh, 2, "turned"});
+  mesh = {};
+  add_box(mesh, {0, 0, 0}, {1, 2, 1});
+  mesh.triangles.insert(mesh.triangles.end(), mesh.triangles.begin(), mesh.triangles.end());
+  guides.push_back({"doubled", mesh, 2, "solid: "});
+  mesh = {};  // both outward: no hollow
+  add_box(mesh, {0, 0, 0}, {2, 2, 2});
+  add_box(mesh, {0.5, 0.5, 0.5}, {1.5, 1.5, 1.5});
+  guides.push_back({"nested", mesh, 8, "solid: "});
+  mesh = {};  // beside each other, with a wall in between
+  add_box(mesh, {0, 0, 0}, {1, 1, 1});
+  add_box(mesh, {1, 0, 0}, {2, 1, 1});
+  guides.push_back({"wall", mesh, 2, "solid: "});
+  mesh = {};  // they share an edge
+  add_box(mesh, {0, 0, 0}, {1, 1, 1});
+  add_box(mesh, {1, 1, 0}, {2, 2, 1});
+  guides.push_back({"edge", mesh, 2, "wrapped"});
+  mesh = {};
+  add_box(mesh, {0, 0, 0}, {1, 1, 1});
+  add_box(mesh, {2, 0, 0}, {3, 1, 1});
+  guides.push_back({"apart", mesh, 2, ""});
+  mesh = {};
+  add_box(mesh, {0, 0, 0}, {2, 2, 2});
+  add_box(mesh, {0.5, 0.5, 0.5}, {1.5, 1.5, 1.5}, true);
+  guides.push_back({"hollow", mesh, 7, ""});
+  return guides;
+}
+
+// Whatever is inside of it would be a wall to what fills it.
+TEST_F(SceneModel, AGuideIsMadeASolidAsABodyIs) {
+  for (const GuideMesh& guide : guides_to_mend()) {
+    write_obj(guide.mesh, directory_ / (guide.name + ".obj"));
+    const Model model = build(R"("brick": {"type": "box", "size": [0.1, 0.1, 0.1]})",
+                              R"("bodies": [{"shape": "brick", "material": "m"}],
+                                 "guide": {"file": ")" +
+                                  guide.name + R"(.obj"})");
+    EXPECT_TRUE(find_mesh_defects(model.guide).empty()) << guide.name;
+    EXPECT_NEAR(mass_properties(model.guide).volume_m3, guide.volume_m3, 0.02 * guide.volume_m3)
+        << guide.name;
+    EXPECT_THAT(model.guide_report, HasSubstr("guide: ")) << guide.name;
+    EXPECT_THAT(model.guide_report, HasSubstr(guide.done)) << guide.name;
+    if (guide.done.empty()) {
+      EXPECT_THAT(model.guide_report, Not(HasSubstr("solid"))) << guide.name;
+    } else {
+      EXPECT_THAT(model.guide_report, HasSubstr("volume error")) << guide.name;
+    }
+  }
+}
+
+TEST_F(SceneModel, WhatGlueHoldsIsFilledAsAMould) {
+  const auto fill = [&](const std::string& type, const std::string& hold) {
+    const Model model =
+        build(R"("brick": {"type": "box", "size": [0.3, 0.3, 0.3]})",
+              R"("bodies": [], "emitters": [{"type": ")" + type +
+                  R"(", "shape": "brick", "material": "m", "start_s": 1, )" +
+                  (type == "mould" ? "" : R"("rate_hz": 2, )") +
+                  R"("count": 3}], "guide": {"file": "box.obj", "hold": ")" + hold + "\"}");
+    return std::pair(model.guide_fill->is_mould, model.bodies[2].start_s);
+  };
+  EXPECT_EQ(fill("mould", "glue"), std::pair(true, 1.0));
+  EXPECT_EQ(fill("upside_down", "glue"), std::pair(true, 1.0)) << "all are released at once";
+  EXPECT_EQ(fill("upside_down", "freeze"), std::pair(false, 2.0));
+  EXPECT_EQ(fill("mould", "nail"), std::pair(true, 1.0));
 }
 
 }  // namespace

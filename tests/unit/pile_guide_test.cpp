@@ -292,7 +292,7 @@ TEST(Guide, FitSeesAllOfALargeBody) {
   for (int i = 0; i < 40; ++i) large.body(crumb, stone, {-0.4 + 0.02 * i, 0.2, 0.1});
   large.model.guide = box_mesh(Vec3::Constant(1));
   const BodyStates states = large.states();
-  const GuideFit fit = measure_guide_fit(large.model, states);
+  const GuideFit fit = measure_guide_fit(large.scene, large.model, states);
   ASSERT_LT(fit.voxel_m, 0.1);
   EXPECT_GT(fit.overlap, 0.7);
 }
@@ -301,16 +301,17 @@ TEST(Guide, FitIsTheShareInsideAndTheOverlap) {
   Column column(4);
   const BodyStates states = column.states();
   column.model.guide = box_mesh({0.2, 0.8, 0.2});  // its lower half is below the ground
-  const GuideFit fit = measure_guide_fit(column.model, states);
+  const GuideFit fit = measure_guide_fit(column.scene, column.model, states);
   EXPECT_DOUBLE_EQ(fit.bodies_inside, 0.5);
   EXPECT_DOUBLE_EQ(fit.volume_inside, 0.5);
   EXPECT_GT(fit.overlap, 0.2);
   EXPECT_LT(fit.overlap, 0.5);
   for (Vec3& vertex : column.model.guide.vertices) vertex.y() += 0.4;
-  EXPECT_GT(measure_guide_fit(column.model, states).overlap, 0.6) << "the column itself";
+  EXPECT_GT(measure_guide_fit(column.scene, column.model, states).overlap, 0.6)
+      << "the column itself";
   for (Vec3& vertex : column.model.guide.vertices) vertex.x() += 5;
-  EXPECT_EQ(measure_guide_fit(column.model, states).overlap, 0);
-  EXPECT_EQ(measure_guide_fit(column.model, states).bodies_inside, 0);
+  EXPECT_EQ(measure_guide_fit(column.scene, column.model, states).overlap, 0);
+  EXPECT_EQ(measure_guide_fit(column.scene, column.model, states).bodies_inside, 0);
 }
 
 // Cubes of a quarter of a metre, whose middles are at `places`, in a guide of a cubic metre.

@@ -47,6 +47,21 @@ TEST(HeldByGlue, AShelfStays) {
   EXPECT_NEAR(simulator.glue_figures()->weights, 6 / 0.35 / 3, 0.01);
 }
 
+// What filled a mould is released later: it is held from then on, not once it has fallen.
+TEST(HeldByGlue, AShelfThatIsReleasedLaterStays) {
+  Shelf shelf(3);
+  shelf.model.moulded = {2, 3};
+  ModelEvent release{.time_s = 0.5, .kind = ModelEvent::Kind::release, .bodies = {2, 3, 4}};
+  shelf.model.events.push_back(release);
+  for (uint32_t i = 2; i < 5; ++i) shelf.model.bodies[i].held = true;
+  EXPECT_TRUE(judge_start(shelf.scene, shelf.model).hanging.empty());
+  GuidedSimulator simulator(shelf.scene, shelf.model);
+  run(simulator, 90);
+  EXPECT_EQ(simulator.frames().back().counts.glue, 3);
+  EXPECT_LT(simulator.frames().back().largest_drift_m, 0.01);
+  EXPECT_GT(simulator.states().position[4].y(), 1.99);
+}
+
 // A cube beyond all measure: forces are found, but leave the others unbalanced.
 TEST(HeldByGlue, SaysWhereNoGlueIsFound) {
   Shelf shelf(3);

@@ -1,4 +1,6 @@
 // Guides that are filled as moulds.
+#include <gmock/gmock.h>
+
 #include <algorithm>
 
 #include "geometry/inside_test.h"
@@ -12,6 +14,8 @@
 
 namespace pilesim {
 namespace {
+
+using ::testing::HasSubstr;
 
 TriangleMesh moved(TriangleMesh mesh, const Vec3& way) {
   for (Vec3& vertex : mesh.vertices) vertex += way;
@@ -79,6 +83,93 @@ TEST(Mould, FillsEveryChamberOfAGuideWithoutALevelBase) {
   for (const ModelBody& body : moulded.model.bodies) {
     EXPECT_TRUE(inside.contains(body.pose.position));
   }
+}
+
+// Square in plan, about the y axis: half widths at heights, m.
+TriangleMesh lathe(const std::vector<std::pair<double, double>>& profile) {
+  TriangleMesh mesh;
+  for (const auto& [y, half] : profile) {
+    for (const Vec3& corner : {Vec3(-1, 0, -1), Vec3(1, 0, -1), Vec3(1, 0, 1), Vec3(-1, 0, 1)}) {
+      mesh.vertices.push_back(half * corner + y * Vec3::UnitY());
+    }
+  }
+  const auto rings = static_cast<uint32_t>(profile.size());
+  for (uint32_t ring = 0; ring + 1 < rings; ++ring) {
+    for (uint32_t k = 0; k < 4; ++k) {
+      const uint32_t a = 4 * ring + k, b = 4 * ring + (k + 1) % 4;
+      mesh.triangles.push_back({a, a + 4, b + 4});
+      mesh.triangles.push_back({a, b + 4, b});
+    }
+  }
+  const uint32_t top = 4 * (rings - 1);
+  mesh.triangles.insert(mesh.triangles.end(),
+                        {{0, 1, 2}, {0, 2, 3}, {top, top + 2, top + 1}, {top, top + 3, top + 2}});
+  return mesh;
+}
+
+TEST(EmptyParts, ThereAreNoneWhereAMouldIsFilled) {
+  const Moulded box(box_mesh({0.6, 0.6, 0.6}), 216);
+  EXPECT_GT(box.filling.empty.filled_share, 0.98);
+  EXPECT_TRUE(box.filling.empty.parts.empty());
+}
+
+// The upper part is narrower than a cube; the other guide is wide, and stands to the left.
+TEST(EmptyParts, SayWhereAndWhy) {
+  const TriangleMesh thick = lathe({{0, 0.15}, {0.3, 0.15}, {0.3, 0.045}, {1.5, 0.045}});
+  const Moulded two(together(thick, moved(box_mesh({0.4, 0.4, 0.4}), {-2, 0.2, 0})), 250);
+  ASSERT_EQ(two.filling.empty.parts.size(), 1U);
+  const EmptyPart& part = two.filling.empty.parts.front();
+  EXPECT_EQ(part.part, 2U);
+  EXPECT_EQ(part.parts, 2U);
+  EXPECT_NEAR(part.box.max().y(), 1.5, 0.04);
+  EXPECT_LT(part.box.min().y(), 0.5);
+  EXPECT_THAT(part.place, HasSubstr("the upper "));
+  EXPECT_THAT(part.place, HasSubstr("% of part 2 of 2 of the guide (x "));
+  EXPECT_THAT(part.reason, HasSubstr("wide"));
+  EXPECT_LT(two.filling.empty.filled_share, 0.95);
+  EXPECT_THAT(describe(part), HasSubstr(" is empty: "));
+}
+
+TEST(EmptyParts, OfACountAreTold) {
+  const Moulded moulded(box_mesh({0.6, 0.6, 0.6}), 40);
+  ASSERT_EQ(moulded.filling.empty.parts.size(), 1U);
+  const EmptyPart& part = moulded.filling.empty.parts.front();
+  EXPECT_THAT(part.place, HasSubstr("the upper "));
+  EXPECT_THAT(part.place, HasSubstr(" % of the guide (x -0.3 to 0.30"));
+  EXPECT_GT(part.guide_share, 0.4);
+  EXPECT_THAT(part.reason, HasSubstr("\"count\""));
+}
+
+TEST(EmptyParts, UpsideDownBehindANeck) {
+  SmallModel world;
+  world.scene.frame_rate = 60;
+  world.scene.step_s = 1.0 / 240;
+  world.scene.guide.emplace().file = "guide.obj";
+  world.scene.guide->hold = HoldKind::freeze;
+  const uint32_t wood = world.material(0.3, 0.5), cube = world.box(Vec3::Constant(0.1));
+  for (int i = 0; i < 90; ++i) world.body(cube, wood, Vec3::Zero());
+  world.model.guide =
+      lathe({{0, 0.25}, {0.4, 0.25}, {0.4, 0.02}, {0.5, 0.02}, {0.5, 0.25}, {0.9, 0.25}});
+  world.model.guide_fill = {0, 90, 0, false};
+  const GuideFilling filling = fill_guide(world.scene, world.model);
+  ASSERT_EQ(filling.empty.parts.size(), 1U);
+  EXPECT_THAT(filling.empty.parts[0].place, HasSubstr("the upper "));
+  EXPECT_THAT(filling.empty.parts[0].reason, HasSubstr("do not pass its neck"));
+}
+
+// Before anything falls.
+TEST(EmptyParts, KnowsWhatIsTooNarrowForAnyBody) {
+  SmallModel world;
+  world.scene.guide.emplace().file = "guide.obj";
+  const uint32_t wood = world.material(0.3, 0.5), cube = world.box(Vec3::Constant(0.1));
+  for (int i = 0; i < 90; ++i) world.body(cube, wood, Vec3::Zero());
+  world.model.guide_fill = {0, 90, 0, true};
+  world.model.guide = lathe({{0, 0.25}, {0.5, 0.25}});
+  EXPECT_TRUE(too_narrow_parts(world.scene, world.model).parts.empty());
+  world.model.guide = lathe({{0, 0.15}, {0.3, 0.15}, {0.3, 0.03}, {3.3, 0.03}});
+  const EmptyParts narrow = too_narrow_parts(world.scene, world.model);
+  ASSERT_EQ(narrow.parts.size(), 1U);
+  EXPECT_THAT(describe(narrow.parts[0]), HasSubstr("and the bodies are at least 0.1 m thick"));
 }
 
 TEST(Mould, TakesNoMoreThanItIsGiven) {
@@ -158,6 +249,9 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_EQ(world.model.bodies.back().name, "last");
   EXPECT_NEAR(filling.volume_share, filling.kept * 0.001 / 0.16, 1e-9);
   EXPECT_EQ(world.model.events[0].bodies, (std::vector<uint32_t>{0, 1, filling.kept + 1}));
+  ASSERT_EQ(filling.empty.parts.size(), 1U);
+  EXPECT_EQ(filling.empty.parts[0].part, 2U);
+  EXPECT_THAT(filling.empty.parts[0].reason, HasSubstr("touched nothing that stands"));
   ASSERT_TRUE(world.model.moulded.has_value());
   EXPECT_TRUE(world.model.moulded->contains(1) && world.model.moulded->contains(filling.kept));
   EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));

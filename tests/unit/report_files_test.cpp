@@ -8,8 +8,10 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "report/report_html.h"
 #include "report/report_json.h"
 #include "report/report_writer.h"
+#include "report/verdict.h"
 #include "support/small_disk.h"
 #include "support/thrown_error.h"
 
@@ -208,6 +210,54 @@ TEST(ReportPage, StandsAloneAndEscapesNames) {
   const auto figures = nlohmann::ordered_json::parse(read_file(directory / "report.json"));
   EXPECT_EQ(figures["scene"]["name"], ten_frames().scene_name);
   fs::remove_all(directory);
+}
+
+// Of a pile in a guide.
+nlohmann::ordered_json guided_figures(double inside, double filled, double filled_at_start) {
+  SimulationReport report = ten_frames();
+  report.quality.bodies = 4;
+  report.quality.body_diameter_m = 0.5;
+  const nlohmann::ordered_json part = {
+      {"part", 2}, {"part_share", 0.6}, {"what", "the lower 60 % of part 2 is empty: too narrow"}};
+  auto empty = nlohmann::ordered_json::array();
+  if (filled_at_start < 0.85) empty.push_back(part);
+  report.piles =
+      nlohmann::ordered_json{
+          {"guide",
+           {{"bodies_inside", inside},
+            {"filled_share", filled},
+            {"outline_moved_m", 0.02},
+            {"filling", {{"kept", 4}, {"filled_share", filled_at_start}, {"empty", empty}}}}}}
+          .dump();
+  return report_json(report);
+}
+
+TEST(ReportVerdict, KnowsTheGuide) {
+  const Verdict kept = verdict(guided_figures(0.99, 0.97, 0.98));
+  EXPECT_TRUE(kept.good);
+  EXPECT_EQ(kept.headline, "At rest and sound");
+  EXPECT_EQ(kept.sentences.front(),
+            "99 % of the bodies are inside the guide at the end, and 97 % of it is filled (98 % at "
+            "the start); the pile&rsquo;s outline has moved by 20 mm.");
+  const Verdict out = verdict(guided_figures(0.18, 0.3, 0.98));
+  EXPECT_FALSE(out.good);
+  EXPECT_THAT(out.headline, HasSubstr("the guide&rsquo;s shape is lost"));
+  // A flat heap may lie inside a wide guide.
+  EXPECT_FALSE(verdict(guided_figures(1, 0.3, 0.98)).good);
+  const Verdict empty = verdict(guided_figures(1, 0.7, 0.7));
+  EXPECT_FALSE(empty.good);
+  EXPECT_THAT(empty.headline, HasSubstr("the guide is not full"));
+  EXPECT_THAT(empty.sentences[1], HasSubstr("the lower 60 % of part 2 is empty: too narrow"));
+}
+
+TEST(ReportPage, FiguresOfAGuideAreTables) {
+  const std::string page = report_html(guided_figures(1, 0.7, 0.7), {}, "");
+  EXPECT_THAT(page, HasSubstr("<tr><td>bodies inside</td><td class=\"n\">100 %</td></tr>"));
+  EXPECT_THAT(page, HasSubstr("<h3>filling</h3>"));
+  EXPECT_THAT(page, HasSubstr("<tr><td>kept</td><td class=\"n\">4</td></tr>"));
+  EXPECT_THAT(page, HasSubstr("<h3>empty</h3>"));
+  EXPECT_THAT(page, HasSubstr("<th class=\"n\">part share</th>"));
+  EXPECT_THAT(page, Not(HasSubstr("kept 4"))) << "as one run of keys";
 }
 
 }  // namespace

@@ -42,6 +42,17 @@ TEST(QualityGateTest, SaysWhatFailed) {
   EXPECT_EQ(describe_failure(results[1]), "escaped is 1 body");
 }
 
+TEST(QualityGateTest, JudgesTheGuide) {
+  const auto gates = parse_quality_gates("empty>0.1,outside>0.05");
+  const auto results = judge(gates, shaky_pile(), GuideQuality{0.04, 0.3});
+  EXPECT_FALSE(results[0].passed);
+  EXPECT_TRUE(results[1].passed);
+  EXPECT_EQ(describe_failure(results[0]), "empty is 0.3 of the guide");
+  const auto without = judge(gates, shaky_pile());
+  EXPECT_FALSE(without[1].passed);
+  EXPECT_EQ(describe_failure(without[1]), "outside is unknown: no guide was followed");
+}
+
 TEST(QualityGateTest, AFigureThatIsNoNumberFails) {
   PileQuality broken = shaky_pile();
   broken.deepest_penetration_m = std::nan("");

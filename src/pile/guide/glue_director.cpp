@@ -30,8 +30,13 @@ GlueDirector::GlueDirector(const Scene& scene, const Model& model)
 void GlueDirector::direct(ImpulseControl& control) {
   // The first contacts are known after a step; a pile that touches nothing yet falls on to it.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
-  const bool is_due = state_.step <= period || state_.step % period == 0;
-  if (state_.step > 0 && is_due && gravity_ > 0) {
+  // What filled a mould may wait for its release.
+  const bool waits = model_.moulded && model_.moulded->count > 0 &&
+                     model_.bodies[model_.moulded->first].held &&
+                     !control.is_in_world(model_.moulded->first);
+  if (waits && state_.start == state_.step) ++state_.start;
+  const bool is_due = is_starting() || state_.step % period == 0;
+  if (state_.step > state_.start && is_due && gravity_ > 0) {
     const Stopwatch watch;
     control_step(control);
     state_.control_s += watch.seconds();
@@ -85,6 +90,10 @@ void GlueDirector::find_parts(const ImpulseControl& control) {
   }
 }
 
+bool GlueDirector::is_starting() const {
+  return state_.step <= state_.start + static_cast<uint64_t>(guide_.period_steps);
+}
+
 // With less glue than it needed.
 bool GlueDirector::has_slumped(const ImpulseControl& control) const {
   if (!state_.figures || state_.figures->given == 1) return false;
@@ -107,7 +116,7 @@ bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
     if (parts_[body] != Part::pile || (!all && state_.covered[body] != 0)) continue;
     is_new = true;
     // What the run begins with is at rest, whatever overlaps push it already.
-    const bool is_start = state_.step <= static_cast<uint64_t>(guide_.period_steps);
+    const bool is_start = is_starting();
     const double most_speed = all ? kSlumped : guide_.most_speed;
     if (!is_start && !is_slow(control, body, most_speed)) return false;
   }
@@ -355,8 +364,15 @@ GlueVerdict judge_start(const Scene& scene, const Model& model) {
   // Contacts are known after a step, those with the ground perhaps after some more.
   start.step_s = scene.actual_step_s();
   start.frame_rate = 1 / (kStepsOfStart * scene.actual_step_s());
-  GlueDirector director(start, model);
-  make_directed_simulator(start, model, static_cast<ImpulseDirector&>(director))->step_frame();
+  // What is released later is judged as it then lies.
+  Model released = model;
+  if (released.moulded) {
+    for (uint32_t i = 0; i < released.moulded->count; ++i) {
+      released.bodies[released.moulded->first + i].held = false;
+    }
+  }
+  GlueDirector director(start, released);
+  make_directed_simulator(start, released, static_cast<ImpulseDirector&>(director))->step_frame();
   const std::optional<GlueFigures> figures = director.glue_figures();
   return {!figures || are_found(*figures), director.hanging()};
 }

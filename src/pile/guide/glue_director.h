@@ -35,6 +35,7 @@ struct GlueState {
   };
 
   uint64_t step = 0;             // to come
+  uint64_t start = 0;            // the step after which the pile is there
   std::vector<uint8_t> covered;  // (B) 1: an analysis has seen it
   std::vector<Spot> spots;
   GuideCounts counts;
@@ -49,7 +50,7 @@ struct GlueState {
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.covered, self.spots, self.counts, self.figures, self.place, self.forces,
+    stream(self.step, self.start, self.covered, self.spots, self.counts, self.figures, self.place, self.forces,
            self.torn_seen, self.had_forces, self.calm_looks, self.left, self.control_steps,
            self.control_s);
   }
@@ -93,6 +94,7 @@ class GlueDirector final : public PileHolder {
   void find_parts(const ImpulseControl& control);
   bool may_be_pile(uint32_t body) const;
   bool is_analysis_due(const ImpulseControl& control) const;
+  bool is_starting() const;
   bool has_slumped(const ImpulseControl& control) const;
   void judge_each(ImpulseControl& control);
   std::vector<GlueBody> bodies_of(const ImpulseControl& control) const;

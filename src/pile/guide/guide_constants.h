@@ -143,4 +143,19 @@ inline constexpr int kMouldRests = 5;
 // Fillings, at most, until one is found that glue can hold.
 inline constexpr uint32_t kMostFillings = 3;
 
+// --- What of a guide is empty; in r, the mean bounding radius. Half and twice not judged yet.
+
+// Cells by which it is looked for.
+inline constexpr double kEmptyCell = 1.0 / 3;
+// A place so far from all bodies is empty: a mould leaves up to two below its roofs. With it all
+// around that is as far as this edge.
+inline constexpr double kEmptyCore = 3, kEmptyEdge = 0.5;
+// Worth telling of: so much of the guide, or of one of its parts. A part with less than that of the
+// guide is a crumb.
+inline constexpr double kMuchOfGuide = 0.15, kMuchOfPart = 0.2, kCrumb = 1e-3;
+// Of as many of the lowest, or highest, cells: it is the lower or the upper end.
+inline constexpr double kSide = 0.75;
+// Of the cells of a part that is empty now: it was full.
+inline constexpr double kHadBodies = 0.2;
+
 }  // namespace pilesim::guide_constants

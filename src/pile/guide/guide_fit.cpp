@@ -3,32 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "geometry/inside_test.h"
+#include "pile/guide/empty_parts.h"
+#include "pile/guide/room.h"
 
 namespace pilesim {
 namespace {
-
-// Points through a shape, in the body frame, no more than about half a voxel apart.
-std::vector<Vec3> fill_points(const ModelShape& shape, double voxel_m) {
-  std::vector<Vec3> points = shape.mesh.vertices;
-  const InsideTest inside(shape.mesh);
-  const Bounds bounds = shape.mesh.bounds();
-  const double spacing = std::max(voxel_m / 2, bounds.sizes().maxCoeff() / 40);
-  const Vec3 cells = (bounds.sizes() / spacing).array().ceil().max(1);
-  for (double x = 0.5; x < cells.x(); ++x) {
-    for (double y = 0.5; y < cells.y(); ++y) {
-      for (double z = 0.5; z < cells.z(); ++z) {
-        const Vec3 point =
-            bounds.min() + Vec3(x, y, z).cwiseQuotient(cells).cwiseProduct(bounds.sizes());
-        if (inside.contains(point)) points.push_back(point);
-      }
-    }
-  }
-  return points;
-}
 
 class Voxels {
  public:
@@ -75,7 +60,7 @@ bool counts(const Model& model, const BodyStates& states, size_t body) {
 
 }  // namespace
 
-GuideFit measure_guide_fit(const Model& model, const BodyStates& states) {
+GuideFit measure_guide_fit(const Scene& scene, const Model& model, const BodyStates& states) {
   GuideFit fit;
   if (model.guide.triangles.empty()) return fit;
   const InsideTest inside(model.guide);
@@ -100,13 +85,57 @@ GuideFit measure_guide_fit(const Model& model, const BodyStates& states) {
   for (size_t body = 0; body < states.size(); ++body) {
     if (!counts(model, states, body)) continue;
     const uint32_t shape = model.bodies[body].shape;
-    if (points[shape].empty()) points[shape] = fill_points(model.shapes[shape], fit.voxel_m);
+    if (points[shape].empty()) points[shape] = points_of(model.shapes[shape], fit.voxel_m / 2);
     for (const Vec3& point : points[shape]) {
       voxels.fill(states.position[body] + states.orientation[body] * point, kPile);
     }
   }
   fit.overlap = voxels.share(kPile | kGuide);
+  std::vector<PlacedBody> placed;
+  for (size_t body = 0; body < states.size(); ++body) {
+    if (!counts(model, states, body)) continue;
+    placed.emplace_back(model.bodies[body].shape,
+                        Pose{states.position[body], states.orientation[body]});
+  }
+  fit.filled_share = empty_parts(scene, model, fit.voxel_m, placed).filled_share;
   return fit;
+}
+
+double outline_moved_m(const Scene& scene, const Model& model, const BodyRange& range,
+                       const BodyStates& states, double width_m) {
+  using Pixel = std::pair<int64_t, int64_t>;
+  const Vec3 up = -scene.gravity.normalized(), side = up.unitOrthogonal();
+  std::map<uint32_t, std::vector<Vec3>> points;  // by shape
+  double moved_m = 0;
+  for (const Vec3& across : {side, Vec3(up.cross(side))}) {
+    std::map<Pixel, uint8_t> pixels;
+    const auto draw = [&](uint32_t shape, const Pose& pose, uint8_t what) {
+      std::vector<Vec3>& own = points[shape];
+      if (own.empty()) own = points_of(model.shapes[shape], width_m / 2);
+      for (const Vec3& point : own) {
+        const Vec3 at = pose.apply(point) / width_m;
+        pixels[{static_cast<int64_t>(std::floor(at.dot(across))),
+                static_cast<int64_t>(std::floor(at.dot(up)))}] |= what;
+      }
+    };
+    for (uint32_t i = range.first; i < range.first + range.count; ++i) {
+      const uint32_t shape = model.bodies[i].shape;
+      draw(shape, model.bodies[i].pose, 1);
+      if (counts(model, states, i)) draw(shape, {states.position[i], states.orientation[i]}, 2);
+    }
+    double other = 0, edges = 0;
+    for (const auto& [at, what] : pixels) {
+      other += what != 3 ? 1 : 0;
+      if ((what & 1) == 0) continue;
+      for (const Pixel& next : {Pixel(at.first + 1, at.second), Pixel(at.first - 1, at.second),
+                                Pixel(at.first, at.second + 1), Pixel(at.first, at.second - 1)}) {
+        const auto found = pixels.find(next);
+        edges += found == pixels.end() || (found->second & 1) == 0 ? 1 : 0;
+      }
+    }
+    if (edges > 0) moved_m = std::max(moved_m, width_m * other / edges);
+  }
+  return moved_m;
 }
 
 }  // namespace pilesim

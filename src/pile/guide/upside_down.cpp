@@ -283,10 +283,8 @@ GuideFilling fill_once(const Scene& scene, Model& model, uint32_t attempt) {
   return filling;
 }
 
-}  // namespace
-
-GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge) {
-  if (!model.guide_fill) return {};
+GuideFilling fill_until_held(const Scene& scene, Model& model, const JudgeStart& judge,
+                             std::vector<PlacedBody>& left_out) {
   const GuideFill range = *model.guide_fill;
   if (!range.is_mould || scene.guide->hold != HoldKind::glue) return fill_once(scene, model, 0);
   for (uint32_t attempt = 0;; ++attempt) {
@@ -297,11 +295,30 @@ GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judg
     if (!verdict.holds && filling.tries < kMostFillings) continue;
     filling.floats = verdict.hanging.size() == filling.kept;
     if (!filling.floats) {
+      for (const uint32_t body : verdict.hanging) {
+        left_out.emplace_back(filled.bodies[body].shape, filled.bodies[body].pose);
+      }
       leave_out(verdict.hanging, range.first, model.guide, filled, filling);
     }
     model = std::move(filled);
     return filling;
   }
+}
+
+}  // namespace
+
+GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge) {
+  if (!model.guide_fill) return {};
+  const GuideFill range = *model.guide_fill;
+  std::vector<PlacedBody> left_out;
+  GuideFilling filling = fill_until_held(scene, model, judge, left_out);
+  filling.first = range.first;
+  filling.empty = empty_parts_of_filling(scene, model,
+                                         {.bodies = {range.first, filling.kept},
+                                          .all_in = filling.dropped == range.count,
+                                          .through_base = !range.is_mould,
+                                          .left_out = std::move(left_out)});
+  return filling;
 }
 
 }  // namespace pilesim

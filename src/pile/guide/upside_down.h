@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "model/model.h"
+#include "pile/guide/empty_parts.h"
 #include "pile/guide/glue_director.h"
 #include "scene/scene.h"
 
@@ -23,8 +24,12 @@ struct GuideFilling {
   bool floats = false;    // all of them hang, and are kept
   bool is_mould = false;  // not upside down
   double outside_m = 0;   // of a mould: how far the bodies kept reach through its walls, at most
+  uint32_t first = 0;     // of those kept, in Model::bodies
+  EmptyParts empty;       // of the guide, as it is filled
 };
 
+// Glue holds what lies as gravity left it: a model whose guide it holds has is_mould set.
+//
 // Finds where the bodies of `model.guide_fill` lie, as an exact engine lets them fall: those kept
 // come first, from the lowest up, each held until its release; the others leave the model. All zero
 // where no emitter fills the guide. Upside down, the base are the triangles in the guide's lowest
