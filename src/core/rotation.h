@@ -12,4 +12,8 @@ Quat rotation_between(const Vec3& from, const Vec3& to);
 // In floats, by another name: expressions such as Vec3::UnitX() would fit both.
 Quatf float_rotation_between(const Vec3f& from, const Vec3f& to);
 
+// The orientation by angles in degrees (x, y, z) about the object's own x axis, then its new y
+// axis, then its new z axis (intrinsic XYZ).
+Quat from_rotation_deg(const Vec3& angles);
+
 }  // namespace pilesim

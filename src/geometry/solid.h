@@ -32,7 +32,7 @@ struct Solid {
 struct SolidOptions {
   SolidRule rule = SolidRule::automatic;
   double thickness_m = 0;  // of parts that are sheets; 0: there are to be none
-  int hull_max_vertices = 64;
+  int hull_max_vertices = 96;
   int cells = 128;  // of a wrap, along its longest side
 };
 

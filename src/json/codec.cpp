@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/rotation.h"
+
 namespace pilesim {
 
 namespace {
@@ -331,11 +333,7 @@ Codec<Quat> rotation_deg() {
                                            ReadContext& context) {
     std::array<double, 3> angles{};
     if (!read_numbers(json, path, expected, kAnyNumber, angles, context)) return;
-    using Eigen::AngleAxisd;
-    value = (AngleAxisd(radians(angles[0]), Vec3::UnitX()) *
-             AngleAxisd(radians(angles[1]), Vec3::UnitY()) *
-             AngleAxisd(radians(angles[2]), Vec3::UnitZ()))
-                .normalized();
+    value = from_rotation_deg({angles[0], angles[1], angles[2]});
   };
   codec.write = [](const Quat&) { return Json(); };
   return codec;

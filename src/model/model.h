@@ -61,7 +61,7 @@ struct ModelBody {
   Preference preference = Preference::prefer_statistical;
   double start_s = kFromTheStart;  // appears at the first step at or after this
   std::optional<Hinge> hinge;
-  std::vector<MotionKey> motion;  // poses of the shape's own frame, straight in between
+  Motion motion;  // poses of the shape's own frame
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
   double roughness = 0, clear_coat = 0;  // of its material, or drawn for it

@@ -48,7 +48,7 @@ struct MeshShape {
   std::optional<double> size_m;  // > 0: the longest side, in place of the scale
   std::optional<UpAxis> up;      // of the file; none: y
   CollisionKind collision = CollisionKind::automatic;
-  int hull_max_vertices = 64;                      // 4 .. 255: of the hull, or of each piece
+  int hull_max_vertices = 96;                      // 4 .. 255: of the hull, or of each piece
   int decomposition_max_pieces = 32;               // 1 .. 256
   double decomposition_max_volume_error = 0.05;    // > 0
   int sphere_count = 7;                            // 1 .. 64, for `spheres`
@@ -114,11 +114,22 @@ struct Hinge {
   Vec3 anchor = Vec3::Zero();  // m, world frame; defaults to the body's position
 };
 
-// A kinematic body moves from key to key, position linearly and orientation by slerp; it stands at
-// the first key before and at the last one after.
 struct MotionKey {
   double time_s = 0;
   Pose pose;
+  // Intrinsic x, y, z, where the key is written so: `pose.orientation` is that of these angles,
+  // which also count whole turns.
+  std::optional<Vec3> rotation_deg = {};
+};
+
+// Straight from key to key, or without jerks, at rest at the first and the last one.
+enum class Interpolation { linear, smooth };
+
+// What a kinematic body does: it stands at the first key before and at the last one after. See
+// simulate/kinematic_motion.h for what is in between.
+struct Motion : std::vector<MotionKey> {
+  using std::vector<MotionKey>::vector;
+  Interpolation interpolation = Interpolation::linear;
 };
 
 // Linear RGB is made of it by the renderer.
@@ -137,8 +148,8 @@ struct Body {
   bool asleep = false;  // dynamic, but out of the solver until something hits it
   Preference preference = Preference::prefer_statistical;
   std::optional<Hinge> hinge;
-  std::vector<MotionKey> motion;  // kinematic only, times ascending
-  std::optional<Colour> colour;   // none: from the palette, by index
+  Motion motion;                 // kinematic only, times ascending
+  std::optional<Colour> colour;  // none: from the palette, by index
 };
 
 // Where the bodies of an emitter start. Positions are of centres of mass.
@@ -435,7 +446,7 @@ struct Scene {
   uint64_t seed = 1;
   double duration_s = 5;  // > 0
   Until until = Until::duration;
-  double frame_rate = 60;        // frames a second, > 0
+  double frame_rate = 60;  // frames a second, > 0
   // Longest step; a frame takes the fewest equal steps that fit. None: the impulse mode chooses it
   // from the state in each step, the other modes take kFixedStep.
   std::optional<double> step_s;
@@ -456,7 +467,7 @@ struct Scene {
   std::vector<NamedCamera> cameras;  // others, for `render --camera`
   RenderSettings render;
 
-  int frame_count() const;  // frames 0 (the start) .. frame_count() - 1
+  int frame_count() const;                         // frames 0 (the start) .. frame_count() - 1
   static constexpr double kFixedStep = 1.0 / 240;  // s
   // Where steps are of one length.
   int steps_per_frame() const;

@@ -1,3 +1,4 @@
+#include "core/rotation.h"
 #include "json/object_codec.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
@@ -18,12 +19,30 @@ Codec<Hinge> hinge_codec() {
        }});
 }
 
+// The resolved scene keeps angles, as they count turns.
 Codec<MotionKey> motion_key_codec() {
+  Fields<MotionKey> fields = pose_fields<MotionKey>(&MotionKey::pose, "the body at that time");
+  for (Field<MotionKey>& each : fields) {
+    if (each.key.name == "orientation") {
+      each.write = [write = each.write](const MotionKey& key) {
+        return key.rotation_deg ? std::nullopt : write(key);
+      };
+    } else if (each.key.name == "rotation_deg") {
+      each = in_group("orientation", optional_field<MotionKey>(
+                                         "rotation_deg", &MotionKey::rotation_deg, vector3(),
+                                         "Instead of the quaternion: " + kRotationText +
+                                             ". Where all keys have them, the angles go "
+                                             "from key to key: from 0 to 720 is two turns."));
+    }
+  }
   return object<MotionKey>(
       {.noun = "a motion key",
        .fields = Fields<MotionKey>{required_field<MotionKey>("time_s", &MotionKey::time_s,
                                                              number(at_least(0)), "Time, s.")} +
-                 pose_fields<MotionKey>(&MotionKey::pose, "the body at that time")});
+                 fields,
+       .finish = [](const Json&, const Path&, MotionKey& key, ReadContext&) {
+         if (key.rotation_deg) key.pose.orientation = from_rotation_deg(*key.rotation_deg);
+       }});
 }
 
 Fields<Body> identity_fields() {
@@ -55,8 +74,13 @@ Fields<Body> state_fields() {
       optional_field<Body>("hinge", &Body::hinge, hinge_codec(),
                            "Leaves a dynamic body one axis to turn about."),
       field<Body>("motion", &Body::motion, list(motion_key_codec()),
-                  "Poses of a kinematic body by ascending times: positions linear, orientations "
-                  "by slerp in between."),
+                  "Poses of a kinematic body by ascending times."),
+      field<Body>(
+          "interpolation", [](auto& body) -> auto& { return body.motion.interpolation; },
+          enumeration<Interpolation>(
+              {{"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}}),
+          "Between motion keys: straight, or without jerks, at rest at the first and the "
+          "last one and never beyond two neighbours."),
       optional_field<Body>("colour", &Body::colour, colour(),
                            "\"#rrggbb\" in sRGB. Default: from the palette."),
   };

@@ -166,7 +166,7 @@ int ImpulseSimulator::choose_step() {
   const bool is_fixed = scene_.step_s || scene_.guide;
   const double longest_s = is_fixed ? scene_.actual_step_s() : exact_.longest_step_s(rest_s);
   const int steps = std::max(1, static_cast<int>(std::ceil(rest_s / longest_s - kRounding)));
-  life_.set_step(rest_s / steps);
+  life_.set_step(is_fixed ? longest_s : rest_s / steps);
   exact_.set_step(life_.step_s());
   return steps;
 }

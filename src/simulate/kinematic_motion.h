@@ -1,14 +1,16 @@
 // Where kinematic bodies are, by their motion keys.
 #pragma once
 
-#include <vector>
-
 #include "model/model.h"
 
 namespace pilesim {
 
-// Of the body frame, whose origin is the centre of mass; `keys` is not empty.
-Pose pose_at(const ModelShape& shape, const std::vector<MotionKey>& keys, double time_s);
+// Of the body frame, whose origin is the centre of mass; `motion` is not empty. Positions go from
+// key to key, and so do the angles where all keys have them as rotation_deg, so that they count
+// turns; other orientations take the shortest way. Linear: at constant speed, orientations by
+// slerp. Smooth: as cubics of continuous speed that pass no key's value before they reach it
+// (Fritsch & Butland 1984), orientations as Bezier curves on the sphere (Shoemake 1985).
+Pose pose_at(const ModelShape& shape, const Motion& motion, double time_s);
 
 // The turn from one orientation to another as an axis times an angle, world frame.
 Vec3 turn_between(const Quat& from, const Quat& to);

@@ -43,7 +43,7 @@ class ConstructedWorld final : public BodyControl {
   }
 
   double time_s() const override { return time; }
-  double step_s() const override { return small_.scene.step_s; }
+  double step_s() const override { return small_.scene.step_s.value_or(Scene::kFixedStep); }
   bool is_in_world(uint32_t body) const override {
     return small_.model.bodies[body].role == Role::dynamic;
   }

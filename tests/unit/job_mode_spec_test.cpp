@@ -41,7 +41,7 @@ TEST(ModeSpecTest, IsOverridesOfTheScene) {
 
 TEST(ModeSpecTest, AnotherModeThanTheScenesOwnHasTheDefaultStepAndSweeps) {
   EXPECT_THAT(overrides("statistical@0.01"),
-              ElementsAre("/simulator/mode=statistical", "/step_s=0.0041666666666666666",
+              ElementsAre("/simulator/mode=statistical", "/step_s=\"auto\"",
                           "/simulator/solver_iterations=20", "/step_s=0.01"));
 }
 

@@ -53,7 +53,7 @@ TEST(RunCheckpoint, HasTheLayoutOfItsVersion) {
   const fs::path directory = a_directory("checkpoint_layout");
   write_last_states(directory, kKey, "/scenes/pile.json", two_bodies());
   EXPECT_EQ(content_hash(read_file(directory / kCheckpointFile)),
-            "269acb209adae68f5eb5d8528f705a60");
+            "eedee075373e4b760cb7cb3cad36b055");
 }
 
 }  // namespace

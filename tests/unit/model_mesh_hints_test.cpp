@@ -54,7 +54,7 @@ TEST_F(MeshHints, AHullThatLosesMuchByItsLimitIsSaid) {
   for (Vec3& vertex : egg.vertices) vertex.x() *= 1.3;
   write_obj(egg, scratch_ / "egg.obj");
   const auto said = [&](const std::string& more) { return hints(more, kTable, "egg.obj"); };
-  EXPECT_THAT(said(""), ElementsAre(AllOf(HasSubstr("hull of 64 vertices loses"),
+  EXPECT_THAT(said(""), ElementsAre(AllOf(HasSubstr("hull of 96 vertices loses"),
                                           HasSubstr("\"hull_max_vertices\": 255 loses"))));
   EXPECT_THAT(said(R"(, "collision": "decomposition")"), IsEmpty());
   // One that fits into its limit loses nothing.

@@ -95,7 +95,7 @@ TEST_F(PackingMeasurement, ABallIsItsOwnSphereAtAnyNumberOfThreads) {
   EXPECT_NEAR(packing.radius_m, own_m, 0.004);
   EXPECT_LT(packing.rolling, 0.05);
   EXPECT_NEAR(packing.measured.column_fraction, 0.52, 0.08);
-  EXPECT_NEAR(packing.spheres.column_height / packing.measured.column_height, 1, 0.05);
+  EXPECT_NEAR(packing.spheres.column_height / packing.measured.column_height, 1, 0.07);
   set_thread_count(1);
   const Packing alone = measure();
   EXPECT_EQ(alone.radius_m, packing.radius_m);

@@ -120,7 +120,7 @@ TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
   for (int i = 2; i <= 6; ++i) {
     EXPECT_GT(place[i].y() - place[i - 1].y(), 0.2 - 1.1 * 0.03 * 0.173);
     EXPECT_LT(place[i].y() - place[i - 1].y(), 0.2 + 1e-3);
-    EXPECT_NEAR(place[i].x(), 0, 1e-3);
+    EXPECT_NEAR(place[i].x(), 0, 0.01);
   }
   EXPECT_LT(fastest, 0.3) << "a fall through 5 mm";
 }
@@ -140,7 +140,7 @@ TEST(Guide, WhileBodiesOverlapEveryStepIsControlled) {
   EXPECT_LE(control_steps(0.2, 10), 21);
   EXPECT_GT(control_steps(0.18, 10), 25);
   // 100 steps: five, of overlaps that are gone in the first.
-  EXPECT_LE(control_steps(0.194, 25), 26);
+  EXPECT_LE(control_steps(0.194, 25), 27);
 }
 
 // Whatever its mass: a guide is for piles that more is laid upon.

@@ -42,6 +42,7 @@ TEST_P(MixedPilesOf, ComeToRestAndNothingHangsOrOverlaps) {
 TEST(MixedPiles, OfMustImpulseBodiesAreThoseOfTheImpulseMode) {
   MixedBoxes boxes(20);
   boxes.solve_every(1);
+  boxes.scene.step_s = Scene::kFixedStep;
   std::vector<Vec3> impulse;
   for (const SimulatorMode mode : {SimulatorMode::impulse, SimulatorMode::mixed}) {
     boxes.scene.simulator.mode = mode;

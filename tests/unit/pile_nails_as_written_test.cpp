@@ -163,7 +163,7 @@ struct NotedNails final : ImpulseControl {
   explicit NotedNails(const Column& of) : column(of) {}
 
   double time_s() const override { return 0; }
-  double step_s() const override { return column.scene.step_s; }
+  double step_s() const override { return column.scene.actual_step_s(); }
   bool is_in_world(uint32_t body) const override { return body > 0; }
   BodyMotion motion(uint32_t body) const override {
     return {.position = column.model.bodies[body].pose.position};

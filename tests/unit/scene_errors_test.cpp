@@ -56,7 +56,7 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "expected one of \"tin\", \"wood\". Did you mean \"wood\"?",
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
           "\"include\", \"variables\", \"version\", \"name\", \"seed\", \"duration_s\", \"until\", "
-          "\"frame_rate\", \"step_s\", "
+          "\"frame_rate\", \"step_s\", \"accuracy\", "
           "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
           "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\", \"cameras\". "
           "Did you mean "

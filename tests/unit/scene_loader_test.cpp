@@ -279,17 +279,17 @@ TEST(SceneLoader, AMeshThatOnlyStandsCollidesAsItIs) {
   const std::string moves = R"({"shape": "room", "material": "m"})";
   const auto with = [](const std::string& bodies) { return R"(}, "bodies": [)" + bodies + "]"; };
   EXPECT_EQ(chosen("", with(stands + ", " + swings)), CollisionKind::mesh);
-  EXPECT_EQ(chosen("", with(moves)), CollisionKind::hull);
-  EXPECT_EQ(chosen("", with(stands + ", " + moves)), CollisionKind::hull);
-  EXPECT_EQ(chosen("", with("")), CollisionKind::hull);
+  EXPECT_EQ(chosen("", with(moves)), CollisionKind::automatic);
+  EXPECT_EQ(chosen("", with(stands + ", " + moves)), CollisionKind::automatic);
+  EXPECT_EQ(chosen("", with("")), CollisionKind::automatic);
   EXPECT_EQ(
       chosen("", R"(, "two": {"type": "compound", "parts": [{"shape": "room"}]})" + with(stands)),
-      CollisionKind::hull);
+      CollisionKind::automatic);
   EXPECT_EQ(chosen("", with(stands) + R"(, "emitters": [{"type": "stream", "shape": "room",
     "material": "m", "count": 1, "rate_hz": 1, "position": [0, 1, 0]}])"),
-            CollisionKind::hull);
-  EXPECT_EQ(chosen(R"(, "solid": "hull")", with(stands)), CollisionKind::hull);
-  EXPECT_EQ(chosen(R"(, "thickness_m": 0.1)", with(stands)), CollisionKind::hull);
+            CollisionKind::automatic);
+  EXPECT_EQ(chosen(R"(, "solid": "hull")", with(stands)), CollisionKind::automatic);
+  EXPECT_EQ(chosen(R"(, "thickness_m": 0.1)", with(stands)), CollisionKind::automatic);
   EXPECT_EQ(chosen(R"(, "collision": "sphere")", with(stands)), CollisionKind::sphere);
 }
 

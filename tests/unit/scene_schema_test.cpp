@@ -96,7 +96,7 @@ TEST(SceneSchema, IsDraft2020AndDescribesEveryTopLevelKey) {
   for (const auto& [key, property] : schema["properties"].items()) {
     EXPECT_TRUE(property.contains("description")) << key;
   }
-  EXPECT_EQ(schema["properties"]["step_s"]["default"], 1.0 / 240);
+  EXPECT_EQ(schema["properties"]["step_s"]["default"], "auto");
   EXPECT_EQ(schema["required"], json::array({"version"}));
 }
 

@@ -100,7 +100,8 @@ TEST(Impulse, ABallThatLosesNothingGainsNothing) {
   const FrameStatistics start = simulator->statistics();
   const FrameStatistics end = run(*simulator, 1200);
   const double before = start.kinetic_energy_j + start.potential_energy_j;
-  EXPECT_NEAR(end.kinetic_energy_j + end.potential_energy_j, before, 1e-6 * before);
+  // Contacts are solved in single precision; 20 s.
+  EXPECT_NEAR(end.kinetic_energy_j + end.potential_energy_j, before, 2e-5 * before);
 }
 
 class Incline : public testing::Test {
@@ -251,7 +252,8 @@ TEST(Impulse, ACollisionKeepsMomentumAndTheEnergyThatRestitutionLeaves) {
     const double m2 = m.model.bodies[1].mass_kg;
     const double v1 = simulator->states().linear_velocity[0].x();
     const double v2 = simulator->states().linear_velocity[1].x();
-    EXPECT_NEAR(m1 * v1 + m2 * v2, m1 * 3, 1e-9 * m1 * 3);
+    // Contacts are solved in single precision.
+    EXPECT_NEAR(m1 * v1 + m2 * v2, m1 * 3, 2e-6 * m1 * 3);
     EXPECT_NEAR(v2 - v1, restitution * 3, 1e-6) << restitution;
   }
 }

@@ -28,11 +28,38 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
   for (int round = 1; round <= kImpactRounds; ++round) {
     impulses_.assign(points_.size(), {});
     for (Torque& torque : torques_) torque.blow = {};
+    const std::vector<Motion> before = motions_;
     converge(settings);
+    sum_impulses(before);
     for_blocks(
         [&](size_t, Block& block) { find_impacts(block, settings, round + 1 == kImpactRounds); });
     if (std::ranges::none_of(blocks_, &Block::has_impacts)) break;
   }
+}
+
+// Linear velocities from those `before` and the sum of the impulses: the many small changes of the
+// sweeps would each round, and lose momentum.
+void ContactSolver::sum_impulses(std::span<const Motion> before) {
+  for (size_t i = 0; i < moving_; ++i) std::copy_n(before[i].v.begin(), 3, motions_[i].v.begin());
+  for_blocks([&](size_t, Block& block) {
+    for (size_t i = 0; i < kLanes; ++i) {
+      V3 sum = V3::Zero();
+      for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+        const Impulse& impulse = impulses_[p];
+        for (size_t k = 0; k < 3; ++k) {
+          sum[static_cast<Eigen::Index>(k)] +=
+              impulse.push[i] * points_[p].normal[k][i] + impulse.friction[k][i];
+        }
+      }
+      if (sum.isZero(0)) continue;
+      const auto add = [&](uint32_t body, const V3& change) {
+        if (body >= moving_) return;
+        for (size_t k = 0; k < 3; ++k) motions_[body].v[k] += change[static_cast<Eigen::Index>(k)];
+      };
+      add(block.a[i], -block.inverse_mass_a[i] * sum);
+      add(block.b[i], block.inverse_mass_b[i] * sum);
+    }
+  });
 }
 
 // The impacts of a round. Only what they reach is visited, and again only when what was found there

@@ -54,6 +54,7 @@ class LazySurface {
       : state_(std::make_unique<State>(&mesh, solid_behind)) {}
   explicit operator bool() const { return state_ != nullptr; }
   bool operator==(std::nullptr_t) const { return state_ == nullptr; }
+  const TriangleSurface& operator*() const { return *operator->(); }
   const TriangleSurface* operator->() const {
     std::call_once(state_->once,
                    [&] { state_->surface.emplace(*state_->mesh, state_->solid_behind); });

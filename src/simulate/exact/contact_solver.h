@@ -85,7 +85,7 @@ struct SolverSettings {
   double push_speed;   // m/s, at most
   int substeps;
   Vec3 gravity;                      // m/s^2
-  int relaxations = 3;               // in a substep
+  int relaxations = 4;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
   bool has_torques = false;  // some contacts may hold back rolling and spinning
@@ -212,6 +212,7 @@ class ContactSolver {
   void turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
   void solve_impacts(const SolverSettings& settings);
   void converge(const SolverSettings& settings);
+  void sum_impulses(std::span<const Motion> before);
   bool is_to_visit(const Block& block) const;
   bool collide(Block& block, T inverse_step, uint32_t now);
   void accelerate(T inverse_step, uint32_t begin, uint32_t end);

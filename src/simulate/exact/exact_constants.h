@@ -119,9 +119,12 @@ inline constexpr double kMotionInStep = 0.15;
 inline constexpr double kShortestStep = 0.25;
 // Substeps: by loads, so that no contact is pressed in by more than this share of the accuracy; and
 // no longer than this, in sqrt(extent / g), nor than this, s.
-inline constexpr double kGiveOfAccuracy = 0.3;
+inline constexpr double kGiveOfAccuracy = 0.1;
 inline constexpr double kSubstepOfSize = 0.0075;
 inline constexpr double kLongestSubstep = 1.0 / 960;
+// What is glued swings with longer ones, s: many spots in rings, some stretched for good, pull at
+// each other (HeldByGlue.WhatIsLeftComesToRest).
+inline constexpr double kLongestGlueSubstep = 1.0 / 3840;
 inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
 inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
 // Relaxations of the first substep, at least: what has just met finds its forces from nothing.

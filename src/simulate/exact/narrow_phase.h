@@ -13,7 +13,7 @@ class NarrowPhase {
  public:
   // Works on the bodies and pairs of `state`; it, shapes and surroundings must outlive this.
   // `gravity` in m/s^2.
-  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity, ,
+  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity,
               const ModelSurroundings& surroundings);
 
   // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`,

@@ -173,6 +173,13 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
         gravity > 0 ? std::sqrt(shape_of(i).smallest_extent_m / gravity) : kUsualPushTime;
     body.load_rate2 -= std::expm1(-settings_.step_s / time_s) * (loads_[i] - body.load_rate2);
   }
+  for (const Joint& joint : state_.joints) {
+    if (!joint.is_glue) continue;
+    for (const uint32_t i : {joint.a, joint.b}) {
+      bodies_[i].load_rate2 =
+          std::max(bodies_[i].load_rate2, 1 / (kLongestGlueSubstep * kLongestGlueSubstep));
+    }
+  }
 }
 
 // Its loads, and what a body that carries nothing needs to be stopped well.
