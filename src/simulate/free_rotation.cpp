@@ -51,10 +51,9 @@ void rotate(const Vec3& moments, double step_s, Quat& principal, Vec3& spin) {
   const double large_rate = 1 / moments[large] - middle_rate;
   // Of bodies that spin fast in parts, by angles that keep the energy's error small.
   constexpr double kLargestTurn = 0.15;
-  constexpr double kMostParts = 256;
-  // Within a long step an axis takes up the momentum of another.
-  const double turn =
-      step_s * momentum.norm() * std::max(std::abs(small_rate), std::abs(large_rate));
+  constexpr double kMostParts = 64;
+  const double turn = step_s * std::max(std::abs(small_rate * momentum[small]),
+                                        std::abs(large_rate * momentum[large]));
   const double parts = std::min(kMostParts, 1 + std::floor(turn / kLargestTurn));
   const double part_s = step_s / parts;
   for (int i = 0; i < static_cast<int>(parts); ++i) {

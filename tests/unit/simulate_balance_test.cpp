@@ -127,8 +127,9 @@ void turn(SmallModel& m, const Vec3& axis, double rate, double seconds) {
   const int keys = static_cast<int>(std::ceil(rate * seconds / kKeyTurn));
   for (int i = 0; i <= keys; ++i) {
     const double time_s = seconds * i / keys;
-    m.model.bodies[0].motion.push_back(
-        {time_s, {Vec3::Zero(), Quat(Eigen::AngleAxisd(rate * time_s, axis))}});
+    MotionKey& key = m.model.bodies[0].motion.emplace_back();
+    key.time_s = time_s;
+    key.pose.orientation = Quat(Eigen::AngleAxisd(rate * time_s, axis));
   }
 }
 

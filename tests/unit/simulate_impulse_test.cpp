@@ -202,6 +202,7 @@ TEST(Impulse, ThinBodiesGainNoEnergyInFlight) {
     for (const double turn_rate : {10.0, 100.0, 1000.0}) {
       SmallModel m;
       m.scene.gravity = Vec3::Zero();
+      m.scene.step_s = Scene::kFixedStep;
       const uint32_t material = m.material(0, 0);
       m.body(m.box(size), material, Vec3::Zero()).angular_velocity =
           turn_rate * Vec3(1, 2, 3).normalized();
