@@ -123,7 +123,7 @@ inline constexpr double kGiveOfAccuracy = 0.1;
 inline constexpr double kSubstepOfSize = 0.0075;
 inline constexpr double kLongestSubstep = 1.0 / 960;
 // What is glued swings with longer ones, s: many spots in rings, some stretched for good, pull at
-// each other (HeldByGlue.WhatIsLeftComesToRest).
+// each other (HeldByGlue.WhatIsLeftHardlySwings).
 inline constexpr double kLongestGlueSubstep = 1.0 / 3840;
 inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
 inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
