@@ -4,7 +4,7 @@ import json
 import unittest
 
 import zarr
-from support import BOX_OBJ, CommandTest, tree_bytes
+from support import BOX_OBJ, SOURCE, CommandTest, tree_bytes
 
 
 def pile_of_boxes(scene):
