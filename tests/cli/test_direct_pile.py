@@ -78,7 +78,7 @@ class Guides(CommandTest):
     def test_what_stays_empty_is_said_before_and_after(self):
         def change(scene):
             scene.update(duration_s=0.1, guide={"file": "guide.obj", "scale": 0.35})
-            scene["emitters"] = [{"name": "boxes", "type": "mould", "shape": "box", "material": "wood", "count": 1}]
+            scene["emitters"] = [{"name": "boxes", "type": "mould", "shape": "box", "material": "wood", "count": 30}]
             scene["shapes"]["box"] = {"type": "box", "size": [0.05, 0.05, 0.05]}
 
         scene = self.write_scene(change)

@@ -53,6 +53,7 @@ const std::map<std::string, test::PresetSize> kSizes = {
     {"hard/contact_on_edge", kAsleepSoon},
     {"hard/heavy_on_light", kAsleepSoon},
     {"hard/iron_on_gravel", kFromFarUp},
+    {"hard/plates", kAsleepSoon},
     {"hard/pyramid", kAsleepSoon},
     {"hard/rings", kAsleepSoon},
     {"hard/spikes_and_wedges", kAsleepSoon},

@@ -203,10 +203,13 @@ void ContactSolver::take_turns(const SolverSettings& settings,
     for (Row& row : torque.given) scale(row);
   }
   for_blocks([&](size_t, Block& block) { apply_forces(block); });
-  for (SolverJoint& joint : joints) apply_forces(joint, bodies, settings.step_s);
+  for (SolverJoint& joint : joints) {
+    place(joint, bodies);
+    give(joint, settings.step_s * joint.force_n, settings.step_s * joint.torque_nm);
+  }
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);
-    for (SolverJoint& joint : joints) hold(joint, bodies, step, false);
+    for (SolverJoint& joint : joints) hold(joint, step, false);
     for_blocks([&](size_t, Block& block) { sweep<false>(block, 1 / step); });
   }
   motions_ = motions;
@@ -329,22 +332,19 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
     parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
     });
-    if (substep == 0) {
-      for_blocks([&](size_t, Block& block) { apply_forces(block); });
-      for (SolverJoint& joint : joints) apply_forces(joint, bodies, substep_s);
-    } else {
-      for (SolverJoint& joint : joints) turn_forces(joint, bodies, substep_s);
+    if (substep == 0) for_blocks([&](size_t, Block& block) { apply_forces(block); });
+    for (SolverJoint& joint : joints) {
+      place(joint, bodies);
+      give_again(joint, substep_s, substep == 0);
     }
-    for (SolverJoint& joint : joints) hold(joint, bodies, h, true);
+    for (SolverJoint& joint : joints) hold(joint, h, true);
     for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });
     parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
     });
-    // What has just met finds its forces from nothing.
-    const int relaxations =
-        substep == 0 ? std::max(kFirstRelaxations, settings.relaxations) : settings.relaxations;
-    for (int i = 0; i < relaxations; ++i) {
-      for (SolverJoint& joint : joints) hold(joint, bodies, h, false);
+    for (SolverJoint& joint : joints) place(joint, bodies);
+    for (int i = 0; i < kRelaxations; ++i) {
+      for (SolverJoint& joint : joints) hold(joint, h, false);
       for_blocks([&](size_t, Block& block) {
         if (i == 0) measure(block, substep + 1 == settings.substeps);
         sweep<false>(block, per_substep);

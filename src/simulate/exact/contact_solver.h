@@ -57,6 +57,12 @@ struct SolverJoint {
   bool is_glue = false;
   Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
   double strength_n = 0, strength_nm = 0;  // of glue
+  // Where its bodies are in the substep: from their centres to the middle between the two points,
+  // m; how b is turned against a, rad; inverse inertias, 1 / kg m^2; what turns and moves b against
+  // a.
+  Vec3 from_a = Vec3::Zero(), from_b = Vec3::Zero(), gap = Vec3::Zero(), angle = Vec3::Zero();
+  Mat3 inertia_a = Mat3::Zero(), inertia_b = Mat3::Zero(), moment = Mat3::Zero(),
+       mass = Mat3::Zero();
   // What it has changed of a's and b's velocities in the substep, m/s and rad/s.
   struct Given {
     Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
@@ -85,7 +91,6 @@ struct SolverSettings {
   double push_speed;   // m/s, at most
   int substeps;
   Vec3 gravity;                      // m/s^2
-  int relaxations = 4;               // in a substep
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
   bool has_torques = false;  // some contacts may hold back rolling and spinning
@@ -202,14 +207,9 @@ class ContactSolver {
   void apply_forces(Block& block);
   Quat turn_of(uint32_t body) const;  // since the step began
   Vec3 way_of(uint32_t body) const;
-  struct Middle {
-    Vec3 from_a, from_b, apart;  // m
-  };
-  Middle middle_of(const SolverJoint& joint) const;
-  void apply_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double substep_s);
-  void give(SolverJoint& joint, const std::vector<SolverBody>& bodies, const Vec3& push,
-            const Vec3& twist);
-  void turn_forces(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step);
+  void place(SolverJoint& joint, const std::vector<SolverBody>& bodies) const;
+  void give(SolverJoint& joint, const Vec3& push, const Vec3& twist);
+  void give_again(SolverJoint& joint, double substep_s, bool is_first);
   void solve_impacts(const SolverSettings& settings);
   void converge(const SolverSettings& settings);
   void sum_impulses(std::span<const Motion> before);
@@ -229,9 +229,7 @@ class ContactSolver {
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
-  void hold_glue(SolverJoint& joint, const std::vector<SolverBody>& bodies, double step,
-                 const Softness& s);
-  void hold(SolverJoint& joint, const std::vector<SolverBody>& bodies, T h, bool soft);
+  void hold(SolverJoint& joint, T h, bool soft);
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;

@@ -163,9 +163,6 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
     const bool both = is_moved(pair.a) && is_moved(pair.b);
     if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate);
   }
-  for (const Joint& joint : state_.joints) {
-    add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b, joint.force_n.norm(), kJointRate);
-  }
   const double gravity = settings_.gravity.norm();
   for (const uint32_t i : movers_) {
     Body& body = bodies_[i];
@@ -173,12 +170,16 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
         gravity > 0 ? std::sqrt(shape_of(i).smallest_extent_m / gravity) : kUsualPushTime;
     body.load_rate2 -= std::expm1(-settings_.step_s / time_s) * (loads_[i] - body.load_rate2);
   }
+  loads_.assign(bodies_.size(), 0);
+  // A torque counts as the force that moves the surface of a ball as much. Joints are bilateral:
+  // their loads count at once.
   for (const Joint& joint : state_.joints) {
-    if (!joint.is_glue) continue;
-    for (const uint32_t i : {joint.a, joint.b}) {
-      bodies_[i].load_rate2 =
-          std::max(bodies_[i].load_rate2, 1 / (kLongestGlueSubstep * kLongestGlueSubstep));
-    }
+    const double radius_m = shape_of(joint.a).radius_m;
+    add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b,
+        joint.force_n.norm() + 2.5 * joint.torque_nm.norm() / radius_m, kJointRate);
+  }
+  for (const uint32_t i : movers_) {
+    bodies_[i].load_rate2 = std::max(bodies_[i].load_rate2, loads_[i]);
   }
 }
 
