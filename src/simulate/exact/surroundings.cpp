@@ -318,7 +318,10 @@ class Surroundings::Search {
 };
 
 Surroundings::Surroundings(std::vector<Thing> things)
-    : things_(std::move(things)), tree_({}, {}, kLeafSize), beside_(things_.size()) {
+    : things_(std::move(things)),
+      tree_({}, {}, kLeafSize),
+      beside_(things_.size()),
+      on_surfaces_(things_.size()) {
   std::vector<Bounds> boxes;
   std::vector<Vec3> centres;
   for (uint32_t t = 0; t < things_.size(); ++t) {
@@ -336,22 +339,19 @@ Surroundings::Surroundings(std::vector<Thing> things)
     centres.push_back(boxes.back().center());
   }
   tree_ = BoxTree(boxes, centres, kLeafSize);
-  const auto mark = [&](uint32_t thing, uint32_t piece) {
-    const CollisionShape& shape = *things_[thing].shape;
-    std::vector<uint8_t>& beside = beside_[thing];
-    if (beside.empty()) {
-      beside.resize(shape.surface ? shape.surface->tree().triangles().size() : shape.pieces.size());
-    }
-    beside[piece] = 1;
-  };
   // `near`: a box of the frame of all.
   const auto mark_near = [&](const Item& item, const Bounds& near) {
-    if (item.piece != kWhole) return mark(item.thing, item.piece);
     const Thing& thing = things_[item.thing];
+    if (item.piece != kWhole) {
+      beside_[item.thing].resize(thing.shape->pieces.size());
+      beside_[item.thing][item.piece] = 1;
+      return;
+    }
+    std::unique_ptr<SurfaceMarks>& marks = on_surfaces_[item.thing];
+    if (!marks) marks = std::make_unique<SurfaceMarks>();
     const Vec3 half = thing.turn.transpose().cwiseAbs() * (near.sizes() / 2);
     const Vec3 centre = thing.turn.transpose() * (near.center() - thing.position);
-    thing.shape->surface->tree().for_each_near(Bounds(Vec3(centre - half), Vec3(centre + half)), 0,
-                                               [&](uint32_t place) { mark(item.thing, place); });
+    marks->near.emplace_back(Vec3(centre - half), Vec3(centre + half));
   };
   for (uint32_t i = 0; i < items_.size(); ++i) {
     for (const uint32_t p : planes_) {
@@ -367,6 +367,19 @@ Surroundings::Surroundings(std::vector<Thing> things)
       mark_near(items_[i], boxes[j]);
     });
   }
+}
+
+const std::vector<uint8_t>& Surroundings::marks_of(uint32_t thing) const {
+  if (!on_surfaces_[thing]) return beside_[thing];
+  SurfaceMarks& marks = *on_surfaces_[thing];
+  std::call_once(marks.once, [&] {
+    const TriangleTree& tree = things_[thing].shape->surface->tree();
+    marks.triangles.resize(tree.triangles().size());
+    for (const Bounds& near : marks.near) {
+      tree.for_each_near(near, 0, [&](uint32_t place) { marks.triangles[place] = 1; });
+    }
+  });
+  return marks.triangles;
 }
 
 // A little wider.
