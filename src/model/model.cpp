@@ -108,6 +108,8 @@ class ModelBuilder {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
+    check_moving_shapes();
+    problems_.throw_if_any();
     clear_starts(scene_, rows_, model_);
     open_rooms(model_);
     check_guide_size();
@@ -129,6 +131,39 @@ class ModelBuilder {
       problems_.attempt(
           [&, &name = name] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
     }
+  }
+
+  // That bodies which move have masses that numbers can hold.
+  void check_moving_shapes() {
+    std::vector<uint8_t> moves(model_.shapes.size(), 0);
+    for (const ModelBody& body : model_.bodies) {
+      if (body.role == Role::dynamic) moves[body.shape] = 1;
+    }
+    for (size_t i = 0; i < model_.shapes.size(); ++i) {
+      if (moves[i] != 0) problems_.attempt([&] { check_moving(model_.shapes[i]); });
+    }
+  }
+
+  static void check_moving(const ModelShape& shape) {
+    // Of a box that turns as heavily.
+    const Vec3 moments = principal_inertia(shape.mass.inertia_m5).moments / shape.mass.volume_m3;
+    const Vec3 sides = (6 * (moments.sum() - 2 * moments.array())).max(0).sqrt();
+    const double longest = sides.maxCoeff(), shortest = sides.minCoeff();
+    // The rounding of what lies at a bound.
+    constexpr double kSpare = 0.5;
+    if (longest * kSpare <= kLargestMoving && shortest >= kSpare * kSmallestLength &&
+        shortest >= kSpare * kThinnestMoving * longest) {
+      return;
+    }
+    const auto metres = [](double length) { return with_digits(length, 3) + " m"; };
+    throw Error(ErrorKind::input,
+                Problem{.pointer = shape_pointer(shape.source),
+                        .found = "is as heavy to turn as a box with sides from " +
+                                 metres(shortest) + " to " + metres(longest),
+                        .expected = "of a body that moves, sides from " + metres(kSmallestLength) +
+                                    " to " + metres(kLargestMoving) + ", the shortest at least " +
+                                    with_digits(kThinnestMoving, 3) + " of the longest",
+                        .remedy = "Scale it, or make it thicker"});
   }
 
   // That the mesh of a volume has an inside.
