@@ -11,6 +11,7 @@
 #include "core/parallel_for.h"
 #include "core/text.h"
 #include "geometry/inside_test.h"
+#include "json/codec.h"
 #include "model/clear_starts.h"
 #include "model/emitters.h"
 #include "model/model_shapes.h"
@@ -381,7 +382,22 @@ class ModelBuilder {
         [](const auto& action) -> const auto& { return action.bodies; }, source.action);
     const std::string pointer = "/events/" + std::to_string(index) + "/bodies";
     for (const std::string& name : names) add_targets(name, pointer, event.bodies);
+    if (event.kind == ModelEvent::Kind::impulse) check_impulse(event, index);
     model_.events.push_back(std::move(event));
+  }
+
+  // That it gives no body a speed that no body may begin with.
+  void check_impulse(const ModelEvent& event, size_t index) const {
+    for (const uint32_t target : event.bodies) {
+      const ModelBody& body = model_.bodies[target];
+      const double speed = event.impulse.norm() / body.mass_kg;
+      if (speed <= kLargestNumber) continue;
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = "/events/" + std::to_string(index) + "/impulse",
+                          .found = "gives '" + body.name + "', of " + with_digits(body.mass_kg, 3) +
+                                   " kg, " + with_digits(speed, 3) + " m/s",
+                          .expected = "at most 1e9 m/s"});
+    }
   }
 
   void add_pair_rule(const PairRule& source, size_t index) {

@@ -159,5 +159,21 @@ TEST(Ranges, BodiesThatNoNumbersHoldAreRefused) {
   }
 }
 
+TEST(Ranges, AnImpulseGivesNoSpeedThatNoBodyMayBeginWith) {
+  const std::string error = test::error_text(
+      [] {
+        build_model(parse_scene(R"({"version": 1, "duration_s": 1, "materials": {"m": {}},
+                                    "shapes": {"s": {"type": "box", "size": [0.01, 0.01, 0.01]}},
+                                    "bodies": [{"name": "b", "shape": "s", "material": "m"}],
+                                    "events": [{"time_s": 0, "type": "impulse", "bodies": ["b"],
+                                                "impulse": [0, 1e7, 0]}]})",
+                                "/scene.json")
+                        .scene);
+      },
+      ErrorKind::input);
+  EXPECT_NE(error.find("/events/0/impulse: gives 'b', of 0.001 kg, 1e+10 m/s"), std::string::npos)
+      << error;
+}
+
 }  // namespace
 }  // namespace pilesim
