@@ -129,9 +129,17 @@ class ModelBuilder {
   void build_shapes() {
     for (const auto& [name, shape] : scene_.shapes) {
       shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
-      problems_.attempt(
-          [&, &name = name] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
+      problems_.attempt([&, &name = name] {
+        model_.shapes.push_back(build_shape(scene_, name, meshes_));
+        count_triangles(model_.shapes.back());
+      });
     }
+  }
+
+  // Those of a shape that is there, or is to be.
+  void count_triangles(const ModelShape& shape) {
+    triangles_ += triangles_of(shape);
+    if (triangles_ > kMostTriangles) throw too_many_triangles(shape_pointer(shape.source));
   }
 
   // That bodies which move have masses that numbers can hold.
@@ -346,7 +354,10 @@ class ModelBuilder {
     if (size == 1) return shape;
     const auto [found, is_new] =
         sized_.try_emplace({shape, size}, static_cast<uint32_t>(model_.shapes.size()));
-    if (is_new) model_.shapes.push_back(resized(ModelShape(model_.shapes[shape]), size));
+    if (is_new) {
+      count_triangles(model_.shapes[shape]);
+      model_.shapes.push_back(resized(ModelShape(model_.shapes[shape]), size));
+    }
     return found->second;
   }
 
@@ -433,6 +444,7 @@ class ModelBuilder {
   Model model_;
   MeshLibrary meshes_;
   ProblemCollector problems_;
+  size_t triangles_ = 0;  // of all shapes
   std::map<std::string, uint32_t> shape_index_, material_index_, body_index_;
   std::map<std::pair<uint32_t, double>, uint32_t> sized_;  // index into shapes
   std::vector<EmittedRow> rows_;

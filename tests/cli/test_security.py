@@ -97,6 +97,32 @@ class Bounds(CommandTest):
         (self.dir / "mesh.obj").write_text(corners + "f 1 1 1\n" * 4_000_001)
         self.refused("has more than 4000000 faces", memory=2 * GIB)
 
+    def test_faces_of_other_files_are_counted_before_they_are_read(self):
+        for name, text in (("mesh.stl", "solid a\n" + "facet\n" * 4_000_001),
+                           ("mesh.stl", "solid a\nfacet\n" + "vertex 0\n" * 12_000_003),
+                           ("mesh.ply", "ply\nformat ascii 1.0\nelement face 4000001\n"
+                            "property list uchar int vertex_index\nend_header\n" + " " * 4_000_001)):
+            (self.dir / name).write_text(text)
+            self.write_scene(mesh(name))
+            self.refused("has more than 4000000 faces", memory=2 * GIB)
+
+    def test_what_parts_and_sizes_multiply_is_bounded(self):
+        stairs = {"type": "stairs", "size": [1, 1, 1], "steps": 1000}
+
+        def parts(scene):
+            scene["shapes"] |= {"stairs": stairs, "box": {"type": "compound", "parts": [{"shape": "stairs"}] * 2000}}
+
+        self.write_scene(parts)
+        self.refused("/shapes/box: makes more than 20000000 triangles")
+
+        def sizes(scene):
+            parts = [{"shape": "ball", "position": [i, 0, 0]} for i in range(1000)]
+            scene["shapes"] |= {"ball": {"type": "sphere", "radius": 0.4}, "box": {"type": "compound", "parts": parts}}
+            scene["emitters"][0] |= {"count": [10, 10, 10], "sizes": {"from": 1, "to": 1.5, "steps": 64}}
+
+        self.write_scene(sizes)
+        self.refused("/shapes/box: makes more than 20000000 triangles", memory=4 * GIB)
+
     def test_no_memory_is_no_crash(self):
         self.write_scene()
         result = self.validate(memory=40 << 20)
