@@ -1,5 +1,7 @@
 #include "core/output_directory.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -105,13 +107,14 @@ void claim_output_file(const fs::path& file, bool force) {
   if (file.filename().string().size() > kLongestName) throw unusable(file, ENAMETOOLONG);
   const fs::file_type type = check_place(file);
   if (type == fs::file_type::directory || !file.has_filename()) throw unusable(file, EISDIR);
-  if (type == fs::file_type::not_found) {
+  std::error_code fault;
+  const bool is_link = fs::is_symlink(fs::symlink_status(file, fault));
+  if (type == fs::file_type::not_found && !is_link) {
     const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
-    std::error_code fault;
     if (!fs::is_directory(folder, fault)) throw unusable(file, ENOENT);
     return;
   }
-  if (type != fs::file_type::regular) {
+  if (type != fs::file_type::regular && type != fs::file_type::not_found) {
     throw refusal(file, "exists and is not a regular file", "Name another one with -o");
   }
   if (!force) {
@@ -130,6 +133,30 @@ void make_output_directory(const fs::path& directory) {
   if (fault && !fs::is_directory(directory)) {
     throw io_error(directory.string(), "cannot be created", fault.value());
   }
+}
+
+OutputLock::OutputLock(fs::path directory) : directory_(std::move(directory)) { take(); }
+
+OutputLock::~OutputLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void OutputLock::make_directory() {
+  make_output_directory(directory_);
+  if (descriptor_ < 0) take();
+}
+
+void OutputLock::take() {
+  descriptor_ = open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor_ < 0) return;
+  // What a killed process had forked may hold it a moment longer.
+  for (int tries = 0; tries < 20; ++tries) {
+    if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+    usleep(50'000);
+  }
+  close(std::exchange(descriptor_, -1));
+  throw refusal(directory_, "is being written by another pilesim",
+                "Wait until that has ended, or name another directory with -o");
 }
 
 }  // namespace pilesim

@@ -59,4 +59,25 @@ void remove_output(std::span<const std::filesystem::path> entries);
 // Makes `directory` and its parents where they are missing. Throws Error(io).
 void make_output_directory(const std::filesystem::path& directory);
 
+// Held while a run is written: two that write into one directory would make neither.
+class OutputLock {
+ public:
+  // Takes the lock, unless there is no such directory yet. Throws Error(usage) where another one
+  // has it. File systems that know no locks give everyone one.
+  explicit OutputLock(std::filesystem::path directory);
+  ~OutputLock();
+  OutputLock(const OutputLock&) = delete;
+  OutputLock& operator=(const OutputLock&) = delete;
+
+  // Makes the directory where it is missing and takes the lock if it is not held yet. Throws as
+  // make_output_directory() and the constructor.
+  void make_directory();
+
+ private:
+  void take();
+
+  std::filesystem::path directory_;
+  int descriptor_ = -1;
+};
+
 }  // namespace pilesim

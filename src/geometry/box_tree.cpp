@@ -4,12 +4,21 @@
 #include <numeric>
 
 namespace pilesim {
+namespace {
+
+size_t nodes_over(uint32_t count, uint32_t leaf_size) {
+  if (count <= leaf_size) return 1;
+  return 1 + nodes_over(count / 2, leaf_size) + nodes_over(count - count / 2, leaf_size);
+}
+
+}  // namespace
 
 BoxTree::BoxTree(std::span<const Bounds> boxes, std::span<const Vec3> centres, uint32_t leaf_size)
     : items_(boxes.size()) {
   assert(boxes.size() == centres.size() && leaf_size > 0);
   std::iota(items_.begin(), items_.end(), 0u);
   if (items_.empty()) return;
+  nodes_.reserve(nodes_over(static_cast<uint32_t>(items_.size()), leaf_size));
   build(centres, 0, static_cast<uint32_t>(items_.size()), leaf_size);
 
   after_.resize(nodes_.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cstring>
 
 namespace pilesim {
@@ -47,10 +48,35 @@ std::string fault_of_obj(std::string_view text) {
   return {};
 }
 
-// Of a binary file; one of text takes more bytes for each.
+// As readers tell: a binary file has as many bytes as its count of faces says. One of text has a
+// word for each face and each corner.
 std::string fault_of_stl(std::string_view bytes) {
   constexpr size_t kHead = 84, kFace = 50;
-  return bytes.size() > kHead + kFace * kMostFaces ? too_many_faces() : std::string();
+  if (bytes.size() > kHead + kFace * kMostFaces) return too_many_faces();
+  if (!bytes.starts_with("solid")) return {};
+  uint64_t facets = 0, corners = 0;
+  const auto count = [&](std::string_view word, uint64_t& number) {
+    const std::string_view blanks = " \t\r\n";
+    for (size_t at = bytes.find(word); at != bytes.npos; at = bytes.find(word, at + word.size())) {
+      if (at > 0 && blanks.find(bytes[at - 1]) != blanks.npos) ++number;
+    }
+  };
+  count("facet", facets);
+  count("vertex", corners);
+  return std::max(facets, corners / 3) > kMostFaces ? too_many_faces() : std::string();
+}
+
+// By its head; fault_of_ply_head() has seen that it has one.
+std::string fault_of_ply(std::string_view bytes) {
+  constexpr std::string_view kElement = "element face";
+  const std::string_view head = bytes.substr(0, bytes.find("end_header"));
+  for (size_t at = head.find(kElement); at != head.npos; at = head.find(kElement, at)) {
+    at = std::min(head.size(), head.find_first_not_of(kBlank, at + kElement.size()));
+    uint64_t faces = 0;
+    std::from_chars(head.data() + at, head.data() + head.size(), faces);
+    if (faces > kMostFaces) return too_many_faces();
+  }
+  return {};
 }
 
 }  // namespace
@@ -70,6 +96,7 @@ std::string fault_of_faces(const std::filesystem::path& file, std::string_view b
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".obj") return fault_of_obj(bytes);
   if (ending == ".stl") return fault_of_stl(bytes);
+  if (ending == ".ply") return fault_of_ply(bytes);
   return {};
 }
 

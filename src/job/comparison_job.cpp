@@ -316,12 +316,13 @@ ComparisonSummary summarise(const nlohmann::ordered_json& figures) {
 ComparisonSummary run_comparison(const ComparisonJob& job) {
   std::vector<std::string_view> own(std::begin(kComparisonEntries), std::end(kComparisonEntries));
   own.push_back(kRuns);
+  OutputLock lock(job.output);
   const auto there = claim_output(job.output, own, job.force || job.resume);
   const Plan plan = make_plan(job);
   install_interrupt_handler();
   // A report never stands beside runs that it is not of.
+  lock.make_directory();
   remove_output(job.resume ? claim_output(job.output, kComparisonEntries, true) : there);
-  make_output_directory(job.output);
   simulate_all(job, plan);
   const Comparison comparison = evaluate(job, plan);
   const std::string no_charts = write_comparison(comparison, job.output);

@@ -89,6 +89,7 @@ bool is_complete(const FinishJob& job, const std::vector<fs::path>& there,
 SimulationSummary run_finish(const FinishJob& job) {
   const Stopwatch watch;
   const double cpu_before_s = process_cpu_s();
+  OutputLock lock(job.output);
   auto replaced = claim_output(job.output, kSimulationEntries, job.force || job.resume);
   require_another_directory(job);
   TrajectoryReader source(job.input);
@@ -115,8 +116,8 @@ SimulationSummary run_finish(const FinishJob& job) {
   report.setup_s = watch.seconds();
 
   install_interrupt_handler();
+  lock.make_directory();
   remove_output(replaced);
-  make_output_directory(job.output);
   uint64_t frames = 0;
   FinishedPile pile =
       finish_trajectory({loaded.scene, model, settings, job.progress, key, job.checkpoint_period_s},

@@ -262,6 +262,7 @@ std::vector<std::filesystem::path> outdated(const std::filesystem::path& directo
 
 SimulationSummary run_simulation(const SimulationJob& job) {
   const Stopwatch watch;
+  OutputLock lock(job.output);
   const std::optional<RunCheckpoint> checkpoint = job.resume ? find_checkpoint(job) : std::nullopt;
   const auto replaced = checkpoint
                             ? outdated(job.output)
@@ -327,8 +328,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
+  lock.make_directory();
   remove_output(replaced);
-  make_output_directory(job.output);
   Recorder recorder(job, key, make_header(loaded, report.scene_hash, model), std::move(before),
                     watch);
   try {

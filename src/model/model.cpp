@@ -11,6 +11,7 @@
 #include "core/parallel_for.h"
 #include "core/text.h"
 #include "geometry/inside_test.h"
+#include "json/codec.h"
 #include "model/clear_starts.h"
 #include "model/emitters.h"
 #include "model/model_shapes.h"
@@ -108,6 +109,8 @@ class ModelBuilder {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
     problems_.throw_if_any();
+    check_moving_shapes();
+    problems_.throw_if_any();
     clear_starts(scene_, rows_, model_);
     open_rooms(model_);
     check_guide_size();
@@ -126,9 +129,50 @@ class ModelBuilder {
   void build_shapes() {
     for (const auto& [name, shape] : scene_.shapes) {
       shape_index_[name] = static_cast<uint32_t>(model_.shapes.size());
-      problems_.attempt(
-          [&, &name = name] { model_.shapes.push_back(build_shape(scene_, name, meshes_)); });
+      problems_.attempt([&, &name = name] {
+        model_.shapes.push_back(build_shape(scene_, name, meshes_));
+        count_triangles(model_.shapes.back());
+      });
     }
+  }
+
+  // Those of a shape that is there, or is to be.
+  void count_triangles(const ModelShape& shape) {
+    triangles_ += triangles_of(shape);
+    if (triangles_ > kMostTriangles) throw too_many_triangles(shape_pointer(shape.source));
+  }
+
+  // That bodies which move have masses that numbers can hold.
+  void check_moving_shapes() {
+    std::vector<uint8_t> moves(model_.shapes.size(), 0);
+    for (const ModelBody& body : model_.bodies) {
+      if (body.role == Role::dynamic) moves[body.shape] = 1;
+    }
+    for (size_t i = 0; i < model_.shapes.size(); ++i) {
+      if (moves[i] != 0) problems_.attempt([&] { check_moving(model_.shapes[i]); });
+    }
+  }
+
+  static void check_moving(const ModelShape& shape) {
+    // Of a box that turns as heavily.
+    const Vec3 moments = principal_inertia(shape.mass.inertia_m5).moments / shape.mass.volume_m3;
+    const Vec3 sides = (6 * (moments.sum() - 2 * moments.array())).max(0).sqrt();
+    const double longest = sides.maxCoeff(), shortest = sides.minCoeff();
+    // The rounding of what lies at a bound.
+    constexpr double kSpare = 0.5;
+    if (longest * kSpare <= kLargestMoving && shortest >= kSpare * kSmallestLength &&
+        shortest >= kSpare * kThinnestMoving * longest) {
+      return;
+    }
+    const auto metres = [](double length) { return with_digits(length, 3) + " m"; };
+    throw Error(ErrorKind::input,
+                Problem{.pointer = shape_pointer(shape.source),
+                        .found = "is as heavy to turn as a box with sides from " +
+                                 metres(shortest) + " to " + metres(longest),
+                        .expected = "of a body that moves, sides from " + metres(kSmallestLength) +
+                                    " to " + metres(kLargestMoving) + ", the shortest at least " +
+                                    with_digits(kThinnestMoving, 3) + " of the longest",
+                        .remedy = "Scale it, or make it thicker"});
   }
 
   // That the mesh of a volume has an inside.
@@ -310,7 +354,10 @@ class ModelBuilder {
     if (size == 1) return shape;
     const auto [found, is_new] =
         sized_.try_emplace({shape, size}, static_cast<uint32_t>(model_.shapes.size()));
-    if (is_new) model_.shapes.push_back(resized(ModelShape(model_.shapes[shape]), size));
+    if (is_new) {
+      count_triangles(model_.shapes[shape]);
+      model_.shapes.push_back(resized(ModelShape(model_.shapes[shape]), size));
+    }
     return found->second;
   }
 
@@ -346,7 +393,22 @@ class ModelBuilder {
         [](const auto& action) -> const auto& { return action.bodies; }, source.action);
     const std::string pointer = "/events/" + std::to_string(index) + "/bodies";
     for (const std::string& name : names) add_targets(name, pointer, event.bodies);
+    if (event.kind == ModelEvent::Kind::impulse) check_impulse(event, index);
     model_.events.push_back(std::move(event));
+  }
+
+  // That it gives no body a speed that no body may begin with.
+  void check_impulse(const ModelEvent& event, size_t index) const {
+    for (const uint32_t target : event.bodies) {
+      const ModelBody& body = model_.bodies[target];
+      const double speed = event.impulse.norm() / body.mass_kg;
+      if (speed <= kLargestNumber) continue;
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = "/events/" + std::to_string(index) + "/impulse",
+                          .found = "gives '" + body.name + "', of " + with_digits(body.mass_kg, 3) +
+                                   " kg, " + with_digits(speed, 3) + " m/s",
+                          .expected = "at most 1e9 m/s"});
+    }
   }
 
   void add_pair_rule(const PairRule& source, size_t index) {
@@ -382,6 +444,7 @@ class ModelBuilder {
   Model model_;
   MeshLibrary meshes_;
   ProblemCollector problems_;
+  size_t triangles_ = 0;  // of all shapes
   std::map<std::string, uint32_t> shape_index_, material_index_, body_index_;
   std::map<std::pair<uint32_t, double>, uint32_t> sized_;  // index into shapes
   std::vector<EmittedRow> rows_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "core/counted.h"
 #include "core/text.h"
@@ -390,11 +391,20 @@ ModelShape build_terrain(const TerrainShape& terrain) {
   return shape;
 }
 
-ModelShape build_compound(const Scene& scene, const CompoundShape& compound, MeshLibrary& meshes) {
+ModelShape build_compound(const Scene& scene, const CompoundShape& compound,
+                          const std::string& pointer, MeshLibrary& meshes) {
   ModelShape whole;
   std::vector<MassProperties> masses;
+  std::map<std::string, ModelShape> built_parts;
+  size_t triangles = 0;
   for (const CompoundPart& part : compound.parts) {
-    const ModelShape built = build_shape(scene, part.shape, meshes);
+    const auto [found, is_new] = built_parts.try_emplace(part.shape);
+    if (is_new) found->second = build_shape(scene, part.shape, meshes);
+    triangles += triangles_of(found->second);
+    if (triangles > kMostTriangles) throw too_many_triangles(pointer);
+  }
+  for (const CompoundPart& part : compound.parts) {
+    const ModelShape& built = built_parts.at(part.shape);
     masses.push_back(append_part(whole, built, part.pose));
     whole.collision_report += (whole.collision_report.empty() ? "compound of " : "; ") +
                               part.shape + " (" + built.collision_report + ')';
@@ -477,6 +487,21 @@ std::string shape_pointer(const std::string& name) {
   return "/shapes/" + escape_pointer_token(name);
 }
 
+size_t triangles_of(const ModelShape& shape) {
+  size_t count = shape.mesh.triangles.size();
+  for (const CollisionPiece& piece : shape.pieces) count += piece.hull.triangles.size();
+  return count;
+}
+
+Error too_many_triangles(const std::string& pointer) {
+  return {ErrorKind::input,
+          Problem{.pointer = pointer,
+                  .found = "makes more than " + std::to_string(kMostTriangles) + " triangles",
+                  .expected = "no more of all shapes together, with each part of a compound and "
+                              "each size of an emitter",
+                  .remedy = "Use smaller meshes, fewer parts or fewer steps of sizes"}};
+}
+
 ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary& meshes) {
   using Kind = CollisionPiece::Kind;
   const Shape& source = scene.shapes.at(name);
@@ -493,7 +518,7 @@ ModelShape build_shape(const Scene& scene, const std::string& name, MeshLibrary&
     shape = primitive(Kind::cylinder, {radius, height, radius}, cylinder_mesh(radius, height),
                       cylinder_mass_properties(radius, height));
   } else if (const auto* compound = std::get_if<CompoundShape>(&source)) {
-    shape = build_compound(scene, *compound, meshes);
+    shape = build_compound(scene, *compound, shape_pointer(name), meshes);
   } else if (const auto* terrain = std::get_if<TerrainShape>(&source)) {
     try {
       shape = build_terrain(*terrain);

@@ -86,8 +86,8 @@ Codec<Material> material_codec() {
                            "Bounce: 0 none, 1 elastic. A pair has the product's square root."),
            field<Material>("friction", &Material::friction, number(at_least(0)),
                            "Coulomb friction. A pair has the product's square root."),
-           field<Material>("density_kg_m3", &Material::density_kg_m3, number(above(0)),
-                           "Density, kg/m^3."),
+           field<Material>("density_kg_m3", &Material::density_kg_m3,
+                           number(at_least(kLeastDensity)), "Density, kg/m^3."),
            field<Material>("rolling_friction", &Material::rolling_friction, number(at_least(0)),
                            "Tangent of the steepest slope that does not set a ball rolling. A pair "
                            "has the product's square root. Exact contacts only."),

@@ -57,9 +57,10 @@ Fields<Shape> mesh_fields() {
       required_field<Shape>("file", of(&M::file), file_path(),
                             "Mesh file (obj, stl, ply, glb, ...), relative to the scene file."),
       in_group("size", scale_field()),
-      in_group("size", optional_field<Shape>("size_m", of(&M::size_m), number(above(0)),
-                                             "How long its longest side is to be, in place of a "
-                                             "scale.")),
+      in_group("size",
+               optional_field<Shape>("size_m", of(&M::size_m), number(at_least(kSmallestLength)),
+                                     "How long its longest side is to be, in place of a "
+                                     "scale.")),
       optional_field<Shape>("up", of(&M::up), up_codec(),
                             "Which axis of the file points up: y (default), or z, as in most STL "
                             "and PLY files; then its x, z and -y are the shape's x, y and z."),
@@ -93,26 +94,28 @@ Fields<Shape> mesh_fields() {
 
 template <class V>
 Field<Shape> outer_size() {
-  return required_field<Shape>("size", of(&V::size), vector3(above(0)),
+  return required_field<Shape>("size", of(&V::size), vector3(at_least(kSmallestLength)),
                                "Full edge lengths over all [x, y, z], m.");
 }
 
 template <class V>
 Field<Shape> thickness(const std::string& description) {
-  return field<Shape>("thickness", of(&V::thickness), number(above(0)), description);
+  return field<Shape>("thickness", of(&V::thickness), number(at_least(kSmallestLength)),
+                      description);
 }
 
 std::vector<Alternative<Shape>> furniture() {
   return {
-      alternative<BinShape>("bin",
-                            "An open box of walls; its origin is below the middle of its floor.",
-                            {required_field<Shape>("size", of(&BinShape::size), vector3(above(0)),
-                                                   "Of its inside [x, y, z], m."),
-                             thickness<BinShape>("Of floor and walls, m.")}),
+      alternative<BinShape>(
+          "bin", "An open box of walls; its origin is below the middle of its floor.",
+          {required_field<Shape>("size", of(&BinShape::size), vector3(at_least(kSmallestLength)),
+                                 "Of its inside [x, y, z], m."),
+           thickness<BinShape>("Of floor and walls, m.")}),
       alternative<TableShape>(
           "table", "A top on four legs; its origin is on the floor in their middle.",
           {outer_size<TableShape>(), thickness<TableShape>("Of the top, m."),
-           field<Shape>("leg", of(&TableShape::leg), number(above(0)), "Edge of a leg, m.")}),
+           field<Shape>("leg", of(&TableShape::leg), number(at_least(kSmallestLength)),
+                        "Edge of a leg, m.")}),
       alternative<ShelfShape>(
           "shelf", "Boards between two sides, open to +z; its origin is below their middle.",
           {outer_size<ShelfShape>(),
@@ -129,7 +132,8 @@ std::vector<Alternative<Shape>> furniture() {
           {required_field<Shape>("file", of(&TerrainShape::file), file_path(),
                                  "PNG of 8 or 16 bits, relative to the scene file. Its right is "
                                  "+x, its lower edge +z."),
-           required_field<Shape>("size", of(&TerrainShape::size), two_numbers(above(0), "[x, z]"),
+           required_field<Shape>("size", of(&TerrainShape::size),
+                                 two_numbers(at_least(kSmallestLength), "[x, z]"),
                                  "Along x and z, m."),
            required_field<Shape>("height", of(&TerrainShape::height),
                                  two_numbers(kAnyNumber, "[of black, of white]"),
@@ -151,17 +155,20 @@ Codec<CompoundPart> part_codec() {
 Codec<Shape> shape_codec() {
   std::vector<Alternative<Shape>> alternatives = {
       alternative<MeshShape>("mesh", "A triangle mesh from a file.", mesh_fields()),
-      alternative<BoxShape>("box", "A box about its centre.",
-                            {required_field<Shape>("size", of(&BoxShape::size), vector3(above(0)),
-                                                   "Full edge lengths [x, y, z], m.")}),
-      alternative<SphereShape>("sphere", "A sphere about its centre.",
-                               {required_field<Shape>("radius", of(&SphereShape::radius),
-                                                      number(above(0)), "Radius, m.")}),
-      alternative<CylinderShape>("cylinder", "A cylinder about its centre, axis y.",
-                                 {required_field<Shape>("radius", of(&CylinderShape::radius),
-                                                        number(above(0)), "Radius, m."),
-                                  required_field<Shape>("height", of(&CylinderShape::height),
-                                                        number(above(0)), "Full height, m.")}),
+      alternative<BoxShape>(
+          "box", "A box about its centre.",
+          {required_field<Shape>("size", of(&BoxShape::size), vector3(at_least(kSmallestLength)),
+                                 "Full edge lengths [x, y, z], m.")}),
+      alternative<SphereShape>(
+          "sphere", "A sphere about its centre.",
+          {required_field<Shape>("radius", of(&SphereShape::radius),
+                                 number(at_least(kSmallestLength)), "Radius, m.")}),
+      alternative<CylinderShape>(
+          "cylinder", "A cylinder about its centre, axis y.",
+          {required_field<Shape>("radius", of(&CylinderShape::radius),
+                                 number(at_least(kSmallestLength)), "Radius, m."),
+           required_field<Shape>("height", of(&CylinderShape::height),
+                                 number(at_least(kSmallestLength)), "Full height, m.")}),
       alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.", {}),
       alternative<CompoundShape>(
           "compound", "Shapes joined rigidly; they should not overlap.",

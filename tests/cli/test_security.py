@@ -2,13 +2,16 @@
 
 import json
 import os
+import random
 import resource
+import shutil
+import signal
 import struct
 import subprocess
 import unittest
 import zlib
 
-from support import BOX_OBJ, HANGING, PILESIM, CommandTest
+from support import BOX_OBJ, HANGING, PILESIM, CommandTest, endless, stop, tree_bytes, wait_until_stopped
 
 GIB = 1 << 30
 
@@ -93,6 +96,32 @@ class Bounds(CommandTest):
         self.refused("has too large polygons, one of 60000 corners", memory=2 * GIB)
         (self.dir / "mesh.obj").write_text(corners + "f 1 1 1\n" * 4_000_001)
         self.refused("has more than 4000000 faces", memory=2 * GIB)
+
+    def test_faces_of_other_files_are_counted_before_they_are_read(self):
+        for name, text in (("mesh.stl", "solid a\n" + "facet\n" * 4_000_001),
+                           ("mesh.stl", "solid a\nfacet\n" + "vertex 0\n" * 12_000_003),
+                           ("mesh.ply", "ply\nformat ascii 1.0\nelement face 4000001\n"
+                            "property list uchar int vertex_index\nend_header\n" + " " * 4_000_001)):
+            (self.dir / name).write_text(text)
+            self.write_scene(mesh(name))
+            self.refused("has more than 4000000 faces", memory=2 * GIB)
+
+    def test_what_parts_and_sizes_multiply_is_bounded(self):
+        stairs = {"type": "stairs", "size": [1, 1, 1], "steps": 1000}
+
+        def parts(scene):
+            scene["shapes"] |= {"stairs": stairs, "box": {"type": "compound", "parts": [{"shape": "stairs"}] * 2000}}
+
+        self.write_scene(parts)
+        self.refused("/shapes/box: makes more than 20000000 triangles")
+
+        def sizes(scene):
+            parts = [{"shape": "ball", "position": [i, 0, 0]} for i in range(1000)]
+            scene["shapes"] |= {"ball": {"type": "sphere", "radius": 0.4}, "box": {"type": "compound", "parts": parts}}
+            scene["emitters"][0] |= {"count": [10, 10, 10], "sizes": {"from": 1, "to": 1.5, "steps": 64}}
+
+        self.write_scene(sizes)
+        self.refused("/shapes/box: makes more than 20000000 triangles", memory=4 * GIB)
 
     def test_no_memory_is_no_crash(self):
         self.write_scene()
@@ -205,6 +234,144 @@ class CompleteRuns(CommandTest):
             result = self.expect_exit(3, "simulate", "scene.json", "-o", "out", "--no-picture", "--resume")
             self.assertIn("simulate it again with --force", result.stderr)
             file.write_bytes(whole)
+
+
+class AtTheSameTime(CommandTest):
+    def begin(self, output):
+        """An endless simulation that has written something, and stands still now."""
+        self.write_scene(endless, "endless.json")
+        process = subprocess.Popen([PILESIM, "simulate", "endless.json", "-o", output, "-q"], cwd=self.dir,
+                                   stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        self.wait_until(process, (self.dir / output / "checkpoint.bin").exists)
+        stop(process.pid)
+        self.assertTrue(wait_until_stopped(process))
+        return process
+
+    def test_two_do_not_write_one_run(self):
+        process = self.begin("out")
+        self.write_scene()
+        before = tree_bytes(self.dir / "out")
+        for scene, option in (("scene.json", "--force"), ("endless.json", "--resume")):
+            result = self.expect_exit(2, "simulate", scene, "-o", "out", "-q", option)
+            self.assertIn("is being written by another pilesim", result.stderr)
+        self.assertEqual(tree_bytes(self.dir / "out"), before)
+        # Who reads it has what is whole.
+        self.succeed("export", "out", "-o", "poses.csv", "-q")
+        self.succeed("view", "out", "-o", "view.html", "-q")
+        process.kill()
+        process.wait()
+        self.succeed("simulate", "scene.json", "-o", "out", "-q", "--force", "--no-picture")
+
+    def test_signals_leave_no_half_export(self):
+        self.write_scene()
+        self.succeed("simulate", "scene.json", "-o", "out", "-q", "--no-picture")
+        for fault in (signal.SIGINT, signal.SIGTERM, "kill"):
+            code = -signal.SIGKILL if fault == "kill" else -fault
+            self.expect_exit(code, "export", "out", "-o", "poses.csv", env=self.at_change("export", fault, 2))
+            self.assertFalse((self.dir / "poses.csv").exists())
+        self.succeed("export", "out", "-o", "poses.csv")
+        self.assertEqual(sorted(path.name for path in self.dir.iterdir()), ["out", "poses.csv", "scene.json"])
+
+
+class Links(CommandTest):
+    def test_what_a_link_names_is_never_written(self):
+        name = "impulse/rabbits_in_a_crate"
+        victim, links = self.dir / "victim", self.dir / "copy"
+        victim.write_text("mine")
+        links.mkdir()
+        for file, target in (("rabbits_in_a_crate.json", victim), ("rabbit.obj", self.dir / "missing")):
+            (links / file).symlink_to(target)
+            result = self.expect_exit(2, "presets", "copy", name, "copy")
+            self.assertIn(f"{file}: the file exists already", result.stderr)
+            self.succeed("presets", "copy", name, "copy", "--force")
+            self.assertFalse((links / file).is_symlink())
+            for written in links.iterdir():
+                written.unlink()
+        self.assertEqual(victim.read_text(), "mine")
+        self.assertFalse((self.dir / "missing").exists())
+
+
+class Caches(CommandTest):
+    def test_what_was_tampered_with_is_made_again(self):
+        (self.dir / "box.obj").write_text(BOX_OBJ)
+        environment = os.environ | {"XDG_CACHE_HOME": str(self.dir / "cache")}
+
+        def dented(scene):
+            scene["shapes"]["box"] = {"type": "mesh", "file": "box.obj", "scale": 0.2, "collision": "decomposition"}
+            scene["duration_s"] = 0.1
+
+        self.write_scene(dented)
+        run = ("simulate", "scene.json", "-o", "out", "-q", "--no-picture", "--force")
+        self.succeed(*run, env=environment)
+        whole = tree_bytes(self.dir / "out/trajectory.zarr")
+        dice = random.Random(3)
+        cached = list((self.dir / "cache/pilesim").iterdir())
+        self.assertNotEqual(cached, [])
+        for file in cached:
+            content = file.read_bytes()
+            flipped = bytearray(content)
+            flipped[dice.randrange(len(content))] ^= 1 << dice.randrange(8)
+            for tampered in (flipped, content[: len(content) // 2], b"", content + b"x"):
+                file.write_bytes(tampered)
+                self.succeed(*run, env=environment)
+                self.assertEqual(tree_bytes(self.dir / "out/trajectory.zarr"), whole)
+                self.assertEqual(file.read_bytes(), content)
+            file.unlink()
+            os.mkfifo(file)  # nobody waits for it
+            self.expect_exit(4, *run, env=environment)
+            file.unlink()
+
+
+class Surroundings(CommandTest):
+    def test_decimal_commas_of_a_locale_change_nothing(self):
+        names = subprocess.run(["locale", "-a"], capture_output=True, text=True).stdout.split()
+        environment = dict(os.environ)
+        if not any(name.startswith("de_DE") for name in names):
+            made = shutil.which("localedef") and subprocess.run(
+                ["localedef", "-i", "de_DE", "-f", "UTF-8", str(self.dir / "de_DE.UTF-8")], capture_output=True)
+            if not made or made.returncode > 1:
+                self.skipTest("there is no locale with decimal commas")
+            environment["LOCPATH"] = str(self.dir)
+        self.write_scene(lambda scene: scene.update(duration_s=0.1))
+        written = []
+        for number, locale in enumerate(("C", "de_DE.UTF-8")):
+            environment["LC_ALL"] = locale
+            run = f"out{number}"
+            self.succeed("simulate", "scene.json", "-o", run, "-q", "--no-picture", env=environment)
+            for kind in ("csv", "usda", "glb", "py"):
+                self.succeed("export", run, "-o", f"{run}/poses.{kind}", "-q", env=environment)
+            files = tree_bytes(self.dir / run)
+            written.append({name: files[name] for name in files if not name.startswith(("report", "timing"))})
+        self.assertEqual(written[0], written[1])
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root may become another user")
+    def test_an_ordinary_user_is_told_what_is_not_allowed(self):
+        self.dir.chmod(0o755)
+        self.write_scene(lambda scene: scene.update(duration_s=0.1))
+        (self.dir / "secret.json").write_bytes((self.dir / "scene.json").read_bytes())
+        (self.dir / "secret.json").chmod(0o600)
+        for name, mode in (("theirs", 0o777), ("others", 0o755)):
+            (self.dir / name).mkdir()
+            (self.dir / name).chmod(mode)
+
+        def run(code, *arguments, **environment):
+            result = self.run_pilesim(*arguments, user=65534, group=65534, extra_groups=[],
+                                      env=os.environ | {"HOME": str(self.dir / "none")} | environment)
+            self.assertEqual(result.returncode, code, result.stderr)
+            return result.stderr
+
+        try:
+            run(0, "--version")
+        except PermissionError:
+            self.skipTest("others may not run this program where it lies")
+        self.assertIn("Permission denied", run(4, "simulate", "scene.json", "-o", "others/out", "-q"))
+        self.assertIn("Permission denied", run(4, "simulate", "secret.json", "-o", "theirs/out", "-q"))
+        run(0, "simulate", "scene.json", "-o", "theirs/out", "-q", XDG_CACHE_HOME=str(self.dir / "others"))
+        self.assertIn("Permission denied", run(4, "export", "theirs/out", "-o", "others/poses.csv"))
+        (self.dir / "theirs/out/trajectory.zarr/position/0.0.0").chmod(0)
+        self.assertIn("Permission denied", run(4, "export", "theirs/out", "-o", "theirs/poses.csv"))
 
 
 class Tables(CommandTest):

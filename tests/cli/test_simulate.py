@@ -324,10 +324,10 @@ class Accidents(CommandTest):
     def test_what_leaves_all_bounds_names_the_scene(self):
         def burst(scene):
             scene["simulator"] = {"mode": "particle"}
-            scene["materials"]["wood"]["density_kg_m3"] = 1e-6
+            scene["materials"]["wood"]["density_kg_m3"] = 0.001
             scene["shapes"]["box"]["size"] = [0.001, 0.001, 0.001]
             scene["events"] = [{"time_s": 0.05, "type": "impulse", "bodies": ["boxes/0"],
-                                "impulse": [1e9, 1e9, 1e9]}]
+                                "impulse": [1e-4, 1e-4, 1e-4], "point": [1e9, 0, -1e9]}]
 
         result = self.expect_exit(3, "simulate", self.write_scene(burst), "-o", "out")
         self.assertRegex(result.stderr, r"scene\.json: body 'boxes/0' left all bounds in frame \d+; ")

@@ -137,6 +137,19 @@ def scenes():
     put("scene", "all_keys_wrong", '{"version": 1, "bodies": 3, "materials": [], "camera": {"keys": 1}}')
     put("scene", "nested", "[" * 5000)
     put("scene", "nested_objects", '{"a":' * 2000)
+    variables = '{"version": 1, "variables": {%s}, "materials": {%s}}'
+    put("scene", "variables", variables % (
+        '"d": 700, "m": {"density_kg_m3": {"var": "d"}}',
+        '"a": {"var": "m"}, "b": {"friction": {"random": {"from": 0, "to": {"var": "d"}}}}'))
+    put("scene", "variables_multiply", variables % (
+        '"long": "' + "x" * 60_000 + '"', ", ".join('"m%d": {"note": {"var": "long"}}' % i for i in range(1200))))
+    put("scene", "variables_of_variables", variables % (
+        '"v0": [0, 0]' + "".join(', "v%d": [%s, %s]' % (i, *['{"var": "v%d"}' % (i - 1)] * 2) for i in range(1, 40)),
+        '"a": {"var": "v39"}'))
+    put("names", "control", b"a\x1b[31m\n\x00\x7f\xc2\x9b\xe2\x80\xae")
+    put("names", "no_utf_8", b"\xff\xc0\xaf\xed\xa0\x80\xf4\x90\x80\x80\xe2\x82")
+    put("names", "formula", "=HYPERLINK(\"x\")")
+    put("names", "long", "n" * 300)
     put("json", "kinds", '// a\n{"a": [1, -2.5e3, true, null, "\\u00e9\\n"], "b/~": {}, "a": 1}')
     put("json", "nested", "[" * 5000)
     put("json", "nested_closed", "[" * 3000 + "]" * 3000)
@@ -173,6 +186,9 @@ def meshes():
         + b"\xff" + struct.pack("<3i", 0, 1, 2_000_000_000))
     stl = b"".join(struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0)
                    for a, b, c in faces)
+    put("mesh_bounds", "obj", "\0f 1 2 \\\n3\n f" + " 1" * 300 + "\nf\n")
+    put("mesh_bounds", "stl", "\x01solid a\n" + " facet vertex vertex" * 50 + "facet")
+    put("mesh_bounds", "ply", "\x02ply\nelement face 99999999999999999999\nelement face 4000001\nend_header\nelement face")
     put("mesh_stl", "binary", bytes(80) + struct.pack("<I", 4) + stl)
     put("mesh_stl", "count", bytes(80) + struct.pack("<I", 0xFFFFFFF0))
     put("mesh_stl", "ascii", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
@@ -310,6 +326,9 @@ def batches():
     put("batch_plan", "product", plan % (10**12, ", ".join(
         '{"set": "/a%d", "range": [0, 1000000, 1]}' % i for i in range(9))))
     put("batch_plan", "wrong", plan % (-1, '{"set": 3}, 4'))
+    outside = '{"version": 1, "vary": [{"set": "to", "values": ["../x", "/x", "--output=x", "a", ""]}], "scene": "scene.json", '
+    put("batch_plan", "outputs", outside + '"steps": [["simulate"], ["export", "-o", "{to}/a.csv"], ["render", "-o{to}"]]}')
+    put("batch_plan", "braces", outside + '"steps": [["simulate"], ["export", "-o", "{}{{to}}{to", "{to}"]]}')
     put("batch_plan", "nested", '{"version": 1, "vary": ' + "[" * 5000)
     record = ('{"version": 1, "index": %s, "key": "0", "values": {"/gravity": 3}, "attempts": [{"seed": 1, '
               '"end": "done", "what": "", "wall_s": 1.5, "processor_s": 1, "peak_memory_bytes": 9}], '

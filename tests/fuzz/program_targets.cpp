@@ -10,9 +10,13 @@
 
 #include "batch/plan.h"
 #include "batch/record.h"
+#include "batch/steps.h"
 #include "core/hash.h"
+#include "core/printable.h"
+#include "core/utf8.h"
 #include "geometry/decomposition_cache.h"
 #include "geometry/height_field.h"
+#include "geometry/mesh_bounds.h"
 #include "geometry/mesh_import.h"
 #include "geometry/primitives.h"
 #include "geometry/solid_cache.h"
@@ -142,12 +146,45 @@ void height_field(std::string_view bytes) {
   });
 }
 
-// A plan beside a scene, and its first and last job.
+// A plan beside a scene, its first and last job, and where their steps would write.
 void batch_plan(std::string_view bytes) {
   static const fs::path scene = file_of("scene.json", R"({"version": 1})");
   accept_errors([&] {
     const BatchPlan plan = load_batch_plan(file_of("a.plan.json", bytes));
-    for (const uint64_t index : {uint64_t{0}, plan.jobs() - 1}) batch_job(plan, index);
+    for (const uint64_t index : {uint64_t{0}, plan.jobs() - 1}) {
+      const BatchJob job = batch_job(plan, index);
+      for (size_t step = 0; step < plan.steps.size(); ++step) {
+        const auto words = step_words(plan, job, step, 1, 1);
+        accept_errors([&] { require_inside(words, plan.steps[step], scratch() / ""); });
+      }
+    }
+  });
+}
+
+// What is looked at before a reader of meshes is asked. The first byte says of which.
+void mesh_bounds(std::string_view bytes) {
+  constexpr std::array kNames = {"a.obj", "a.stl", "a.ply", "a.OBJ"};
+  if (bytes.empty()) return;
+  fault_of_faces(kNames[static_cast<uint8_t>(bytes[0]) % kNames.size()], bytes.substr(1));
+}
+
+// As they are printed, and as a body has them.
+void names(std::string_view bytes) {
+  const std::string shown = printable(bytes);
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  if (!is_utf8(shown) || std::ranges::any_of(shown, is_control)) std::abort();
+  if (printable(shown) != shown) std::abort();
+  constexpr size_t kShort = 20, kDots = 3;
+  if (shortened(shown, kShort).size() > kShort + kDots) std::abort();
+  if (shell_word(bytes).empty()) std::abort();
+  if (!is_utf8(bytes)) return;
+  accept_errors([&] {
+    const Json body = {{"name", std::string(bytes)}, {"shape", "s"}, {"material", "m"}};
+    const Json document = {{"version", 1},
+                           {"materials", {{"m", Json::object()}}},
+                           {"shapes", {{"s", {{"type", "sphere"}, {"radius", 1}}}}},
+                           {"bodies", Json::array({body})}};
+    build_model(parse_scene(document.dump(), "scene.json", {}).scene);
   });
 }
 
@@ -274,6 +311,8 @@ std::span<const Target> program_targets() {
                                           Target{"solid", cached<SolidCache>},
                                           Target{"height_field", height_field},
                                           Target{"batch_plan", batch_plan},
+                                          Target{"mesh_bounds", mesh_bounds},
+                                          Target{"names", names},
                                           Target{"job_record", job_record},
                                           Target{"checkpoint", checkpoint}};
   return kTargets;

@@ -46,12 +46,12 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:3:34: /materials/wood/densty: is no key of a material; expected one of "
           "\"restitution\", \"friction\", \"density_kg_m3\", \"rolling_friction\", "
           "\"spinning_friction\", \"roughness\", \"clear_coat\". Did you mean \"density_kg_m3\"?",
-          "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number above 0",
+          "s.json:4:30: /materials/tin/density_kg_m3: is -3; expected a number of at least 0.001",
           "s.json:6:28: /shapes/b/type: is \"bx\"; expected one of \"mesh\", \"box\", \"sphere\", "
           "\"cylinder\", \"plane\", \"compound\", \"bin\", \"table\", \"shelf\", \"stairs\", "
           "\"terrain\". Did you mean \"box\"?",
-          "s.json:6:68: /shapes/c/size/1: is 0; expected a number above 0",
-          "s.json:6:71: /shapes/c/size/2: is \"x\"; expected a number above 0",
+          "s.json:6:68: /shapes/c/size/1: is 0; expected a number of at least 1e-06",
+          "s.json:6:71: /shapes/c/size/2: is \"x\"; expected a number of at least 1e-06",
           "s.json:7:41: /bodies/0/material: is \"wod\", which is no material of the scene; "
           "expected one of \"tin\", \"wood\". Did you mean \"wood\"?",
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
@@ -82,10 +82,11 @@ TEST(SceneErrors, RepeatedKeys) {
 }
 
 TEST(SceneErrors, KeysOfAnotherTypeOfShape) {
-  EXPECT_THAT(problems_of(R"({"version": 1, "shapes": {"a": {"type": "sphere", "size": 1}}})"),
-              ElementsAre("s.json:1:32: /shapes/a: has no \"radius\"; expected a number above 0",
-                          "s.json:1:51: /shapes/a/size: is no key of a shape with type "
-                          "\"sphere\"; expected one of \"type\", \"radius\""));
+  EXPECT_THAT(
+      problems_of(R"({"version": 1, "shapes": {"a": {"type": "sphere", "size": 1}}})"),
+      ElementsAre("s.json:1:32: /shapes/a: has no \"radius\"; expected a number of at least 1e-06",
+                  "s.json:1:51: /shapes/a/size: is no key of a shape with type "
+                  "\"sphere\"; expected one of \"type\", \"radius\""));
 }
 
 TEST(SceneErrors, PlanesAndMeshesHaveTheirRoles) {

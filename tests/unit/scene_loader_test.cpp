@@ -202,9 +202,10 @@ TEST(SceneLoader, NumbersAreWholeHoweverTheyAreWritten) {
 }
 
 TEST(SceneLoader, TheLimitOfAllNumbersIsToldToWhoExceedsIt) {
-  EXPECT_THAT(problems_of(scene(R"("shapes": {"box": {"type": "box", "size": [1e30, 1, -1]}})")),
-              ElementsAre(HasSubstr("is 1e+30; expected a number above 0 and at most 1e9"),
-                          EndsWith("is -1; expected a number above 0")));
+  EXPECT_THAT(
+      problems_of(scene(R"("shapes": {"box": {"type": "box", "size": [1e30, 1, -1]}})")),
+      ElementsAre(HasSubstr("is 1e+30; expected a number of at least 1e-06 and at most 1e9"),
+                  EndsWith("is -1; expected a number of at least 1e-06")));
 }
 
 TEST(SceneLoader, PortableSceneHasPathsAsTheyAreWritten) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numeric>
 
 #include "geometry/mass_properties.h"
 
@@ -21,6 +21,59 @@ bool is_diagonal(const Mat3& inertia) {
          std::abs(inertia(1, 2)) <= limit;
 }
 
+// For each vertex one with the same place: files may have a vertex of its own for each face.
+std::vector<uint32_t> first_at_same_place(const std::vector<Vec3>& vertices) {
+  std::vector<uint32_t> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto place = [&](uint32_t v) {
+    return std::array{vertices[v].x(), vertices[v].y(), vertices[v].z()};
+  };
+  std::ranges::sort(order, {}, place);
+  for (size_t i = 0; i < order.size(); ++i) {
+    const bool is_same = i > 0 && place(order[i]) == place(order[i - 1]);
+    first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+  }
+  return first;
+}
+
+// The triangles by their edges.
+class EdgeOwners {
+ public:
+  explicit EdgeOwners(const TriangleMesh& mesh)
+      : place_(first_at_same_place(mesh.vertices)),
+        begin_(mesh.vertices.size() + 1),
+        ends_(3 * mesh.triangles.size()) {
+    for (const Triangle& triangle : mesh.triangles) {
+      for (const uint32_t vertex : triangle) ++begin_[place_[vertex] + 1];
+    }
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      for (size_t k = 0; k < 3; ++k) {
+        const Triangle& triangle = mesh.triangles[t];
+        ends_[next[place_[triangle[k]]]++] = {place_[triangle[(k + 1) % 3]], t};
+      }
+    }
+    for (size_t v = 0; v + 1 < begin_.size(); ++v) {
+      std::sort(ends_.begin() + begin_[v], ends_.begin() + begin_[v + 1]);
+    }
+  }
+
+  // The last triangle that has the edge from that vertex to the other, or kNone.
+  static constexpr uint32_t kNone = ~uint32_t{0};
+  uint32_t of(uint32_t from, uint32_t to) const {
+    const auto begin = ends_.begin() + begin_[place_[from]];
+    const auto found = std::upper_bound(begin, ends_.begin() + begin_[place_[from] + 1],
+                                        std::pair(place_[to], kNone));
+    return found == begin || (found - 1)->first != place_[to] ? kNone : (found - 1)->second;
+  }
+
+ private:
+  std::vector<uint32_t> place_;                      // by vertex
+  std::vector<uint32_t> begin_;                      // by vertex, in ends_
+  std::vector<std::pair<uint32_t, uint32_t>> ends_;  // of edges, and their triangles
+};
+
 }  // namespace
 
 TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
@@ -30,41 +83,36 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
                     .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
                     .stableNormalized());
   };
-  // Edges by the places of their ends: files may have a vertex of its own for each face.
-  using Point = std::array<double, 3>;
-  const auto key = [&](uint32_t v) {
-    return Point{mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z()};
-  };
-  std::map<std::pair<Point, Point>, uint32_t> owner;
-  for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (size_t k = 0; k < 3; ++k) {
-      owner[{key(mesh.triangles[t][k]), key(mesh.triangles[t][(k + 1) % 3])}] = t;
-    }
+  const std::vector<uint32_t>& triangles = tree_.triangles();
+  std::vector<uint32_t> place_of(triangles.size());
+  normals_.reserve(triangles.size());
+  for (uint32_t place = 0; place < triangles.size(); ++place) {
+    place_of[triangles[place]] = place;
+    normals_.push_back(normal_of(mesh.triangles[triangles[place]]));
   }
-  for (uint32_t place = 0; place < tree_.triangles().size(); ++place) {
-    const Triangle& triangle = mesh.triangles[tree_.triangles()[place]];
-    Face face{tree_.corners()[place], normal_of(triangle), {}};
+  const EdgeOwners owners(mesh);
+  edges_.resize(triangles.size());
+  for (uint32_t place = 0; place < triangles.size(); ++place) {
+    const Triangle& triangle = mesh.triangles[triangles[place]];
     for (size_t k = 0; k < 3; ++k) {
-      face.over[k] = face.normal;
-      const auto over = owner.find({key(triangle[(k + 1) % 3]), key(triangle[k])});
-      if (over == owner.end()) {
+      const uint32_t other = owners.of(triangle[(k + 1) % 3], triangle[k]);
+      edges_[place].over[k] = other == EdgeOwners::kNone ? place : place_of[other];
+      if (other == EdgeOwners::kNone) {
         is_closed_ = false;
         continue;
       }
-      const Triangle& other = mesh.triangles[over->second];
-      const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
-      const Vec3 normal = normal_of(other);
-      face.over[k] = normal;
-      const double bend = face.normal.cross(normal).dot(side);
-      face.ridge[k] = static_cast<int8_t>(bend > 0 ? 1 : bend < 0 ? -1 : 0);
+      const Corners& corners = tree_.corners()[place];
+      const Vec3 side = corners[(k + 1) % 3] - corners[k];
+      const double bend = normals_[place].cross(normals_[place_of[other]]).dot(side);
+      edges_[place].ridge[k] = static_cast<int8_t>(bend > 0 ? 1 : bend < 0 ? -1 : 0);
     }
-    faces_.push_back(face);
   }
 }
 
 Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
                               const Vec3& normal) const {
-  const Face& face = faces_[place];
+  const Face face = this->face(place);
+  const Edges& edges = edges_[place];
   const Vec3 own = side * face.normal;
   Vec3 best = own;
   double most = own.dot(normal);
@@ -76,9 +124,9 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
     const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
     const Vec3 inward = face.normal.cross(edge).normalized();
     if (inward.dot(point - face.corners[k]) > kOnEdge * longest) continue;
-    if (face.ridge[k] != side) continue;
+    if (edges.ridge[k] != side) continue;
     // Between the two normals.
-    const Vec3 other = side * face.over[k];
+    const Vec3 other = side * normals_[edges.over[k]];
     const double cosine = own.dot(other);
     const Vec3 towards = other - cosine * own;
     const double sine = towards.norm();

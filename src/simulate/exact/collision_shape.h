@@ -21,16 +21,13 @@ class TriangleSurface {
  public:
   TriangleSurface(const TriangleMesh& mesh, bool solid_behind);
 
+  // Valid while the surface is.
   struct Face {
-    Corners corners;
-    Vec3 normal;  // unit
-    // Over the edge from each corner: the neighbour's normal, and whether it falls away from this
-    // side (1), from the other (-1), or neither (0).
-    std::array<Vec3, 3> over;
-    std::array<int8_t, 3> ridge{};
+    const Corners& corners;
+    const Vec3& normal;  // unit
   };
   const TriangleTree& tree() const { return tree_; }
-  const Face& face(uint32_t place) const { return faces_[place]; }  // in tree order
+  Face face(uint32_t place) const { return {tree_.corners()[place], normals_[place]}; }
   bool is_solid() const { return is_closed_ || solid_behind_; }
   // Nothing comes to a face from behind: there is no other side, as under a height field.
   bool has_one_side() const { return solid_behind_; }
@@ -40,8 +37,16 @@ class TriangleSurface {
   Vec3 allowed(uint32_t place, int side, const Vec3& point, const Vec3& normal) const;
 
  private:
+  // Over the edge from each corner of a triangle: the place of its neighbour (where there is none,
+  // its own), and whether that falls away from this side (1), from the other (-1), or neither (0).
+  struct Edges {
+    std::array<uint32_t, 3> over;
+    std::array<int8_t, 3> ridge{};
+  };
+
   TriangleTree tree_;
-  std::vector<Face> faces_;
+  std::vector<Vec3> normals_;  // in tree order, as are
+  std::vector<Edges> edges_;
   bool is_closed_ = true, solid_behind_;
 };
 

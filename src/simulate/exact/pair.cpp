@@ -322,7 +322,7 @@ class Finder {
   }
 
   void meet_triangle(PiecePair& pieces, const ConvexPiece& b, Vec3 guess) {
-    const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
+    const TriangleSurface::Face face = shape_a_.surface->face(pieces.a);
     thread_local ConvexPiece triangle{face.corners};
     triangle.become(face.corners);
     const bool is_solid = shape_a_.surface->is_solid();
@@ -376,7 +376,7 @@ class Finder {
   // The side on which what is nearest of the piece is, where that is clear, else its centre: on a
   // dome the centre of a wide piece is behind the planes of all faces but those below its middle.
   int8_t side_of(uint32_t place, const ConvexPiece& b) const {
-    const TriangleSurface::Face& face = shape_a_.surface->face(place);
+    const TriangleSurface::Face face = shape_a_.surface->face(place);
     if (shape_a_.surface->has_one_side()) return 1;
     const int8_t of_centre = height_over(face, b) >= 0 ? 1 : -1;
     // What is in a solid comes out as it came; a sheet has no inside.
@@ -393,7 +393,7 @@ class Finder {
   // Never into the surface, nor against an edge that is inside of it.
   void touch_triangle(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
                       const Relative& relative, Separation separation, double reach) {
-    const TriangleSurface::Face& face = shape_a_.surface->face(pieces.a);
+    const TriangleSurface::Face face = shape_a_.surface->face(pieces.a);
     Vec3 allowed =
         shape_a_.surface->allowed(pieces.a, pieces.side, separation.on_a, separation.normal);
     if (around_a_.all != nullptr && around_a_.all->is_beside(around_a_.thing, pieces.a)) {
@@ -466,7 +466,7 @@ class Finder {
         const Vec3 wide = half + Vec3::Constant(around);
         const Bounds box(Vec3(centre - wide), Vec3(centre + wide));
         shape_a_.surface->tree().for_each_near(box, 0, [&](uint32_t place) {
-          const Corners& corners = shape_a_.surface->face(place).corners;
+          const Corners& corners = shape_a_.surface->tree().corners()[place];
           const Bounds of_face = Bounds(corners[0]).extend(corners[1]).extend(corners[2]);
           if (of_face.intersects(box)) met.push_back({place, j, -1});
         });

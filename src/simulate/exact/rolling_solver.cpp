@@ -1,4 +1,7 @@
 // The part of the contact solver that holds back rolling and spinning.
+#include <array>
+#include <cmath>
+
 #include "core/parallel_for.h"
 #include "simulate/exact/contact_solver.h"
 
@@ -58,6 +61,21 @@ HWY_INLINE Lanes<T> inverse_or_zero(Lanes<T> value) {
   return select(there, one / select(there, value, one), zero);
 }
 
+// The determinant uu vv - uv^2; of long rods it is rounding, and a larger one only answers less.
+template <typename T>
+HWY_INLINE Lanes<T> area_of(Lanes<T> uu, Lanes<T> vv, Lanes<T> uv) {
+  return max(neg_mul_add(uv, uv, uu * vv), Lanes<T>(T{1e-5F}) * uu * vv);
+}
+
+// The power of two that brings what is above 0 to [1, 2), else 1.
+template <typename T>
+HWY_INLINE Lanes<T> power_of_two_over(Lanes<T> value) {
+  alignas(64) std::array<T, Lanes<T>::kCount> numbers;
+  value.store(numbers.data());
+  for (T& number : numbers) number = number > 0 ? std::ldexp(T{1}, -std::ilogb(number)) : T{1};
+  return Lanes<T>::load(numbers.data());
+}
+
 template <typename T>
 HWY_INLINE Lanes3<T> in_world(const Lanes3<T>& n, const Lanes3<T>& u, const Lanes3<T>& v,
                               const Lanes3<T>& parts) {
@@ -103,13 +121,15 @@ void ContactSolver::fill_torques(std::span<const ContactRange> contacts, double 
           return dot(x, inertia_a * y + inertia_b * y);
         };
         inverse_or_zero(answer(n, n)).store(torque.along_mass.data());
-        const L uu = answer(u, u), vv = answer(v, v), uv = answer(u, v);
-        const L per_area = inverse_or_zero(neg_mul_add(uv, uv, uu * vv));
+        // Near 1: squares of what heavy bodies answer are no floats.
+        const L scale = power_of_two_over(answer(u, u) + answer(v, v));
+        const L uu = scale * answer(u, u), vv = scale * answer(v, v), uv = scale * answer(u, v);
+        const L per_area = scale * inverse_or_zero(area_of(uu, vv, uv));
         (vv * per_area).store(torque.across_mass[0].data());
         (uu * per_area).store(torque.across_mass[1].data());
         (zero - uv * per_area).store(torque.across_mass[2].data());
         const L difference = half * (uu - vv);
-        inverse_or_zero(half * (uu + vv) + sqrt(mul_add(difference, difference, uv * uv)))
+        (scale * inverse_or_zero(half * (uu + vv) + sqrt(mul_add(difference, difference, uv * uv))))
             .store(torque.least_mass.data());
         Rows before{};
         for (size_t i = 0; i < kLanes; ++i) {

@@ -50,9 +50,9 @@ Vec3 out_of(const Vec3& normal, std::span<const Vec3> constraints) {
 // Something solid at a point, in its own frame.
 struct Solid {
   const Surroundings::Thing* thing;
-  const ConvexPiece* piece = nullptr;               // or
-  const TriangleSurface::Face* triangle = nullptr;  // or the half-space below the thing's plane
-  bool has_inside = true;                           // of a triangle: what is behind it is solid
+  const ConvexPiece* piece = nullptr;             // or
+  std::optional<TriangleSurface::Face> triangle;  // or the half-space below the thing's plane
+  bool has_inside = true;                         // of a triangle: what is behind it is solid
 
   Vec3 to_own(const Vec3& point) const {
     return thing->turn.transpose() * (point - thing->position);
@@ -78,7 +78,7 @@ struct Solid {
     };
     if (piece != nullptr) {
       consider(piece->farthest(towards) + piece->radius_m() * towards - at);
-    } else if (triangle != nullptr) {
+    } else if (triangle) {
       for (const Vec3& corner : triangle->corners) consider(corner - at);
       if (has_inside) consider_endless(-triangle->normal);
     } else {
@@ -106,10 +106,11 @@ class Surroundings::Search {
         own_(all.things_[thing]),
         lowest_(lowest),
         piece_(own_.shape->surface ? nullptr : &own_.shape->pieces[piece]),
-        triangle_(own_.shape->surface ? &own_.shape->surface->face(piece) : nullptr),
         side_(side),
         small_m_(small_m),
-        tolerance_m_(kFlush * small_m) {}
+        tolerance_m_(kFlush * small_m) {
+    if (own_.shape->surface) triangle_.emplace(own_.shape->surface->face(piece));
+  }
 
   // In the thing's frame, as outward().
   Vec3 outward(const Vec3& own_point, const Vec3& own_normal) {
@@ -155,10 +156,10 @@ class Surroundings::Search {
     const Vec3 around = Vec3::Constant(thick);
     const Bounds box(Vec3(at - around), Vec3(at + around));
     surface.tree().for_each_near(box, 0, [&](uint32_t place) {
-      const TriangleSurface::Face& face = surface.face(place);
+      const TriangleSurface::Face face = surface.face(place);
       const double height = face.normal.dot(at - face.corners[0]);
       if (height > tolerance_m_ || height < -thick || !is_over(face, at)) return;
-      solids_.push_back({&thing, nullptr, &face, surface.is_solid()});
+      solids_.push_back({&thing, nullptr, face, surface.is_solid()});
     });
   }
 
@@ -256,7 +257,7 @@ class Surroundings::Search {
       const double depth = std::max(0.0, offset_m - normal.dot(at));
       way = (depth + 3 * tolerance_m_) * (solid.thing->turn * normal);
     };
-    if (solid.triangle != nullptr) {
+    if (solid.triangle) {
       const TriangleSurface::Face& face = *solid.triangle;
       consider(face.normal, face.normal.dot(face.corners[0]));
     } else if (solid.piece != nullptr) {
@@ -310,7 +311,7 @@ class Surroundings::Search {
   const Thing& own_;
   const Lowest& lowest_;
   const ConvexPiece* piece_;
-  const TriangleSurface::Face* triangle_;
+  std::optional<TriangleSurface::Face> triangle_;
   int side_;
   double small_m_, tolerance_m_;
   std::vector<Solid> solids_;
@@ -318,7 +319,10 @@ class Surroundings::Search {
 };
 
 Surroundings::Surroundings(std::vector<Thing> things)
-    : things_(std::move(things)), tree_({}, {}, kLeafSize), beside_(things_.size()) {
+    : things_(std::move(things)),
+      tree_({}, {}, kLeafSize),
+      beside_(things_.size()),
+      on_surfaces_(things_.size()) {
   std::vector<Bounds> boxes;
   std::vector<Vec3> centres;
   for (uint32_t t = 0; t < things_.size(); ++t) {
@@ -336,22 +340,19 @@ Surroundings::Surroundings(std::vector<Thing> things)
     centres.push_back(boxes.back().center());
   }
   tree_ = BoxTree(boxes, centres, kLeafSize);
-  const auto mark = [&](uint32_t thing, uint32_t piece) {
-    const CollisionShape& shape = *things_[thing].shape;
-    std::vector<uint8_t>& beside = beside_[thing];
-    if (beside.empty()) {
-      beside.resize(shape.surface ? shape.surface->tree().triangles().size() : shape.pieces.size());
-    }
-    beside[piece] = 1;
-  };
   // `near`: a box of the frame of all.
   const auto mark_near = [&](const Item& item, const Bounds& near) {
-    if (item.piece != kWhole) return mark(item.thing, item.piece);
     const Thing& thing = things_[item.thing];
+    if (item.piece != kWhole) {
+      beside_[item.thing].resize(thing.shape->pieces.size());
+      beside_[item.thing][item.piece] = 1;
+      return;
+    }
+    std::unique_ptr<SurfaceMarks>& marks = on_surfaces_[item.thing];
+    if (!marks) marks = std::make_unique<SurfaceMarks>();
     const Vec3 half = thing.turn.transpose().cwiseAbs() * (near.sizes() / 2);
     const Vec3 centre = thing.turn.transpose() * (near.center() - thing.position);
-    thing.shape->surface->tree().for_each_near(Bounds(Vec3(centre - half), Vec3(centre + half)), 0,
-                                               [&](uint32_t place) { mark(item.thing, place); });
+    marks->near.emplace_back(Vec3(centre - half), Vec3(centre + half));
   };
   for (uint32_t i = 0; i < items_.size(); ++i) {
     for (const uint32_t p : planes_) {
@@ -367,6 +368,19 @@ Surroundings::Surroundings(std::vector<Thing> things)
       mark_near(items_[i], boxes[j]);
     });
   }
+}
+
+const std::vector<uint8_t>& Surroundings::marks_of(uint32_t thing) const {
+  if (!on_surfaces_[thing]) return beside_[thing];
+  SurfaceMarks& marks = *on_surfaces_[thing];
+  std::call_once(marks.once, [&] {
+    const TriangleTree& tree = things_[thing].shape->surface->tree();
+    marks.triangles.resize(tree.triangles().size());
+    for (const Bounds& near : marks.near) {
+      tree.for_each_near(near, 0, [&](uint32_t place) { marks.triangles[place] = 1; });
+    }
+  });
+  return marks.triangles;
 }
 
 // A little wider.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -27,9 +28,13 @@ class Surroundings {
 
   // Whether something lies against that piece of the thing (of a surface: its triangle).
   bool is_beside(uint32_t thing, uint32_t piece) const {
-    return !beside_[thing].empty() && beside_[thing][piece] != 0;
+    const std::vector<uint8_t>& marks = marks_of(thing);
+    return !marks.empty() && marks[piece] != 0;
   }
-  bool is_beside(uint32_t thing) const { return !beside_[thing].empty(); }
+  // Whether something may lie against it.
+  bool is_beside(uint32_t thing) const {
+    return !beside_[thing].empty() || on_surfaces_[thing] != nullptr;
+  }
 
   // The body that meets the piece, in the thing's frame: the least of direction . x over it, m.
   using Lowest = std::function<double(const Vec3& direction)>;
@@ -47,13 +52,21 @@ class Surroundings {
   struct Item {
     uint32_t thing, piece;
   };
+  // Made when it is first asked for, as the surface is.
+  struct SurfaceMarks {
+    std::vector<Bounds> near;  // what may lie against it, in its frame
+    std::once_flag once;
+    std::vector<uint8_t> triangles;
+  };
   Bounds box_of(const Thing& thing, uint32_t piece) const;
+  const std::vector<uint8_t>& marks_of(uint32_t thing) const;
 
   std::vector<Thing> things_;
   std::vector<uint32_t> planes_;
   std::vector<Item> items_;
   BoxTree tree_;
-  std::vector<std::vector<uint8_t>> beside_;  // by thing, piece or triangle; empty: nothing is
+  std::vector<std::vector<uint8_t>> beside_;                // by thing and piece; empty: nothing is
+  std::vector<std::unique_ptr<SurfaceMarks>> on_surfaces_;  // by thing; null: nothing is
 };
 
 // Those of a model, by body.
