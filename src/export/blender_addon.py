@@ -108,8 +108,8 @@ class Store:
         except OSError as fault:
             raise NoPile(f"{path} is no trajectory: choose the output directory of pilesim simulate") from fault
         found = self.attributes.get("format"), self.attributes.get("format_version")
-        if found != ("pilesim-trajectory", 2):
-            raise NoPile(f"{path} is {found[0]} of version {found[1]}; this add-on reads pilesim-trajectory of version 2")
+        if found != ("pilesim-trajectory", 3):
+            raise NoPile(f"{path} is {found[0]} of version {found[1]}; this add-on reads pilesim-trajectory of version 3")
         self.unpack = decompressor()
         self.position, self.orientation, self.state = (self.stored(n) for n in ("position", "orientation", "state"))
         self.frame = numpy.arange(len(self.position))
@@ -130,6 +130,7 @@ class Store:
         self.about = {
             "body_name": self.attributes["body_name"],
             "shape_name": [shape["name"] for shape in self.attributes["shapes"]],
+            "shape_plane": [shape["plane"] for shape in self.attributes["shapes"]],
             "look_name": [self.attributes["materials"][m] + " %02x%02x%02x" % c for m, c, _, _ in looks],
             "look_colour": [c for _, c, _, _ in looks],
             "look_painted": [p for _, _, p, _ in looks],
@@ -138,9 +139,28 @@ class Store:
             "frame_rate": self.attributes["frame_rate"],
             "aspect": size[0] / size[1],
         }
+        self.origin = self.near_origin()
         self.made = {"id": numpy.arange(len(self.shape)), "moves": self.stored("body_moves").whole()}
         if "camera" in scene:
             self.made["camera"] = camera_rows(scene["camera"], self.frame / self.attributes["frame_rate"])
+
+    def near_origin(self):
+        """The world's origin, or, of a pile that is far from there, the middle of what is no plane at the end."""
+        is_plane = numpy.array(self.about["shape_plane"], bool)
+        solid = self.position[len(self.frame) - 1][~is_plane[self.shape]]
+        if not len(solid):
+            return numpy.zeros(3)
+        low, high = solid.min(0), solid.max(0)
+        middle = (low + high) / 2
+        extent = numpy.linalg.norm(high - low) + self.largest_radius()
+        return middle.astype("f4").astype(float) if numpy.linalg.norm(middle) > 64 * extent else numpy.zeros(3)
+
+    def largest_radius(self):
+        radii = [0.0]
+        for number, is_plane in enumerate(self.about["shape_plane"]):
+            if not is_plane:
+                radii.append(numpy.linalg.norm(self.stored(f"shapes/{number}/vertices").whole(), axis=-1).max(initial=0))
+        return max(radii)
 
     def gloss_of_bodies(self):
         """Roughness and clear coat, as pilesim export has them: many different ones rounded, planes matt."""
@@ -178,7 +198,9 @@ class Store:
     def mesh(self, shape):
         """Vertices, no two at one place, and triangles; a plane is a square twice as wide as where bodies are at the ends."""
         if self.attributes["shapes"][shape]["plane"]:
-            ends = numpy.concatenate([self.position[0], self.position[len(self.frame) - 1]])
+            ends = numpy.concatenate([self.position[0], self.position[len(self.frame) - 1]]) - self.origin
+            if self.origin.any():  # planes are moved to it
+                ends = numpy.delete(ends, numpy.tile(numpy.array(self.about["shape_plane"])[self.shape], 2), axis=0)
             r = 2 * float(abs(ends).max()) + 1
             return numpy.array([[-r, 0, -r], [-r, 0, r], [r, 0, r], [r, 0, -r]], "f4"), numpy.array([[0, 1, 2], [0, 2, 3]])
         vertices, triangles = (self.stored(f"shapes/{shape}/{part}").whole() for part in ("vertices", "triangles"))

@@ -32,6 +32,7 @@ class Pile:
         self.frame, self.shape, self.look = (self.array(n) for n in ("frame", "shape", "look"))
         self.position, self.orientation, self.state = (
             self.array(n) for n in ("position", "orientation", "state"))
+        self.origin = numpy.array(self.about["origin_m"])
 
     def array(self, name):
         """An array of the archive, which is not compressed, in its place in the file."""
@@ -52,6 +53,16 @@ class Pile:
 
 
 # Blender has z up: all is turned by 90 degrees about x.
+
+
+def from_origin(pile, p, orientations=None, is_plane=False):
+    """Blender has single precision: places count from pile.origin, near the pile. A far plane is at its nearest point."""
+    p = p - pile.origin
+    if not is_plane or not pile.origin.any():
+        return p
+    w, x, y, z = (orientations[..., i].astype(float) for i in range(4))
+    normal = numpy.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=-1)
+    return (p * normal).sum(-1, keepdims=True) * normal
 
 
 def turned_positions(p):
@@ -226,7 +237,9 @@ def build_objects(pile, collection):
         mesh = meshes[int(pile.shape[body]), int(pile.look[body])]
         thing = bpy.data.objects.new(name, mesh)
         collection.objects.link(thing)
-        place(thing, pile.frame, turned_positions(pile.position[:, body]),
+        places = from_origin(pile, pile.position[:, body], pile.orientation[:, body],
+                             pile.about["shape_plane"][int(pile.shape[body])])
+        place(thing, pile.frame, turned_positions(places),
               turned_orientations(pile.orientation[:, body]))
         hide_where_absent(thing, pile.frame, pile.state[:, body] & 1 == 1)
         thing["pilesim_id"] = int(pile.array("id")[body])
@@ -312,7 +325,10 @@ def set_points(pile, mesh, bodies, frame):
 
     q = at(pile.orientation)
     q = q / numpy.linalg.norm(q, axis=-1, keepdims=True)
-    points = turned_positions(at(pile.position)).astype(numpy.float32)
+    is_plane = numpy.array(pile.about["shape_plane"], bool)[pile.shape[bodies]]
+    places = from_origin(pile, at(pile.position))
+    places[is_plane] = from_origin(pile, at(pile.position)[is_plane], q[is_plane], True)
+    points = turned_positions(places).astype(numpy.float32)
     angles = eulers(turned_orientations(q)).astype(numpy.float32)
     now = after if share == 1 else before
     mesh.vertices.foreach_set("co", points.ravel())
@@ -355,7 +371,7 @@ def add_camera(pile, scene, collection):
     camera.data.angle = rows[0, 7]
     camera.data.clip_end = 1e4
     collection.objects.link(camera)
-    place(camera, pile.frame[:len(rows)], turned_positions(rows[:, :3]),
+    place(camera, pile.frame[:len(rows)], turned_positions(from_origin(pile, rows[:, :3])),
           turned_orientations(rows[:, 3:7]))
     if (rows[:, 7] != rows[0, 7]).any():
         lens = camera.data.sensor_height / 2 / numpy.tan(rows[:, 7:] / 2)
@@ -386,6 +402,7 @@ def build_scene(pile, name, form):
     scene.frame_start, scene.frame_end = int(pile.frame[0]), int(pile.frame[-1])
     scene.render.resolution_y = round(scene.render.resolution_x / pile.about["aspect"])
     collection = bpy.data.collections.new("pile")
+    collection["pilesim_origin_m"] = pile.origin.tolist()
     scene.collection.children.link(collection)
     if form == "objects":
         build_objects(pile, collection)

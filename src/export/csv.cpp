@@ -36,9 +36,12 @@ void write_csv(ExportSource& source, ExportFile& file) {
     for (size_t i = 0; i < body.size(); ++i) {
       if ((poses.state[i] & kPresent) == 0) continue;
       text = frame + body[i];
-      const Vec3f& p = poses.position[i];
+      for (const double value : poses.position[i]) {
+        append_number(text, value);
+        text += ',';
+      }
       const Quatf& q = poses.orientation[i];
-      for (const float value : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+      for (const float value : {q.w(), q.x(), q.y(), q.z()}) {
         append_number(text, value);
         text += ',';
       }

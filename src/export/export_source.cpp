@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/near_origin.h"
 #include "export/export_text.h"
 #include "render/view.h"
 #include "scene/camera_path.h"
@@ -138,6 +139,7 @@ void ExportSource::choose_bodies() {
 
 void ExportSource::find_changes() {
   TrajectoryFrame before, now;
+  Bounds bounds, solid;  // of all, and of what is no plane; m, world
   std::vector<uint8_t> seen(bodies_.size());
   for (size_t k = 0; k < frame_count(); ++k) {
     std::swap(before, now);
@@ -147,7 +149,8 @@ void ExportSource::find_changes() {
       const bool present = is_present(now.state[i]);
       if (present) {
         seen[i] = 1;
-        bounds_.extend(now.position[i]);
+        bounds.extend(now.position[i]);
+        if (!header().shapes[body.shape].is_plane) solid.extend(now.position[i]);
       } else {
         body.ever_absent = true;
       }
@@ -159,6 +162,19 @@ void ExportSource::find_changes() {
         body.last_change = static_cast<uint32_t>(k);
       }
     }
+  }
+  if (!solid.isEmpty()) {
+    float radius = 0;
+    for (const ExportBody& body : bodies_) {
+      for (const Vec3f& v : header().shapes[body.shape].vertices)
+        radius = std::max(radius, v.norm());
+    }
+    origin_ = near_origin(solid.center(), solid.diagonal().norm() + static_cast<double>(radius));
+  }
+  if (!origin_.isZero()) bounds = solid;
+  if (!bounds.isEmpty()) {
+    bounds_.extend(from_origin(bounds.min()));
+    bounds_.extend(from_origin(bounds.max()));
   }
   std::vector<ExportBody> found;
   for (size_t i = 0; i < bodies_.size(); ++i) {
@@ -191,6 +207,14 @@ void ExportSource::read(size_t k, TrajectoryFrame& poses) {
   }
 }
 
+Vec3f ExportSource::place(const TrajectoryFrame& poses, size_t body) const {
+  if (origin_.isZero() || !header().shapes[bodies_[body].shape].is_plane) {
+    return from_origin(poses.position[body]);
+  }
+  const Vec3 normal = poses.orientation[body].cast<double>() * Vec3::UnitY();
+  return (normal.dot(poses.position[body] - origin_) * normal).cast<float>();
+}
+
 std::vector<ExportTrack> read_tracks(ExportSource& source) {
   std::vector<ExportTrack> tracks(source.bodies().size());
   TrajectoryFrame before, now;
@@ -201,7 +225,7 @@ std::vector<ExportTrack> read_tracks(ExportSource& source) {
       ExportTrack& track = tracks[i];
       const auto add = [&](size_t frame, const TrajectoryFrame& poses) {
         track.key.push_back(static_cast<uint32_t>(frame));
-        track.position.push_back(poses.position[i]);
+        track.position.push_back(source.place(poses, i));
         track.orientation.push_back(poses.orientation[i]);
       };
       if (k == 0) {

@@ -54,11 +54,17 @@ class ExportSource {
   bool has_camera() const { return !choice_.camera.keys.empty(); }
   bool camera_moves() const { return choice_.camera.keys.size() > 1; }
   CameraKey camera(size_t k) const;
-  // Holds all bodies in all frames, m, world.
+  // Where positions in single precision count from, m, world: 0 but for a pile that is far from
+  // there.
+  const Vec3& origin() const { return origin_; }
+  Vec3f from_origin(const Vec3& world) const { return (world - origin_).cast<float>(); }
+  // Of bodies()[body], from the origin: of a plane that is far from there its nearest point.
+  Vec3f place(const TrajectoryFrame& poses, size_t body) const;
+  // Holds all bodies in all frames, m, from the origin.
   const Eigen::AlignedBox3f& bounds() const { return bounds_; }
 
-  // bodies() in the k-th frame. When frames are read in order each quaternion has the sign that is
-  // nearer to the one before.
+  // bodies() in the k-th frame, world. When frames are read in order each quaternion has the sign
+  // that is nearer to the one before.
   void read(size_t k, TrajectoryFrame& poses);
 
  private:
@@ -70,6 +76,7 @@ class ExportSource {
   std::vector<ExportBody> bodies_;
   std::vector<ExportMesh> shapes_;
   std::vector<ExportLook> looks_;
+  Vec3 origin_ = Vec3::Zero();
   Eigen::AlignedBox3f bounds_;
   TrajectoryFrame whole_;    // scratch: the frame with all bodies
   std::vector<Quatf> last_;  // (bodies) orientations that were read last
@@ -78,8 +85,8 @@ class ExportSource {
 // The motion of one body as keys with straight lines in between: none where it follows from its
 // neighbours.
 struct ExportTrack {
-  std::vector<uint32_t> key;  // frames, counted from 0; the first is 0
-  std::vector<Vec3f> position;
+  std::vector<uint32_t> key;    // frames, counted from 0; the first is 0
+  std::vector<Vec3f> position;  // m, from the source's origin
   std::vector<Quatf> orientation;
   std::vector<uint32_t> toggles;  // frames in which it appears or vanishes
 };

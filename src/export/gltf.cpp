@@ -115,6 +115,11 @@ class Document {
       add_still_bodies();
     }
     if (source_.has_camera()) add_camera();
+    if (!source_.origin().isZero()) {
+      root_ = nodes_.add(
+          "{\"name\": \"pile\", \"translation\": " + list(Vec3f(source_.origin().cast<float>())) +
+          ", \"children\": [" + first_nodes() + "]}");
+    }
     end_buffer();
   }
 
@@ -128,8 +133,7 @@ class Document {
     if (has_instances_) {
       text += ",\n\"extensionsRequired\": [\"EXT_mesh_gpu_instancing\"]";
     }
-    std::string roots;
-    for (size_t i = 0; i < nodes_.count(); ++i) roots += (i > 0 ? "," : "") + std::to_string(i);
+    const std::string roots = root_ ? std::to_string(*root_) : first_nodes();
     text += ",\n\"scene\": 0,\n\"scenes\": [{\"name\": \"pile\"";
     if (!roots.empty()) text += ", \"nodes\": [" + roots + ']';
     text += "}]";
@@ -347,7 +351,7 @@ class Document {
     TrajectoryFrame poses;
     source_.read(0, poses);
     for (size_t i = 0; i < source_.bodies().size(); ++i) {
-      add_body(source_.bodies()[i], poses.position[i], poses.orientation[i], true);
+      add_body(source_.bodies()[i], source_.place(poses, i), poses.orientation[i], true);
     }
   }
 
@@ -365,7 +369,7 @@ class Document {
              bodies[end].look == first.look;
            ++end) {
         ids.push_back(static_cast<float>(bodies[end].id));
-        positions.push_back(poses.position[end]);
+        positions.push_back(source_.place(poses, end));
         rotations.push_back(xyzw(poses.orientation[end]));
       }
       const size_t mesh = add_mesh(first.shape, first.look);
@@ -455,13 +459,20 @@ class Document {
       Quatf q = camera_orientation(key).cast<float>();
       if (k > 0 && q.dot(orientations.back()) < 0) q.coeffs() = -q.coeffs();
       frames.push_back(k);
-      positions.push_back(key.position.cast<float>());
+      positions.push_back(source_.from_origin(key.position));
       orientations.push_back(q);
     }
     const size_t node =
         nodes_.add("{\"name\": \"camera\", \"camera\": 0, \"translation\": " + list(positions[0]) +
                    ", \"rotation\": " + list(orientations[0]) + "}");
     if (count > 1) add_pose_channels(node, frames, positions, orientations);
+  }
+
+  // All that there are so far.
+  std::string first_nodes() const {
+    std::string nodes;
+    for (size_t i = 0; i < nodes_.count(); ++i) nodes += (i > 0 ? "," : "") + std::to_string(i);
+    return nodes;
   }
 
   // Its place among those that hold something, of all buffers.
@@ -485,6 +496,7 @@ class Document {
   std::map<std::pair<uint32_t, const Texture*>, size_t> material_of_;
   std::map<const Texture*, size_t> texture_of_;
   std::map<std::string, size_t> times_;
+  std::optional<size_t> root_;  // of all others, at the source's origin, where that is not 0
   bool has_instances_ = false, has_coats_ = false;
 };
 

@@ -195,6 +195,7 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
   about["up_axis"] = "y";
   about["metres_per_unit"] = 1;
   about["aspect"] = job.aspect;
+  about["origin_m"] = {source.origin().x(), source.origin().y(), source.origin().z()};
   for (const ExportBody& body : bodies) {
     id.push_back(body.id);
     shape.push_back(body.shape);
@@ -202,7 +203,10 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
     moves.push_back(body.last_change > 0 ? 1 : 0);
     about["body_name"].push_back(body.name);
   }
-  for (const TrajectoryShape& s : source.header().shapes) about["shape_name"].push_back(s.name);
+  for (const TrajectoryShape& s : source.header().shapes) {
+    about["shape_name"].push_back(s.name);
+    about["shape_plane"].push_back(s.is_plane);
+  }
   for (const ExportLook& l : source.looks()) {
     about["look_name"].push_back(l.name);
     about["look_colour"].push_back(l.colour);
@@ -226,7 +230,7 @@ void write_npz(ExportSource& source, const ExportJob& job, ExportFile& file) {
     }
     archive.end();
   };
-  over_frames("position", "<f4", ", 3", [&] { archive.add_values(poses.position); });
+  over_frames("position", "<f8", ", 3", [&] { archive.add_values(poses.position); });
   over_frames("orientation", "<f4", ", 4", [&] { archive.add_values(wxyz(poses.orientation)); });
   over_frames("state", "|u1", "", [&] { archive.add_values(poses.state); });
 

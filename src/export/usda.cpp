@@ -56,6 +56,7 @@ class UsdaWriter {
     file_->write("\ndef Xform \"pile\" (\n");
     if (!clips_.empty()) write_clips();
     file_->write("    kind = \"assembly\"\n)\n{\n");
+    write_origin();
     write_looks();
     if (source_.has_camera()) write_camera();
     bodies_->write(*file_, !clips_.empty());
@@ -236,6 +237,17 @@ class UsdaWriter {
     return text + ')';
   }
 
+  void write_origin() {
+    const Vec3& origin = source_.origin();
+    if (origin.isZero()) return;
+    std::string text = "    double3 xformOp:translate = (";
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axis > 0) text += ", ";
+      append_number(text, origin[axis]);
+    }
+    line(text + ")\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n");
+  }
+
   void write_looks() {
     std::vector<std::string> picture_file;
     for (const Texture* picture : pictures_.all()) {
@@ -328,7 +340,7 @@ class UsdaWriter {
     for (uint32_t k = 0; k < keys; ++k) {
       const CameraKey at = source_.camera(k);
       key.push_back(k);
-      position.push_back(at.position.cast<float>());
+      position.push_back(source_.from_origin(at.position));
       Quatf q = camera_orientation(at).cast<float>();
       if (k > 0 && q.dot(orientation.back()) < 0) q.coeffs() = -q.coeffs();
       orientation.push_back(q);

@@ -173,7 +173,7 @@ class UsdaInstancers : public UsdaBodies {
   void write_motion(ExportFile& file, const Group& group, const FrameSpan& span, UsdaPlace place) {
     if (group.comes_and_goes) write_absent(file, group, span);
     write_samples(file, group, span, place, kPositions, [&](std::string& text, size_t, size_t i) {
-      append_tuple(text, poses_.position[group.bodies[i]]);
+      append_tuple(text, source_.place(poses_, group.bodies[i]));
     });
     write_samples(file, group, span, place, kOrientations,
                   [&](std::string& text, size_t, size_t i) {
@@ -193,7 +193,7 @@ class UsdaInstancers : public UsdaBodies {
           const uint32_t b = group.bodies[i];
           const bool rests = k < group.first || k >= group.last;
           const Vec3f step =
-              rests ? Vec3f::Zero().eval() : Vec3f(next_.position[b] - poses_.position[b]);
+              rests ? Vec3f::Zero().eval() : (next_.position[b] - poses_.position[b]).cast<float>();
           const double seconds = rests ? 1 : source_.time_s(k + 1) - source_.time_s(k);
           append_velocity(text, step / static_cast<float>(seconds));
         });

@@ -1,7 +1,9 @@
 // A rigid vertex-animation texture: where bodies are in two pictures, and one mesh of them all
 // whose vertices know their body. A vertex at p of body b is in frame k at
 //
-//     q(p) + t,   t and q the texels of b in frame k.
+//     q(p) + t,   t and q the texels of b in frame k,
+//
+// from the origin of the document.
 //
 // Row by row, a frame takes `rows` rows of `columns` texels: that of body b is at column b %
 // columns of row k * rows + b / columns.
@@ -220,6 +222,8 @@ Json about(const ExportSource& source, const VatLayout& layout,
   json["rows_of_a_frame"] = layout.rows;
   json["bounds_m"] = {{box.min().x(), box.min().y(), box.min().z()},
                       {box.max().x(), box.max().y(), box.max().z()}};
+  const Vec3& origin = source.origin();
+  json["origin_m"] = {origin.x(), origin.y(), origin.z()};
   json["up_axis"] = "y";
   json["handedness"] = "right";
   json["metres_per_unit"] = 1;
@@ -251,8 +255,8 @@ void write_vat(ExportSource& source, const ExportJob& job, const VatFiles& files
     layout.frames_per_step = 1.0 / static_cast<double>(source.frame(1) - source.frame(0));
   }
   write_mesh(MergedMesh(source, layout), job, files.mesh);
-  write_texture(source, layout, job, files.positions, [](const TrajectoryFrame& poses, size_t b) {
-    const Vec3f& p = poses.position[b];
+  write_texture(source, layout, job, files.positions, [&](const TrajectoryFrame& poses, size_t b) {
+    const Vec3f p = source.place(poses, b);
     const bool present = (poses.state[b] & kPresent) != 0;
     return std::array{p.x(), p.y(), p.z(), present ? 1.0f : 0.0f};
   });

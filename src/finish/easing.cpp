@@ -14,10 +14,10 @@ constexpr uint32_t kNever = ~uint32_t{0};
 
 // A body is where it ends when it is no farther from there, in its radius.
 constexpr double kThere = 0.01;
-// It touches something in the first frame whose way differs from that of free flight by more: in
-// what gravity adds from frame to frame, and in the digits of a float.
+// It touches something in the first frame whose motion differs from that of free flight by more: in
+// what gravity adds from frame to frame, and, for what a file rounds, in its radius.
 constexpr double kNoFlight = 0.1;
-constexpr double kDigits = 1e-6;
+constexpr double kRounding = 4e-6;
 // No correction is eased in a shorter time, sqrt(D / g) of the body.
 constexpr double kLeastTime = 3;
 // Steepest slope of eased().
@@ -66,10 +66,8 @@ void RestStretches::take(const TrajectoryFrame& frame) {
       if (away > kThere * radius) moved_[i] = index;
       if (contact_[i] != kNever || index < present_from_[i] + 2) continue;
       const Vec3 bend =
-          (frame.position[i] - 2 * before_.position[i] + before_that_.position[i]).cast<double>() -
-          fall_;
-      const double digits = kDigits * frame.position[i].norm();
-      if (bend.norm() > kNoFlight * fall_.norm() + 4 * digits) contact_[i] = index - 1;
+          frame.position[i] - 2 * before_.position[i] + before_that_.position[i] - fall_;
+      if (bend.norm() > kNoFlight * fall_.norm() + kRounding * radius) contact_[i] = index - 1;
     }
   });
   before_that_ = std::move(before_);
@@ -96,7 +94,7 @@ EasedFrames::EasedFrames(std::vector<RestStretches::Stretch> stretches, const Tr
     : stretches_(std::move(stretches)) {
   size_t next = 0;
   for (uint32_t i = 0; i < to.size(); ++i) {
-    const Vec3 start = from.position[i].cast<double>();
+    const Vec3& start = from.position[i];
     const Quat attitude = from.orientation[i].cast<double>().normalized();
     const bool has_way = next < ways.size() && ways[next].body == i;
     if (!has_way && to.position[i] == start && to.orientation[i].coeffs() == attitude.coeffs()) {
@@ -113,7 +111,7 @@ EasedFrames::EasedFrames(std::vector<RestStretches::Stretch> stretches, const Tr
     };
     add(start, attitude);
     for (; next < ways.size() && ways[next].body == i; ++next) {
-      add(ways[next].position.cast<double>(), ways[next].orientation.cast<double>().normalized());
+      add(ways[next].position, ways[next].orientation.cast<double>().normalized());
     }
     add(to.position[i], to.orientation[i]);
     ways_.push_back({i, first, static_cast<uint32_t>(points_.size() - first), points_.back().at_m});
@@ -136,7 +134,7 @@ void EasedFrames::ease(uint64_t index, TrajectoryFrame& frame) const {
       const double part = part_m > 0 ? std::clamp((at_m - before.at_m) / part_m, 0.0, 1.0) : share;
       const Vec3 offset = before.offset + part * (after.offset - before.offset);
       const Quat turn = before.turn.slerp(part, after.turn);
-      frame.position[way.body] = (frame.position[way.body].cast<double>() + offset).cast<float>();
+      frame.position[way.body] += offset;
       frame.orientation[way.body] =
           (turn * frame.orientation[way.body].cast<double>()).normalized().cast<float>();
     }

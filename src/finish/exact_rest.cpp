@@ -91,7 +91,7 @@ ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
     states_.angular_velocity[i].setZero();
     if (is_free(i)) {
       movable_.push_back(i);
-      state_.way_end.emplace_back(states_.position[i].cast<float>());
+      state_.way_end.push_back(states_.position[i]);
     } else if (state_.left[i] == kNotLeft && (states_.flags[i] & kPresent) != 0) {
       walls.push_back(i);
     }
@@ -237,7 +237,7 @@ void ExactRest::keep_ways() {
     const uint32_t body = movable_[i];
     if (!engine_->is_active(body)) continue;
     const BodyMotion motion = engine_->motion(body);
-    const Vec3f place = motion.position.cast<float>();
+    const Vec3& place = motion.position;
     const double far = kWayStep * model_.shapes[model_.bodies[body].shape].bounding_radius;
     if ((place - state_.way_end[i]).norm() < far) continue;
     state_.way_end[i] = place;

@@ -17,7 +17,7 @@ namespace pilesim {
 // Where a body was on its way to rest.
 struct WayPoint {
   uint32_t body = 0;
-  Vec3f position = Vec3f::Zero();         // m, centre of mass, world
+  Vec3 position = Vec3::Zero();           // m, centre of mass, world
   Quatf orientation = Quatf::Identity();  // unit, body to world
 
   static void fields(auto& self, auto& stream) {
@@ -108,7 +108,7 @@ class ExactRest {
     bool few_are_restless = false;
     bool is_at_rest = false;
     std::vector<Watched> watched;  // by movable_: where it was when they were last looked at
-    std::vector<Vec3f> way_end;    // m, by movable_: the last place that is kept
+    std::vector<Vec3> way_end;     // m, by movable_: the last place that is kept
     Marks left;                    // (B) Left
     std::vector<WayPoint> ways;
 

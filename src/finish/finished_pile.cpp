@@ -106,7 +106,7 @@ BodyStates states_at(TrajectoryReader& trajectory, uint64_t index, const Model& 
   for (size_t i = 0; i < frame.state.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     const bool is_fixed = body.role == Role::fixed;
-    states.position.push_back(is_fixed ? body.pose.position : frame.position[i].cast<double>());
+    states.position.push_back(is_fixed ? body.pose.position : frame.position[i]);
     states.orientation.push_back(is_fixed ? body.pose.orientation
                                           : frame.orientation[i].cast<double>().normalized());
   }

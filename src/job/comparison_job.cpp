@@ -216,9 +216,9 @@ BodyStates end_states(TrajectoryReader& trajectory) {
   BodyStates states;
   states.flags = end.state;
   for (size_t i = 0; i < end.position.size(); ++i) {
-    states.position.push_back(end.position[i].cast<double>());
+    states.position.push_back(end.position[i]);
     states.orientation.push_back(end.orientation[i].cast<double>().normalized());
-    states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]).cast<double>());
+    states.linear_velocity.push_back(rate * (end.position[i] - before.position[i]));
     const Eigen::AngleAxisd turn(states.orientation[i] *
                                  before.orientation[i].cast<double>().normalized().conjugate());
     states.angular_velocity.push_back(rate * turn.angle() * turn.axis());

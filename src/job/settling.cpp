@@ -30,7 +30,7 @@ EarlierPlaces places_at(const std::filesystem::path& directory, uint64_t earlier
       .ago_s = static_cast<double>(frame - earlier) / trajectory.header().frame_rate,
       .flags = there.state};
   for (const auto& position : there.position) {
-    places.position.push_back(position.cast<double>());
+    places.position.push_back(position);
   }
   return places;
 }

@@ -83,7 +83,7 @@ void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.position.resize(states.size());
   frame.orientation.resize(states.size());
   for (size_t body = 0; body < states.size(); ++body) {
-    frame.position[body] = states.position[body].cast<float>();
+    frame.position[body] = states.position[body];
     frame.orientation[body] = states.orientation[body].cast<float>();
   }
   frame.state = states.flags;
@@ -168,7 +168,7 @@ class Recorder {
   static TrajectoryWriter open(const std::filesystem::path& directory,
                                const TrajectoryHeader& header, uint64_t frames) {
     if (frames == 0) return {directory, header};
-    return {directory, header.body_count(), frames};
+    return {directory, frames, header};
   }
 
   std::filesystem::path directory_, scene_file_;

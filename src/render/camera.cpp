@@ -121,8 +121,8 @@ size_t planes_behind(const TrajectoryHeader& header, const TrajectoryFrame& fram
   size_t count = 0;
   for (size_t body = 0; body < header.body_count(); ++body) {
     if (!header.shapes[header.body_shape[body]].is_plane) continue;
-    const Vec3f normal = frame.orientation[body] * Vec3f::UnitY();
-    if (normal.dot(eye.cast<float>() - frame.position[body]) <= 0) ++count;
+    const Vec3 normal = frame.orientation[body].cast<double>() * Vec3::UnitY();
+    if (normal.dot(eye - frame.position[body]) <= 0) ++count;
   }
   return count;
 }

@@ -24,7 +24,7 @@ Vec3 middle_of_pile(TrajectoryReader& trajectory) {
   size_t count = 0;
   for (size_t body = 0; body < header.body_count(); ++body) {
     if (header.body_moves[body] == 0 || (frame.state[body] & kPresent) == 0) continue;
-    sum += frame.position[body].cast<double>();
+    sum += frame.position[body];
     ++count;
   }
   return count == 0 ? sum : Vec3(sum / static_cast<double>(count));

@@ -67,10 +67,10 @@ void fill_list(const RenderScene& scene, const TrajectoryFrame& frame, std::vect
     ++list.batches.back().instance_count;
     list.triangle_count += scene.meshes[shape].levels[level].index_count / 3;
     const Quatf& q = frame.orientation[entry.body];
-    list.instances.push_back({frame.position[entry.body],
-                              {q.x(), q.y(), q.z(), q.w()},
-                              scene.material_of(frame, entry.body)});
-    list.footprints.push_back(footprint_of(frame.position[entry.body], scene.radius(entry.body)));
+    const Vec3f place = scene.place(frame, entry.body);
+    list.instances.push_back(
+        {place, {q.x(), q.y(), q.z(), q.w()}, scene.material_of(frame, entry.body)});
+    list.footprints.push_back(footprint_of(place, scene.radius(entry.body)));
   }
 }
 
@@ -144,10 +144,10 @@ class ShadowReach {
       : light_(to_light) {
     for (size_t body = 0; body < scene.shape.size(); ++body) {
       if (scene.drawn(frame, body)) {
-        lowest_ = std::min(lowest_, frame.position[body].y() - scene.radius(body));
+        lowest_ = std::min(lowest_, scene.place(frame, body).y() - scene.radius(body));
       } else if (scene.is_plane[scene.shape[body]] != 0 && (frame.state[body] & kPresent) != 0) {
         const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
-        if (normal.dot(light_) > 0) planes_.emplace_back(normal, frame.position[body]);
+        if (normal.dot(light_) > 0) planes_.emplace_back(normal, scene.place(frame, body));
       }
     }
   }
@@ -206,6 +206,15 @@ RenderScene::RenderScene(const TrajectoryHeader& header, BodyColours told, MeshU
   }
 }
 
+Vec3f RenderScene::place(const TrajectoryFrame& frame, size_t body) const {
+  Vec3 from_origin = frame.position[body] - origin;
+  if (is_plane[shape[body]] != 0 && !origin.isZero()) {
+    const Vec3 normal = frame.orientation[body].cast<double>() * Vec3::UnitY();
+    from_origin = normal.dot(from_origin) * normal;
+  }
+  return from_origin.cast<float>();
+}
+
 PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t body) const {
   const uint8_t state = frame.state[body];
   const bool sleeps = (state & kAsleep) != 0;
@@ -239,7 +248,7 @@ void list_visible_bodies(const RenderScene& scene, const TrajectoryFrame& frame,
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
     const float radius = scene.radius(body);
-    const Vec3f& position = frame.position[body];
+    const Vec3f position = scene.place(frame, body);
     if (!view.sees_sphere(position, radius)) continue;
     const float depth = std::max(view.depth_of(position) - radius, view.near_m);
     const uint32_t level =
@@ -265,7 +274,7 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
     const float radius = scene.radius(body);
-    const Vec3f& position = frame.position[body];
+    const Vec3f position = scene.place(frame, body);
     // A body out of view may still throw its shadow into it.
     if (!view.sees_capsule(position, shadow_reach.end(position), radius)) continue;
     const Vec3f centre = rotation * position;
@@ -315,7 +324,7 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
   std::vector<Entry> entries;
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
-    const Vec3f at = (light.shadow_from_world * frame.position[body].homogeneous()).head<3>();
+    const Vec3f at = (light.shadow_from_world * scene.place(frame, body).homogeneous()).head<3>();
     // What lies before or behind the box casts as well.
     const Eigen::Array2f radii = scene.radius(body) / light.extent.head<2>().array();
     const Eigen::Array2f place = at.head<2>().array();

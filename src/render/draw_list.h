@@ -65,10 +65,14 @@ struct RenderScene {
   std::vector<uint8_t> moves;            // (body)
   float typical_radius_m = 1;            // median of the moving bodies' bounding radii
   BodyColours colours;
+  // Where all coordinates in single precision count from, m, world; see view_origin().
+  Vec3 origin = Vec3::Zero();
 
   explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own,
                        MeshUse use = MeshUse::pictures);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
+  // m, from the origin. Of a plane that is far from it the point of the plane that is nearest.
+  Vec3f place(const TrajectoryFrame& frame, size_t body) const;
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.
   bool drawn(const TrajectoryFrame& frame, size_t body) const {

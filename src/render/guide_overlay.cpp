@@ -76,10 +76,12 @@ GuideOverlay::GuideOverlay(const std::filesystem::path& file) : guide_(read_guid
 void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
   Surface surface(kSubpixels * image.width, kSubpixels * image.height);
   const auto width = static_cast<float>(surface.width), height = static_cast<float>(surface.height);
-  const View view = make_view(camera, width / height, kNear, kFar);
+  const Vec3 origin = view_origin(camera);
+  const View view = make_view(from_origin(camera, origin), width / height, kNear, kFar);
   for (const std::array<uint32_t, 3>& triangle : guide_.triangles) {
     std::array<Vec3f, 3> corner;
-    for (size_t i = 0; i < 3; ++i) corner[i] = guide_.vertices[triangle[i]].cast<float>();
+    for (size_t i = 0; i < 3; ++i)
+      corner[i] = (guide_.vertices[triangle[i]] - origin).cast<float>();
     const Vec3f normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     const Vec3f to_eye = (view.eye - corner[0]).normalized();
     const float facing = normal.dot(to_eye);
@@ -115,9 +117,10 @@ void GuideOverlay::draw(uint64_t index, const TrajectoryFrame& frame, const Came
       std::ranges::upper_bound(guide_.constraints, index, {}, &GuideConstraints::frame);
   if (after == guide_.constraints.begin()) return;
   const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
-  const View view = make_view(camera, width / height, kNear, kFar);
+  const Vec3 origin = view_origin(camera);
+  const View view = make_view(from_origin(camera, origin), width / height, kNear, kFar);
   for (const Vec3& place : std::prev(after)->points) {
-    const Vec3f point = place.cast<float>();
+    const Vec3f point = (place - origin).cast<float>();
     if (view.depth_of(point) <= kNear) continue;
     draw_dot(image, view.project(point, width, height), std::max(1.0f, kDot * height));
   }

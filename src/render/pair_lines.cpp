@@ -39,16 +39,20 @@ void draw_pair_lines(const GuideFile& guide, std::span<const PairLine> lines, bo
   if (index == 0 || index > guide.frames.size()) return;
   const double time_s = guide.frames[index - 1].time_s;
   const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
-  const View view = make_view(camera, width / height, kNear, kFar);
+  const Vec3 origin = view_origin(camera);
+  const View view = make_view(from_origin(camera, origin), width / height, kNear, kFar);
+  const auto centre_of = [&](uint32_t body) -> Vec3f {
+    return (frame.position[body] - origin).cast<float>();
+  };
   for (const PairLine& line : lines) {
     if (time_s < line.from_s || time_s >= line.until_s) continue;
     if (line.a >= frame.position.size() || line.b >= frame.position.size()) continue;
     const auto strength = static_cast<float>(std::sqrt(std::abs(line.weights)));
     const float radius = std::max(0.5f, kRadius * height * strength);
-    const Vec3f place = frame.position[line.a] + frame.orientation[line.a] * line.arm.cast<float>();
+    const Vec3f place = centre_of(line.a) + frame.orientation[line.a] * line.arm.cast<float>();
     for (const uint32_t body : {line.a, line.b}) {
       if (body == line.b && line.b_stands) continue;
-      const Vec3f& centre = frame.position[body];
+      const Vec3f centre = centre_of(body);
       if (view.depth_of(centre) <= kNear || view.depth_of(place) <= kNear) continue;
       draw_line(image, view.project(centre, width, height), view.project(place, width, height),
                 radius, push_apart && line.weights > 0 ? kPushColour : kPullColour);

@@ -124,8 +124,10 @@ void PileOverlay::draw(uint64_t index, const TrajectoryFrame&, const CameraKey& 
   if (after == changes_.begin()) return;
   const auto width = static_cast<float>(image.width);
   const auto height = static_cast<float>(image.height);
-  const View view = make_view(camera, width / height, 0.01f, 1000);
-  for (const LayeredPile& pile : std::prev(after)->piles) {
+  const Vec3 origin = view_origin(camera);
+  const View view = make_view(from_origin(camera, origin), width / height, 0.01f, 1000);
+  for (const LayeredPile& at : std::prev(after)->piles) {
+    const LayeredPile pile = moved(at, -origin);
     for (size_t i = 0; i < pile.layers.size(); ++i) {
       const PileLayer& layer = pile.layers[i];
       std::array<std::vector<Point>, 2> rings;

@@ -42,14 +42,14 @@ Image draw_pose_sheet(const TriangleMesh& mesh, const Vec3& centre_of_mass,
   SceneRenderer renderer(header, {.size = {kWidth, kHeight}});
   // The same for all poses, so that they compare.
   const double distance = 1.15 * radius / std::sin(kFieldOfView / 2);
-  TrajectoryFrame frame{.position = {Vec3f::Zero(), Vec3f::Zero()},
+  TrajectoryFrame frame{.position = {Vec3::Zero(), Vec3::Zero()},
                         .orientation = {Quatf::Identity(), Quatf::Identity()},
                         .state = {kPresent, kPresent}};
   std::vector<Image> pictures;
   std::vector<std::string> labels;
   for (const LabelledPose& pose : poses) {
     const Vec3 centre(0, pose.height_m, 0);
-    frame.position[0] = centre.cast<float>();
+    frame.position[0] = centre;
     frame.orientation[0] = rotation_between(pose.up, Vec3::UnitY()).cast<float>();
     pictures.push_back(renderer.draw(frame, {.position = centre + distance * kViewDirection,
                                              .target = centre,

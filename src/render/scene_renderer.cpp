@@ -345,7 +345,7 @@ void SceneRenderer::State::draw_ground(const TrajectoryFrame& frame, const View&
     if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
     const Quatf& q = frame.orientation[body];
     const Vec3f normal = q * Vec3f(0, 1, 0);
-    const float eye_height = normal.dot(view.eye - frame.position[body]);
+    const float eye_height = normal.dot(view.eye - scene.place(frame, body));
     if (eye_height <= 0) continue;  // seen from below there is nothing to see
     const Vec3f centre = view.eye - eye_height * normal;
     const Vec3f along = reach * (q * Vec3f(1, 0, 0));
@@ -468,7 +468,9 @@ const Image& SceneRenderer::draw(const TrajectoryFrame& frame, const CameraKey& 
   if (s.shown_from && same(*s.shown_from, camera) && same(s.shown, frame)) return s.image;
   s.shown_from.reset();
   s.context.make_current();
-  const View centred = scene_view(s.scene, frame, camera, s.width, s.height);
+  s.scene.origin = view_origin(camera);
+  const View centred =
+      scene_view(s.scene, frame, from_origin(camera, s.scene.origin), s.width, s.height);
   s.draw_shadow_map(frame, centred);
   for (size_t pass = 0; pass < s.passes.size(); ++pass) {
     View view = centred;

@@ -14,8 +14,9 @@ View scene_view(const RenderScene& scene, const TrajectoryFrame& frame, const Ca
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
     const float radius = scene.radius(body);
-    if (!rough.sees_sphere(frame.position[body], radius)) continue;
-    const float depth = rough.depth_of(frame.position[body]);
+    const Vec3f place = scene.place(frame, body);
+    if (!rough.sees_sphere(place, radius)) continue;
+    const float depth = rough.depth_of(place);
     nearest = std::min(nearest, depth - radius);
     farthest = std::max(farthest, depth + radius);
   }
@@ -28,7 +29,7 @@ float fade_distance(const RenderScene& scene, const TrajectoryFrame& frame, cons
   for (size_t body = 0; body < scene.shape.size(); ++body) {
     if (scene.is_plane[scene.shape[body]] == 0 || (frame.state[body] & kPresent) == 0) continue;
     const Vec3f normal = frame.orientation[body] * Vec3f(0, 1, 0);
-    distance = std::max(distance, 8 * normal.dot(view.eye - frame.position[body]));
+    distance = std::max(distance, 8 * normal.dot(view.eye - scene.place(frame, body)));
   }
   return distance;
 }

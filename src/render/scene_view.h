@@ -6,7 +6,7 @@
 
 namespace pilesim {
 
-// Near and far as close to the bodies as the ground allows.
+// Near and far as close to the bodies as the ground allows. `camera`: from the scene's origin.
 View scene_view(const RenderScene& scene, const TrajectoryFrame& frame, const CameraKey& camera,
                 int width, int height);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/near_origin.h"
+
 namespace pilesim {
 
 bool View::sees_sphere(const Vec3f& centre, float radius) const {
@@ -36,6 +38,16 @@ void View::shift(float x, float y) {
   clip_from_world.row(0) += x * clip_from_world.row(3);
   clip_from_world.row(1) += y * clip_from_world.row(3);
   offset += Eigen::Vector2f(x, y);
+}
+
+Vec3 view_origin(const CameraKey& camera) {
+  return near_origin(camera.target, (camera.target - camera.position).norm());
+}
+
+CameraKey from_origin(CameraKey camera, const Vec3& origin) {
+  camera.position -= origin;
+  camera.target -= origin;
+  return camera;
 }
 
 Vec3 above(const CameraKey& camera) {

@@ -32,6 +32,10 @@ struct View {
   void shift(float x, float y);
 };
 
+// Where coordinates in single precision of what a camera sees count from, m, world, and the camera
+// as it is from there.
+Vec3 view_origin(const CameraKey& camera);
+CameraKey from_origin(CameraKey camera, const Vec3& origin);
 // What is up in the picture but for the camera's roll: y, or -z where it looks straight up or down.
 Vec3 above(const CameraKey& camera);
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m);

@@ -85,9 +85,9 @@ class Measurement {
   double pile_angle_deg() const;
   double packing_fraction() const;
   double tilt_deg(size_t body) const;
-  double height_m(size_t body) const { return up_.dot(now_.position[body].cast<double>()); }
+  double height_m(size_t body) const { return up_.dot(now_.position[body]); }
   double radial_m(size_t body) const {
-    const Vec3 from_axis = now_.position[body].cast<double>() - centre_;
+    const Vec3 from_axis = now_.position[body] - centre_;
     return (from_axis - up_.dot(from_axis) * up_).norm();
   }
 
@@ -135,7 +135,7 @@ void Measurement::set_units() {
     if (dynamic_[body] == 0) continue;
     ++count;
     measures_.diameter_m += 2 * shape(body).radius_m;
-    centre_ += now_.position[body].cast<double>();
+    centre_ += now_.position[body];
   }
   if (count == 0) {
     throw Error(ErrorKind::input, Problem{.found = "the scene has no dynamic body",
@@ -152,8 +152,7 @@ void Measurement::difference() {
     speed_[body] = spin_[body] = 0;
     turn_rate_[body].setZero();
     if (!counts(body) || (before_.state[body] & kPresent) == 0) continue;
-    speed_[body] = header_.frame_rate *
-                   static_cast<double>((now_.position[body] - before_.position[body]).norm());
+    speed_[body] = header_.frame_rate * (now_.position[body] - before_.position[body]).norm();
     const Eigen::AngleAxisd turn(
         (before_.orientation[body].conjugate() * now_.orientation[body]).cast<double>());
     turn_rate_[body] = header_.frame_rate * turn.angle() * turn.axis();
@@ -245,7 +244,7 @@ double Measurement::packing_fraction() const {
     const double radius = std::cbrt(0.75 / kPi * volume);
     volume_m3 += volume;
     floor_m = std::min(floor_m, height_m(body) - radius);
-    const Vec3 place = (now_.position[body].cast<double>() - centre_) / width;
+    const Vec3 place = (now_.position[body] - centre_) / width;
     const auto column = std::pair(static_cast<int64_t>(std::floor(side.dot(place))),
                                   static_cast<int64_t>(std::floor(across.dot(place))));
     const double top = height_m(body) + radius;
@@ -344,10 +343,10 @@ MotionError motion_error(TrajectoryReader& reference, TrajectoryReader& other) {
           0) {
         continue;
       }
-      const Vec3f motion = next_a.position[body] - a.position[body];
-      const Vec3f other_motion = next_b.position[body] - b.position[body];
-      const auto way = static_cast<double>(motion.norm());
-      const auto difference = static_cast<double>((motion - other_motion).norm());
+      const Vec3 motion = next_a.position[body] - a.position[body];
+      const Vec3 other_motion = next_b.position[body] - b.position[body];
+      const double way = motion.norm();
+      const double difference = (motion - other_motion).norm();
       ++bodies;
       sum += difference / diameter_m;
       if (way < kLeastMotion * diameter_m) continue;

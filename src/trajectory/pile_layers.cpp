@@ -45,6 +45,17 @@ LayeredPile pile_of(const std::filesystem::path& file, const Json& json) {
 
 }  // namespace
 
+LayeredPile moved(LayeredPile pile, const Vec3& by) {
+  for (auto* points : {&pile.core, &pile.walls}) {
+    for (Eigen::Vector2d& point : *points) point += Eigen::Vector2d(by.x(), by.z());
+  }
+  for (PileLayer& layer : pile.layers) {
+    layer.bottom_m += by.y();
+    layer.top_m += by.y();
+  }
+  return pile;
+}
+
 double rounded_for_pictures(double value_m) {
   constexpr double kUnit = 1e-4;
   return std::round(value_m / kUnit) * kUnit;

@@ -36,6 +36,8 @@ struct PileLayersChange {
   static void fields(auto& self, auto& stream) { stream(self.frame, self.piles); }
 };
 
+LayeredPile moved(LayeredPile pile, const Vec3& by);
+
 // To a tenth of a millimetre, which is what the file holds.
 double rounded_for_pictures(double value_m);
 

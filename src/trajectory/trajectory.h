@@ -3,7 +3,7 @@
 // and colours are in it, so that it can be drawn on another machine. Layout:
 //   .zattrs                           format, axes, frame rate, seed, resolved scene and its hash,
 //                                     names of bodies and materials, shapes
-//   position     (frame, body, 3) f4  m, centre of mass, world frame
+//   position     (frame, body, 3) f8  m, centre of mass, world frame
 //   orientation  (frame, body, 4) f4  unit quaternion w x y z, body to world
 //   state        (frame, body)    u1  BodyFlag bits (core/body_flags.h)
 //   body_shape   (body)           u4  index into shapes
@@ -70,13 +70,13 @@ struct TrajectoryHeader {
   std::vector<uint8_t> body_painted;    // (B) 1: drawn in its shape's own colours
   // (B) roughness and clear coat, [0, 1]; empty: all as by default, and of older ones.
   std::vector<std::array<float, 2>> body_gloss;
-  std::vector<uint8_t> body_moves;      // (B) 1: dynamic or kinematic, 0: fixed
+  std::vector<uint8_t> body_moves;  // (B) 1: dynamic or kinematic, 0: fixed
 
   size_t body_count() const { return body_shape.size(); }
 };
 
 struct TrajectoryFrame {
-  std::vector<Vec3f> position;     // (B) m
+  std::vector<Vec3> position;      // (B) m, world
   std::vector<Quatf> orientation;  // (B) unit
   std::vector<uint8_t> state;      // (B) BodyFlag bits
 };
@@ -88,17 +88,18 @@ class TrajectoryWriter {
   // the body arrays have one length, indices are in range. Throws Error(io).
   TrajectoryWriter(const std::filesystem::path& directory, const TrajectoryHeader& header,
                    double longest_in_memory_s = 1);
-  // Goes on with one of `bodies` bodies, after its first `frames` frames; what is there of later
+  // Goes on after the first `frames` frames of one that has this header; what is there of later
   // ones is forgotten. Throws Error(input) where it has fewer frames, or another number of bodies.
-  TrajectoryWriter(const std::filesystem::path& directory, size_t bodies, uint64_t frames,
-                   double longest_in_memory_s = 1);
+  TrajectoryWriter(const std::filesystem::path& directory, uint64_t frames,
+                   const TrajectoryHeader& header, double longest_in_memory_s = 1);
   ~TrajectoryWriter();  // closes, swallowing errors: call close() to hear of them
   TrajectoryWriter(const TrajectoryWriter&) = delete;
   TrajectoryWriter& operator=(const TrajectoryWriter&) = delete;
 
-  // Takes the next frame, and writes what is not yet on disk when the chunk is full or the last
-  // write was `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws
-  // Error(io), after which the frames written before are still valid on disk.
+  // Takes the next frame, its positions rounded to less than a ten-millionth of the body's size,
+  // and writes what is not yet on disk when the chunk is full or the last write was
+  // `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws Error(io),
+  // after which the frames written before are still valid on disk.
   void append(const TrajectoryFrame& frame);
   // Writes what is not yet on disk. Throws Error(io).
   void flush();

@@ -14,7 +14,7 @@ uint64_t frames_per_chunk(uint64_t body_count) {
   return std::clamp<uint64_t>(kChunkBytes / frame_bytes, 1, kMostFrames);
 }
 
-ZarrLayout position(uint64_t body_count) { return {"<f4", {body_count, 3}}; }
+ZarrLayout position(uint64_t body_count) { return {"<f8", {body_count, 3}}; }
 ZarrLayout orientation(uint64_t body_count) { return {"<f4", {body_count, 4}}; }
 ZarrLayout state(uint64_t body_count) { return {"|u1", {body_count}}; }
 ZarrLayout body_shape() { return {"<u4", {}}; }

@@ -10,7 +10,7 @@ namespace pilesim::trajectory_layout {
 
 inline constexpr char kFormat[] = "pilesim-trajectory";
 // Readers accept this version only. Raise it with every change that old readers would misread.
-inline constexpr int kVersion = 2;
+inline constexpr int kVersion = 3;
 
 // Frames in a chunk of position, orientation and state alike.
 uint64_t frames_per_chunk(uint64_t body_count);

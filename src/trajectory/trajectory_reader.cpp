@@ -276,9 +276,9 @@ void TrajectoryReader::read(uint64_t index, TrajectoryFrame& frame) {
   frame.orientation.resize(bodies);
   frame.state.resize(bodies);
   if (bodies == 0) return;
-  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
   std::memcpy(static_cast<void*>(frame.position.data()), s.position.frame(index),
-              bodies * sizeof(Vec3f));
+              bodies * sizeof(Vec3));
   std::memcpy(frame.state.data(), s.state.frame(index), bodies);
   const std::byte* wxyz = s.orientation.frame(index);
   for (size_t body = 0; body < bodies; ++body, wxyz += 4 * sizeof(float)) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -137,6 +138,22 @@ void write_header(const fs::path& store, const TrajectoryHeader& header, const T
   }
 }
 
+// Of each body, m: to multiples of what its positions are rounded, so that they are stored in few
+// bytes. A power of two, at most a ten-millionth of the body's size; 0 of planes, which are stored
+// as they are.
+std::vector<double> position_steps(const TrajectoryHeader& header) {
+  constexpr double kOfSize = 1e-7;
+  std::vector<double> of_shape;
+  for (const TrajectoryShape& shape : header.shapes) {
+    float radius = 0;
+    for (const Vec3f& vertex : shape.vertices) radius = std::max(radius, vertex.norm());
+    of_shape.push_back(radius > 0 ? std::exp2(std::ilogb(kOfSize * 2 * radius)) : 0);
+  }
+  std::vector<double> steps;
+  for (const uint32_t shape : header.body_shape) steps.push_back(of_shape[shape]);
+  return steps;
+}
+
 void check(const TrajectoryHeader& header) {
   const size_t bodies = header.body_count();
   assert(header.frame_rate > 0);
@@ -155,12 +172,13 @@ void check(const TrajectoryHeader& header) {
 
 struct TrajectoryWriter::State {
   size_t body_count = 0;
+  std::vector<double> step_m;  // (B) see position_steps()
   // Ends with position: its length is the number of frames of all three.
   ZarrArray state, orientation, position;
   // The frames of the current chunk, as they lie in it.
   std::vector<uint8_t> state_rows;
   std::vector<float> orientation_rows;
-  std::vector<float> position_rows;
+  std::vector<double> position_rows;
   uint64_t chunk = 0;            // index of the current chunk
   uint64_t frames_in_chunk = 0;  // in memory
   uint64_t frames_on_disk = 0;
@@ -170,8 +188,11 @@ struct TrajectoryWriter::State {
   uint64_t frames_per_chunk() const { return position.rows_per_chunk; }
 
   // The arrays over frames of a store that is there, or is to be.
-  State(const fs::path& directory, size_t bodies, double longest_s)
-      : body_count(bodies), longest_in_memory_s(longest_s) {
+  State(const fs::path& directory, const TrajectoryHeader& header, double longest_s)
+      : body_count(header.body_count()),
+        step_m(position_steps(header)),
+        longest_in_memory_s(longest_s) {
+    const size_t bodies = body_count;
     const auto frames_of = [&](const char* name, const ZarrLayout& rows) {
       return ZarrArray{.directory = directory / name,
                        .layout = rows,
@@ -238,7 +259,7 @@ struct TrajectoryWriter::State {
 
 TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHeader& header,
                                    double longest_in_memory_s)
-    : state_(std::make_unique<State>(directory, header.body_count(), longest_in_memory_s)) {
+    : state_(std::make_unique<State>(directory, header, longest_in_memory_s)) {
   check(header);
   std::error_code fault;
   if (fs::exists(directory, fault)) {
@@ -258,9 +279,9 @@ TrajectoryWriter::TrajectoryWriter(const fs::path& directory, const TrajectoryHe
   write_zarr_json(directory / ".zattrs", attributes(header, textures));
 }
 
-TrajectoryWriter::TrajectoryWriter(const fs::path& directory, size_t bodies, uint64_t frames,
-                                   double longest_in_memory_s)
-    : state_(std::make_unique<State>(directory, bodies, longest_in_memory_s)) {
+TrajectoryWriter::TrajectoryWriter(const fs::path& directory, uint64_t frames,
+                                   const TrajectoryHeader& header, double longest_in_memory_s)
+    : state_(std::make_unique<State>(directory, header, longest_in_memory_s)) {
   state_->go_on_after(frames);
 }
 
@@ -280,8 +301,12 @@ void TrajectoryWriter::append(const TrajectoryFrame& frame) {
     s.write();  // Only has something to do where the last attempt failed.
     s.start_chunk();
   }
-  for (const Vec3f& p : frame.position)
-    s.position_rows.insert(s.position_rows.end(), p.begin(), p.end());
+  for (size_t body = 0; body < s.body_count; ++body) {
+    const double step = s.step_m[body];
+    for (const double value : frame.position[body]) {
+      s.position_rows.push_back(step > 0 ? std::round(value / step) * step : value);
+    }
+  }
   for (const Quatf& q : frame.orientation) {
     const float wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
     s.orientation_rows.insert(s.orientation_rows.end(), wxyz, wxyz + 4);

@@ -63,7 +63,7 @@ void find_places(ExportSource& source, ViewData& data) {
     source.read(k * data.every, poses);
     for (size_t i = 0; i < data.shown.size(); ++i) {
       const uint32_t body = data.shown[i];
-      const Vec3f& place = poses.position[body];
+      const Vec3f place = source.place(poses, body);
       ViewTrack& track = data.tracks[i];
       track.low = k == 0 ? place : track.low.cwiseMin(place).eval();
       track.high = k == 0 ? place : track.high.cwiseMax(place).eval();
@@ -135,7 +135,7 @@ void read_keys(ExportSource& source, ViewData& data) {
     for (size_t i = 0; i < data.shown.size(); ++i) {
       const uint32_t body = data.shown[i];
       ViewTrack& track = data.tracks[i];
-      append_pose(track, key_of(track, frame, poses.position[body], poses.orientation[body]));
+      append_pose(track, key_of(track, frame, source.place(poses, body), poses.orientation[body]));
       if (track.states.empty() || track.states.back().second != poses.state[body]) {
         track.states.emplace_back(frame, poses.state[body]);
       }

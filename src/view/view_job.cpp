@@ -21,8 +21,8 @@ Json camera_json(const ExportSource& source, const ViewData& data) {
   for (size_t k = 0; k < (source.camera_moves() ? data.frames : 1); ++k) {
     const CameraKey key = source.camera(k * data.every);
     Json numbers = Json::array();
-    for (const double value : key.position) numbers.push_back(value);
-    for (const double value : key.target) numbers.push_back(value);
+    for (const double value : Vec3(key.position - source.origin())) numbers.push_back(value);
+    for (const double value : Vec3(key.target - source.origin())) numbers.push_back(value);
     numbers.push_back(key.field_of_view);
     keys.push_back(std::move(numbers));
   }

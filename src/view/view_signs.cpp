@@ -42,9 +42,11 @@ Json glue_of(const PairLine& line, const ExportSource& source, const ViewData& d
   return glue;
 }
 
-Json layers_of(const PileLayersChange& change) {
+// From `origin`.
+Json layers_of(const PileLayersChange& change, const Vec3& origin) {
   Json layers = Json::array();
-  for (const LayeredPile& pile : change.piles) {
+  for (const LayeredPile& at : change.piles) {
+    const LayeredPile pile = moved(at, -origin);
     for (const PileLayer& layer : pile.layers) {
       Json ring = {rounded(layer.bottom_m), rounded(layer.top_m)};
       const std::vector<Eigen::Vector2f> rim =
@@ -68,14 +70,15 @@ std::string view_signs(const std::filesystem::path& directory, const ExportSourc
     const GuideFile guide = read_guide_file(directory / "guide.json");
     Json triangles = Json::array();
     for (const auto& triangle : guide.triangles) {
-      for (const uint32_t corner : triangle) append(triangles, guide.vertices[corner]);
+      for (const uint32_t corner : triangle)
+        append(triangles, guide.vertices[corner] - source.origin());
     }
     if (!triangles.empty()) signs["guide"] = std::move(triangles);
     Json constraints = Json::array();
     bool is_held = false;
     for (const GuideConstraints& change : guide.constraints) {
       Json points = Json::array();
-      for (const Vec3& point : change.points) append(points, point);
+      for (const Vec3& point : change.points) append(points, point - source.origin());
       is_held = is_held || !points.empty();
       constraints.push_back({frame_of_page(change.frame, source, data), std::move(points)});
     }
@@ -87,7 +90,8 @@ std::string view_signs(const std::filesystem::path& directory, const ExportSourc
   if (std::filesystem::exists(directory / "piles.json")) {
     Json layers = Json::array();
     for (const PileLayersChange& change : read_pile_layers(directory / "piles.json")) {
-      layers.push_back({frame_of_page(change.frame, source, data), layers_of(change)});
+      layers.push_back(
+          {frame_of_page(change.frame, source, data), layers_of(change, source.origin())});
     }
     if (!layers.empty()) signs["layers"] = std::move(layers);
   }

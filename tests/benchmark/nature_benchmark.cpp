@@ -314,7 +314,7 @@ Bed measure(const Case& one, const Scene& scene, const Model& model, TrajectoryR
   reader.read(std::min(index, reader.frame_count() - 1), frame);
   BodyStates states;
   for (size_t i = 0; i < model.bodies.size(); ++i) {
-    states.position.push_back(frame.position[i].cast<double>());
+    states.position.push_back(frame.position[i]);
     states.orientation.push_back(frame.orientation[i].cast<double>().normalized());
   }
   states.linear_velocity.assign(model.bodies.size(), Vec3::Zero());

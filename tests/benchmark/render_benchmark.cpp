@@ -78,7 +78,7 @@ void run(char** argv) {
   TrajectoryFrame frame, moved;
   trajectory.read(drawn.index, frame);
   moved = frame;
-  for (Vec3f& position : moved.position) position.x() += 1e-4f;
+  for (Vec3& position : moved.position) position.x() += 1e-4;
   RenderSettings base;
   if (std::sscanf(argv[5], "%dx%d", &base.size[0], &base.size[1]) != 2) {
     std::fputs("the size is WIDTHxHEIGHT\n", stderr);

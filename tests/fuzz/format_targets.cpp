@@ -35,7 +35,7 @@ fs::path make_store() {
                     .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}},
                    {.name = "ground", .is_plane = true}};
   TrajectoryWriter writer(store, header);
-  const TrajectoryFrame frame{.position = {Vec3f::Zero(), Vec3f::Ones()},
+  const TrajectoryFrame frame{.position = {Vec3::Zero(), Vec3::Ones()},
                               .orientation = {Quatf::Identity(), Quatf::Identity()},
                               .state = {1, 1}};
   for (int i = 0; i < 3; ++i) writer.append(frame);

@@ -236,19 +236,19 @@ def meshes():
 
 def others():
     place = '"file":"t.obj","scale":1,"centre_of_mass":[0,0,0],"principal_axes":[1,0,0,0]'
-    zattrs = ('{"format":"pilesim-trajectory","format_version":2,"frame_rate":60.0,"seed":1,"scene":'
+    zattrs = ('{"format":"pilesim-trajectory","format_version":3,"frame_rate":60.0,"seed":1,"scene":'
               '{"version":1},"shapes":[{"name":"t","plane":false,"type":"mesh",' + place +
               '},{"name":"g","plane":true,"type":"plane",' + place +
               '}],"materials":["wood"],"body_name":["a","b"]}')
-    array = ('{"zarr_format":2,"shape":%s,"chunks":%s,"dtype":"<f4","order":"C","fill_value":0,'
+    array = ('{"zarr_format":2,"shape":%s,"chunks":%s,"dtype":"%s","order":"C","fill_value":0,'
              '"compressor":{"id":"zstd","level":1},"filters":null}')
     put("trajectory", "attributes", b"\x00" + zattrs.encode())
     put("trajectory", "nested", b"\x00" + b"[" * 5000)
-    put("trajectory", "position", b"\x01" + (array % ("[3,2,3]", "[256,2,3]")).encode())
-    put("trajectory", "long_chunk", b"\x01" + (array % ("[3,2,3]", "[1000000000,2,3]")).encode())
-    put("trajectory", "vertices", b"\x07" + (array % ("[4,3]", "[4,3]")).encode())
+    put("trajectory", "position", b"\x01" + (array % ("[3,2,3]", "[256,2,3]", "<f8")).encode())
+    put("trajectory", "long_chunk", b"\x01" + (array % ("[3,2,3]", "[1000000000,2,3]", "<f8")).encode())
+    put("trajectory", "vertices", b"\x07" + (array % ("[4,3]", "[4,3]", "<f4")).encode())
     put("trajectory", "many_vertices",
-        b"\x07" + (array % ("[100000000,3]", "[100000000,3]")).encode())
+        b"\x07" + (array % ("[100000000,3]", "[100000000,3]", "<f4")).encode())
     # A frame of zstd whose header promises a terabyte.
     put("trajectory", "content_size", b"\x02\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", 1 << 40) + bytes(8))
     put("trajectory", "no_frame", b"\x02 no frame of zstd")

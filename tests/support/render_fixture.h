@@ -80,7 +80,7 @@ struct DrawnScene {
     header.body_material.push_back(0);
     header.body_colour.push_back(colour);
     header.body_moves.push_back(moves ? 1 : 0);
-    frame.position.push_back(position);
+    frame.position.push_back(position.cast<double>());
     frame.orientation.push_back(orientation);
     frame.state.push_back(1);
   }

@@ -45,11 +45,12 @@ inline TrajectoryHeader make_header(size_t bodies) {
   return header;
 }
 
+// Positions are such that nothing of them is rounded.
 inline TrajectoryFrame make_frame(size_t bodies, uint64_t index, uint64_t seed = 1) {
   TrajectoryFrame frame;
   for (size_t body = 0; body < bodies; ++body) {
     Philox random(seed, Stream::test, body, static_cast<uint32_t>(index));
-    frame.position.push_back((10 * random.direction()).cast<float>());
+    frame.position.emplace_back((random.direction() * 1e5).array().round() / (1 << 13));
     frame.orientation.push_back(random.rotation().cast<float>());
     frame.state.push_back(static_cast<uint8_t>(random.index(256)));
   }

@@ -23,9 +23,7 @@ Vec3 place(uint64_t frame) {
 }
 
 TrajectoryFrame frame_at(uint64_t frame) {
-  return {.position = {place(frame).cast<float>()},
-          .orientation = {Quatf::Identity()},
-          .state = {kPresent}};
+  return {.position = {place(frame)}, .orientation = {Quatf::Identity()}, .state = {kPresent}};
 }
 
 struct Easing : testing::Test {
@@ -65,7 +63,7 @@ TEST_F(Easing, InFlightItIsTheTrajectoryAndAtTheEndTheCorrection) {
     EXPECT_EQ(at(eased, i).orientation[0].coeffs(), frame_at(i).orientation[0].coeffs()) << i;
   }
   for (uint64_t i = kStops; i < kFrames; ++i) {
-    EXPECT_LT((at(eased, i).position[0].cast<double>() - end).norm(), 1e-5) << i;
+    EXPECT_LT((at(eased, i).position[0] - end).norm(), 1e-5) << i;
   }
   EXPECT_NEAR(at(eased, kFrames - 1)
                   .orientation[0]
@@ -79,7 +77,7 @@ TEST_F(Easing, NothingJumpsAndTheLargestExtraSpeedIsStated) {
   Vec3 extra = Vec3::Zero();
   std::vector<double> steps;
   for (uint64_t i = 0; i < kFrames; ++i) {
-    const Vec3 now = at(eased, i).position[0].cast<double>() - place(i);
+    const Vec3 now = at(eased, i).position[0] - place(i);
     steps.push_back((now - extra).norm() * kRate);
     largest = std::max(largest, steps.back());
     extra = now;
@@ -94,10 +92,10 @@ TEST_F(Easing, NothingJumpsAndTheLargestExtraSpeedIsStated) {
 // A way round something is followed.
 TEST_F(Easing, FollowsTheWayOfTheExactEngine) {
   const Vec3 aside = place(kFrames - 1) + Vec3(0, 0.05, 0.5);
-  const EasedFrames eased = this->eased({{0, aside.cast<float>(), Quatf::Identity()}});
+  const EasedFrames eased = this->eased({{0, aside, Quatf::Identity()}});
   double nearest = 1;
   for (uint64_t i = kLands; i < kFrames; ++i) {
-    const Vec3 offset = at(eased, i).position[0].cast<double>() - place(i);
+    const Vec3 offset = at(eased, i).position[0] - place(i);
     nearest = std::min(nearest, (offset - Vec3(0, 0.05, 0.5)).norm());
   }
   EXPECT_LT(nearest, 0.05);
@@ -108,7 +106,7 @@ TEST(EasingStretches, AreNotShort) {
   SmallModel model;
   model.body(model.sphere(0.1), model.material(0, 0.5), {0, 0.1, 0});
   const TrajectoryFrame lies{
-      .position = {{0, 0.1F, 0}}, .orientation = {Quatf::Identity()}, .state = {kPresent}};
+      .position = {{0, 0.1, 0}}, .orientation = {Quatf::Identity()}, .state = {kPresent}};
   RestStretches found(model.model, {0, -9.81, 0}, kRate, lies, kFrames);
   for (uint64_t i = 0; i < kFrames; ++i) found.take(lies);
   const auto stretch = found.stretches()[0];

@@ -192,7 +192,7 @@ TEST_F(PileInspection, KnowsEveryKindOfPieceFarFromTheOrigin) {
     shape.pieces = {piece};
     model.shapes.push_back(shape);
   }
-  const Vec3 origin(1e5, 2e5, -3e5);
+  const Vec3 origin(5e5, 1e6, -5.2e6);
   states.position[0] = origin - Vec3(0, 100, 0);
   add(6, Role::fixed, origin - Vec3(0, r, 0));
   for (uint32_t shape = 2; shape < 6; ++shape) {

@@ -64,8 +64,9 @@ class FrameAction : public test::ScratchTest {
     return frame_action(reader, aspect);
   }
 
-  static void expect_in_picture(const CameraKey& camera, double aspect, const Vec3f& centre,
+  static void expect_in_picture(const CameraKey& camera, double aspect, const Vec3& middle,
                                 float radius) {
+    const Vec3f centre = middle.cast<float>();
     const View view = make_view(camera, static_cast<float>(aspect), 0.01f, 1000);
     for (const Vec3f& side : {view.right, view.up}) {
       for (const float sign : {-1.0f, 1.0f}) {
@@ -116,7 +117,7 @@ TEST_F(FrameAction, LooksAtTheBulkWhereAFewFlyFar) {
               test::kRed, true);
   }
   TrajectoryFrame later = scene.frame;
-  later.position[10] = Vec3f(-900, 300, 2000);
+  later.position[10] = Vec3(-900, 300, 2000);
   const CameraKey camera = camera_of(scene, {scene.frame, later, later, later}, 1.5);
   EXPECT_LT((camera.position - camera.target).norm(), 20);
   for (size_t body = 1; body < 10; ++body) {
@@ -130,7 +131,7 @@ TEST_F(FrameAction, CutsNoBodyOfTheLastFrame) {
     scene.add(2, Vec3f(0.1f * static_cast<float>(i % 20), 0.2f, 0.1f * static_cast<float>(i) / 20),
               test::kRed, true);
   }
-  scene.frame.position[100] = Vec3f(1, 0.2f, 2.6f);  // rolled a little away
+  scene.frame.position[100] = Vec3(1, 0.2, 2.6);  // rolled a little away
   const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
   expect_in_picture(camera, 1.5, scene.frame.position[100], 0.2f);
 }
@@ -141,7 +142,7 @@ TEST_F(FrameAction, StandsInFrontOfASlope) {
   scene.frame.orientation[0] = Eigen::AngleAxisf(-0.8f, Vec3f::UnitX());  // faces away from +z
   const Vec3f normal = scene.frame.orientation[0] * Vec3f::UnitY();
   const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
-  EXPECT_GT(normal.dot(camera.position.cast<float>() - scene.frame.position[0]), 0);
+  EXPECT_GT(normal.cast<double>().dot(camera.position - scene.frame.position[0]), 0);
   expect_in_picture(camera, 1.5, scene.frame.position[1], 0.2f);
 }
 

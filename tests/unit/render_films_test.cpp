@@ -18,8 +18,8 @@ namespace pilesim {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 using test::DrawnScene;
+using ::testing::HasSubstr;
 
 DrawnScene some_bodies() {
   DrawnScene scene;
@@ -109,12 +109,14 @@ TEST_F(FilmStores, OfOtherPicturesAreRefused) {
     return words;
   };
   for (const auto& change : std::initializer_list<std::function<void()>>{
-           [&] { settings_.size = {41, 30}; },
+           [&] {
+             settings_.size = {41, 30};
+           },
            [&] { settings_.light.sky = 0.5; },
            [&] { settings_.rays.bounces = 1; },
            [&] { settings_.rays.sun_angle = 0.1; },
-           [&] { scene_.frame.position[1].x() += 0.001f; },
-           [&] { before_.position[2].y() += 0.001f; },
+           [&] { scene_.frame.position[1].x() += 0.001; },
+           [&] { before_.position[2].y() += 0.001; },
            [&] { scene_.header.scene_hash = "of another scene"; },
        }) {
     EXPECT_THAT(changed(change), HasSubstr("is of another scene or of other options"));

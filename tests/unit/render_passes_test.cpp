@@ -68,7 +68,7 @@ TEST(Passes, DepthNormalAndOutlineOfASphere) {
   const std::array<int, 2> size = {160, 120};
   const Pinhole eye = make_pinhole(kLevel, size[0], size[1]);
   const PassImages images = passes_of(scene, kLevel, size);
-  const Vec3 centre = eye.in_camera(scene.frame.position[1].cast<double>());
+  const Vec3 centre = eye.in_camera(scene.frame.position[1]);
   int unlike = 0, inside = 0;
   for (int row = 0; row < size[1]; ++row) {
     for (int column = 0; column < size[0]; ++column) {
@@ -111,7 +111,7 @@ TEST(Passes, EveryTriangleOfManyBodiesIsTheRightOne) {
         const Vec3 seen = images.depth[i] * eye.ray(column, row);
         const Vec3 world = eye.rotation.transpose() * (seen - eye.translation);
         const Vec3 local = scene.frame.orientation[body].cast<double>().conjugate() *
-                           (world - scene.frame.position[body].cast<double>());
+                           (world - scene.frame.position[body]);
         const bool is_sphere = scene.header.body_shape[body] == 1;
         const double off = is_sphere ? local.norm() - 0.5 : local.cwiseAbs().maxCoeff() - 0.2;
         EXPECT_NEAR(off, 0, is_sphere ? 0.005 : 1e-4);
@@ -132,7 +132,7 @@ TEST(Passes, IdsOfOverlappingSpheresAreOfTheNearerOne) {
       std::array<double, 2> depth;
       for (size_t k = 0; k < 2; ++k) {
         const Vec3 ray = eye.ray(column, row);
-        const Vec3 centre = eye.in_camera(scene.frame.position[1 + k].cast<double>());
+        const Vec3 centre = eye.in_camera(scene.frame.position[1 + k]);
         const double b = ray.dot(centre), a = ray.squaredNorm();
         const double root = b * b - a * (centre.squaredNorm() - 0.25);
         depth[k] = root < 0.01 ? NAN : (b - std::sqrt(root)) / a;
@@ -153,7 +153,7 @@ TEST(Passes, MotionOfABodyAndOfTheCamera) {
   const Pinhole eye = make_pinhole(kLevel, size[0], size[1]);
   // The first cube's front is 3.8 m before the camera; it goes right by 0.1 m and up by 0.05 m.
   TrajectoryFrame next = scene.frame;
-  next.position[1] += Vec3f(0.1f, 0.05f, 0);
+  next.position[1] += Vec3(0.1, 0.05, 0);
   const PassImages images = passes_of(scene, kLevel, size, &next);
   const size_t middle = at(images, 59, 44);
   ASSERT_EQ(images.instance[middle], 2u);

@@ -92,6 +92,27 @@ TEST(Picture, IsTheSameWithoutWhatIsHidden) {
   }
 }
 
+// Of what is 1,000 km away from the world's origin, where floats are half a metre apart, too. The
+// ground stays where it is: it has no middle.
+TEST(Picture, IsTheSameFarFromTheOrigin) {
+  const DrawnScene scene = heap();
+  const CameraKey camera{.position = {3, 2, 4.5}, .target = {0, 0.5, 0}};
+  const RenderSettings settings{.size = {320, 200}};
+  const Image here = SceneRenderer(scene.header, settings).draw(scene.frame, camera);
+  for (const Vec3& place : {Vec3(500000, 0, 5200000), Vec3(-1e6 / 3, 0, 0.1)}) {
+    TrajectoryFrame frame = scene.frame;
+    for (size_t body = 1; body < frame.position.size(); ++body) frame.position[body] += place;
+    CameraKey from = camera;
+    from.position += place;
+    from.target += place;
+    const Image there = SceneRenderer(scene.header, settings).draw(frame, from);
+    size_t differ = 0;
+    for (size_t i = 0; i < here.rgb.size(); ++i)
+      differ += std::abs(here.rgb[i] - there.rgb[i]) > 4 ? 1 : 0;
+    EXPECT_LT(differ, here.rgb.size() / 50) << place.transpose();  // edges of shadows
+  }
+}
+
 // A pile at rest is drawn once; anything else is drawn anew, whatever was drawn before.
 TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
   const DrawnScene first = red_sphere(true);
@@ -105,7 +126,7 @@ TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
   const auto image = renderer.draw(first.frame, camera).rgb;
   const auto changes = std::to_array<void (*)(TrajectoryFrame&, CameraKey&)>({
       [](TrajectoryFrame&, CameraKey&) {},
-      [](TrajectoryFrame& frame, CameraKey&) { frame.position[1].x() += 0.1f; },
+      [](TrajectoryFrame& frame, CameraKey&) { frame.position[1].x() += 0.1; },
       [](TrajectoryFrame& frame, CameraKey&) { frame.state[1] |= kAsleep; },
       [](TrajectoryFrame& frame, CameraKey&) {
         frame.orientation[0] = Quatf(Eigen::AngleAxisf(0.1f, Vec3f::UnitX()));

@@ -276,6 +276,33 @@ TEST_F(RaysOnThreads, GiveTheSameBytesOnAnyNumber) {
   }
 }
 
+TEST(RaysRenderer, DrawsTheSameFarFromTheOrigin) {
+  const DrawnScene scene = heap();
+  const CameraKey camera = test::front_camera({0, 1, 0}, 5);
+  const RenderSettings settings{.size = {120, 80}, .rays = {.samples = 2, .shutter = 0.5}};
+  const auto picture = [&](const Vec3& place) {
+    TrajectoryFrame frame = scene.frame, before = scene.frame;
+    for (size_t body = 1; body < frame.position.size(); ++body) {
+      frame.position[body] += place;
+      before.position[body] += place - Vec3(0.1, 0, 0);
+    }
+    CameraKey from = camera;
+    from.position += place;
+    from.target += place;
+    return Image(RaysRenderer(scene.header, settings, {})
+                     .draw({.index = 3,
+                            .frame = &frame,
+                            .camera = from,
+                            .before = &before,
+                            .camera_before = from}));
+  };
+  const Image here = picture({0, 0, 0}), there = picture({500000, 0, 5200000});
+  size_t differ = 0;
+  for (size_t i = 0; i < here.rgb.size(); ++i)
+    differ += std::abs(here.rgb[i] - there.rgb[i]) > 4 ? 1 : 0;
+  EXPECT_LT(differ, here.rgb.size() / 200);
+}
+
 TEST(RaysRenderer, DrawsAFrameTheSameWhateverItDrewBefore) {
   const DrawnScene scene = heap();
   DrawnScene other = scene;
@@ -381,7 +408,8 @@ TEST(RaysAndRaster, GlossOfABodyIsSeen) {
     const View view = scene_view(RenderScene(scene.header), scene.frame, camera, 600, 180);
     std::array<float, 4> most{};
     for (size_t i = 0; i < 4; ++i) {
-      const Eigen::Vector2f middle = view.project(scene.frame.position[i + 1], 600, 180);
+      const Eigen::Vector2f middle =
+          view.project(scene.frame.position[i + 1].cast<float>(), 600, 180);
       const int x = static_cast<int>(middle.x()), y = static_cast<int>(middle.y());
       for (int row = -8; row <= 8; ++row) {
         for (int column = -8; column <= 8; ++column) {

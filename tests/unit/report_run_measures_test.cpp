@@ -59,7 +59,7 @@ class RunMeasuresTest : public test::TrajectoryTest {
       TrajectoryFrame stored;
       for (size_t body = 0; body < bodies; ++body) {
         const Pose pose = motion(body, frame / kRate);
-        stored.position.push_back(pose.position.cast<float>());
+        stored.position.push_back(pose.position);
         stored.orientation.push_back(pose.orientation.cast<float>());
         stored.state.push_back(kPresent);
       }

@@ -272,7 +272,7 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
   const TrajectoryHeader header = make_header(kBodies);
   EXPECT_EQ(
       run_program({"/usr/bin/python3", "-c", script, store_, directory_.path()}, "python3-zarr"),
-      "position (400, 700, 3) float32 ['frame', 'body', 'xyz']\n"
+      "position (400, 700, 3) float64 ['frame', 'body', 'xyz']\n"
       "orientation (400, 700, 4) float32 ['frame', 'body', 'wxyz']\n"
       "state (400, 700) uint8 ['frame', 'body']\n"
       "body_shape (700,) uint32 ['body']\n"
@@ -281,7 +281,7 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
       "shapes/0/vertices (4, 3) float32 ['vertex', 'axis']\n"
       "shapes/0/triangles (4, 3) uint32 ['triangle', 'corner']\n"
       "shapes/1/vertices (0, 3) float32 ['vertex', 'axis']\n"
-      "format pilesim-trajectory\nformat_version 2\nframe_rate 23.976023976023978\n"
+      "format pilesim-trajectory\nformat_version 3\nframe_rate 23.976023976023978\n"
       "seed 18364758544493064720\nscene_hash " +
           header.scene_hash + "\n2 0.1 bodies/1\n");
 
@@ -292,9 +292,9 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
   for (uint64_t i = 0; i < kFrames; ++i) {
     const TrajectoryFrame frame = make_frame(kBodies, i);
     for (size_t body = 0; body < kBodies; ++body) {
-      const Vec3f& p = frame.position[body];
+      const Vec3& p = frame.position[body];
       const Quatf& q = frame.orientation[body];
-      const float xyz[] = {p.x(), p.y(), p.z()};
+      const double xyz[] = {p.x(), p.y(), p.z()};
       const float wxyz[] = {q.w(), q.x(), q.y(), q.z()};
       add(position, xyz, sizeof xyz);
       add(orientation, wxyz, sizeof wxyz);
@@ -314,6 +314,23 @@ print(group.attrs["scene"]["bodies"][0]["a"], group.attrs["scene"]["duration_s"]
   EXPECT_TRUE(same("body_moves", header.body_moves));
   EXPECT_TRUE(same("shapes_0_vertices", header.shapes[0].vertices));
   EXPECT_TRUE(same("shapes_0_triangles", header.shapes[0].triangles));
+}
+
+// 1e-6 of a body's size, at the origin and 1,000 km away, of a body of any size.
+TEST_F(TrajectoryStore, PositionsAreExactFarAway) {
+  for (const float size : {1e-3f, 0.2f, 30.0f}) {
+    TrajectoryHeader header = make_header(1);
+    for (Vec3f& vertex : header.shapes[0].vertices) vertex *= size;
+    for (const Vec3& place :
+         {Vec3(0.1, 0.2, -0.3), Vec3(500000.1, 0.07, 5200000.3), Vec3(-1e6 / 3, 1e6, 0.7)}) {
+      TrajectoryFrame frame = make_frame(1, 0);
+      frame.position = {place};
+      fs::remove_all(store_);
+      TrajectoryWriter(store_, header).append(frame);
+      TrajectoryReader(store_).read(0, frame);
+      EXPECT_LT((frame.position[0] - place).norm(), 1e-6 * size) << size << " at " << place.x();
+    }
+  }
 }
 
 // Killed between the three renames of a write.

@@ -188,8 +188,7 @@ class BopWriter final : public AnnotationWriter {
   Json pose_of(const AnnotatedFrame& frame, const AnnotatedBody& body) const {
     const Quat turn = frame.poses.orientation[body.body].cast<double>().normalized();
     return {{"cam_R_m2c", rows_of(frame.camera.rotation * turn.toRotationMatrix())},
-            {"cam_t_m2c",
-             millimetres(frame.camera.in_camera(frame.poses.position[body.body].cast<double>()))},
+            {"cam_t_m2c", millimetres(frame.camera.in_camera(frame.poses.position[body.body]))},
             {"obj_id", header_.body_shape[body.body] + 1}};
   }
 

@@ -67,7 +67,7 @@ class CocoWriter final : public AnnotationWriter {
                              static_cast<size_t>(column)] == seen.instance;
     };
     const Quat turn = frame.poses.orientation[body.body].cast<double>().normalized();
-    const Vec3 place = frame.camera.in_camera(frame.poses.position[body.body].cast<double>());
+    const Vec3 place = frame.camera.in_camera(frame.poses.position[body.body]);
     const std::vector<uint32_t> runs =
         run_lengths(images.width, images.height, seen.visible_box, is_seen);
     return {{"id", frame.frame * header_.body_count() + body.body + 1},

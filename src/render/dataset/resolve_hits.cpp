@@ -15,10 +15,6 @@ Quat rotation_of(const TrajectoryFrame& frame, size_t body) {
   return frame.orientation[body].cast<double>().normalized();
 }
 
-Vec3 place_of(const TrajectoryFrame& frame, size_t body) {
-  return frame.position[body].cast<double>();
-}
-
 // In the camera frame.
 struct CameraPlane {
   size_t body;
@@ -33,7 +29,7 @@ std::vector<CameraPlane> planes_in_view(const TrajectoryHeader& header, const Mo
     if (!header.shapes[header.body_shape[body]].is_plane) continue;
     if ((now.frame.state[body] & kPresent) == 0) continue;
     const Vec3 normal = now.camera.rotation * (rotation_of(now.frame, body) * Vec3::UnitY());
-    const double offset = normal.dot(now.camera.in_camera(place_of(now.frame, body)));
+    const double offset = normal.dot(now.camera.in_camera(now.frame.position[body]));
     if (offset < 0) planes.push_back({body, normal, offset});
   }
   return planes;
@@ -108,7 +104,7 @@ class Resolver {
   Surface on_body(size_t body, uint32_t triangle, const Vec3& ray) const {
     const Mat3 rotation = now_.camera.rotation * rotation_of(now_.frame, body).toRotationMatrix();
     return on_triangle(shape_of(body), triangle, rotation,
-                       now_.camera.in_camera(place_of(now_.frame, body)), ray);
+                       now_.camera.in_camera(now_.frame.position[body]), ray);
   }
 
   // Of the body's point that is at `seen` in the camera frame.
@@ -122,9 +118,9 @@ class Resolver {
     }
     const Vec3 world = now_.camera.rotation.transpose() * (seen - now_.camera.translation);
     const Vec3 local =
-        rotation_of(now_.frame, body).conjugate() * (world - place_of(now_.frame, body));
+        rotation_of(now_.frame, body).conjugate() * (world - now_.frame.position[body]);
     const Vec3 later = next_->camera.in_camera(rotation_of(next_->frame, body) * local +
-                                               place_of(next_->frame, body));
+                                               next_->frame.position[body]);
     if (later.z() <= 0) return {kNothing, kNothing};
     const Eigen::Vector2d moved = next_->camera.project(later) - Eigen::Vector2d(column, row);
     return {static_cast<float>(moved.x()), static_cast<float>(moved.y())};

@@ -50,7 +50,7 @@ TrajectoryFrame in_camera(const TrajectoryFrame& frame, const Pinhole& camera) {
   TrajectoryFrame seen = frame;
   const Quat to_camera(camera.rotation);
   for (size_t body = 0; body < frame.position.size(); ++body) {
-    seen.position[body] = camera.in_camera(frame.position[body].cast<double>()).cast<float>();
+    seen.position[body] = camera.in_camera(frame.position[body]);
     seen.orientation[body] =
         (to_camera * frame.orientation[body].cast<double>().normalized()).cast<float>();
   }
@@ -132,8 +132,7 @@ void RayHits::find_hits(SurfaceHits& hits) {
 void RayHits::outline(size_t body, Silhouette& silhouette) {
   State& s = *state_;
   silhouette = {};
-  silhouette.box = silhouette_box(s.camera, s.seen.position[body].cast<double>(),
-                                  s.scene.radius(body), s.near_m);
+  silhouette.box = silhouette_box(s.camera, s.seen.position[body], s.scene.radius(body), s.near_m);
   const PixelBox& box = silhouette.box;
   if (box.width == 0) return;
   const auto width = static_cast<size_t>(box.width), height = static_cast<size_t>(box.height);

@@ -51,8 +51,8 @@ struct Placement {
   }
 };
 
-Placement placement(const TrajectoryFrame& frame, size_t body) {
-  return {frame.position[body], frame.orientation[body]};
+Placement placement(const RenderScene& scene, const TrajectoryFrame& frame, size_t body) {
+  return {scene.place(frame, body), frame.orientation[body]};
 }
 
 // The short way round.
@@ -189,9 +189,10 @@ struct RayScene::State {
   void require(bool good) const {
     const RTCError error = rtcGetDeviceError(device.get());
     if (good && error == RTC_ERROR_NONE) return;
-    throw Error(ErrorKind::internal,
-                Problem{.found = "Embree failed with its error " + std::to_string(error),
-                        .remedy = "Draw with --renderer raster, and without passes and annotations"});
+    throw Error(
+        ErrorKind::internal,
+        Problem{.found = "Embree failed with its error " + std::to_string(error),
+                .remedy = "Draw with --renderer raster, and without passes and annotations"});
   }
 
   void add_mesh(size_t shape) {
@@ -284,20 +285,21 @@ void RayScene::place(const TrajectoryFrame& frame, const Shutter& shutter) {
   s.alone = TracedScene();
   s.planes.clear();
   const auto neighbour = [&](const TrajectoryFrame* other, uint32_t body) {
-    Placement here = placement(frame, body);
+    Placement here = placement(s.scene, frame, body);
     if (!shutter.moves() || other == nullptr || (other->state[body] & kPresent) == 0) return here;
-    const Placement there = placement(*other, body);
+    const Placement there = placement(s.scene, *other, body);
     return there == here ? here : between(here, there, 0.5f * shutter.share);
   };
   for (uint32_t body = 0; body < s.scene.shape.size(); ++body) {
     const uint32_t shape = s.scene.shape[body];
     if (s.scene.is_plane[shape] != 0) {
       if ((frame.state[body] & kPresent) == 0) continue;
-      s.planes.push_back({body, frame.position[body], frame.orientation[body] * Vec3f(0, 1, 0)});
+      s.planes.push_back(
+          {body, s.scene.place(frame, body), frame.orientation[body] * Vec3f(0, 1, 0)});
     } else if (!s.scene.drawn(frame, body) || !s.meshes[shape].scene) {
       s.remove(body);
     } else {
-      s.put(body, {neighbour(shutter.before, body), placement(frame, body),
+      s.put(body, {neighbour(shutter.before, body), placement(s.scene, frame, body),
                    neighbour(shutter.after, body)});
     }
   }

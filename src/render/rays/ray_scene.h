@@ -15,7 +15,7 @@ namespace pilesim {
 inline constexpr uint32_t kNoBody = std::numeric_limits<uint32_t>::max();
 
 struct Ray {
-  Vec3f origin = Vec3f::Zero();     // m, world
+  Vec3f origin = Vec3f::Zero();     // m, world axes, from the scene's origin
   Vec3f direction = Vec3f::Zero();  // world, of any length: distances are counted in it
   float nearest = 0;
   float farthest = std::numeric_limits<float>::infinity();
@@ -32,7 +32,7 @@ struct RayHit {
 
 // What a ray has met. Normals are units, world, and point to where the ray came from.
 struct RaySurface {
-  Vec3f position = Vec3f::Zero();  // m, world
+  Vec3f position = Vec3f::Zero();  // m, world axes, from the scene's origin
   Vec3f geometric_normal = Vec3f::Zero();
   Vec3f normal = Vec3f::Zero();  // smooth
   // Where further rays start: off the surface, and on the smooth one that the triangles stand for,

@@ -95,7 +95,8 @@ struct RaysRenderer::State {
     PathScene result{.scene = &traced, .materials = materials, .frame = drawn.index};
     const auto share = static_cast<float>(settings.rays.shutter);
     const auto view = [&](const CameraKey& camera) {
-      return scene_view(scene, *drawn.frame, camera, image.width, image.height);
+      return scene_view(scene, *drawn.frame, from_origin(camera, scene.origin), image.width,
+                        image.height);
     };
     result.views[1] = view(drawn.camera);
     result.moves = share > 0 && (drawn.before != nullptr || drawn.after != nullptr);
@@ -152,6 +153,7 @@ const Film& RaysRenderer::film() const { return state_->film; }
 const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
   State& s = *state_;
   const RaySettings& rays = s.settings.rays;
+  s.scene.origin = view_origin(drawn.camera);
   s.set_materials(*drawn.frame);
   s.traced.place(
       *drawn.frame,

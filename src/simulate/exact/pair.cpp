@@ -13,6 +13,8 @@ using namespace exact_constants;
 namespace {
 
 constexpr int kMostAdvances = 24;
+// What is fast feels a normal that is tilted by more.
+constexpr double kSameWay = 1e-6;
 
 // What is subtracted is never too little.
 void spend(float& slack, float motion) {
@@ -408,7 +410,7 @@ class Finder {
     // The edge of what goes down on the other side is not touched from behind.
     if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kBehind)) return;
     const size_t first = scratch_.all.size();
-    const bool is_corrected = allowed.dot(separation.normal) < 1 - 1e-6;
+    const bool is_corrected = (allowed - separation.normal).norm() > kSameWay;
     if (is_corrected) {
       separation.normal = allowed;
       separation.distance_m = separation_along(triangle, b, relative, allowed);

@@ -235,7 +235,11 @@ class Surroundings::Search {
         way = out;
       }
       if (!is_covered) return true;
-      if (way.isZero(0)) return false;
+      if (triangle_ != nullptr) {  // along it: behind it is its own solid, before it nothing
+        const Vec3 across = own_.turn * triangle_->normal;
+        way -= way.dot(across) * across;
+      }
+      if (way.norm() <= tolerance_m_) return false;
       point += way;
       const Vec3 at = own_.turn.transpose() * (point - own_.position);
       if (piece_ != nullptr ? !holds(*piece_, at) : !is_over(*triangle_, at)) return false;
