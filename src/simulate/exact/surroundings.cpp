@@ -235,7 +235,7 @@ class Surroundings::Search {
         way = out;
       }
       if (!is_covered) return true;
-      if (triangle_ != nullptr) {  // along it: behind it is its own solid, before it nothing
+      if (triangle_) {  // along it: behind it is its own solid, before it nothing
         const Vec3 across = own_.turn * triangle_->normal;
         way -= way.dot(across) * across;
       }
