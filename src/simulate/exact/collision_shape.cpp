@@ -41,6 +41,10 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
       owner[{key(mesh.triangles[t][k]), key(mesh.triangles[t][(k + 1) % 3])}] = t;
     }
   }
+  std::vector<uint32_t> place_of(mesh.triangles.size());
+  for (uint32_t place = 0; place < tree_.triangles().size(); ++place) {
+    place_of[tree_.triangles()[place]] = place;
+  }
   for (uint32_t place = 0; place < tree_.triangles().size(); ++place) {
     const Triangle& triangle = mesh.triangles[tree_.triangles()[place]];
     Face face{tree_.corners()[place], normal_of(triangle), {}};
@@ -49,9 +53,13 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
       const auto over = owner.find({key(triangle[(k + 1) % 3]), key(triangle[k])});
       if (over == owner.end()) {
         is_closed_ = false;
+        face.over[k] =
+            (face.corners[(k + 1) % 3] - face.corners[k]).cross(face.normal).stableNormalized();
+        face.ridge[k] = kBorder;
         continue;
       }
       const Triangle& other = mesh.triangles[over->second];
+      face.neighbour[k] = place_of[over->second];
       const Vec3 side = face.corners[(k + 1) % 3] - face.corners[k];
       const Vec3 normal = normal_of(other);
       face.over[k] = normal;
@@ -76,9 +84,10 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
     const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
     const Vec3 inward = face.normal.cross(edge).normalized();
     if (inward.dot(point - face.corners[k]) > kOnEdge * longest) continue;
-    if (face.ridge[k] != side) continue;
+    const bool is_border = face.ridge[k] == kBorder && !solid_behind_;
+    if (face.ridge[k] != side && !is_border) continue;
     // Between the two normals.
-    const Vec3 other = side * face.over[k];
+    const Vec3 other = is_border ? face.over[k] : Vec3(side * face.over[k]);
     const double cosine = own.dot(other);
     const Vec3 towards = other - cosine * own;
     const double sine = towards.norm();

@@ -25,10 +25,14 @@ class TriangleSurface {
     Corners corners;
     Vec3 normal;  // unit
     // Over the edge from each corner: the neighbour's normal, and whether it falls away from this
-    // side (1), from the other (-1), or neither (0).
+    // side (1), from the other (-1), or neither (0). Where there is none, the way out in the face's
+    // plane, and kBorder: both.
     std::array<Vec3, 3> over;
     std::array<int8_t, 3> ridge{};
+    std::array<uint32_t, 3> neighbour{kNone, kNone, kNone};  // in tree order
   };
+  static constexpr uint32_t kNone = ~uint32_t{0};
+  static constexpr int8_t kBorder = 2;
   const TriangleTree& tree() const { return tree_; }
   const Face& face(uint32_t place) const { return faces_[place]; }  // in tree order
   bool is_solid() const { return is_closed_ || solid_behind_; }
