@@ -243,20 +243,18 @@ void expect_planks_on_hills(bool is_closed) {
 }
 
 // Bars, planks and sheets that are as thin as a hundredth of their length fall on hills flat, on
-// end and turning. A height field has no other side from which a hill could hold what it pokes
-// into.
-TEST(Margins, ThinBodiesStayOutOfAHeightField) {
+// end and turning.
+void expect_thin_bodies_stay_out(bool solid_behind, const std::vector<Vec3>& sizes) {
   TriangleMesh hills;
   add_mesh_grid({-10, 0, -10}, {0, 0, 20}, {20, 0, 0}, 64, hills);
   for (Vec3& v : hills.vertices) {
     v.y() = 1.5 + 0.9 * std::sin(1.3 * v.x()) * std::cos(1.1 * v.z()) + 0.1 * std::sin(4 * v.x());
   }
-  for (const Vec3& size : {Vec3(3, 0.1, 0.1), Vec3(1, 0.03, 0.03), Vec3(3, 0.03, 0.03),
-                           Vec3(3, 0.05, 0.4), Vec3(2, 0.02, 1.5)}) {
+  for (const Vec3& size : sizes) {
     SmallModel m;
     const uint32_t material = m.material(0.1, 0.6);
     const uint32_t ground = mesh_shape(m, hills);
-    m.model.shapes[ground].solid_behind = true;
+    m.model.shapes[ground].solid_behind = solid_behind;
     m.body(ground, material, Vec3::Zero(), Role::fixed);
     const uint32_t shape = m.box(size);
     for (int i = 0; i < 12; ++i) {
@@ -286,6 +284,17 @@ TEST(Margins, ThinBodiesStayOutOfAHeightField) {
     }
     for (const Vec3& at : simulator->states().position) EXPECT_GT(at.y(), -0.1) << at.transpose();
   }
+}
+
+// It has no other side from which a hill could hold what it pokes into.
+TEST(Margins, ThinBodiesStayOutOfAHeightField) {
+  expect_thin_bodies_stay_out(
+      true, {{3, 0.1, 0.1}, {1, 0.03, 0.03}, {3, 0.03, 0.03}, {3, 0.05, 0.4}, {2, 0.02, 1.5}});
+}
+
+// It has two sides, and what comes from one is not held by the other.
+TEST(Margins, ThinBodiesStayOutOfAnOpenMesh) {
+  expect_thin_bodies_stay_out(false, {{1, 0.03, 0.03}, {3, 0.05, 0.4}, {2, 0.02, 1.5}});
 }
 
 TEST(Margins, LongBodiesLieOnHills) { expect_planks_on_hills(false); }

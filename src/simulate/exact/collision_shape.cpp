@@ -99,6 +99,7 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, bool solid_behind)
       edges_[place].over[k] = other == EdgeOwners::kNone ? place : place_of[other];
       if (other == EdgeOwners::kNone) {
         is_closed_ = false;
+        edges_[place].ridge[k] = kBorder;
         continue;
       }
       const Corners& corners = tree_.corners()[place];
@@ -124,9 +125,10 @@ Vec3 TriangleSurface::allowed(uint32_t place, int side, const Vec3& point,
     const Vec3 edge = face.corners[(k + 1) % 3] - face.corners[k];
     const Vec3 inward = face.normal.cross(edge).normalized();
     if (inward.dot(point - face.corners[k]) > kOnEdge * longest) continue;
-    if (edges.ridge[k] != side) continue;
-    // Between the two normals.
-    const Vec3 other = side * normals_[edges.over[k]];
+    const bool is_border = edges.ridge[k] == kBorder && !solid_behind_;
+    if (edges.ridge[k] != side && !is_border) continue;
+    // Between the two normals. Beyond a border lies the way out, in the face's plane.
+    const Vec3 other = is_border ? Vec3(-inward) : Vec3(side * normals_[edges.over[k]]);
     const double cosine = own.dot(other);
     const Vec3 towards = other - cosine * own;
     const double sine = towards.norm();

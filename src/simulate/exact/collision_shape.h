@@ -28,6 +28,8 @@ class TriangleSurface {
   };
   const TriangleTree& tree() const { return tree_; }
   Face face(uint32_t place) const { return {tree_.corners()[place], normals_[place]}; }
+  // Over the edge from each corner, in tree order; the face itself where there is none.
+  const std::array<uint32_t, 3>& neighbours(uint32_t place) const { return edges_[place].over; }
   bool is_solid() const { return is_closed_ || solid_behind_; }
   // Nothing comes to a face from behind: there is no other side, as under a height field.
   bool has_one_side() const { return solid_behind_; }
@@ -37,8 +39,10 @@ class TriangleSurface {
   Vec3 allowed(uint32_t place, int side, const Vec3& point, const Vec3& normal) const;
 
  private:
+  static constexpr int8_t kBorder = 2;
   // Over the edge from each corner of a triangle: the place of its neighbour (where there is none,
-  // its own), and whether that falls away from this side (1), from the other (-1), or neither (0).
+  // its own), and whether that falls away from this side (1), from the other (-1), or neither (0);
+  // kBorder: there is none.
   struct Edges {
     std::array<uint32_t, 3> over;
     std::array<int8_t, 3> ridge{};

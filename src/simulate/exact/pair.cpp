@@ -62,6 +62,7 @@ class Finder {
       pair_.toward = (turn_a_ * Vec3::UnitY()).cast<float>();
     } else {
       if (pair_.list_slack_m < reach_m_) list_pieces();
+      if (shape_a_.surface && !shape_a_.surface->is_solid()) settle_sides();
       // Faces that pieces have come to before those that they may have come to from behind.
       for (const bool known_side : {true, false}) {
         for (PiecePair& pieces : pair_.pieces) {
@@ -350,6 +351,9 @@ class Finder {
           Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
               pieces.known);
+          if (!is_solid && separation.distance_m < -kInside * small_) {
+            leave_wrong_side(pieces, triangle, b, relative, reach, separation);
+          }
           guess = separation.normal;
           if (first) pieces.axis = guess.cast<float>();
           first = false;
@@ -361,6 +365,18 @@ class Finder {
     pieces.slack_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
     is_inside_ = is_inside_ || distance < -kInside * small_;
+  }
+
+  // Deep in a sheet as seen from its side, a piece may yet be apart from it: it has come round.
+  static void leave_wrong_side(PiecePair& pieces, const ConvexPiece& triangle, const ConvexPiece& b,
+                               const Relative& relative, const Reach& reach,
+                               Separation& separation) {
+    KnownVertices none;
+    const Separation apart = find_separation(triangle, b, relative, Vec3::Zero(), reach, none);
+    if (apart.distance_m <= 0) return;
+    separation = apart;
+    const double cosine = apart.normal.dot(triangle.faces()[0].normal);
+    if (std::abs(cosine) > kBefore) pieces.side = cosine > 0 ? 1 : -1;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
@@ -390,6 +406,53 @@ class Finder {
     if (apart.distance_m < -kInside * small_) return of_centre;
     const double cosine = apart.normal.dot(face.normal);
     return cosine > kBefore ? 1 : cosine < -kBefore ? -1 : of_centre;
+  }
+
+  // A sheet has two sides. On which one of a triangle a piece is that has just come to it, those
+  // beside it tell that it pokes into, else how it lies, and where that is not clear all beside it.
+  void settle_sides() {
+    std::vector<uint32_t>& unsure = scratch_.unsure;
+    unsure.clear();
+    for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
+      if (pair_.pieces[i].side == 0 && pair_.pieces[i].slack_m <= reach_m_) unsure.push_back(i);
+    }
+    const auto settle = [&](auto&& side) {
+      return std::erase_if(unsure, [&](uint32_t i) {
+        pair_.pieces[i].side = side(pair_.pieces[i]);
+        return pair_.pieces[i].side != 0;
+      });
+    };
+    while (settle([&](const PiecePair& pieces) {
+             return side_of_neighbours(pieces, -kInside * small_);
+           }) > 0) {
+    }
+    settle([&](const PiecePair& pieces) -> int8_t {
+      const TriangleSurface::Face face = shape_a_.surface->face(pieces.a);
+      KnownVertices none;
+      const Separation apart =
+          find_separation(ConvexPiece(face.corners), shape_b_.pieces[pieces.b], b_in_a_,
+                          Vec3::Zero(), std::numeric_limits<double>::infinity(), none);
+      const double cosine = apart.normal.dot(face.normal);
+      if (apart.distance_m <= 0 || std::abs(cosine) <= kBefore) return 0;
+      return cosine > 0 ? 1 : -1;
+    });
+    while (settle([&](const PiecePair& pieces) { return side_of_neighbours(pieces, reach_m_); }) >
+           0) {
+    }
+  }
+
+  // Of those that are no farther from it. 0: they know none, or are of two minds.
+  int8_t side_of_neighbours(const PiecePair& pieces, double most_m) const {
+    int sum = 0;
+    for (const uint32_t neighbour : shape_a_.surface->neighbours(pieces.a)) {
+      if (neighbour == pieces.a) continue;
+      const auto found = std::ranges::lower_bound(
+          pair_.pieces, std::pair(neighbour, pieces.b), {},
+          [](const PiecePair& other) { return std::pair(other.a, other.b); });
+      if (found == pair_.pieces.end() || found->a != neighbour || found->b != pieces.b) continue;
+      if (found->slack_m <= most_m) sum += found->side;
+    }
+    return static_cast<int8_t>(sum > 0 ? 1 : sum < 0 ? -1 : 0);
   }
 
   // Never into the surface, nor against an edge that is inside of it.
@@ -490,7 +553,9 @@ class Finder {
         continue;
       }
       PiecePair& made = listed.emplace_back(PiecePair{i, j});
-      if (shape_a_.surface) made.side = side_of(i, shape_b_.pieces[j]);
+      if (shape_a_.surface && shape_a_.surface->is_solid()) {
+        made.side = side_of(i, shape_b_.pieces[j]);
+      }
       // What is as far apart as its box is not looked at yet.
       if (gap > 0) spend(made.slack_m = static_cast<float>(gap), 0);
     }

@@ -103,6 +103,7 @@ struct NarrowScratch {
   std::vector<SurfacePoint> points, all;
   std::vector<Contact> former;
   std::vector<PiecePair> pieces;
+  std::vector<uint32_t> unsure;
   std::vector<Met> met;
   std::vector<uint8_t> taken;  // of the points
 };
