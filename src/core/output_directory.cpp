@@ -149,7 +149,7 @@ void OutputLock::make_directory() {
 void OutputLock::take() {
   descriptor_ = open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor_ < 0) return;
-  // What a killed process had forked may hold it a moment longer.
+  // The children of a process that was killed may hold it a moment longer.
   for (int tries = 0; tries < 20; ++tries) {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
     usleep(50'000);

@@ -58,7 +58,7 @@ class ExportSource {
   // there.
   const Vec3& origin() const { return origin_; }
   Vec3f from_origin(const Vec3& world) const { return (world - origin_).cast<float>(); }
-  // Of bodies()[body], from the origin: of a plane that is far from there its nearest point.
+  // The place of bodies()[body], from the origin; for a plane far from there, its nearest point.
   Vec3f place(const TrajectoryFrame& poses, size_t body) const;
   // Holds all bodies in all frames, m, from the origin.
   const Eigen::AlignedBox3f& bounds() const { return bounds_; }

@@ -40,7 +40,7 @@ std::string fault_of_obj(std::string_view text) {
     const bool is_face =
         first + 1 < end && text[first] == 'f' && kBlank.find(text[first + 1]) != kBlank.npos;
     if (is_face) {
-      const std::string fault = budget.take(words_of(text.substr(first + 1, end - first - 1)));
+      std::string fault = budget.take(words_of(text.substr(first + 1, end - first - 1)));
       if (!fault.empty()) return fault;
     }
     at = end + 1;

@@ -154,7 +154,7 @@ class ModelBuilder {
   }
 
   static void check_moving(const ModelShape& shape) {
-    // Of a box that turns as heavily.
+    // The sides of the box that is as heavy to turn.
     const Vec3 moments = principal_inertia(shape.mass.inertia_m5).moments / shape.mass.volume_m3;
     const Vec3 sides = (6 * (moments.sum() - 2 * moments.array())).max(0).sqrt();
     const double longest = sides.maxCoeff(), shortest = sides.minCoeff();

@@ -35,11 +35,11 @@ class MeshLibrary {
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);
 
-// Of all shapes of a scene together, drawn and collided with: parts of compounds and sizes of
-// emitters multiply what files hold.
+// All shapes of a scene together have no more, drawn and collided with: parts of compounds and sizes
+// of emitters multiply what files hold.
 inline constexpr size_t kMostTriangles = 20'000'000;
 size_t triangles_of(const ModelShape& shape);
-// What is said of the shape at `pointer` that exceeds it.
+// The error at the shape's `pointer` that exceeds it.
 Error too_many_triangles(const std::string& pointer);
 
 // `shape` times `size` in all its measures, as an emitter with sizes has it.

@@ -8,7 +8,7 @@ namespace pilesim {
 
 inline constexpr int kSceneVersion = 1;
 inline constexpr int kMostBodies = 2'000'000;
-// Of bodies: beyond them inertia, its inverse and their products leave the range of numbers.
+// Bounds of bodies. Beyond them inertia, its inverse and their products leave the range of numbers.
 inline constexpr double kSmallestLength = 1e-6;  // m
 inline constexpr double kLargestMoving = 1e6;    // m
 inline constexpr double kThinnestMoving = 1e-6;  // of the longest side

@@ -77,8 +77,8 @@ void ContactSolver::give(SolverJoint& joint, const Vec3& push, const Vec3& twist
   change(joint.b, 1, joint.inertia_b, joint.from_b, joint.given_b);
 }
 
-// What the step before or a substep gave is given in the next, too, as contacts' forces are: to
-// where the two are now, and turned as they turn. As it was it would drive them.
+// Starts a substep with the force of the substep before, as contacts do. The force acts where the
+// bodies are now and has turned with them; a force that does not turn would drive them.
 void ContactSolver::give_again(SolverJoint& joint, double substep_s, bool is_first) {
   if (!is_first) {
     const Vec3 angle = joint.b < moving_ ? Vec3(substep_s / 2 * (spin(joint.a) + spin(joint.b)))

@@ -13,7 +13,7 @@ using namespace exact_constants;
 namespace {
 
 constexpr int kMostAdvances = 24;
-// What is fast feels a normal that is tilted by more.
+// A normal that is tilted by more would slow or lift a fast body.
 constexpr double kSameWay = 1e-6;
 
 // What is subtracted is never too little.

@@ -301,8 +301,8 @@ class Surroundings::Search {
     for (const auto& [apart, way] : faces) {
       const Vec3 at_face = point + way;
       find(at_face);
-      if (const Vec3 turned = nearest(at_face, normal); !turned.isZero(0)) return turned;
-      const Vec3 own = way.normalized();
+      if (Vec3 turned = nearest(at_face, normal); !turned.isZero(0)) return turned;
+      Vec3 own = way.normalized();
       if (all_leave(at_face, own)) return own;
     }
     return Vec3::Zero();
