@@ -182,7 +182,8 @@ void ContactSolver::hold_turning(const Block& block, bool of_blow) {
 
     const Lanes3<T> turning = spins.relative();
     const L by_u = dot(u, turning), by_v = dot(v, turning);
-    // What would stop it; and if that is too much all that there is, against the turning.
+    // The torque that would stop it; where that is too much, a step against the turning that stops
+    // no direction by more than its speed, within the limit.
     const L uu = L::load(torque.across_mass[0].data()), vv = L::load(torque.across_mass[1].data());
     const L uv = L::load(torque.across_mass[2].data());
     const L stop_u = neg_mul_add(uu, by_u, neg_mul_add(uv, by_v, old.y));
@@ -192,7 +193,7 @@ void ContactSolver::hold_turning(const Block& block, bool of_blow) {
             against_v = neg_mul_add(least, by_v, old.z);
     const L size2 = mul_add(against_u, against_u, against_v * against_v);
     const auto some = size2 > zero;
-    const L share = select(some, most_across / sqrt(select(some, size2, one)), zero);
+    const L share = min(select(some, most_across / sqrt(select(some, size2, one)), zero), one);
     const auto turns_on = mul_add(stop_u, stop_u, stop_v * stop_v) > most_across * most_across;
     held.y = select(turns_on, share * against_u, stop_u);
     held.z = select(turns_on, share * against_v, stop_v);
