@@ -156,10 +156,16 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
   };
   for (const uint32_t t : touching) {
     const Pair& pair = state_.pairs[t];
-    float force_n = 0;
+    // Bodies that hook into each other press against each other from opposite sides; that carries
+    // nothing.
+    Vec3f net = Vec3f::Zero();
+    float most_n = 0, sum_n = 0;
     for (const Contact& contact : state_.contacts_of(pair)) {
-      force_n = std::max(force_n, contact.push_n);
+      net += contact.push_n * contact.normal;
+      sum_n += contact.push_n;
+      most_n = std::max(most_n, contact.push_n);
     }
+    const float force_n = sum_n > 0 ? most_n * net.norm() / sum_n : 0;
     const bool both = is_moved(pair.a) && is_moved(pair.b);
     if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate);
   }
