@@ -16,6 +16,8 @@ class DisjointSets {
     parent_.resize(count);
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
+  size_t size() const { return parent_.size(); }
+  void part(uint32_t i) { parent_[i] = i; }  // alone again; so must be all of its set
   uint32_t find(uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;

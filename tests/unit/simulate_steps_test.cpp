@@ -78,7 +78,11 @@ TEST(Steps, AreShortWhereSomethingFastIsNearAndLongAtRest) {
   EXPECT_EQ(steps.back(), 1);
 }
 
-TEST(Steps, ScaleWithTheBodies) { EXPECT_EQ(steps_of_fall(1, 10), steps_of_fall(0.01, 1)); }
+TEST(Steps, ScaleWithTheBodies) {
+  for (const double speed : {8.0, 12.0, 20.0, 30.0, 60.0}) {
+    EXPECT_EQ(steps_of_fall(1, speed), steps_of_fall(0.01, speed / 10)) << speed;
+  }
+}
 
 TEST(Steps, AreThoseOfTheSceneWhereItNamesThem) {
   SmallModel m = pyramid(2, 0.8);

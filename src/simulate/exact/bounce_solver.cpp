@@ -12,7 +12,6 @@
 // combination that leaves the least error (a conjugate gradient whose preconditioner is the sweep).
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 #include "simulate/exact/contact_lanes.h"
 #include "simulate/exact/exact_constants.h"
@@ -25,6 +24,7 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
   if (std::ranges::none_of(blocks_, &Block::has_impacts)) return;
   former_.resize(points_.size());
   least_impact_ = static_cast<T>(settings.step_s * settings.gravity.norm());
+  least_change_ = static_cast<T>(kSameAsFall) * least_impact_;
   for (int round = 1; round <= kImpactRounds; ++round) {
     impulses_.assign(points_.size(), {});
     for (Torque& torque : torques_) torque.blow = {};
@@ -69,6 +69,7 @@ void ContactSolver::converge(const SolverSettings& settings) {
   changed_.assign(motions_.size(), 0);
   for (Block& block : blocks_) {
     block.reached = {};
+    block.is_reached = false;
     block.is_settled = !block.has_impacts;
     block.visited = 0;
   }
@@ -113,8 +114,9 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
   }
   block.visited = now;
   block.is_settled = true;
+  block.is_reached = is_reached;
   if (!is_reached) return false;
-  Gathered g = gather(block);
+  Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data()), rate(inverse_step);
@@ -122,9 +124,9 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
   const L lighter = max(weights.mass_a, weights.mass_b);
   const L smaller = min(weights.mass_a, weights.mass_b);
   const L heavier = select(smaller > zero, smaller, lighter);
-  const L share(static_cast<T>(kSameImpulse)), least = share * L(least_impact_);
+  const L share(static_cast<T>(kSameImpulse)), least(least_change_);
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-    former_[p] = impulses_[p];
+    former_[p] = impulses_[p].push;
   }
   Row has_changed{};
   // Friction and push of a corner bear on each other: points are iterated until they agree.
@@ -171,7 +173,7 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
   }
   Row strikes;
   select(felt > L(least_impact_), one, zero).store(strikes.data());
-  scatter(block, g);
+  scatter(block, g, motions_);
   if (block.holds_turning) hold_turning(block, true);
   for (size_t i = 0; i < kLanes; ++i) {
     for (const uint32_t body : {block.a[i], block.b[i]}) {
@@ -186,145 +188,192 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
 
 // Goes on from the sweep that began at `begin`, by islands: by s d + t e, where d is what the sweep
 // has changed of the impulses and e what the step before it has, so that least is left of
-// sum(impulse (velocity / 2 - target)): a system of two unknowns. Only points that push have part,
-// and go on no farther than to where the first of them would pull.
+// sum(impulse (velocity / 2 - target)): a system of two unknowns. Only normal impulses have part,
+// friction beyond its limit would feed the bodies; and they go on no farther than to where the
+// first of them would pull.
 void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
-  struct Island {
-    bool is_open = false;  // the sweep has changed something
-    double dd = 0, de = 0, ee = 0, d = 0, e = 0, noise = 0, s = 0, t = 0, part = 1;
+  using L = Lanes<T>;
+  if (directions_.empty()) directions_.assign(points_.size(), Row{});
+  find_impact_islands(begin);
+  const L zero(T{0}), rate(inverse_step);
+  // Visits the points that push of blocks in open islands, with d and e of their impulses.
+  const auto for_points = [&](const Block& block, const auto& visit) {
+    const auto reached = L::load(block.reached.data()) > zero;
+    const L visited(block.visited < begin ? T{0} : T{1});
+    for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+      const L now = L::load(impulses_[p].push.data());
+      const auto has_part = hn::And(reached, now > zero);
+      visit(p, now, select(has_part, visited * (now - L::load(former_[p].data())), zero),
+            select(has_part, L::load(directions_[p].data()), zero));
+    }
   };
-  const size_t lanes = blocks_.size() * kLanes;
-  if (directions_.empty()) directions_.assign(points_.size(), {});
-  std::vector<uint32_t> parent(moving_);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto find = [&](uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const Block& block : blocks_) {
+  // What d and e change of the velocities.
+  for (const uint32_t m : open_blocks_) {
+    const Block& block = blocks_[m];
+    const Weights<T, Block> weights(block);
+    const Lanes3<T> between = load3<T>(block.between);
+    Gathered by_d = gather(block, by_change_), by_e = gather(block, by_direction_);
+    for_points(block, [&](uint32_t p, L, L d, L e) {
+      const Lanes3<T> n = load3<T>(points_[p].normal), arm = load3<T>(points_[p].arm);
+      weights.apply(d * n, arm, arm + between, by_d);
+      weights.apply(e * n, arm, arm + between, by_e);
+    });
+    scatter(block, by_d, by_change_);
+    scatter(block, by_e, by_direction_);
+  }
+  for (const uint32_t m : open_blocks_) {
+    const Block& block = blocks_[m];
+    const Lanes3<T> between = load3<T>(block.between);
+    const Gathered g = gather(block, motions_), of_d = gather(block, by_change_),
+                   of_e = gather(block, by_direction_);
+    std::array<L, 6> sums;
+    sums.fill(zero);
+    for_points(block, [&](uint32_t p, L, L d, L e) {
+      const Lanes3<T> n = load3<T>(points_[p].normal), arm_a = load3<T>(points_[p].arm);
+      const Lanes3<T> arm_b = arm_a + between;
+      const L bounce = L::load(starts_[p].bounce.data());
+      const L gap = max(L::load(starts_[p].distance.data()), zero);
+      const L target = select(bounce > zero, bounce, zero - rate * gap);
+      const Lanes3<T> of_a = g.velocity_a + cross(g.spin_a, arm_a);
+      const Lanes3<T> of_b = g.velocity_b + cross(g.spin_b, arm_b);
+      const L lacking = target - dot(n, of_b - of_a);
+      const L by_d = dot(n, relative<T>(of_d, arm_a, arm_b));
+      const L by_e = dot(n, relative<T>(of_e, arm_a, arm_b));
+      const L fastest = sqrt(max(dot(of_a, of_a), dot(of_b, of_b)));
+      const std::array<L, 6> terms = {d * by_d,    d * by_e,    e * by_e,
+                                      d * lacking, e * lacking, max(d, zero - d) * fastest};
+      for (size_t k = 0; k < terms.size(); ++k) sums[k] = sums[k] + terms[k];
+    });
+    std::array<Row, 6> rows;
+    for (size_t k = 0; k < rows.size(); ++k) sums[k].store(rows[k].data());
     for (size_t i = 0; i < kLanes; ++i) {
-      const uint32_t a = block.a[i], b = block.b[i];
-      if (block.reached[i] > 0 && a < moving_ && b < moving_) parent[find(a)] = find(b);
+      if (!(block.reached[i] > 0)) continue;
+      ImpactIsland& island = impact_island(block, i);
+      island.dd += rows[0][i];
+      island.de += rows[1][i];
+      island.ee += rows[2][i];
+      island.d += rows[3][i];
+      island.e += rows[4][i];
+      island.noise += rows[5][i];
     }
   }
-  std::vector<Island> islands(moving_);
-  for (uint32_t i = 0; i < moving_; ++i) {
-    if (changed_[i] >= begin) islands[find(i)].is_open = true;
-  }
-  const auto row = [](const Rows& rows, size_t i) {
-    return V3(rows[0][i], rows[1][i], rows[2][i]);
-  };
-  // The points of open islands: by visit(island, a, b, point, lane, normal, arm_a, arm_b, block).
-  const auto for_points = [&](const auto& visit) {
-    for (size_t m = 0; m < lanes; ++m) {
-      Block& block = blocks_[m / kLanes];
-      const size_t i = m % kLanes;
+  for (const uint32_t root : impact_roots_) impact_islands_[root].choose_step();
+  // Factors of d and e, by lanes.
+  const auto factors = [&](const Block& block, bool whole) {
+    std::array<Row, 2> rows{};
+    for (size_t i = 0; i < kLanes; ++i) {
       if (!(block.reached[i] > 0)) continue;
-      const uint32_t a = block.a[i], b = block.b[i];
-      Island& island = islands[find(a < moving_ ? a : b)];
+      const ImpactIsland& island = impact_island(block, i);
+      const double part = whole ? 1 : island.part;
       if (!island.is_open) continue;
-      const V3 between = row(block.between, i);
-      for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
-        const V3 arm = row(points_[p].arm, i);
-        visit(island, a, b, p, i, row(points_[p].normal, i), arm, V3(arm + between), block);
+      rows[0][i] = static_cast<T>(part * island.s);
+      rows[1][i] = static_cast<T>(part * island.t);
+    }
+    return std::pair(L::load(rows[0].data()), L::load(rows[1].data()));
+  };
+  for (const uint32_t m : open_blocks_) {
+    const Block& block = blocks_[m];
+    const auto [s, t] = factors(block, true);
+    const L one(T{1});
+    L part = one;
+    for_points(block, [&](uint32_t, L now, L d, L e) {
+      const L step = mul_add(s, d, t * e);
+      const auto pulls = zero > now + step;
+      part = select(pulls, min(part, now / select(pulls, zero - step, one)), part);
+    });
+    Row row;
+    part.store(row.data());
+    for (size_t i = 0; i < kLanes; ++i) {
+      if (!(block.reached[i] > 0)) continue;
+      ImpactIsland& island = impact_island(block, i);
+      island.part = std::min<double>(island.part, row[i]);
+    }
+  }
+  for (const uint32_t m : open_blocks_) {
+    const Block& block = blocks_[m];
+    const Weights<T, Block> weights(block);
+    const Lanes3<T> between = load3<T>(block.between);
+    const auto [s, t] = factors(block, false);
+    Gathered g = gather(block, motions_);
+    for_points(block, [&](uint32_t p, L now, L d, L e) {
+      const L step = mul_add(s, d, t * e);
+      (now + step).store(impulses_[p].push.data());
+      const L change = block.visited < begin ? zero : now - L::load(former_[p].data());
+      (step + change).store(directions_[p].data());
+      const Lanes3<T> arm = load3<T>(points_[p].arm);
+      weights.apply(step * load3<T>(points_[p].normal), arm, arm + between, g);
+    });
+    scatter(block, g, motions_);
+    for (size_t i = 0; i < kLanes; ++i) {
+      if (!(block.reached[i] > 0) || !impact_island(block, i).is_open) continue;
+      for (const uint32_t body : {block.a[i], block.b[i]}) {
+        if (body < moving_) changed_[body] = end;
+      }
+    }
+  }
+}
+
+// Islands of bodies that impulses have reached, and the blocks of those in which the sweep that
+// began at `begin` has changed something.
+void ContactSolver::find_impact_islands(uint32_t begin) {
+  // Bodies that are not moved belong to no island.
+  const auto for_reached = [&](const auto& visit) {
+    for (const uint32_t m : reached_blocks_) {
+      for (size_t i = 0; i < kLanes; ++i) {
+        if (blocks_[m].reached[i] > 0) visit(m, blocks_[m].a[i], blocks_[m].b[i]);
       }
     }
   };
-  // Of the pushes alone: friction beyond its limit would feed the bodies.
-  const auto change_of = [&](const Block& block, uint32_t p, size_t i, const V3& n) -> V3 {
-    const T change = block.visited < begin ? T{0} : impulses_[p].push[i] - former_[p].push[i];
-    return change * n;
-  };
-  const auto direction_of = [&](uint32_t p, size_t i, const V3& n) -> V3 {
-    return directions_[p].push[i] * n;
-  };
-  const auto apply = [&](std::vector<Motion>& motions, uint32_t body, const V3& impulse,
-                         const V3& arm) {
-    if (body >= moving_) return;
-    const auto& inverse = inverse_[body].v;
-    const V3 l = arm.cross(impulse);
-    auto& v = motions[body].v;
-    for (size_t k = 0; k < 3; ++k) v[k] += inverse[6] * impulse[static_cast<Eigen::Index>(k)];
-    v[3] += inverse[0] * l.x() + inverse[3] * l.y() + inverse[4] * l.z();
-    v[4] += inverse[3] * l.x() + inverse[1] * l.y() + inverse[5] * l.z();
-    v[5] += inverse[4] * l.x() + inverse[5] * l.y() + inverse[2] * l.z();
-  };
-  const auto velocity_at = [](const Motion& motion, const V3& arm) -> V3 {
-    return V3(motion.v[0], motion.v[1], motion.v[2]) +
-           V3(motion.v[3], motion.v[4], motion.v[5]).cross(arm);
-  };
-  // What d and e change of the velocities.
-  by_change_.assign(motions_.size(), {});
-  by_direction_.assign(motions_.size(), {});
-  for_points([&](Island&, uint32_t a, uint32_t b, uint32_t p, size_t i, const V3& n,
-                 const V3& arm_a, const V3& arm_b, const Block& block) {
-    if (!(impulses_[p].push[i] > 0)) return;
-    const V3 d = change_of(block, p, i, n), e = direction_of(p, i, n);
-    apply(by_change_, a, -d, arm_a);
-    apply(by_change_, b, d, arm_b);
-    apply(by_direction_, a, -e, arm_a);
-    apply(by_direction_, b, e, arm_b);
-  });
-  for_points([&](Island& island, uint32_t a, uint32_t b, uint32_t p, size_t i, const V3& n,
-                 const V3& arm_a, const V3& arm_b, const Block& block) {
-    if (!(impulses_[p].push[i] > 0)) return;
-    const V3 d = change_of(block, p, i, n), e = direction_of(p, i, n);
-    const PointStart& start = starts_[p];
-    const T target =
-        start.bounce[i] > 0 ? start.bounce[i] : -inverse_step * std::max(start.distance[i], T{0});
-    const V3 of_a = velocity_at(motions_[a], arm_a), of_b = velocity_at(motions_[b], arm_b);
-    const V3 lacking = target * n - (of_b - of_a);
-    const V3 by_d = velocity_at(by_change_[b], arm_b) - velocity_at(by_change_[a], arm_a);
-    const V3 by_e = velocity_at(by_direction_[b], arm_b) - velocity_at(by_direction_[a], arm_a);
-    island.dd += d.dot(by_d);
-    island.de += d.dot(by_e);
-    island.ee += e.dot(by_e);
-    island.d += d.dot(lacking);
-    island.e += e.dot(lacking);
-    island.noise += d.norm() * std::max(of_a.norm(), of_b.norm());
-  });
-  for (Island& island : islands) {
-    // Below that the change is rounding.
-    constexpr double kRounding = 16 * std::numeric_limits<T>::epsilon();
-    island.is_open = island.is_open && island.dd > kRounding * island.noise;
-    if (!island.is_open) continue;
-    island.s = island.d / island.dd;
-    const double determinant = island.dd * island.ee - island.de * island.de;
-    if (determinant > 1e-6 * island.dd * island.ee) {
-      island.s = (island.d * island.ee - island.e * island.de) / determinant;
-      island.t = (island.e * island.dd - island.d * island.de) / determinant;
-    }
+  reached_blocks_.clear();
+  for (uint32_t m = 0; m < blocks_.size(); ++m) {
+    if (blocks_[m].is_reached) reached_blocks_.push_back(m);
   }
-  const auto step_of = [&](const Island& island, const Block& block, T now, T former, T direction) {
-    const double d = block.visited < begin ? 0 : now - former;
-    return static_cast<T>(island.s * d + island.t * direction);
+  by_change_.resize(motions_.size());
+  by_direction_.resize(motions_.size());
+  impact_islands_.resize(motions_.size());
+  if (impact_sets_.size() < motions_.size()) impact_sets_.reset(motions_.size());
+  for_reached([&](uint32_t, uint32_t a, uint32_t b) {
+    for (const uint32_t body : {a, b}) {
+      impact_sets_.part(body);
+      by_change_[body] = by_direction_[body] = {};
+      impact_islands_[body] = {};
+    }
+  });
+  for_reached([&](uint32_t, uint32_t a, uint32_t b) {
+    if (a < moving_ && b < moving_) impact_sets_.unite(a, b);
+  });
+  const auto root_of = [&](uint32_t a, uint32_t b) {
+    return impact_sets_.find(a < moving_ ? a : b);
   };
-  for_points([&](Island& island, uint32_t, uint32_t, uint32_t p, size_t i, const V3&, const V3&,
-                 const V3&, const Block& block) {
-    const T now = impulses_[p].push[i];
-    if (!(now > 0)) return;
-    const T step = step_of(island, block, now, former_[p].push[i], directions_[p].push[i]);
-    if (now + island.part * step < 0) island.part = -now / step;
+  impact_roots_.clear();
+  for_reached([&](uint32_t, uint32_t a, uint32_t b) {
+    ImpactIsland& island = impact_islands_[root_of(a, b)];
+    if (island.is_open || std::max(changed_[a], changed_[b]) < begin) return;
+    island.is_open = true;
+    impact_roots_.push_back(root_of(a, b));
   });
-  for_points([&](Island& island, uint32_t a, uint32_t b, uint32_t p, size_t i, const V3& n,
-                 const V3& arm_a, const V3& arm_b, const Block& block) {
-    Impulse &now = impulses_[p], &direction = directions_[p];
-    const Impulse& former = former_[p];
-    const bool is_visited = block.visited >= begin, has_part = now.push[i] > 0;
-    const auto part = static_cast<T>(island.part);
-    const auto go_on = [&](T& value, T before, T& way) {
-      const T step = has_part ? part * step_of(island, block, value, before, way) : T{0};
-      way = step + (is_visited ? value - before : T{0});
-      value += step;
-      return step;
-    };
-    const T push = go_on(now.push[i], former.push[i], direction.push[i]);
-    const V3 given = push * n;
-    apply(motions_, a, -given, arm_a);
-    apply(motions_, b, given, arm_b);
+  open_blocks_.clear();
+  for_reached([&](uint32_t m, uint32_t a, uint32_t b) {
+    const bool is_listed = !open_blocks_.empty() && open_blocks_.back() == m;
+    if (!is_listed && impact_islands_[root_of(a, b)].is_open) open_blocks_.push_back(m);
   });
-  for (uint32_t i = 0; i < moving_; ++i) {
-    if (islands[find(i)].is_open) changed_[i] = end;
+}
+
+ContactSolver::ImpactIsland& ContactSolver::impact_island(const Block& block, size_t lane) {
+  const uint32_t a = block.a[lane], b = block.b[lane];
+  return impact_islands_[impact_sets_.find(a < moving_ ? a : b)];
+}
+
+void ContactSolver::ImpactIsland::choose_step() {
+  // Below that the change is rounding.
+  constexpr double kRounding = 16 * std::numeric_limits<T>::epsilon();
+  is_open = is_open && dd > kRounding * noise;
+  if (!is_open) return;
+  s = d / dd;
+  const double determinant = dd * ee - de * de;
+  if (determinant > 1e-6 * dd * ee) {
+    s = (d * ee - e * de) / determinant;
+    t = (e * dd - d * de) / determinant;
   }
 }
 
@@ -342,7 +391,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     has_changed = has_changed || changed_[block.a[i]] > 0 || changed_[block.b[i]] > 0;
   }
   if (!has_changed) return;
-  const Gathered g = gather(block);
+  const Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), h(static_cast<T>(settings.step_s));

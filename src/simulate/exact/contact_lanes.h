@@ -25,25 +25,27 @@ struct ContactSolver::Gathered {
   Lanes3<T> velocity_a, spin_a, velocity_b, spin_b;
 };
 
-HWY_INLINE typename ContactSolver::Gathered ContactSolver::gather(const Block& block) const {
+HWY_INLINE typename ContactSolver::Gathered ContactSolver::gather(
+    const Block& block, std::span<const Motion> motions) const {
   Gathered g;
   std::array<const T*, kLanes> rows;
   std::array<Lanes<T>, 8> r;
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.a[i]].v.data();
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions[block.a[i]].v.data();
   gather8(rows.data(), r);
   g.velocity_a = {r[0], r[1], r[2]};
   g.spin_a = {r[3], r[4], r[5]};
-  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions_[block.b[i]].v.data();
+  for (size_t i = 0; i < kLanes; ++i) rows[i] = motions[block.b[i]].v.data();
   gather8(rows.data(), r);
   g.velocity_b = {r[0], r[1], r[2]};
   g.spin_b = {r[3], r[4], r[5]};
   return g;
 }
 
-HWY_INLINE void ContactSolver::scatter(const Block& block, const Gathered& g) {
+HWY_INLINE void ContactSolver::scatter(const Block& block, const Gathered& g,
+                                       std::span<Motion> motions) const {
   std::array<T*, kLanes> rows;
   const auto place = [&](uint32_t body) {
-    return body < moving_ ? motions_[body].v.data() : nullptr;
+    return body < moving_ ? motions[body].v.data() : nullptr;
   };
   const Lanes<T> zero(T{0});
   std::array<Lanes<T>, 8> r = {g.velocity_a.x, g.velocity_a.y, g.velocity_a.z, g.spin_a.x,

@@ -162,7 +162,7 @@ void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, 
 
 // What contacts gave in the step before.
 void ContactSolver::apply_forces(Block& block) {
-  Gathered g = gather(block);
+  Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
@@ -172,7 +172,7 @@ void ContactSolver::apply_forces(Block& block) {
                                       load3<T>(point.normal));
     weights.apply(push, arm, arm + between, g);
   }
-  scatter(block, g);
+  scatter(block, g, motions_);
   if (block.holds_turning) apply_torques(block);
 }
 
@@ -249,7 +249,7 @@ HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
 template <bool kSoft>
 HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   using L = Lanes<T>;
-  Gathered g = gather(block);
+  Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
@@ -295,7 +295,7 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
     store3<T>(held, point.friction);
     weights.apply(add_scaled(held - old_friction, pushed, n), arm_a, arm_b, g);
   }
-  scatter(block, g);
+  scatter(block, g, motions_);
   if (block.holds_turning) hold_turning(block, false);
 }
 

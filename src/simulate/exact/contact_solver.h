@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/disjoint_sets.h"
 #include "core/types.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
@@ -141,6 +142,7 @@ class ContactSolver {
     Row bounced;       // they have in a round before
     Row passes;        // it passes impulses on without a bounce of its own
     Row reached;       // it has part in this round
+    bool is_reached;   // some lane has
     bool has_impacts;  // some lane does
     bool is_settled;   // when last visited, its points came to agree
     uint32_t visited;  // and when that was; see changed_
@@ -175,6 +177,14 @@ class ContactSolver {
     Row least_mass;                  // kg m^2, of the direction across that turns most easily
     Rows given;                      // N m s, on b
     Rows blow;                       // N m s, in an impact; not carried over
+  };
+  // Bodies that impulses connect: sums over their points of products with d and e (see
+  // accelerate()), and what follows from them.
+  struct ImpactIsland {
+    bool is_open = false;  // the sweep has changed something
+    double dd = 0, de = 0, ee = 0, d = 0, e = 0, noise = 0;
+    double s = 0, t = 0, part = 1;
+    void choose_step();
   };
   struct Gathered;
   using V3 = Eigen::Matrix<T, 3, 1>;
@@ -216,12 +226,14 @@ class ContactSolver {
   bool is_to_visit(const Block& block) const;
   bool collide(Block& block, T inverse_step, uint32_t now);
   void accelerate(T inverse_step, uint32_t begin, uint32_t end);
+  void find_impact_islands(uint32_t begin);
+  ImpactIsland& impact_island(const Block& block, size_t lane);
   void find_impacts(Block& block, const SolverSettings& settings, bool is_last);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
-  Gathered gather(const Block& block) const;
+  Gathered gather(const Block& block, std::span<const Motion> motions) const;
   void gather_weights(Block& block) const;
-  void scatter(const Block& block, const Gathered& gathered);
+  void scatter(const Block& block, const Gathered& gathered, std::span<Motion> motions) const;
   void fill_torques(std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
   void hold_turning(const Block& block, bool of_blow);
@@ -251,12 +263,17 @@ class ContactSolver {
   // Impacts: beside points_ what they give, what they gave before the sweep, and what the last step
   // changed of it; beside motions_ whether an impulse has reached a body, when impulses have last
   // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_
-  // (m/s): what gravity gives in a step; less is no impact.
-  std::vector<Impulse> impulses_, former_, directions_;
+  // (m/s): what gravity gives in a step; less is no impact. least_change_ (m/s): impacts need not
+  // agree any better.
+  std::vector<Impulse> impulses_;
+  std::vector<Row> former_, directions_;
   std::vector<uint8_t> struck_;
   std::vector<uint32_t> changed_;
   std::vector<Motion> by_change_, by_direction_;
-  T least_impact_ = 0;
+  DisjointSets impact_sets_;
+  std::vector<ImpactIsland> impact_islands_;  // by bodies; of the first of each set
+  std::vector<uint32_t> impact_roots_, reached_blocks_, open_blocks_;
+  T least_impact_ = 0, least_change_ = 0;
   bool is_small_ = false;  // for one thread
 };
 

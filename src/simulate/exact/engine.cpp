@@ -286,10 +286,9 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 
 double Engine::longest_step_s(double most_s) {
   const StepChoice choice(shapes_, state_, gravity_.norm(), scene_.accuracy);
-  const double at_rest_s = std::min(most_s, choice.at_rest_s());
-  list_step_s_ = at_rest_s;
+  list_step_s_ = std::min(most_s, choice.at_rest_s());
   pairs_.update(list_step_s_, gravity_.norm());
-  return choice.longest_s(at_rest_s);
+  return choice.longest_s(list_step_s_);
 }
 
 void Engine::step(StageTimer& timer, const std::function<void()>& before_solver) {
@@ -538,13 +537,6 @@ void Engine::require_pieces(const Pair& pair, const std::vector<Body>& bodies) c
           pieces.known.a[k] < vertices_a && pieces.known.b[k] < piece_b.vertices().size(),
           "vertices of the pieces");
     }
-    if (pieces.feature.of == Feature::Of::none) continue;
-    const bool is_of_a = pieces.feature.of == Feature::Of::a;
-    StateReader::require(!a.surface || !is_of_a, "a face that carries");
-    const ConvexPiece& owner = is_of_a ? a.pieces[pieces.a] : piece_b;
-    StateReader::require(
-        pieces.feature.of <= Feature::Of::b && pieces.feature.face < owner.faces().size(),
-        "a face of the piece");
   }
 }
 

@@ -240,6 +240,7 @@ double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& 
     for (size_t i = first; i < points.size(); ++i) {
       points[i].place = b_in_a.apply(points[i].place);
       points[i].normal = -(b_in_a.turn * points[i].normal);
+      points[i].is_of_b = true;
     }
   }
   if (points.size() > first) keep_spanning(points, first, kSameDepth * smaller_extent(a, b));

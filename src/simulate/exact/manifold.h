@@ -16,7 +16,8 @@ struct SurfacePoint {
   Vec3 other_arm = Vec3::Zero();
   double time_s = 0;
   bool is_round = false;
-  uint32_t pieces = 0;  // of the pair's
+  bool is_of_b = false;  // the normal is that of a face of b
+  uint32_t pieces = 0;   // of the pair's
 };
 
 // The face that carries a contact.

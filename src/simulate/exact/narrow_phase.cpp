@@ -166,7 +166,9 @@ void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> fo
     thread_local NarrowScratch scratch;
     Placed own_a, own_b;
     const Placed &a = placed(pair.a, own_a), &b = placed(pair.b, own_b);
-    find_contacts(pair, a, b, settings_, former, part.contacts, scratch);
+    if (!reuse_contacts(pair, a, b, settings_, former, part.contacts)) {
+      find_contacts(pair, a, b, settings_, former, part.contacts, scratch);
+    }
     bounce(a, b, std::span(part.contacts).subspan(first));
   } else if (!former.empty()) {
     part.contacts.insert(part.contacts.end(), former.begin(), former.end());

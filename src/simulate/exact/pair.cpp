@@ -49,7 +49,6 @@ class Finder {
     spend(pair_.list_slack_m, pair_.motion_m);
     for (PiecePair& pieces : pair_.pieces) {
       spend(pieces.slack_m, pair_.motion_m);
-      pieces.looked_m += pair_.motion_m;
     }
     pair_.motion_m = 0;
     pair_.toward.setZero();
@@ -85,6 +84,7 @@ class Finder {
       pair_.way_out.setZero();
     }
     reduce();
+    note_found();
   }
 
   // Gives contacts the forces of those of the step before.
@@ -100,6 +100,11 @@ class Finder {
       contact.distance_m = static_cast<float>(point.distance_m);
       contact.time_s = static_cast<float>(point.time_s);
       contact.is_round = point.is_round;
+      contact.is_of_b = point.is_of_b;
+      contact.found_distance_m = contact.distance_m;
+      contact.found_on_b = (b_.turn.transpose() * point.other_arm).cast<float>();
+      const Mat3& turn = point.is_of_b ? b_.turn : a_.turn;
+      contact.found_normal = (turn.transpose() * point.normal).cast<float>();
       Contact* best = nullptr;
       float least = near2;
       for (Contact& old : former) {
@@ -216,18 +221,6 @@ class Finder {
     if (!guess.isZero()) guess.normalize();
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);
     const ConvexPiece& a = shape_a_.pieces[pieces.a];
-    if (pieces.feature.of != Feature::Of::none && pieces.looked_m < kKept * small_ &&
-        !is_fast(guess)) {
-      const size_t first = scratch_.all.size();
-      const double reach_m = reach_.along(guess);
-      pieces.slack_m = static_cast<float>(
-          add_manifold(a, b, b_in_a_, pieces.feature, reach_m, scratch_.manifold, scratch_.all));
-      if (scratch_.all.size() > first || pieces.slack_m > reach_m) {
-        return add_contacts(first, 0, is_round(a) || is_round(b));
-      }
-    }
-    pieces.feature = {};
-    pieces.looked_m = 0;
     bool first = true, is_turned = false;
     const double distance = meet(
         is_round(a) || is_round(b),
@@ -241,12 +234,11 @@ class Finder {
         },
         [&](const Relative& relative, const Separation& separation, double reach) {
           if (is_turned) {
-            pieces.feature = add_turned(pieces, relative, separation, reach);
+            add_turned(pieces, relative, separation, reach);
             return;
           }
           const size_t before = scratch_.all.size();
-          pieces.feature =
-              add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
+          add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
           // What is beside the face may be a neighbour's.
           if (scratch_.all.size() == before) return;
           const SurfacePoint& point = scratch_.all.back();
@@ -299,8 +291,8 @@ class Finder {
 
   // Over the face of the static piece that has been turned to. Where it is none, but between two,
   // the point that comes nearest, if it is there that pieces are nearest.
-  Feature add_turned(const PiecePair& pieces, const Relative& relative,
-                     const Separation& separation, double reach) {
+  void add_turned(const PiecePair& pieces, const Relative& relative, const Separation& separation,
+                  double reach) {
     const bool is_a = around_a_.all != nullptr;
     const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
     const Vec3 outward =
@@ -310,7 +302,7 @@ class Finder {
     if (face != ConvexPiece::kNone && piece.faces()[face].normal.dot(outward) > kNearlyFacing) {
       const Feature feature{is_a ? Feature::Of::a : Feature::Of::b, face};
       add_manifold(a, b, relative, feature, reach, scratch_.manifold, scratch_.all);
-      return feature;
+      return;
     }
     const Vec3 moving =
         is_a ? relative.apply(b.farthest(-(relative.turn.transpose() * separation.normal)))
@@ -321,7 +313,6 @@ class Finder {
     if ((apart - along * separation.normal).norm() <= kBeside * small_) {
       scratch_.all.push_back({place, separation.normal, separation.distance_m});
     }
-    return {};
   }
 
   void meet_triangle(PiecePair& pieces, const ConvexPiece& b, Vec3 guess) {
@@ -682,6 +673,18 @@ class Finder {
     std::swap(all, kept);
   }
 
+  // For reuse_contacts(). Round sides roll on, bodies that leave each other one way ask where to,
+  // and those that meet within the step come to other places.
+  void note_found() {
+    const bool may_reuse = pair_.way_out.isZero(0) &&
+                           std::ranges::none_of(scratch_.all, [](const SurfacePoint& point) {
+                             return point.is_round || point.time_s > 0;
+                           });
+    pair_.found_turn = (a_.orientation.conjugate() * b_.orientation).cast<float>();
+    pair_.found_shift = b_in_a_.shift;
+    pair_.found_margin_m = may_reuse ? static_cast<float>(reach_.least_m) : -1;
+  }
+
   Pair& pair_;
   const Placed& a_;
   const Placed& b_;
@@ -720,6 +723,40 @@ bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& s
                       h * (closing + a.turning_m_s + b.turning_m_s);
   constexpr float kSurely = 1 + 1e-5F;
   return pair.slack_m <= kSurely * reach;
+}
+
+bool reuse_contacts(const Pair& pair, const Placed& a, const Placed& b,
+                    const NarrowSettings& settings, std::span<const Contact> former,
+                    std::vector<Contact>& contacts) {
+  if (pair.found_margin_m < 0) return false;
+  const double h = settings.step_s;
+  const double most_m = kReused * smaller_extent(*a.shape, *b.shape);
+  const Vec3 apart = b.position - a.position;
+  const Vec3 moved = a.turn.transpose() * apart - pair.found_shift;
+  const Quat since =
+      a.orientation.conjugate() * b.orientation * pair.found_turn.conjugate().cast<double>();
+  const double motion = moved.norm() + 2 * since.vec().norm() * b.shape->radius_m;
+  if (motion > most_m) return false;
+  const double fall = a.is_awake != b.is_awake ? settings.gravity * h * h : 0;
+  const double ahead =
+      h * ((b.velocity - a.velocity).norm() + a.turning_m_s + b.turning_m_s) + fall;
+  if (motion + ahead > pair.found_margin_m) return false;
+  const Mat3 back = a.turn * since.normalized().conjugate().toRotationMatrix() * a.turn.transpose();
+  const Vec3 shifted = a.turn * moved;
+  for (const Contact& old : former) {
+    Contact& contact = contacts.emplace_back(old);
+    const Vec3 arm_b = b.turn * old.found_on_b.cast<double>();
+    const Vec3 normal = (old.is_of_b ? b.turn : a.turn) * old.found_normal.cast<double>();
+    contact.arm_b = arm_b.cast<float>();
+    contact.arm_a = (arm_b + apart).cast<float>();
+    contact.normal = normal.cast<float>();
+    contact.distance_m =
+        static_cast<float>(old.found_distance_m + normal.dot(arm_b - back * arm_b + shifted));
+    contact.friction_n -= contact.friction_n.dot(contact.normal) * contact.normal;
+    contact.bounce = 0;
+    contact.hits = false;
+  }
+  return true;
 }
 
 void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,

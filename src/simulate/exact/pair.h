@@ -25,10 +25,16 @@ struct Contact {
   float time_s = 0;   // from the step's begin until they are as the arms say
   bool hits = false;  // bodies meet hard in this step
   bool is_round = false;  // a side that rolls on: turning about its axis moves no surface
+  // As it was found; see reuse_contacts().
+  bool is_of_b = false;  // the normal is that of a face of b
+  float found_distance_m = 0;
+  Vec3f found_on_b = Vec3f::Zero();    // m, b's frame
+  Vec3f found_normal = Vec3f::Zero();  // unit, from a to b, in the frame of a, or of b if is_of_b
 
   static void fields(auto& self, auto& stream) {
     stream(self.arm_a, self.arm_b, self.normal, self.distance_m, self.push_n, self.friction_n,
-           self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round);
+           self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round, self.is_of_b,
+           self.found_distance_m, self.found_on_b, self.found_normal);
   }
 };
 
@@ -37,13 +43,11 @@ struct PiecePair {
   uint32_t a = 0, b = 0;
   float slack_m = -1;  // they were at least so far apart, less all motion since; below 0: look
   Vec3f axis = Vec3f::Zero();  // unit, from a to b in a's frame, or zero: not known
-  float looked_m = 0;          // motion since the direction was searched
-  Feature feature = {};        // what they touched with then
   int8_t side = 0;             // of a triangle: the one that the piece has come to; 0: not known
 
   static void fields(auto& self, auto& stream) {
-    stream(self.a, self.b, self.slack_m, self.axis, self.looked_m, self.feature.of,
-           self.feature.face, self.known.a, self.known.b, self.known.count, self.side);
+    stream(self.a, self.b, self.slack_m, self.axis, self.known.a, self.known.b, self.known.count,
+           self.side);
   }
   KnownVertices known = {};
 };
@@ -57,10 +61,16 @@ struct Pair {
   Vec3f way_out = Vec3f::Zero();  // unit, a's frame: of what is sunk into it, or zero
   std::vector<PiecePair> pieces;
   uint32_t first_contact = 0, contact_count = 0;  // in the state's list
+  // Where b was in a's frame when the contacts were found, and how much nearer it may come before
+  // there are others; below 0: contacts are not to be reused.
+  Quatf found_turn = Quatf::Identity();
+  Vec3 found_shift = Vec3::Zero();  // m
+  float found_margin_m = -1;
 
   static void fields(auto& self, auto& stream) {
     stream(self.a, self.b, self.slack_m, self.toward, self.list_slack_m, self.motion_m,
-           self.way_out, self.pieces, self.first_contact, self.contact_count);
+           self.way_out, self.pieces, self.first_contact, self.contact_count, self.found_turn,
+           self.found_shift, self.found_margin_m);
   }
   uint64_t key() const { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 };
@@ -127,6 +137,13 @@ struct Stir {
 // Takes the motion since they were looked at off what the pair has been apart. False: nothing of
 // them can touch within the step.
 bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings);
+
+// Appends to `contacts` the `former` ones where the bodies have come to, if they have hardly moved
+// against each other since those were found: no contact is then missed or wrong by more than
+// kReused of the smaller extent. False: they are to be found again.
+bool reuse_contacts(const Pair& pair, const Placed& a, const Placed& b,
+                    const NarrowSettings& settings, std::span<const Contact> former,
+                    std::vector<Contact>& contacts);
 
 // Finds the contacts of the pair as its bodies stand, when may_touch() has not said that there are
 // none, appends them to `contacts`, and gives them the forces of the `former` ones. Any thread, a

@@ -23,8 +23,8 @@ double StepChoice::at_rest_s() const {
   return kStepAtRest * std::sqrt(scale_ * extent / gravity_);
 }
 
-double StepChoice::longest_s(double at_rest_s) const {
-  double longest_s = at_rest_s;
+double StepChoice::longest_s(double most_s) const {
+  double longest_s = most_s;
   for (const Pair& pair : state_.pairs) {
     const Body &a = state_.bodies[pair.a], &b = state_.bodies[pair.b];
     double extent = std::numeric_limits<double>::infinity();
@@ -49,7 +49,7 @@ double StepChoice::longest_s(double at_rest_s) const {
     if (apart > closing * longest_s + fall) continue;
     longest_s = kMotionInStep * scale_ * extent / speed;
   }
-  return std::max(longest_s, kShortestStep * at_rest_s);
+  return std::min(most_s, std::max(longest_s, kShortestStep * at_rest_s()));
 }
 
 }  // namespace pilesim::exact

@@ -20,9 +20,9 @@ class StepChoice {
 
   // s. The longest step of the bodies that are awake, for a pile at rest. Infinite: none is.
   double at_rest_s() const;
-  // s, no more than `at_rest_s`, and no less than kShortestStep of it: by the pairs of the state,
-  // which must hold all that may touch within `at_rest_s`.
-  double longest_s(double at_rest_s) const;
+  // s, no more than `most_s`, and no less than kShortestStep of at_rest_s(): by the pairs of the
+  // state, which must hold all that may touch within `most_s`.
+  double longest_s(double most_s) const;
 
  private:
   std::span<const CollisionShape> shapes_;
