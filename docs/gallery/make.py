@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the gallery anew, of all presets but those in LEFT_OUT: docs/gallery/make.py [PILESIM [WORK]]
+"""Makes the gallery, of all presets but those in LEFT_OUT: docs/gallery/make.py [PILESIM [WORK]]
 
 PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/gallery); what is there already is kept,
 with its times. Needs ffmpeg, and the signatures: ninja -C build/release signatures. About twenty minutes on two cores.
@@ -9,6 +9,7 @@ import json
 import resource
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -62,7 +63,7 @@ TITLES = {
     "repose": "Piles that take an angle of repose",
     "statistical": "Fast: the statistical mode",
     "mixed": "Both at once: the mixed mode",
-    "hard": "What breaks simulators",
+    "hard": "Scenes that break simulators",
     "compare": "Scenes to compare modes with",
     "batch": "Scenes to run a thousand times",
 }
@@ -136,13 +137,12 @@ def main():
     for name in names:
         if name not in LEFT_OUT:
             groups.setdefault(name.split("/")[0], []).append(name)
-    version = subprocess.check_output([str(pilesim), "--version"], text=True).split()[-1]
     lines = [
         "# Gallery",
         "",
-        "Every preset that makes a picture, made by `docs/gallery/make.py`. The processor times, measured at",
-        f"{version} on cores at 2.5 GHz, are those of `pilesim simulate` (`direct-pile` for what is held or takes an",
-        "angle) with all that it sets up, and of one picture of 640 x 360 by rays; two cores take about half of it.",
+        "Every preset that makes a picture, made by `docs/gallery/make.py`. The processor times are those of `pilesim simulate`",
+        "(`direct-pile` for held and directed piles) with its set-up, and of one picture of 640 x 360 by rays. Two cores take",
+        f"about half of it. Measured in {time.strftime('%B %Y')} on cores at 2.5 GHz.",
         MACHINE,
         "",
         "    pilesim presets copy impulse/rabbits_in_a_crate",

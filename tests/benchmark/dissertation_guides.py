@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tables 6.2 and 6.3 of docs/dissertation.md: section 6.2 as it is written beside pilesim's own.
+"""The table of chapter 6 in docs/dissertation.md: section 6.2 as it is written beside pilesim's own.
 
     tests/benchmark/dissertation_guides.py build/release/commands/pilesim [preset ...] [--way WAY]
 

@@ -11,6 +11,8 @@ import unittest
 from support import SOURCE, CommandTest
 
 DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
+# Neither the lab's nor those that are generated.
+USER_PAGES = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/*.md")), SOURCE / "docs/gallery/README.md"]
 # test_pages.py does all that these say, in their order: their blocks belong together.
 WALKED = ("tutorial_artist.md", "tutorial_blender.md", "tutorial_dataset.md", "tutorial_researcher.md")
 # What a fragment of a scene is put into to become one.
@@ -56,6 +58,25 @@ def anchor(heading):
     """The anchor of a heading, as GitHub makes it."""
     text = re.sub(r"[`*]|\[|\]\([^)]*\)", "", heading.strip()).lower()
     return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+def word_count(text):
+    """Words, numbers and code among blanks. Bars of tables and marks of headings are none."""
+    return sum(1 for word in text.split() if re.search(r"\w", word))
+
+
+def sentences(document, tables=True):
+    """The sentences of a document, and its headings and cells of tables. Without code blocks."""
+    text = re.sub(r"^```.*?^```$", "", document.read_text(), flags=re.M | re.S)
+    for paragraph in re.split(r"\n\s*\n", text):
+        if all(line.startswith("    ") for line in paragraph.splitlines()):
+            continue
+        rows = [line for line in paragraph.splitlines() if re.match(r"\s*[|#!]", line)]
+        if tables:
+            yield from (cell for row in rows for cell in row.split("|") if word_count(cell))
+        rest = "\n".join(line for line in paragraph.splitlines() if line not in rows)
+        for item in re.split(r"\n\s*(?:[-*]|\d+\.) ", "\n" + rest):
+            yield from (part for part in re.split(r"(?<=[.!?])\s+", " ".join(item.split())) if word_count(part))
 
 
 class Documents(CommandTest):
@@ -159,14 +180,55 @@ class Documents(CommandTest):
                     anchors = [anchor(heading) for heading in headings]
                     self.assertIn(part, anchors, f"{document.name}: {target}")
 
-    def test_measurements_name_what_they_were_measured_of(self):
-        """A page with measured times or errors says of which version, and how to measure again."""
-        for document in sorted(SOURCE.glob("docs/*.md")):
+    def test_measurements_name_their_conditions(self):
+        """A page with measured times or errors says when and on which machine, and how to measure again."""
+        for document in USER_PAGES:
             text = document.read_text()
             measured = re.search(r"^\|.*\d (?:s|ms|µs|mm) \|", text, re.M)
             if measured:
-                found = re.search(r"[Mm]easured at [0-9a-f]{7}", text)
+                found = re.search(r"[Mm]easured\sin\s\w+\s20\d\d\son\s", text)
                 self.assertTrue(found, f"{document.name}: {measured[0]}")
+                programs = r"(?:pilesim|\w+_benchmark|\w+\.py|\w+\.sh|unit_\w+) "
+                self.assertRegex(text, rf"(?m)^    (?:.*[ /])?{programs}|^```(?:sh)?\n.*{programs}", document.name)
+
+
+class Language(unittest.TestCase):
+    """The language of user pages, as far as a machine can tell (CONTRIBUTING.md)."""
+
+    # The glossary's terms stand for them: docs/glossary.md.
+    WORDS = "anew|thrice|till|so all the same|sunk|rouse[sd]?|blows?|dozing|haste|formerly|previously"
+
+    def expect_none(self, pattern, texts, flags=0):
+        for document, text in texts:
+            found = re.search(pattern, text, flags)
+            self.assertIsNone(found, f"{document.name}: {found and text[max(0, found.start() - 40) : found.end() + 40]}")
+
+    def test_pages_name_no_commits(self):
+        texts = [(page, page.read_text()) for page in USER_PAGES]
+        self.expect_none(r"\b(?=\d*[a-f])(?=[a-f]*\d)[0-9a-f]{7,40}\b", texts)
+
+    def test_words_are_those_of_the_glossary(self):
+        texts = [(page, page.read_text()) for page in USER_PAGES]
+        self.expect_none(rf"\b(?:{self.WORDS})\b", texts, re.I)
+
+    def test_no_sentence_begins_with_of_or_what(self):
+        texts = [(page, sentence) for page in USER_PAGES for sentence in sentences(page)]
+        self.assertGreater(len(texts), 1000)
+        self.expect_none(r"^\W*(?:Of|What)\b", texts)
+
+    def test_sentences_are_short(self):
+        for page in USER_PAGES:
+            lengths = [word_count(sentence) for sentence in sentences(page, tables=False)]
+            self.assertLessEqual(sum(lengths), 25 * len(lengths), page.name)
+
+    def test_pages_are_short(self):
+        self.assertLess(word_count((SOURCE / "README.md").read_text()), 900)
+        self.assertLess(sum(word_count(page.read_text()) for page in SOURCE.glob("docs/*.md")), 25000)
+
+    def test_each_term_of_the_glossary_stands_once(self):
+        terms = [term for row in re.findall(r"^\| ([^|]+) \|", (SOURCE / "docs/glossary.md").read_text(), re.M)[1:] for term in row.split(", ")]
+        self.assertGreater(len(terms), 30)
+        self.assertEqual(len(terms), len(set(terms)))
 
 
 if __name__ == "__main__":

@@ -181,6 +181,11 @@ class Pages(CommandTest):
         ])  # fmt: skip
         self.run_commands("docs/files.md", left_out=["direct-pile"])
         self.run_commands("README.md", [
+            ("simulate scene.json", "--force"),
+            ("render out/a", "--force"),
+            ("export out/a", "--force"),
+        ], ["new bin", "heart", "compare scene.json", "batch"])  # fmt: skip
+        self.run_commands("docs/use.md", [
             ("presets copy", "--force"),
             ("simulate scene.json -o out/a  ", "--force"),
             ("--seed 7", "--force"),
