@@ -168,6 +168,13 @@ class Documents(CommandTest):
                 found = re.search(r"[Mm]easured at [0-9a-f]{7}", text)
                 self.assertTrue(found, f"{document.name}: {measured[0]}")
 
+    def test_pages_of_the_laboratory_are_short(self):
+        """What was tried stands in one line, and diaries in git. The bars of tables are no words."""
+        words = 0
+        for document in sorted(SOURCE.glob("docs/lab/*.md")):
+            words += sum(1 for word in document.read_text().split() if re.search(r"\w", word))
+        self.assertLessEqual(words, 12_000)
+
 
 if __name__ == "__main__":
     unittest.main()
