@@ -25,7 +25,7 @@ struct Shard {
 
 struct BatchRequest {
   std::filesystem::path plan_file, output;
-  bool force = false;          // make anew what the plan has changed
+  bool force = false;          // repeat jobs that the plan has changed
   bool retry = false;          // try again what failed
   int processes = 0;           // at once; 0: as many as cores
   std::optional<Shard> shard;  // only these jobs, and no table
@@ -54,7 +54,7 @@ BatchSummary run_batch(const BatchRequest& request, const RunStep& run_step = st
 // there are any.
 BatchSummary collect_batch(const BatchRequest& request);
 
-// What a run would do, from a sample of jobs that are done (or, where there are none, that are run
+// Forecast of a run, from a sample of jobs that are done (or, where there are none, that are run
 // beside `output` and removed).
 struct BatchForecast {
   uint64_t jobs = 0, done = 0, changed = 0;  // changed: there, but of another plan

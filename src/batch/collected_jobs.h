@@ -1,4 +1,4 @@
-// What collections of a batch have in common: the jobs that are done, and what each has drawn.
+// The common part of collections of a batch: the jobs that are done, and the pictures of each.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ std::string six_digits(uint64_t value);
 // All but hidden ones, in order; none where the directory is not there.
 std::vector<std::filesystem::path> sorted_entries(const std::filesystem::path& directory);
 
-// What one camera of a job has drawn: "run", "run/cameras/left".
+// The pictures of one camera of a job: "run", "run/cameras/left".
 struct JobView {
   std::string name;
   std::filesystem::path directory;

@@ -1,11 +1,12 @@
-// What is made of all jobs of a batch together, of those that are done, in their order.
+// Collections of the jobs of a batch that are done, in their order.
 //
 //   DIR/coco.json                  annotations of all pictures
 //   DIR/bop/                       one dataset: models once, a scene for each camera of each job
 //   DIR/tar/000000.tar, .json      pictures, passes and what is told of them, a few jobs a file
 //
-// One job after another: memory holds what is told of one camera. What is there and of the same
-// jobs is kept, so that a collection that was killed goes on; the bytes are the same either way.
+// One job after another: memory holds the annotations of one camera. Files that are there and of
+// the same jobs are kept, so that a collection that was killed goes on; the bytes are the same
+// either way.
 #pragma once
 
 #include <cstdint>

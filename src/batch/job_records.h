@@ -14,8 +14,8 @@ namespace pilesim {
 
 class JobRecords {
  public:
-  // Of the batch in place.directory, which must outlive it. `with_shards`: what shards have said is
-  // taken from their files, which are quicker to read than a file a job.
+  // Records of the batch in place.directory, which must outlive it. `with_shards`: records of
+  // shards are taken from their files, which are quicker to read than a file a job.
   explicit JobRecords(const BatchPlace& place, bool with_shards = false);
 
   // None where the job is still to do. Throws as read_job_record() does. One thread at a time.

@@ -1,5 +1,5 @@
-// The plan of a batch: a scene, what varies in it, and what is done with each. Any job is a pure
-// function of the plan and its index, so that machines share a batch without talking to each other.
+// The plan of a batch: a scene, its variations, and the steps for each. Any job is a pure function
+// of the plan and its index, so that machines share a batch without talking to each other.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct Variation {
 // One command of pilesim and its options: {"render", "--size", "640x480"}.
 using BatchStep = std::vector<std::string>;
 
-// What is made of all jobs together: annotations in one file, one dataset, pictures in tar files.
+// Collections of all jobs: annotations in one file, one dataset, pictures in tar files.
 enum class Collection { coco, bop, tar };
 
 struct BatchPlan {
@@ -56,7 +56,7 @@ struct BatchPlan {
   std::filesystem::path base_of(const std::string& pointer) const;
 };
 
-// What the scene of a job is told, or its steps.
+// A value for the scene of a job, or for its steps.
 struct JobValue {
   std::string pointer;  // or name
   Json value;
@@ -86,8 +86,8 @@ uint64_t scene_seed(const BatchPlan& plan, const BatchJob& job, int attempt);
 // "/pointer=value" as --set has it.
 std::string override_text(const JobValue& value);
 
-// What makes a job what it is, as a hash: the scene and all files that it names, or the mesh or run
-// that its first step names; the steps; the values. Two plans that share a job share its key.
+// The identity of a job, as a hash: the scene and all files that it names, or the mesh or run that
+// its first step names; the steps; the values. Two plans that share a job share its key.
 class JobKeys {
  public:
   // Loads the scene with the values of the first job. Throws Error(input) where it is not sound so,

@@ -13,7 +13,7 @@ struct PoolLimits {
   uint64_t memory_bytes = 0;  // that jobs may take together
 };
 
-// What is left where this much memory is in use by others: MemAvailable of the system.
+// Memory that others leave: MemAvailable of the system.
 uint64_t available_memory();
 
 // Calls run(job, threads) for each of `jobs`, in order, several at once from threads of its own;

@@ -1,5 +1,5 @@
-// What is known of a job once it has been tried: job.json in its directory, and the lines and
-// tables that are made of all of them.
+// The record of a job once it has been tried: job.json in its directory, and the lines and tables
+// that are made of all of them.
 #pragma once
 
 #include <cstdint>

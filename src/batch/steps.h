@@ -25,7 +25,7 @@ std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, 
 void require_inside(const std::vector<std::string>& words, const BatchStep& said,
                     const std::filesystem::path& directory);
 
-// What the first step works on where the plan has no scene: a mesh, or the directory of a run.
+// The input of the first step where the plan has no scene: a mesh, or the directory of a run.
 std::filesystem::path step_input(const BatchPlan& plan, const BatchJob& job);
 
 // Below a job's directory, in the order of the steps: what holds pictures.

@@ -7,8 +7,8 @@
 namespace pilesim {
 
 // The tar files of the jobs from `begin` to before `end`, of which it takes those that have all
-// their jobs there, and counts them, their samples and their jobs. What the plan drops once it is
-// packed is removed. Files that are there and of the same jobs are kept.
+// their jobs there, and counts them, their samples and their jobs. Entries that the plan drops once
+// they are packed are removed. Files that are there and of the same jobs are kept.
 void collect_tars(const BatchPlace& place, const JobRecords& records, uint64_t begin, uint64_t end,
                   CollectionSummary& summary);
 

@@ -41,7 +41,7 @@ class ExportFile {
   uint64_t flushed_ = 0;
 };
 
-// What one export writes. The first file is the one that people open.
+// The files that one export writes. The first file is the one that people open.
 class ExportFiles {
  public:
   // `force`: replace files that are there.

@@ -15,7 +15,7 @@ namespace pilesim {
 // objects: each body an object of its own. instances: few objects that stand for many bodies.
 enum class ExportForm { objects, instances };
 
-// What is exported, by the ending of its name.
+// The format of an export, by the ending of its name.
 enum class ExportFormat { usda, gltf, glb, blender, csv, npz, vat };
 
 struct ExportJob {
@@ -23,8 +23,8 @@ struct ExportJob {
   ExportChoice choice;
   std::optional<ExportForm> form;  // none: what suits the format and the number of bodies
   double aspect = 16.0 / 9;        // width of the camera's picture over its height
-  // What moves and takes more bytes than about this goes into several files; none: as the format
-  // suggests. Only of usda and gltf.
+  // Motion that takes more bytes than about this goes into several files; none: as the format
+  // suggests. Only for usda and gltf.
   std::optional<uint64_t> part_bytes;
   bool force = false;  // replace files that are there
 };
@@ -38,8 +38,8 @@ struct ExportSummary {
 
 // By the ending of its name. Throws Error(usage) for any other.
 ExportFormat format_of(const std::filesystem::path& output);
-// What is written in any case: `output`, and what lies beside it. Throws Error(usage) or Error(io)
-// where these cannot be written, or are there and `force` is false. Touches nothing.
+// The files that are written in any case: `output`, and those beside it. Throws Error(usage) or
+// Error(io) where these cannot be written, or are there and `force` is false. Touches nothing.
 std::vector<std::filesystem::path> claim_export(const std::filesystem::path& output, bool force);
 
 // Writes each file beside its place and renames it. Throws as claim_export() and ExportSource do,

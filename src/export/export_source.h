@@ -1,4 +1,4 @@
-// What all formats export: the chosen bodies and frames of a trajectory, one frame after another.
+// The source of all formats: the chosen bodies and frames of a trajectory, one frame after another.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,8 @@ struct ExportBody {
   uint32_t id = 0;     // index in the trajectory
   uint32_t shape = 0;  // index into shapes()
   uint32_t look = 0;   // index into looks()
-  // Of the exported frames, counted from 0: up to the first and from the last one on it keeps its
-  // pose and stays, or stays away. The same: it never changes.
+  // Among the exported frames, counted from 0: up to the first and from the last one on it keeps
+  // its pose and stays, or stays away. The same: it never changes.
   uint32_t first_change = 0, last_change = 0;
   bool starts_present = true, ever_absent = false;
 };
@@ -91,7 +91,7 @@ struct ExportTrack {
   std::vector<uint32_t> toggles;  // frames in which it appears or vanishes
 };
 
-// Of all bodies; holds in memory what moves.
+// Tracks of all bodies; holds the motion in memory.
 std::vector<ExportTrack> read_tracks(ExportSource& source);
 
 // World from camera, which looks along its -z with y up.

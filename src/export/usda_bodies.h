@@ -21,11 +21,11 @@ class UsdaBodies {
 
   // Adds to each frame the poses that are written for it.
   virtual void count_poses(std::vector<uint64_t>& poses) const = 0;
-  // Prims within /pile. `has_clips`: of what moves only that it is there.
+  // Prims within /pile. `has_clips`: motion is only declared.
   virtual void write(ExportFile& file, bool has_clips) = 0;
-  // What moves, in these frames, over the same prims.
+  // The motion in these frames, over the same prims.
   virtual void write_clip(ExportFile& file, const FrameSpan& clip) = 0;
-  // Of all that clips write only that it is there.
+  // Declares all attributes that clips write.
   virtual void write_manifest(ExportFile& file) = 0;
 };
 

@@ -31,11 +31,11 @@ struct UsdaPrims {
   // subsets of the mesh, but for what has a colour.
   std::vector<std::map<std::string, size_t>> subsets;
 
-  // What a body of the shape with the look is made of.
+  // The material of a body of the shape with the look.
   std::string binding(uint32_t shape, uint32_t look_index) const;
   // The same of the mesh's subsets, prims within it.
   std::string subset_bindings(uint32_t shape, uint32_t look_index, const std::string& indent) const;
-  // What makes a prim the mesh of a shape.
+  // The metadata that make a prim the mesh of a shape.
   std::string mesh_metadata(uint32_t shape, const std::string& indent) const;
 };
 
@@ -65,14 +65,15 @@ inline void write_line(ExportFile& file, const std::string& text) { file.write(t
 // A time code is a frame of the trajectory; `k` is one of the source.
 std::string time_code(const ExportSource& source, size_t k);
 
-// Of an attribute: what stands in the scene itself, only that it is there, or a clip's part of it.
+// The place of an attribute: its value in the scene itself, its declaration, or a clip's part of
+// it.
 enum class UsdaPlace : uint8_t { scene, declared, clip };
 
 // Translation and rotation with their keys: in full accuracy, quaternions of floats. Each attribute
 // begins a line.
 void append_pose(std::string& text, const ExportSource& source, const ExportTrack& track,
                  UsdaPlace place);
-// Of what has these two.
+// For prims that have these two.
 inline constexpr char kXformOrder[] =
     "\n        uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]";
 

@@ -11,7 +11,8 @@
 
 namespace pilesim {
 
-// Of the two pictures, in texels: a frame takes as few rows as it can, of at most 8192 texels.
+// Sizes of the two pictures, in texels: a frame takes as few rows as it can, of at most 8192
+// texels.
 struct VatLayout {
   size_t columns = 0, rows = 0;  // of a frame
   size_t height = 0;             // of all frames

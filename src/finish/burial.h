@@ -1,4 +1,4 @@
-// How deep bodies lie under what can be seen of a pile.
+// How deep bodies lie under the visible surface of a pile.
 #pragma once
 
 #include <vector>

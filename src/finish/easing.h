@@ -23,8 +23,9 @@ class RestStretches {
   struct Stretch {
     double first = 0, last = 0;  // frames; first <= last
   };
-  // When all are taken. Nothing is eased in less time than a body takes to fall over: what comes to
-  // rest sooner begins a little before it touches or ends a little after, within the trajectory.
+  // When all are taken. Nothing is eased in less time than a body takes to fall over: a body that
+  // comes to rest sooner begins a little before it touches or ends a little after, within the
+  // trajectory.
   std::vector<Stretch> stretches() const;
 
  private:
@@ -38,7 +39,7 @@ class RestStretches {
   std::vector<uint32_t> present_from_, contact_, moved_;  // (B) frames
 };
 
-// What is added to a body on its way.
+// The corrections that are added to bodies along their ways.
 class EasedFrames {
  public:
   // From `from`, the last frame of the trajectory, to `to`, along `ways`.
@@ -53,7 +54,7 @@ class EasedFrames {
  private:
   struct Way {
     uint32_t body;
-    uint32_t first, count;  // in points_: the beginning, what lies between, the end
+    uint32_t first, count;  // in points_: the beginning, points between, the end
     double length_m;
   };
   struct Point {

@@ -26,10 +26,10 @@ struct WayPoint {
 };
 
 struct RestSettings {
-  // Of simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the smallest
-  // dynamic body.
+  // Simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the smallest dynamic
+  // body.
   std::optional<double> longest_s;
-  // What lies deeper under the surface of the pile than can be seen may stay in each other.
+  // Bodies deeper under the surface of the pile than can be seen may keep penetrating.
   bool visible_only = false;
 
   static void fields(auto& self, auto& stream) { stream(self.longest_s, self.visible_only); }
@@ -37,10 +37,10 @@ struct RestSettings {
 
 // First bodies that reach through walls are drawn back, and overlaps are undone, while nothing has
 // a weight or a speed. Then the exact engine, without restitution and with the friction of the
-// scene, lets all come to rest. When nearly all are still, those wait outside of the solver that
-// are far from what is not. What is fixed, held, moved by keys, or frozen by a guide stands where
-// it is all the time, as does what is left but for what gives way. No clock of the scene runs.
-// Deterministic, at any number of threads.
+// scene, lets all come to rest. When nearly all are still, those that are far from moving bodies
+// wait outside of the solver. Bodies that are fixed, held, moved by keys, or frozen by a guide
+// never move; nor do bodies that are left as they are, unless they give way. No clock of the scene
+// runs. Deterministic, at any number of threads.
 class ExactRest {
  public:
   // `start` has one entry a body of the model; those that are present begin there, without speed.
@@ -68,16 +68,16 @@ class ExactRest {
   // are now. Call once.
   std::vector<WayPoint> take_ways();
 
-  // Between steps: all that later ones depend on.
+  // Between steps: all state that later steps depend on.
   void save(StateWriter& writer) const;
-  // Of one that was made of the same: goes on as that, to the last bit. Throws Error(input) where
-  // the bytes are of no such state; it is not to be used then.
+  // State of an object made from the same arguments: continues it to the last bit. Throws
+  // Error(input) where the bytes are of no such state; it is not to be used then.
   void load(StateReader& reader);
 
  private:
   using Marks = std::vector<uint8_t>;  // (B) how restless a body is, or whether it is meant
-  // What is left because it cannot be seen waits outside of the solver. What others cannot get out
-  // of gives way, if it may go, but need not become sound itself unless it comes into view.
+  // Bodies left because they cannot be seen wait outside of the solver. One that others cannot
+  // leave gives way, if it may move, but need not become sound itself unless it comes into view.
   // Deep ones are not there at all: nothing that moves comes near them.
   enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep, kGivesWay };
 
@@ -87,7 +87,7 @@ class ExactRest {
 
     static void fields(auto& self, auto& stream) { stream(self.position, self.orientation); }
   };
-  // Whether it still helps to work on what is sunk.
+  // Whether work on penetrating bodies still helps.
   struct Sunk {
     uint64_t fewest = std::numeric_limits<uint64_t>::max();  // bodies
     int since = 0;                                           // times looked at without fewer

@@ -1,5 +1,5 @@
-// What was tuned of finishing. Units in which all piles are alike: of the smallest dynamic body's
-// bounding sphere, its radius r for lengths and sqrt(r / g) for times; "own" ones are of the body
+// Tuned constants of finishing. Units in which all piles are alike: the radius r of the smallest
+// dynamic body's bounding sphere for lengths, and sqrt(r / g) for times; "own" ones are of the body
 // in question. Tried on statistical piles of 1,000 and 10,000 rabbits, as hulls and as six pieces
 // each, and of 300 L-shapes (docs/lab/finish.md).
 #pragma once
@@ -13,14 +13,15 @@ namespace pilesim::finish_constants {
 inline constexpr double kPartingWay = 0.15;
 // Steps of all bodies. With fewer those amid a large pile are left in each other.
 inline constexpr int kPartingSteps = 24;
-// Then so many of those near what is still sunk, and on for as long as what is sunk becomes less:
-// no more when there were no fewer for so many rounds, ...
+// Then so many steps of bodies near those that still penetrate, and more while their number falls:
+// it ends when there were no fewer for so many rounds, ...
 inline constexpr int kMorePartingSteps = 72;
 inline constexpr int kSunkRounds = 4;
-// ... which are chosen anew after so many.
+// ... whose bodies are chosen again after so many steps.
 inline constexpr int kPartingRound = 6;
-// What is sunk is moved apart by this share of its depth at the end of each round: some pairs of
-// bodies of several pieces, which contradict each other, would stay. Half does not always do.
+// Penetrating bodies are moved apart by this share of their depth at the end of each round: some
+// pairs of bodies of several pieces, which contradict each other, would stay. Half does not always
+// do.
 inline constexpr double kNudge = 0.6;
 
 // --- Settling.
@@ -39,11 +40,11 @@ inline constexpr double kStillTime = 1;
 // ... it has not strayed by more, in its own r, ends slower than this, in its own sqrt(g r), ...
 inline constexpr double kStillDrift = 0.01;
 inline constexpr double kStillSpeed = 0.03;
-// ... and is sunk into nothing by more, in its own diameter and in its smallest extent: ...
+// ... and penetrates nothing by more, in its own diameter and in its smallest extent: ...
 inline constexpr double kStillDepth = 0.01;
 inline constexpr double kStillDepthInExtents = 0.1;
-// ... what is sunk for longer than this is left so, a thousand kilograms on one above all, when
-// what is sunk has not become less for so many still times.
+// ... and a body that penetrates for longer than this is left so (a thousand kilograms on one, for
+// example), when the number has not fallen for so many still times.
 inline constexpr double kSunkTime = 30;
 inline constexpr int kSunkLooks = 10;
 // When so small a share of the bodies is restless, the others wait outside of the solver, but for
@@ -51,7 +52,7 @@ inline constexpr int kSunkLooks = 10;
 // come to carry its weight.
 inline constexpr double kFew = 0.1;
 inline constexpr int kRings = 2;
-// What touches something that strays by more is back in it.
+// A body that touches one that strays by more returns to the solver.
 inline constexpr double kStirringDrift = 0.03;
 // No pile is worked on for longer unless its author says so.
 inline constexpr double kLongest = 100;
@@ -65,7 +66,7 @@ inline constexpr double kSeenDepth = 1.5;
 inline constexpr double kMayGoDepth = kSeenDepth + 2;
 // ... and nothing that moves comes to those that lie deeper than this.
 inline constexpr double kTouchedDepth = kSeenDepth + 3;
-// What is left and lies no deeper than this when all is at rest may be seen.
+// A body that was left and lies no deeper than this when all is at rest may be seen.
 inline constexpr double kUncoveredDepth = kSeenDepth / 2;
 
 // --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own

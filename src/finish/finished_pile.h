@@ -16,7 +16,7 @@
 
 namespace pilesim {
 
-// What finishing tells of itself. Lengths in D, the mean diameter of the dynamic bodies.
+// Figures of finishing. Lengths in D, the mean diameter of the dynamic bodies.
 struct FinishFigures {
   uint64_t bodies = 0;  // that could move
   uint64_t left = 0;    // in each other because they cannot be seen
@@ -30,7 +30,7 @@ struct FinishFigures {
   double largest_extra_speed = 0;  // m/s, that is added to a body on its way
   double deepest_before = 0;       // overlap, by exact distances
   double deepest_after = 0;
-  double deepest_left = 0;  // of what is left, in what is left or fixed
+  double deepest_left = 0;  // of bodies left, in others left or fixed
 };
 std::string to_json(const FinishFigures& figures);   // an object
 std::string describe(const FinishFigures& figures);  // one line
@@ -50,7 +50,7 @@ struct FinishedPile {
   FinishFigures figures;      // without the extra speed and the overlaps
 };
 
-// What bringing a pile to rest has come to, besides the state of the ExactRest.
+// Progress of bringing a pile to rest, besides the state of the ExactRest.
 struct RestProgress {
   std::vector<FrameStatistics> steps;
   double wall_s = 0;
@@ -58,8 +58,8 @@ struct RestProgress {
   static void fields(auto& self, auto& stream) { stream(self.steps, self.wall_s); }
 };
 
-// Steps `rest`, which began at `start`, until it is over. `progress` is what it has come to before.
-// After each step `goes_on` gets what it has come to; false: it ends there, which the figures say.
+// Steps `rest`, which began at `start`, until it is over. `progress` is that before the call. After
+// each step `goes_on` gets it; false: it ends there, which the figures say.
 FinishedPile bring_to_rest(const Scene& scene, const Model& model, const BodyStates& start,
                            ExactRest& rest, RestProgress progress,
                            const std::function<bool(const RestProgress&)>& goes_on);

@@ -11,8 +11,8 @@ namespace pilesim {
 
 // Moves bodies of `movable` out of those of `walls` that have a mesh. A body is in a wall when a
 // piece of its collision shape is crossed by it; how far it goes back is measured along the lines
-// from its centre of mass to the corners of such pieces, by the first face that each meets. What
-// has its centre in a wall is left as it is. Bodies come to lie in each other.
+// from its centre of mass to the corners of such pieces, by the first face that each meets. A body
+// with its centre in a wall is left as it is. Bodies may penetrate each other afterwards.
 void draw_back_from_walls(const Model& model, const std::vector<uint32_t>& movable,
                           const std::vector<uint32_t>& walls, BodyStates& states);
 

@@ -32,8 +32,8 @@ class BaseColours {
   // no texture that can be read, or where its vertices have colours besides: then its mean stands.
   void place(const aiMesh& mesh, const aiFace& face, bool mirrored);
   TextureMap& map() { return map_; }
-  // Of each material that was asked for whose texture could not be read: which, and why. Names are
-  // those of the file.
+  // For each requested material whose texture could not be read: which, and why. Names are those of
+  // the file.
   const std::vector<std::string>& lost() const { return lost_; }
 
  private:
@@ -57,7 +57,7 @@ class BaseColours {
   // Throws Unreadable.
   Picture load(const std::string& name) const;
   Linear material_colour(unsigned material) const;
-  // What a texture is multiplied by.
+  // The factor of a texture.
   Linear factor(unsigned material) const;
   Linear mean(const Picture& picture, const std::array<Eigen::Vector2d, 3>& corners) const;
   uint32_t keep(const Picture& picture, const Linear& factor);

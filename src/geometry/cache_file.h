@@ -1,4 +1,4 @@
-// What was computed of a mesh, kept from one run to the next, one file each.
+// Results computed from a mesh, kept from one run to the next, one file each.
 #pragma once
 
 #include <filesystem>

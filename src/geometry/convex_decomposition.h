@@ -22,7 +22,7 @@ struct Decomposition {
   std::vector<TriangleMesh> pieces;  // closed convex, the frame of the mesh
   double mesh_volume_m3 = 0;
   // Measured along lines through both solids, see solid_difference.h: to better than 0.05 % of the
-  // mesh's volume. Of pieces from groups the mesh's volume is the sum, so that overlaps are
+  // mesh's volume. For pieces from groups the mesh's volume is the sum, so that overlaps are
   // missing.
   double union_volume_m3 = 0;    // of the union of the pieces (overlaps counted once)
   double excess_volume_m3 = 0;   // of pieces outside of the mesh
@@ -50,14 +50,13 @@ struct Decomposition {
 // otherwise none. Such pieces make a solid even where they touch or overlap.
 std::vector<TriangleMesh> convex_groups(const TriangleMesh& mesh);
 
-// `mesh` is a proper solid (find_mesh_defects is empty), or one with convex_groups: those are
-// taken as they are, whatever the options. Otherwise the mesh is
-// cut by planes where that saves most of the volume that convex
-// hulls of the parts have too much, and each piece is fitted between its part and the hull.
-// Where max_pieces do not suffice for max_volume_error the best found is returned: look at
-// volume_error() and more_pieces. The same bytes whatever the number of threads.
+// `mesh` is a proper solid (find_mesh_defects is empty), or one with convex_groups: those are taken
+// as they are, whatever the options. Otherwise the mesh is cut by planes where that saves most of
+// the volume that convex hulls of the parts have too much, and each piece is fitted between its
+// part and the hull. Where max_pieces do not suffice for max_volume_error the best found is
+// returned: look at volume_error() and more_pieces. The same bytes whatever the number of threads.
 // The result is kept in a file under `cache_directory`, named by a hash of the mesh, its groups and
-// the options, and read from there the next time; a damaged file is made anew. No value: no cache.
+// the options, and read from there the next time; a damaged file is replaced. No value: no cache.
 // Throws Error(input) without a file for a mesh that is no solid, Error(io) if the cache cannot be
 // written.
 Decomposition decompose(const TriangleMesh& mesh, const DecompositionOptions& options,

@@ -25,8 +25,8 @@ class ConvexBody {
 };
 
 // m, in the frame that both are given in. Below 0: minus the shortest way that parts them. Bodies
-// farther apart than `reach_m` have infinity. Of polytopes the error is a few roundings of the
-// bodies' extent and of their distance from the origin; of bodies with curved cores, such as
+// farther apart than `reach_m` have infinity. For polytopes the error is a few roundings of the
+// bodies' extent and of their distance from the origin; for bodies with curved cores, such as
 // cylinders, at most 1e-6 of the extent.
 double convex_distance(const ConvexBody& a, const ConvexBody& b, double reach_m);
 

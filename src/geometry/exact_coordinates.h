@@ -16,7 +16,7 @@ namespace pilesim {
 // for each place, with about the same shape. Who reads it finds the place by the numbers.
 class ExactCoordinates {
  public:
-  // Of OBJ, and of STL and PLY as text, by the ending of `name`. None: it is another format, or is
+  // For OBJ, and STL and PLY as text, by the ending of `name`. None: it is another format, or is
   // written in a way that is not understood here.
   static std::optional<ExactCoordinates> of(const std::string& name, const std::string& bytes);
 

@@ -1,5 +1,5 @@
-// Generalised winding numbers of many points: what is far away counts as dipoles (Barill et al.
-// 2018), good to some hundredths. Where it matters whether a point is inside, InsideTest decides.
+// Generalised winding numbers of many points: far triangles count as dipoles (Barill et al. 2018),
+// good to some hundredths. Where it matters whether a point is inside, InsideTest decides.
 #pragma once
 
 #include <optional>

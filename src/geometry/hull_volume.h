@@ -47,7 +47,7 @@ class HullVolume {
   void add_point(uint32_t face);
 
   std::span<const Vec3> points_;
-  double tolerance_ = 0;  // m, of what lies on a plane
+  double tolerance_ = 0;  // m, for points on a plane
   double outside_ = 0;    // m: points less far outside are left out
   std::vector<Face> faces_;
   std::vector<uint32_t> next_outside_;

@@ -7,7 +7,7 @@
 
 namespace pilesim {
 
-// Of unit density: multiply volume and inertia by a density to get kg and kg m^2.
+// At unit density: multiply volume and inertia by a density to get kg and kg m^2.
 struct MassProperties {
   double volume_m3 = 0;                // > 0 for a mesh with outward triangles
   Vec3 centre_of_mass = Vec3::Zero();  // m, the frame of the mesh

@@ -1,4 +1,4 @@
-// What a mesh may hold, looked at before a reader takes it in.
+// Limits of a mesh, checked before a reader loads it.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ class FaceBudget {
   uint64_t faces_ = 0, work_ = 0;
 };
 
-// Of the text of an OBJ file and of the faces of an STL or PLY file, by the name's ending: why it
-// is to be refused; empty for others, and for all that is within bounds.
+// Why the text of an OBJ file or the faces of an STL or PLY file, by the name's ending, are to be
+// refused; empty for other files, and within the limits.
 std::string fault_of_faces(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace pilesim

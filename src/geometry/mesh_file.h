@@ -1,5 +1,5 @@
-// What a mesh file holds, read by assimp in a process of its own: assimp believes the lengths that
-// it reads, and nobody can tell what a broken file of one of its forty formats makes it do.
+// The contents of a mesh file, read by assimp in a process of its own: assimp believes the lengths
+// that it reads, and nobody can tell what a broken file of one of its forty formats makes it do.
 #pragma once
 
 #include <filesystem>

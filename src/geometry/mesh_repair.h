@@ -1,4 +1,4 @@
-// What is wrong with a mesh and can be mended without changing what it looks like.
+// Faults of a mesh that can be mended without changing how it looks.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@ struct Repair {
 // Drops triangles without area and those that are there twice, splits edges on which a vertex lies,
 // turns triangles and closed pieces so that outside is outside, drops pieces inside of others, and
 // closes holes of at most a quarter of the mesh's diagonal and half of their piece's. A closed
-// piece that faces inward inside of another one is a hollow and stays. What crosses or has more
-// than two triangles at an edge stays as it is.
+// piece that faces inward inside of another one is a hollow and stays. Crossing triangles and edges
+// with more than two triangles stay as they are.
 Repair repair_mesh(const TriangleMesh& mesh);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What stb_image does not look at before it copies the bytes of a PNG.
+// Checks that stb_image leaves out before it copies the bytes of a PNG.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace pilesim {
 // nowhere. True of what is no PNG.
 bool may_be_decoded(std::string_view picture);
 
-// What is wrong with a PNG so that it is not to be decoded: not may_be_decoded(), or its
-// compressed data hold more than its pixels, which the decoder would take in whole. Empty: nothing.
+// Why a PNG must not be decoded: not may_be_decoded(), or its compressed data hold more than its
+// pixels, which the decoder would take in whole. Empty: nothing.
 std::string png_fault(std::string_view picture);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// A solid of any mesh: what has mass, collides and is sampled. What is drawn stays the mesh.
+// A solid for any mesh: it has mass, collides and is sampled. The mesh itself is drawn.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ enum class SolidWay { as_it_is, repaired, wrapped, hull };
 struct Solid {
   TriangleMesh mesh;  // a proper solid: find_mesh_defects() is empty (as_it_is: or its groups are)
   SolidWay way = SolidWay::as_it_is;
-  // What was done and how far it is from the mesh, for reports: "wrap at 0.8 mm, ..."; empty
-  // where it is as it is.
+  // For reports, the method and the distance from the mesh: "wrap at 0.8 mm, ..."; empty where it
+  // is as it is.
   std::string note;
   bool from_cache = false;
 };
@@ -40,7 +40,7 @@ struct SolidOptions {
 // mesh that is none; `automatic` of one that is open so wide, or so thin, that its inside would be
 // a guess; `wrap` where nothing is enclosed. A solid that was mended or wrapped is kept in a file
 // under `cache_directory`, named by a hash of the mesh and the options, and read from there the
-// next time; a damaged file is made anew. No value: no cache. Throws Error(io) if it cannot be
+// next time; a damaged file is replaced. No value: no cache. Throws Error(io) if it cannot be
 // written.
 Solid make_solid(const TriangleMesh& mesh, const SolidOptions& options,
                  const std::optional<std::filesystem::path>& cache_directory = std::nullopt);

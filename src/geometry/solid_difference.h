@@ -10,7 +10,7 @@ namespace pilesim {
 struct SolidDifference {
   double mesh_volume_m3 = 0;    // of the mesh, where it overlaps itself counted once
   double union_volume_m3 = 0;   // of the union of the pieces
-  double common_volume_m3 = 0;  // of what is in both
+  double common_volume_m3 = 0;  // of the part in both
 
   double excess_m3() const { return union_volume_m3 - common_volume_m3; }
   double missing_m3() const { return mesh_volume_m3 - common_volume_m3; }

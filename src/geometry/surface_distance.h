@@ -7,7 +7,7 @@
 
 namespace pilesim {
 
-// What can be seen of the union of convex pieces: their facets less what lies inside or against
+// The visible surface of the union of convex pieces: their facets less what lies inside or against
 // another piece (within 1e-6 of the bounding diagonal). Triangles that are not joined.
 TriangleMesh outer_surface(std::span<const TriangleMesh> pieces);
 

@@ -1,6 +1,6 @@
-// A closed surface around whatever triangles there are: around what they enclose, or, of sheets
-// with a thickness, around themselves. Inside is where the generalised winding number (Jacobson et
-// al. 2013) is above one half, so that crossing parts are united and small holes closed.
+// A closed surface around any triangles: around the space that they enclose, or, of sheets with a
+// thickness, around themselves. Inside is where the generalised winding number (Jacobson et al.
+// 2013) is above one half, so that crossing parts are united and small holes closed.
 #pragma once
 
 #include "geometry/mesh.h"
@@ -18,8 +18,8 @@ struct Wrap {
   // Farthest that a point of it is from the triangles: to within half a cell or so it follows them,
   // but where it closes an opening.
   double distance_m = 0;
-  double closing_share = 0;  // of its area, what is farther from the triangles than a cell
-  double lost_share = 0;     // of the triangles' area, what is outside of it by more than a cell
+  double closing_share = 0;  // share of its area that is farther from the triangles than a cell
+  double lost_share = 0;     // share of the triangles' area outside of it by over a cell
 };
 
 // Around what `mesh` encloses, and what is nearer to `sheets` than half of the thickness; one of

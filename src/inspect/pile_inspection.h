@@ -15,7 +15,7 @@ inline constexpr double kRestingSpeed = 0.05;
 // Nor is it at rest where its centre has crept faster than this share of sqrt(g r) over some time:
 // by 0.003 r in the time that it must be quiet, beyond which no engine lets it sleep.
 inline constexpr double kCreepingSpeed = 0.001;
-// That time, in sqrt(r / g): what is slow for so long is not at the top of a bounce.
+// That time, in sqrt(r / g): a body that is slow for so long is not at the top of a bounce.
 inline constexpr double kQuietTime = 3;
 // Bodies closer than this share of the mean diameter hold each other up.
 inline constexpr double kTouchingGap = 0.02;
@@ -27,7 +27,7 @@ struct EarlierPlaces {
   std::vector<uint8_t> flags;  // (bodies)
 };
 
-// Of the largest body that is free to move, s; 0 without gravity.
+// For the largest body that is free to move, s; 0 without gravity.
 double quiet_time_s(const Model& model, const Vec3& gravity);
 
 // Distances are those of the model's collision pieces, exact, for pairs whose boxes nearly meet; no
@@ -39,8 +39,9 @@ double quiet_time_s(const Model& model, const Vec3& gravity);
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states,
                          const EarlierPlaces& earlier = {});
 
-// (bodies) How deep each is in the one that it is deepest in, m, by the same distances; 0 where it
-// is in none. Of two bodies one at least is dynamic and let go. Runs in parallel, as above.
+// (bodies) Penetration depth of each body, at its deepest pair, m, by the same distances; 0 where
+// it penetrates none. At least one body of a pair is dynamic and released. Runs in parallel, as
+// above.
 std::vector<double> overlap_depths(const Model& model, const BodyStates& states);
 
 // The bodies that are not at rest: PileQuality::unsettled alone, which needs no distances.

@@ -32,7 +32,7 @@ struct ComparisonSummary {
     std::string quantity;                 // that has it
   };
   std::vector<Line> lines;            // the reference first
-  std::vector<std::string> warnings;  // what is not as it should be, one line each
+  std::vector<std::string> warnings;  // problems that did not stop it, one line each
 };
 
 // Checks all modes before it runs any. Each run is `program simulate` in a process of its own, so

@@ -1,4 +1,4 @@
-// What steers a run besides the events of its scene, and what that tells at the end.
+// A director that steers a run besides the events of its scene, and its report at the end.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// What a direction tells of a run.
+// The report of a direction on a run.
 struct DirectedRun {
   std::string figures;             // JSON, for SimulationReport::piles; empty: none
   std::vector<std::string> lines;  // for people

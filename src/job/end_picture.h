@@ -16,9 +16,9 @@ struct EndPicture {
 };
 
 // Draws the last frame of each run into `page`, small, by one camera: the scene's own or one that
-// frames what happens in the first run. What goes wrong with drawing is not thrown, since the runs
-// are whole without it: what is returned says why pictures are missing; else it is empty. Throws
-// Error(io) where `page` cannot be written.
+// frames the events of the first run. Faults of drawing are not thrown, since the runs are whole
+// without pictures: the result says why pictures are missing, else it is empty. Throws Error(io)
+// where `page` cannot be written.
 std::string put_end_pictures(const std::filesystem::path& page, const Scene& scene,
                              std::span<const EndPicture> runs);
 

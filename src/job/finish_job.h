@@ -32,10 +32,10 @@ struct FinishJob {
 
 // Reads and checks all before `output` is touched. Ctrl-C while bodies come to rest: the pile as
 // far as it is then is written; while frames are written: those that are. Either is a valid run
-// that says so, and Error(interrupted) is thrown. What is interrupted or killed is resumed, and
-// ends with the same bytes but for times: Error(usage) where there is nothing to resume,
-// Error(input) where what is there is of another run, scene, program or other options. A gate that
-// fails throws Error(quality), with all written.
+// that says so, and Error(interrupted) is thrown. An interrupted or killed run is resumed, and ends
+// with the same bytes but for times: Error(usage) where there is nothing to resume, Error(input)
+// where the state there is that of another run, scene, program or other options. A gate that fails
+// throws Error(quality), with all written.
 SimulationSummary run_finish(const FinishJob& job);
 
 }  // namespace pilesim

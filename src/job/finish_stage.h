@@ -38,12 +38,12 @@ FinishedPile finish_trajectory(const FinishStage& stage, const std::filesystem::
 // The same for the trajectory in `directory`, which the finished one replaces; the other is kept as
 // simulated.zarr. Where it is interrupted nothing is replaced.
 FinishedPile finish_in_place(const FinishStage& stage, const std::filesystem::path& directory);
-// The gates judge what is finished: in this pile what is left is as fixed as the ground. Sets the
-// figures of what is left.
+// The gates judge finished bodies: in this pile those left are as fixed as the ground. Sets the
+// figures of those left.
 PileQuality inspect_finished(const Scene& scene, const Model& model, FinishedPile& pile);
 // For people: where it went on.
 std::string resumed_after(const FinishedPile& pile);
-// When all is written: removes what is of use only while a pile is finished.
+// When all is written: removes files that are of use only while a pile is finished.
 void forget_finishing(const std::filesystem::path& directory);
 // After a kill before that: the trajectory is again as it was simulated.
 void restore_simulated(const std::filesystem::path& directory);

@@ -10,7 +10,7 @@ namespace pilesim {
 
 // pile: bodies fall on a plane. bin: they are poured into a bin. guide: they fill a cone that a
 // guide holds them in, for direct-pile. dataset: a bin in which count, materials and camera are
-// drawn anew by each seed.
+// drawn by each seed.
 enum class NewSceneKind : uint8_t { pile, bin, guide, dataset };
 
 struct NewSceneJob {

@@ -1,4 +1,4 @@
-// What a run was simulated with, for who works on with its trajectory.
+// The scene and model of a run, for jobs that work on its trajectory.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,9 @@ struct RunModel {
   Model model;  // its bodies are those of the trajectory, in their order
 };
 
-// Of the run in the directory `run`, whose trajectory has `header`. `scene_file`: beside it its
-// meshes are; none: where it was when it ran. Throws Error(io), or Error(input) where that is not
-// known, and where files are missing or have changed since.
+// The model of the run in the directory `run`, whose trajectory has `header`. `scene_file`: beside
+// it its meshes are; none: where it was when it ran. Throws Error(io), or Error(input) where that
+// is not known, and where files are missing or have changed since.
 RunModel load_run_model(const std::filesystem::path& run, const TrajectoryHeader& header,
                         const std::optional<std::filesystem::path>& scene_file);
 

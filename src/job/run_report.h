@@ -1,4 +1,4 @@
-// What the reports of runs have in common, whatever made them.
+// The common part of the reports of all runs.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ FrameRow make_row(uint64_t frame, double time_s, const FrameStatistics& statisti
                   uint32_t bodies);
 uint32_t count_present(const Model& model, const BodyStates& states);
 
-// What finishing says of itself. Its time goes to the last frame, which then tells of the pile as
-// it lies in the end. After the quality of the end.
+// The figures of finishing. Its time goes to the last frame, which then tells of the pile as it
+// lies in the end. After the quality of the end.
 void take_finish(FinishedPile& pile, SimulationReport& report);
 
 // Throws Error(quality), naming `output`, where one has not passed.

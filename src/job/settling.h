@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// Of the trajectory in `directory`, which holds it: a frame, as it was before `frame`.
+// Places in the trajectory in `directory`, which holds it: at a frame before `frame`.
 EarlierPlaces places_at(const std::filesystem::path& directory, uint64_t earlier, uint64_t frame);
 
 class Settling {

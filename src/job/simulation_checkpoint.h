@@ -14,7 +14,7 @@ namespace pilesim {
 
 inline constexpr char kCheckpointFile[] = "checkpoint.bin";
 
-// What a run has come to, besides the simulator's state.
+// Progress of a run, besides the simulator's state.
 struct RunProgress {
   std::vector<FrameRow> rows;  // a row a frame that is done
   std::vector<FrameQuality> inspections;
@@ -33,7 +33,7 @@ struct RunProgress {
 void write_run_checkpoint(const std::filesystem::path& directory, const CheckpointKey& key,
                           const std::filesystem::path& scene_file, const RunProgress& progress,
                           const Simulator& simulator);
-// Of a run that is done.
+// Writes the states of a run that is done.
 void write_last_states(const std::filesystem::path& directory, const CheckpointKey& key,
                        const std::filesystem::path& scene_file, const BodyStates& states);
 
@@ -47,8 +47,8 @@ class RunCheckpoint {
   bool is_done() const { return is_done_; }
   const BodyStates& bodies() const { return bodies_; }
   std::filesystem::path scene_file() const { return scene_file_; }  // absolute
-  // Brings `simulator`, made anew of the run's scene, to where the run stands; for a run that is
-  // not done. Throws Error(input).
+  // Brings `simulator`, made from the run's scene, to where the run stands; for a run that is not
+  // done. Throws Error(input).
   RunProgress load(Simulator& simulator) const;
 
  private:
@@ -59,7 +59,7 @@ class RunCheckpoint {
   std::span<const std::byte> rest_;
 };
 
-// Of a directory that has results but nothing that work could go on from: Error(usage).
+// For a directory that has results but no state to resume from: Error(usage).
 [[noreturn]] void throw_nothing_to_resume(const std::filesystem::path& directory);
 
 }  // namespace pilesim

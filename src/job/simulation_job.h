@@ -45,10 +45,10 @@ struct SimulationSummary {
   std::optional<FrameQuality> deepest_inspected;  // of the frames that were inspected
   PileQuality quality;                            // at the end
   std::vector<std::string> collision_shapes;  // one line a shape: the error of its approximation
-  std::vector<std::string> beginning;         // what it was resumed or began from, one line each
+  std::vector<std::string> beginning;         // the run it goes on from, one line each
   std::vector<std::string> piles;             // one line a pile: the angle asked and got
   std::vector<std::string> signatures;        // one line a shape that collides by one
-  std::vector<std::string> warnings;          // what is not as it should be, one line each
+  std::vector<std::string> warnings;          // problems that did not stop it, one line each
 
   // Empty: nothing to warn of.
   void warn(const std::string& line) {

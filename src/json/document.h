@@ -1,4 +1,4 @@
-// What is wrong with a JSON document, by line and column.
+// Problems of a JSON document, by line and column.
 #pragma once
 
 #include <string>

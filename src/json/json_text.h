@@ -32,7 +32,7 @@ class LineIndex {
 
 // Throws Error(input) naming `file`, line and column if `text` is no JSON, is nested deeper than
 // kMaxJsonDepth, has too many keys (one object may have 30,000) or a number outside of what a
-// double holds. Of a repeated key the last value counts: find repetitions with walk_json().
+// double holds. The last value of a repeated key counts: find repetitions with walk_json().
 inline constexpr int kMaxJsonDepth = 64;
 Json parse_json(const std::string& text, const std::string& file);
 

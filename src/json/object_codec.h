@@ -12,7 +12,7 @@
 
 namespace pilesim {
 
-// What is said of one key of an object, whatever it becomes.
+// The description of one key of an object, of any type.
 struct Key {
   std::string name;
   std::string expected;
@@ -38,8 +38,8 @@ using Fields = std::vector<Field<T>>;
 // `schema` with its description.
 Json described(Json schema, const std::string& description);
 
-// Not required; what stands there otherwise depends on the rest of the scene. `Access` takes a T&
-// to an M& and a const T& to a const M&: a pointer to member or a generic lambda.
+// Not required; the value otherwise depends on the rest of the scene. `Access` takes a T& to an M&
+// and a const T& to a const M&: a pointer to member or a generic lambda.
 template <class T, class Access, class M>
 Field<T> derived_field(std::string key, Access access, const Codec<M>& codec,
                        const std::string& description) {

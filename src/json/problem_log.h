@@ -1,4 +1,4 @@
-// Collects what is wrong with a JSON document while it is read, by place.
+// Collects the problems of a JSON document while it is read, by place.
 #pragma once
 
 #include <set>

@@ -16,7 +16,7 @@ namespace pilesim {
 struct PlacedShape {
   uint32_t shape = 0;  // index into Model::shapes
   Pose pose;           // of the body frame in the world
-  Bounds box;          // m, world, of what it collides with; empty for a plane
+  Bounds box;          // m, world, of its collision shape; empty for a plane
 };
 
 class BodyDistances {
@@ -26,8 +26,8 @@ class BodyDistances {
   PlacedShape place(uint32_t shape, const Pose& pose) const;
 
   // m; below 0: minus the shortest way that parts them, of the pair of pieces that is deepest in
-  // each other. Infinity beyond `reach_m`. Of a shape that collides as a mesh the triangles count,
-  // not what they enclose. At least one of the two has pieces.
+  // each other. Infinity beyond `reach_m`. For a shape that collides as a mesh the triangles count,
+  // not the space that they enclose. At least one of the two has pieces.
   double distance(const PlacedShape& a, const PlacedShape& b, double reach_m) const;
 
  private:

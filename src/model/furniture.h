@@ -13,10 +13,10 @@ struct BoxPart {
   Vec3 size;    // m, full edges
 };
 
-// Of one of the four shapes.
+// The boxes of one of the four shapes.
 std::vector<BoxPart> furniture_parts(const Shape& shape);
 
-// The origin of each is in the middle of what it stands on.
+// The origin of each is in the middle of its foot.
 std::vector<BoxPart> parts_of(const BinShape& bin);
 std::vector<BoxPart> parts_of(const TableShape& table);
 std::vector<BoxPart> parts_of(const ShelfShape& shelf);

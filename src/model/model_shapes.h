@@ -22,9 +22,9 @@ class MeshLibrary {
  public:
   // Throws as import_mesh() does.
   const TriangleMesh& load(const std::filesystem::path& file, double scale, UpAxis up = UpAxis::y);
-  // What it encloses, as make_solid() makes it of the whole: its surface has nothing of it on the
-  // other side, so parts that overlap are wrapped even where groups name each of them. Throws as
-  // make_solid() does, too.
+  // The solid that it encloses, as make_solid() makes it from the whole: its surface has nothing of
+  // it on the other side, so parts that overlap are wrapped even where groups name each of them.
+  // Throws as make_solid() does, too.
   const Solid& load_solid(const std::filesystem::path& file, double scale);
 
  private:

@@ -6,9 +6,9 @@
 
 namespace pilesim {
 
-// Turns the triangles of what collides as a closed mesh where most of the bodies that begin within
-// its box begin in it, or the guide that they are to fill lies there, and says so in its shape's
-// collision report: it is touched, and seen, from inside.
+// Turns the triangles of a body that collides as a closed mesh where most of the bodies that begin
+// within its box begin in it, or the guide that they are to fill lies there, and says so in its
+// shape's collision report: it is touched, and seen, from inside.
 void open_rooms(Model& model);
 
 }  // namespace pilesim

@@ -17,7 +17,7 @@ struct PackingSettings {
   ProgressMode progress = ProgressMode::automatic;
 };
 
-// What a signature is of that was sampled so.
+// The object of a signature that was sampled so.
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
 // Pours the object onto a plane and into a column by the exact engine, and then spheres that

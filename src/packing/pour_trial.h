@@ -26,11 +26,11 @@ struct PourFigures {
   double height = 0;  // R, the mean of the centres above the ground
   double spread = 0;  // R, their mean distance from the axis
   double reach = 0;   // R, how far they reach below their centres in the mean
-  // Of a column away from its ends and walls, 0 where it is too low to say: how much of it is
-  // solid, and of its lower half; and how far from a centre the nearest other one is, R.
+  // A column's solid share, away from its ends and walls, and that of its lower half; distance from
+  // a centre to the nearest other one, R. 0 where it is too low to say.
   double fraction = 0, deep_fraction = 0, nearest = 0;
   double time = 0;  // sqrt(R / g), until it is at rest
-  // Of bodies alone: how far from where it was let go one comes to rest, R, dropped and thrown.
+  // Distance from release to rest of a body alone, R, dropped and thrown.
   double dropped = 0, thrown = 0;
 };
 
@@ -41,7 +41,7 @@ class PourTrial {
 
   const Scene& scene() const { return scene_; }  // of the impulse mode
   uint32_t shape() const { return shape_; }      // of the object, in the model
-  // A model whose bodies start anew, keyed by the seed.
+  // A model with new starts of its bodies, keyed by the seed.
   Model starts(uint64_t seed) const;
   // Steps a simulator of such a model until it is at rest, or the time is up.
   PourFigures run(Simulator& simulator) const;

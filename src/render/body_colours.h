@@ -1,4 +1,4 @@
-// What the colours of bodies tell.
+// The meaning of bodies' colours.
 #pragma once
 
 #include <array>

@@ -12,7 +12,7 @@
 
 namespace pilesim {
 
-// Of the scene's `camera` among the others.
+// The name of the scene's `camera` among the others.
 inline constexpr const char* kMainCamera = "camera";
 inline constexpr const char* kAllCameras = "all";
 

@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// Linear. What is packed is its square root.
+// Linear. The packed value is its square root.
 inline Vec3f albedo_of(const PackedMaterial& packed) {
   return Vec3f(packed[0], packed[1], packed[2]).cwiseAbs2() / (255.0f * 255.0f);
 }
@@ -21,7 +21,7 @@ inline Vec3f albedo_of(const PackedMaterial& packed) {
 // That the paint of a mesh's vertices holds, not the material's own colour.
 bool is_painted(const PackedMaterial& material);
 
-// What a vertex shader gets of each body (body.vert).
+// The input of a vertex shader for each body (body.vert).
 struct Instance {
   Vec3f position;                    // m, world
   std::array<float, 4> orientation;  // x y z w
@@ -52,7 +52,7 @@ struct DrawList {
   uint64_t triangle_count = 0;
 };
 
-// What meshes are made ready for: pictures, or finding which triangle of the trajectory is in
+// The use that meshes are prepared for: pictures, or finding which triangle of the trajectory is in
 // front.
 enum class MeshUse : uint8_t { pictures, hits };
 
@@ -71,7 +71,7 @@ struct RenderScene {
   explicit RenderScene(const TrajectoryHeader& header, BodyColours told = BodyColours::own,
                        MeshUse use = MeshUse::pictures);
   PackedMaterial material_of(const TrajectoryFrame& frame, size_t body) const;
-  // m, from the origin. Of a plane that is far from it the point of the plane that is nearest.
+  // m, from the origin. For a plane that is far from it, the nearest point of the plane.
   Vec3f place(const TrajectoryFrame& frame, size_t body) const;
   float radius(size_t body) const { return meshes[shape[body]].radius_m; }
   // Present and not a plane.

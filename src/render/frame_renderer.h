@@ -1,4 +1,4 @@
-// Who draws the pictures of a trajectory: what `pilesim render` asks of a renderer.
+// The interface of renderers: the requests of `pilesim render`.
 #pragma once
 
 #include <cstdint>

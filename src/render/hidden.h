@@ -1,6 +1,6 @@
-// What is certainly hidden need not be drawn: bodies that lie behind everything that the depths of
-// those in front, drawn before, hold. The picture stays the same, whatever is guessed to be in
-// front.
+// Bodies that are certainly hidden need not be drawn: those that lie behind everything that the
+// depths of those in front, drawn before, hold. The picture stays the same, whatever is guessed to
+// be in front.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ namespace pilesim {
 inline constexpr int kDepthBlock = 2;
 constexpr int depth_blocks(int pixels) { return (pixels + kDepthBlock - 1) / kDepthBlock; }
 
-// Of an instance of a list: certainly hidden, or not looked at; in front; what else may be seen.
+// The mark of an instance of a list: certainly hidden, or not looked at; in front; what else may be
+// seen.
 enum SeenMark : uint8_t { kHidden, kFront, kRest };
 
 // The farthest depth of each block of a target, by rows from the bottom; 1: as far as can be.
@@ -22,17 +23,17 @@ struct FarthestDepths {
   int columns = 0, rows = 0;  // of blocks
   std::vector<float> depth;   // (rows * columns)
 
-  // Of a target of that size, pixels.
+  // For a target of that size, pixels.
   void resize(int width, int height);
   bool hide(const Footprint& footprint) const;
 };
 
-// Marks as kFront what is likely in front of a target of that size, and what is much larger than
-// `typical_radius_m`, as walls are.
+// Marks as kFront bodies that are likely in front of a target of that size, and those much larger
+// than `typical_radius_m`, as walls are.
 void mark_front(const DrawList& list, int width, int height, float typical_radius_m,
                 std::vector<uint8_t>& marks);
 
-// Marks as kRest what is neither in front nor hidden.
+// Marks as kRest those that are neither in front nor hidden.
 void mark_rest(const DrawList& list, const FarthestDepths& depths, std::vector<uint8_t>& marks);
 
 // Those of `list` with that mark.

@@ -19,7 +19,7 @@ std::string png_of(const Texture& texture);
 // Written beside its place and renamed. Throws Error(io).
 void write_png(const Image& image, const std::filesystem::path& file);
 
-// What write_png() wrote; none where the file is missing or no such picture of that size.
+// The picture that write_png() wrote; none where the file is missing or has another size.
 std::optional<Image> read_png(const std::filesystem::path& file, std::array<int, 2> size);
 
 // Feeds frames to an ffmpeg process through a pipe (H.264, yuv420p, faststart). Odd sizes lose

@@ -14,7 +14,7 @@ struct Rectangle {
 
 // White letters on a darkened strip in the lower left corner of `tile`, `line` pixels high. `text`
 // is UTF-8; control characters, bytes that are none and what the font (DejaVu Sans: Latin, Greek,
-// Cyrillic and more) lacks each become one replacement sign. What is wider than the tile ends in an
+// Cyrillic and more) lacks each become one replacement sign. Text wider than the tile ends in an
 // ellipsis.
 void draw_label(Image& image, std::string_view text, const Rectangle& tile, int line);
 

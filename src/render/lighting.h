@@ -1,6 +1,6 @@
-// What lights a picture, whatever draws it: a sun, which casts shadows, and a sky and a ground that
-// fill in from all sides (shaders/lighting.glsl, background.glsl). Radiance is linear RGB: a white
-// surface that faces the sun is as bright as its radiance.
+// The lights of a picture, for every renderer: a sun, which casts shadows, and a sky and a ground
+// that fill in from all sides (shaders/lighting.glsl, background.glsl). Radiance is linear RGB: a
+// white surface that faces the sun is as bright as its radiance.
 #pragma once
 
 #include "core/types.h"

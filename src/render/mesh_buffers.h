@@ -17,7 +17,7 @@ class MeshBuffers {
  public:
   // Needs its context to be current, as load() and draw() do.
   explicit MeshBuffers(std::span<const RenderMesh> meshes);
-  // What is drawn next. `list` is of the meshes given above, and stays.
+  // Sets what is drawn next. `list` is of the meshes given above, and stays.
   void load(const DrawList& list);
   // Triangles of all kinds; culls the back faces of closed meshes.
   void draw_all();

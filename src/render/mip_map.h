@@ -1,4 +1,4 @@
-// A texture and, for what is drawn smaller, its halves.
+// A texture and its halves, for smaller drawings.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What is drawn over pictures, from a file that a command wrote beside its trajectory.
+// Drawings over pictures, from a file that a command wrote beside its trajectory.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +29,11 @@ enum class OverlayKind {
 
 BodyColours colours_of(OverlayKind kind);
 
-// Of a directory that `pilesim direct-pile` wrote, but for `solver`: any run. Throws Error(io), or
-// Error(input) where its file is not what that command writes.
+// The overlay of a directory that `pilesim direct-pile` wrote, but for `solver`: any run. Throws
+// Error(io), or Error(input) where its file is not one of that command.
 std::unique_ptr<Overlay> make_overlay(OverlayKind kind, const std::filesystem::path& directory);
 
-// Of a pixel within the image; sRGB from 0 to 255.
+// Blends a pixel within the image; sRGB from 0 to 255.
 void blend(Image& image, int x, int y, const Eigen::Vector3f& colour, float opacity);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What a picture shows, as numbers: one surface a pixel, that on the ray through the pixel's
+// The contents of a picture, as numbers: one surface a pixel, that on the ray through the pixel's
 // middle.
 #pragma once
 

@@ -27,7 +27,7 @@ struct Pinhole {
   Vec3 ray(double column, double row) const { return {(column - cx) / fx, (row - cy) / fy, 1}; }
 };
 
-// What a camera of the scene sees in a picture of width x height pixels; pixels are square.
+// The view of a camera of the scene in a picture of width x height pixels; pixels are square.
 Pinhole make_pinhole(const CameraKey& camera, int width, int height);
 
 // For depth in 16 bits: 1, 2 or 5 times a power of ten of a millimetre, the finest that reaches

@@ -18,12 +18,12 @@
 
 namespace pilesim {
 
-// Of sheet.png.
+// Limit of sheet.png.
 inline constexpr uint64_t kMostSheetPixels = uint64_t{1} << 28;
-// What x264 encodes.
+// Limit of x264.
 inline constexpr int kWidestVideo = 16384;
 
-// Of a trajectory; `colours` say what an overlay tells by them.
+// Makes a renderer of a trajectory; `colours` are the meaning of an overlay's colours.
 using MakeRenderer = std::function<std::unique_ptr<FrameRenderer>(
     const TrajectoryHeader&, const RenderSettings&, BodyColours colours)>;
 
@@ -46,11 +46,11 @@ struct RenderJob {
   // Keep the pictures that an interrupted or killed run of the same work has drawn; begin where
   // there are none. Not with `force`, and not of a sheet.
   bool resume = false;
-  // Of a renderer that keeps films, how many samples a pixel gets: `resume` goes on from fewer.
+  // For a renderer that keeps films, samples a pixel: `resume` goes on from fewer.
   std::optional<uint32_t> film_samples;
 };
 
-// Of the picture of a frame below the output directory, and of its film (rays/film_store.h).
+// Files of the picture of a frame below the output directory, and of its film (rays/film_store.h).
 std::filesystem::path frame_file(const std::filesystem::path& output, uint64_t frame);
 std::filesystem::path film_file(const std::filesystem::path& output, uint64_t frame);
 
@@ -72,7 +72,8 @@ struct RenderSummary {
 // Error(input) where it is of other work, Error(usage) where there is none beside pictures.
 RenderSummary run_render(TrajectoryReader& trajectory, const RenderJob& job, ProgressMode progress);
 
-// What run_render() would refuse, before any work of it: sizes, and pictures that are there.
+// Throws where run_render() would refuse the job, before any work: sizes, and pictures that are
+// there.
 void check_render(const RenderJob& job);
 
 }  // namespace pilesim

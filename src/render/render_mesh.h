@@ -24,7 +24,8 @@ struct RenderVertex {
   std::array<float, 3> normal;    // unit, body frame
   // Its triangle's own, for bodies that are painted; its kind is 0 where the mesh has no colours.
   PackedMaterial paint = {0, 0, 0, 0};
-  // Of its triangle, in place of paint: 1 + index into the mesh's, 0: none; and the place in it.
+  // The texture of its triangle, in place of paint: 1 + index into the mesh's, 0: none; and the
+  // place in it.
   uint32_t texture = 0;
   std::array<float, 2> uv = {0, 0};
 };

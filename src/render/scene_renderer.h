@@ -16,13 +16,13 @@ namespace pilesim {
 // A camera that sees where the moving bodies of `trajectory` spend the time, from slightly above.
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect);
 
-// Triangles from which on looking for what is hidden pays (docs/lab/raster.md).
+// Triangles from which on looking for hidden bodies pays (docs/lab/rendering.md).
 inline constexpr uint64_t kWorthHiding = 1'000'000;
 
 class SceneRenderer final : public FrameRenderer {
  public:
   // Throws Error(internal) if no OpenGL 3.3 core context can be made, Error(usage) for a size or a
-  // sample count that it cannot draw. What is hidden is looked for where so many triangles would be
+  // sample count that it cannot draw. Hidden bodies are looked for where so many triangles would be
   // drawn; pictures are the same with any number.
   SceneRenderer(const TrajectoryHeader& header, const RenderSettings& settings,
                 BodyColours colours = BodyColours::own, uint64_t worth_hiding = kWorthHiding);

@@ -1,4 +1,4 @@
-// What a picture of a scene shows, whoever draws it: the view, and where planes end.
+// The frame of a picture of a scene, for every renderer: the view, and where planes end.
 #pragma once
 
 #include "render/draw_list.h"
@@ -10,8 +10,7 @@ namespace pilesim {
 View scene_view(const RenderScene& scene, const TrajectoryFrame& frame, const CameraKey& camera,
                 int width, int height);
 
-// m, where planes have largely melted into the background. Of all planes the one that reaches
-// farthest sets it.
+// m, where planes have largely melted into the background. The plane that reaches farthest sets it.
 float fade_distance(const RenderScene& scene, const TrajectoryFrame& frame, const View& view);
 
 }  // namespace pilesim

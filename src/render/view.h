@@ -1,4 +1,4 @@
-// What a camera sees, as matrices and planes. View space: x right, y up, looking along -z.
+// The view of a camera, as matrices and planes. View space: x right, y up, looking along -z.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct View {
 
   float depth_of(const Vec3f& point) const { return forward.dot(point - eye); }
   bool sees_sphere(const Vec3f& centre, float radius) const;
-  // What a sphere covers on its way from `a` to `b`.
+  // Whether it sees a sphere on its way from `a` to `b`.
   bool sees_capsule(const Vec3f& a, const Vec3f& b, float radius) const;
   // Column and row (from the top) of a point in front of the eye, in pixels of a picture of that
   // size; the middle of the first pixel is (0.5, 0.5).
@@ -36,7 +36,8 @@ struct View {
 // as it is from there.
 Vec3 view_origin(const CameraKey& camera);
 CameraKey from_origin(CameraKey camera, const Vec3& origin);
-// What is up in the picture but for the camera's roll: y, or -z where it looks straight up or down.
+// The upward direction of the picture but for the camera's roll: y, or -z where it looks straight
+// up or down.
 Vec3 above(const CameraKey& camera);
 View make_view(const CameraKey& camera, float aspect, float near_m, float far_m);
 

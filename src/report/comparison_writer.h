@@ -44,7 +44,7 @@ struct Comparison {
   std::vector<ComparedMode> modes;     // the reference first; at least 3 runs each
 };
 
-// What write_comparison() writes into a directory.
+// The files that write_comparison() writes into a directory.
 inline constexpr std::string_view kComparisonEntries[] = {
     "compare.json",        "compare.html",        "compare.pareto.svg", "compare.pareto.png",
     "compare.overlap.svg", "compare.overlap.png", "compare.errors.svg", "compare.errors.png",

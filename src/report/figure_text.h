@@ -8,10 +8,11 @@ namespace pilesim {
 
 // All of these are HTML.
 
-// Of a key: "deepest_penetration_m" is "deepest penetration"; the unit goes to its figure.
+// The words of a key: "deepest_penetration_m" is "deepest penetration"; the unit goes to its
+// figure.
 std::string figure_name(const std::string& key);
-// Of the value under `key`, whose ending names the unit: three digits, "2.31 mm", "0.57 %"; lists
-// and objects as far as they are short.
+// The text of the value under `key`, whose ending names the unit: three digits, "2.31 mm", "0.57
+// %"; lists and objects as far as they are short.
 std::string figure_text(const std::string& key, const nlohmann::ordered_json& value);
 
 std::string length_text(double length_m);      // "2.31 mm", "1.2 m"

@@ -1,4 +1,4 @@
-// What the pages of reports share.
+// Parts that the pages of reports share.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ std::string html_chart(const std::string& title, const std::string& svg);
 
 // Where a picture goes that is drawn later; `label` is HTML.
 std::string picture_place(const std::string& name, const std::string& label);
-// Of the end of a run in its report.html, and what stands under it.
+// The picture of the end of a run in its report.html, and its caption.
 inline constexpr const char* kEndPicture = "end";
 inline constexpr const char* kEndLabel = "The pile at its end";
 // Puts the bytes of a PNG file there, as part of the page, under `label` (empty: what stands

@@ -17,7 +17,7 @@ nlohmann::ordered_json report_json(const SimulationReport& report);
 // The one with the deepest penetration, the first of such; there are some.
 const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections);
 
-// What others take from the report of a run.
+// The parts of a run's report that others read.
 struct ReportedRun {
   PileQuality quality;                // at the end
   std::optional<GuideQuality> guide;  // at the end; none: no mesh was followed

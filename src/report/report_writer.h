@@ -99,7 +99,7 @@ class TimingCsv {
 // package; else it is empty. Throws Error(io).
 std::string write_report(const SimulationReport& report, const std::filesystem::path& directory);
 
-// Of this process so far, from the kernel.
+// Peak of this process so far, from the kernel.
 uint64_t peak_memory_bytes();
 
 }  // namespace pilesim

@@ -1,7 +1,7 @@
-// What is measured of a trajectory to compare it with others: distributions over bodies and a few
-// figures of the whole, in units of the bodies' size and of gravity. Reads trajectories only, so
-// velocities are differences of successive frames: what happens within a frame is not seen, and
-// turns of more than half a revolution a frame count as less.
+// Measures of a trajectory, to compare it with others: distributions over bodies and a few figures
+// of the whole, in units of the bodies' size and of gravity. Reads trajectories only, so velocities
+// are differences of successive frames: motion within a frame is not seen, and turns of more than
+// half a revolution a frame count as less.
 #pragma once
 
 #include <string>
@@ -57,7 +57,8 @@ struct MotionError {
   double absolute = 0;                    // mean of |m - m'|, in D
   std::vector<double> absolute_by_frame;  // (frames - 1)
 };
-// Of two trajectories of the same bodies. Throws Error(input) where bodies or frames differ.
+// The motion error of two trajectories of the same bodies. Throws Error(input) where bodies or
+// frames differ.
 MotionError motion_error(TrajectoryReader& reference, TrajectoryReader& other);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What a run came to, in words.
+// The verdict on a run, in words.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

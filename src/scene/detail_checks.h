@@ -1,4 +1,4 @@
-// What the mixed mode needs of a scene beyond the ranges of single keys.
+// Conditions of the mixed mode on a scene beyond the ranges of single keys.
 #pragma once
 
 #include "json/problem_log.h"

@@ -1,5 +1,4 @@
-// What must hold of the guide of a scene and of the emitter that fills it, beyond each key's own
-// range.
+// Conditions on the guide of a scene and on the emitter that fills it, beyond each key's own range.
 #pragma once
 
 #include "json/problem_log.h"

@@ -13,7 +13,7 @@ struct Override {
   std::string pointer;
   Json value;
 
-  // What stands for the file in messages: "--set /seed=3".
+  // Stands for the file in messages: "--set /seed=3".
   std::string place() const;
 };
 
@@ -29,7 +29,7 @@ void apply_override(const Override& change, Json& document);
 // all overrides are in it (`changed`): a misspelling would have no effect.
 void check_is_named(const Override& change, const Json& document, const Json& changed);
 
-// Of JSON pointers: `pointer` is `ancestor` or inside it.
+// Whether the JSON pointer `pointer` is `ancestor` or inside it.
 bool is_at_or_below(const std::string& pointer, const std::string& ancestor);
 
 }  // namespace pilesim

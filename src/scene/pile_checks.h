@@ -1,4 +1,4 @@
-// What must hold of the piles of a scene, beyond each key's own range.
+// Conditions on the piles of a scene, beyond each key's own range.
 #pragma once
 
 #include "json/problem_log.h"

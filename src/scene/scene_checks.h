@@ -1,4 +1,4 @@
-// What must hold between the parts of a scene, beyond each key's own range.
+// Conditions between the parts of a scene, beyond each key's own range.
 #pragma once
 
 #include "json/json_text.h"

@@ -26,7 +26,8 @@ Codec<Camera> camera_codec();
 Codec<NamedCamera> named_camera_codec();
 // field_of_view of the keys that say a focal length.
 void apply_focal_lengths(Scene& scene);
-// Of the meshes that leave it open: the mesh itself for rooms and terrain, the hull for what moves.
+// For meshes that leave it open: the mesh itself for rooms and terrain, the hull for bodies that
+// move.
 void choose_collisions(Scene& scene);
 Codec<Guide> guide_codec();
 Codec<Pile> pile_codec();

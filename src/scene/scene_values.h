@@ -1,4 +1,4 @@
-// Values of a scene file that stand for others: variables, and what is drawn at random.
+// Values of a scene file that stand for others: variables, and random ones.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace pilesim {
 
-// What variables may take in all the places where they are used: a small file must not become a
+// The most bytes of variables in all places where they are used: a small file must not become a
 // scene that no memory holds.
 inline constexpr size_t kMostVariableBytes = size_t{64} << 20;
 

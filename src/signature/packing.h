@@ -6,8 +6,8 @@
 
 namespace pilesim {
 
-// Of what is poured onto a plane and into a column (packing/pour_trial.h), at rest. R is the radius
-// of the ball that holds the object.
+// Figures of bodies poured onto a plane and into a column (packing/pour_trial.h), at rest. R is the
+// radius of the ball that holds the object.
 struct PackingFigures {
   double heap_height = 0;    // R, the mean of the centres above the ground
   double heap_spread = 0;    // R, their mean distance from the heap's axis
@@ -15,8 +15,8 @@ struct PackingFigures {
   double column_height = 0;  // R, as heap_height
   double column_spread = 0;  // R, as heap_spread
   double column_reach = 0;   // R, as heap_reach
-  // Of the column's bulk, 0 where it is too low to say: how much of it is solid, and of its lower
-  // half; and how far from a centre the nearest other one is, R.
+  // The solid share of the column's bulk, and of its lower half; distance from a centre to the
+  // nearest other one, R. 0 where the column is too low to say.
   double column_fraction = 0, column_deep_fraction = 0, column_nearest = 0;
   double time = 0;                                      // sqrt(R / g), until a heap is at rest
   double large_heap_height = 0, large_heap_spread = 0;  // R, of a heap of more bodies
@@ -40,9 +40,9 @@ struct Packing {
   PackingFigures spheres;   // what spheres come to with the five below
   double radius_m = 0;      // of the sphere that stands for a body among others,
   double rolling = 0;       // and its resistance to rolling where it lies flat, in that radius
-  // How far blows turn what lies on others: of the angle to a rest pose exp(-turning v / sqrt(g R))
-  // is left of one that changes its velocity by v. And the rate, sqrt(g / R), at which the angle
-  // falls of what leans on a wall to lie against it.
+  // How far impacts turn a body on others: exp(-turning v / sqrt(g R)) of the angle to a rest pose
+  // is left after an impact that changes its velocity by v. And the rate, sqrt(g / R), at which a
+  // body that leans on a wall turns to lie against it.
   double turning = 0, leaning = 0;
   // How much of the velocities that are drawn for a hit on a surface is left, 0 .. 1: hits that
   // follow each other are less alike in a drawing than they are.

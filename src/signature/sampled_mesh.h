@@ -8,8 +8,8 @@
 
 namespace pilesim {
 
-// What of a mesh is sampled: itself where it has mass and hull, else as make_solid() makes it; then
-// `note` says how. Throws as that does.
+// The solid that is sampled for a mesh: itself where it has mass and hull, else as make_solid()
+// makes it; then `note` says how. Throws as that does.
 TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note = nullptr);
 
 // The solid of the mesh in `file`, y or z up as it was sampled. Throws what import_mesh() throws, and Error(input) where the

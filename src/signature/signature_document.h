@@ -1,4 +1,4 @@
-// What a signature file says, as a document (docs/files.md describes it).
+// The contents of a signature file, as a document (docs/files.md describes it).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -15,7 +15,7 @@ inline constexpr int kSignatureVersion = 12;
 // Written beside its place and renamed. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);
 
-// What write_signature() writes.
+// The bytes that write_signature() writes.
 std::vector<uint8_t> encode_signature(const Signature& signature);
 
 // Throws Error(io) if it cannot be read, Error(input) if it is no signature, is damaged, or has

@@ -33,7 +33,7 @@ struct SignatureOptions {
   // Kept while sampling goes on and taken up again if it is there and belongs to the same
   // measurement; to be removed by the caller when the result is safe. Empty: nothing is kept.
   std::filesystem::path partial_file;
-  bool discard_partial = false;  // start anew even so
+  bool discard_partial = false;  // start again even so
   ProgressMode progress = ProgressMode::automatic;
 };
 

@@ -17,7 +17,7 @@ std::string summary_text(const Signature& signature);
 // The accuracy report alone, one line a model.
 std::string accuracy_text(const AccuracyReport& report);
 
-// What a fit was chosen by and what it leaves: the curve of size against error, residuals.
+// How a fit was chosen and its residuals: the curve of size against error, residuals.
 std::string fit_report_text(const FitRun& run);
 
 // Draws pictures (PNG, by gnuplot) into `directory`, which exists, and gives their names:

@@ -14,7 +14,7 @@
 
 namespace pilesim {
 
-// Of the last control step, but for `knocked_loose`.
+// Counts of the last control step, but for `knocked_loose`.
 struct GuideCounts {
   uint32_t in_guide = 0;  // bodies that are controlled, by their centre of mass
   uint32_t passed = 0, filtered = 0, failed = 0;
@@ -54,7 +54,7 @@ struct GuideConstraints {
   static void fields(auto& self, auto& stream) { stream(self.frame, self.points); }
 };
 
-// What is between two bodies, while it lasts.
+// A force or a spot of glue between two bodies, while it lasts.
 struct PairLine {
   uint32_t a = 0, b = 0;    // bodies; a is dynamic
   bool b_stands = false;    // b is not: fixed, or held
@@ -68,7 +68,7 @@ struct PairLine {
   }
 };
 
-// What the analysis of a whole pile found; not in guide.json but in report.json.
+// Result of the analysis of a whole pile; not in guide.json but in report.json.
 struct GlueFigures {
   bool is_solved = false;
   uint32_t contacts = 0, glued_contacts = 0;
@@ -76,8 +76,8 @@ struct GlueFigures {
   uint32_t hanging = 0;  // bodies with no way to anything that stands
   double weights = 0;    // of glue, in the pile's weight
   double given = 1;      // share of it that the pile has, 0 .. 1: Guide::max_glue
-  // Of its certificate, in long double: the most of any body's force and torque, in its m g and
-  // m g r, that does not balance; the most by which a force leaves its cone, in mean weights.
+  // From its certificate, in long double: the largest unbalanced force and torque of any body, in
+  // its m g and m g r; the most by which a force leaves its cone, in mean weights.
   double unbalanced = 0, outside = 0;
   double largest_force = 0;       // of two that push each other, in mean weights
   uint32_t leaning_unsolved = 0;  // cases of gravity that leans for which no forces were found
@@ -89,16 +89,15 @@ struct GlueFigures {
   }
 };
 
-// What an analysis of what a hit has left of a glued pile found: all that is calm and in the world,
-// at the whole of its friction. Not in
-// guide.json but in report.json.
+// Result of the analysis of a glued pile after a hit: all bodies that rest and are in the world,
+// with all of their friction. Not in guide.json but in report.json.
 struct GlueLeft {
   double time_s = 0;
   bool is_solved = false;
   uint32_t bodies = 0, hanging = 0;  // of the pile; of them, with no way to anything that stands
   uint32_t pairs = 0, needed = 0;    // that are still glued; of them, that bear something
   double weights = 0;                // of the glue that is there and needed, in that of the bodies
-  // Of glue that would be needed besides, in mean weights of a body.
+  // Additional glue that would be needed, in mean weights of a body.
   double missing = 0;
   double unbalanced = 0, outside = 0;  // as above
 

@@ -1,4 +1,4 @@
-// What the JSON files beside a trajectory have in common: a name and a version, which are checked
+// The common part of the JSON files beside a trajectory: a name and a version, which are checked
 // when they are read.
 #pragma once
 

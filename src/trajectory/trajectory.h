@@ -101,10 +101,10 @@ class TrajectoryWriter {
   // `longest_in_memory_s` ago: a kill loses no more than the frames of that time. Throws Error(io),
   // after which the frames written before are still valid on disk.
   void append(const TrajectoryFrame& frame);
-  // Writes what is not yet on disk. Throws Error(io).
+  // Writes all that is not yet on disk. Throws Error(io).
   void flush();
   void close() { flush(); }
-  // What a reader finds if the process is killed now.
+  // The frames that a reader finds if the process is killed now.
   uint64_t frames_on_disk() const;
 
  private:
@@ -122,7 +122,7 @@ class TrajectoryReader {
   TrajectoryReader(const TrajectoryReader&) = delete;
   TrajectoryReader& operator=(const TrajectoryReader&) = delete;
 
-  // resolved_scene is indented anew; the same JSON value that was written.
+  // resolved_scene is the JSON value that was written, with other indentation.
   const TrajectoryHeader& header() const;
   uint64_t frame_count() const;
   // `index` < frame_count(). Keeps the last chunk decoded: reading in order is cheap. Throws like

@@ -1,4 +1,4 @@
-// What a page knows of a trajectory: its poses, quantised, as bytes that page_data.js reads.
+// The data of a page about a trajectory: its poses, quantised, as bytes that page_data.js reads.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace pilesim {
 
 struct ViewLevel {
   std::vector<uint32_t> indices;  // three a triangle
-  // Of all indices, one after another: 1 + index into ViewData::pictures, 0: none; how many.
+  // All indices, one after another: 1 + index into ViewData::pictures, 0: none; how many.
   std::vector<std::pair<uint32_t, uint32_t>> runs;
 };
 
@@ -77,7 +77,7 @@ struct ViewData {
 // Planes reach so many radii of the pile and are not seen from there on.
 inline constexpr float kGroundReach = 9;
 
-// Of so many frames those at which the overlaps of so many bodies are measured: all of them, or as
+// The frames, of so many, at which the overlaps of so many bodies are measured: all of them, or as
 // many as are not too much work, evenly spread, the last one among them.
 std::vector<uint32_t> overlap_frames(size_t frames, size_t bodies);
 

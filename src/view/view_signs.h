@@ -1,4 +1,4 @@
-// What a page draws over the pile: the guide, where bodies are held, and layers of piles.
+// Signs that a page draws over the pile: the guide, where bodies are held, and layers of piles.
 #pragma once
 
 #include <filesystem>

@@ -230,6 +230,13 @@ class Language(unittest.TestCase):
         self.assertGreater(len(terms), 30)
         self.assertEqual(len(terms), len(set(terms)))
 
+    def test_pages_of_the_laboratory_are_short(self):
+        """What was tried stands in one line, and diaries in git. The bars of tables are no words."""
+        words = 0
+        for document in sorted(SOURCE.glob("docs/lab/*.md")):
+            words += sum(1 for word in document.read_text().split() if re.search(r"\w", word))
+        self.assertLessEqual(words, 12_000)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Kills pilesim at random moments and at every change that it makes to files, fills its disk, asks
-it to stop; prints how often each was survived, as the rows of docs/lab/kill_and_fill.md.
+it to stop; prints how often each was survived, as the rows of docs/lab/soundness.md.
 
     PILESIM=build/release/commands/pilesim PILESIM_SOURCE=. \\
     FAILING_DISK=build/release/tests/robustness/libfailing_disk.so \\

@@ -1,14 +1,14 @@
-// What a whole pile needs to stand: forces at its contacts that keep every body in balance, each
-// within its friction cone and pushing only, and where that cannot be, the least adhesion ("glue")
-// with which it can. Adhesion g at a contact shifts its cone: a normal part down to -g, and
-// friction of (normal part + g).
+// The least glue with which a whole pile stands: forces at its contacts that keep every body in
+// balance, each within its friction cone and pushing only, and where that cannot be, the least
+// adhesion ("glue") with which it can. Adhesion g at a contact shifts its cone: a normal part down
+// to -g, and friction of (normal part + g).
 //
 //   minimise  sum g + sum |m| / (patch r) + push_cost sum p
 //   where for each body the forces (p - g) n + t of its contacts, and the torques m of its pairs,
 //   balance its weight;  |t| <= friction p,  g >= 0
 //
 // Where pairs have a spot of glue already, the force and the torque that it has the strength for
-// cost next to nothing: what is found besides is what the pile lacks.
+// cost next to nothing: further glue is what the pile lacks.
 //
 // A second-order cone program, solved by a primal-dual interior point method. A pair's torque m is
 // that of a patch of glue of some size: contacts too few for balance hold with it, so that whatever
@@ -49,13 +49,13 @@ struct GlueThere {
 struct GlueSettings {
   double patch = 0.1;       // radius of the glue that carries a torque, in the smaller body's
   double push_cost = 1e-4;  // of a contact's push, where glue costs 1
-  // Of the glue in all, relative; of balance, in the mean weight and the largest force: where a
-  // foot carries a thousand weights rounding alone leaves more than 1e-6 of one.
+  // Tolerance of the glue in all, relative; of balance, in the mean weight and the largest force:
+  // where a foot carries a thousand weights rounding alone leaves more than 1e-6 of one.
   double tolerance = 1e-6;
   int most_iterations = 100;
 };
 
-// Of a pair of bodies that a patch of glue keeps from turning.
+// A patch of glue that keeps a pair of bodies from turning.
 struct GluePatch {
   uint32_t a, b;  // as in the first of the pair's contacts
   Vec3 torque;    // kg m, onto a

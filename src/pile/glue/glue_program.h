@@ -29,11 +29,11 @@ struct Variable {
   Vec4 cost = Vec4::Zero();
   int limit = -1;  // of the pair, that x[0] counts for; -1: none
   Vec4 x = Vec4::Zero(), s = Vec4::Zero();
-  // Of a step.
+  // Scratch of a step.
   cone::Scaling scaling;
   Vec4 dual_left, way_x, way_s;
 
-  // What a spot does not give of what it can: it costs nothing.
+  // The unused strength of a spot: it costs nothing.
   bool is_rest() const { return limit >= 0 && cost[0] == 0; }
 };
 
@@ -46,7 +46,7 @@ struct Limit {
   Wrench on_a = Wrench::Zero(), on_b = Wrench::Zero();  // its column in the rows of the bodies
 };
 
-// What two bodies have in common: variables [first, last).
+// The common part of two bodies: variables [first, last).
 struct Pair {
   uint32_t a, b;  // rows, or kFixed
   size_t first = 0, last = 0;

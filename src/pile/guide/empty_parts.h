@@ -1,5 +1,5 @@
-// What of a guide is empty: parts of it that are so far from all bodies that more would have room
-// there, were they not too wide for it.
+// Empty parts of a guide: so far from all bodies that more would have room there, were they not too
+// wide for it.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +34,12 @@ std::string describe(const EmptyPart& part);
 // The shape of a body, in Model::shapes, and where the body's frame is.
 using PlacedBody = std::pair<uint32_t, Pose>;
 
-// `radius_m`, > 0: the mean bounding radius of what fills the guide. What stands still in the
-// model takes room that nothing has to fill. Reasons are left out. A guide without triangles is
-// full.
+// `radius_m`, > 0: the mean bounding radius of what fills the guide. Fixed bodies in the model take
+// room that nothing has to fill. Reasons are left out. A guide without triangles is full.
 EmptyParts empty_parts(const Scene& scene, const Model& model, double radius_m,
                        std::span<const PlacedBody> bodies);
 
-// What the smallest of the bodies of `model.guide_fill` is too wide for, with reasons; full where
+// Parts that the smallest body of `model.guide_fill` is too wide for, with reasons; full where
 // there is nothing to fill.
 EmptyParts too_narrow_parts(const Scene& scene, const Model& model);
 

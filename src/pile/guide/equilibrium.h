@@ -34,13 +34,13 @@ struct ContactForce {
 // motion that gravity drives and no contact resists.
 struct EquilibriumVerdict {
   bool stable = false;
-  // Of the nearest the contacts come to balance: the size of (force, torque) left over, in weights;
-  // with torques over m g r it is an acceleration in g.
+  // Where the contacts come nearest to balance: the size of the (force, torque) left over, in
+  // weights; with torques over m g r it is an acceleration in g.
   double unbalanced = 0;
   Vec3 push = Vec3::Zero();  // the force left over: the direction of the first motion
   Vec3 turn = Vec3::Zero();  // the torque left over
   // The most power, for a motion (push, turn) / unbalanced, of a contact force with normal part 1:
-  // above rounding only if the iteration stopped early. Of bodies that are not stable.
+  // above rounding only if the iteration stopped early. For bodies that are not stable.
   double resistance = 0;
   int sweeps = 0;
 };
@@ -57,7 +57,7 @@ class EquilibriumSolver {
 
   // `up` is unit, against gravity.
   EquilibriumVerdict solve(const Vec3& up = Vec3::UnitY());
-  // Of the last verdict; at most six contacts carry.
+  // Forces of the last verdict; at most six contacts carry.
   std::span<const ContactForce> forces() const { return forces_; }
 
   uint32_t contact_count() const { return count_; }

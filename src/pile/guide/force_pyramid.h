@@ -13,10 +13,11 @@
 
 namespace pilesim {
 
-// Of the balance and of each force, in weights: what linear programs are commonly solved to.
+// Tolerance of the balance and of each force, in weights, as usual for linear programs.
 inline constexpr double kForceTolerance = 1e-6;
 
-// Of one contact, in weights; the tangents are orthogonal, and follow from the normal alone.
+// The force of one contact, in weights; the tangents are orthogonal, and follow from the normal
+// alone.
 struct PyramidForce {
   double normal = 0;                    // >= 0
   double tangent_1 = 0, tangent_2 = 0;  // each at most friction times `normal`
@@ -28,7 +29,7 @@ class ForcePyramids {
   // unit, against gravity.
   bool solve(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts,
              const Vec3& up);
-  // Of the last solution, by contact.
+  // Forces of the last solution, by contact.
   std::span<const PyramidForce> forces() const { return forces_; }
 
  private:

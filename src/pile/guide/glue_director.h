@@ -18,8 +18,8 @@
 
 namespace pilesim {
 
-// What the director keeps from step to step. (B): by body of the model. Written by its control
-// steps, but for `step`.
+// State that the director keeps from step to step. (B): by body of the model. Written by its
+// control steps, but for `step`.
 struct GlueState {
   explicit GlueState(size_t bodies) : covered(bodies), place(bodies, Vec3::Zero()) {}
 
@@ -44,7 +44,7 @@ struct GlueState {
   std::vector<PairLine> forces;  // GuideFile::forces
   uint32_t torn_seen = 0;        // spots, when it was last analysed
   bool had_forces = false;       // that analysis
-  int32_t calm_looks = 0;        // control steps for which what a hit has left is calm
+  int32_t calm_looks = 0;        // control steps for which the pile has rested after a hit
   std::optional<GlueLeft> left;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
@@ -62,7 +62,7 @@ bool are_found(const GlueFigures& figures);
 // Whether all that a hit has left is proved to stand, by friction and what glue is left.
 bool stands(const GlueLeft& left);
 
-// What an analysis of what lies there at the start says.
+// Result of an analysis of the pile at the start.
 struct GlueVerdict {
   bool holds = true;              // such forces are found, or nothing is there yet
   std::vector<uint32_t> hanging;  // bodies with no way through others to anything that stands
@@ -85,7 +85,7 @@ class GlueDirector final : public PileHolder {
   std::vector<PairLine> forces() const override { return state_.forces; }
   std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
   std::optional<GlueLeft> glue_left() const override { return state_.left; }
-  // Of the last analysis: bodies with no way through others to anything that stands.
+  // Bodies of the last analysis with no way through others to anything that stands.
   const std::vector<uint32_t>& hanging() const { return hanging_; }
 
  private:
@@ -127,7 +127,7 @@ class GlueDirector final : public PileHolder {
   GlueState state_;
   std::vector<uint32_t> hanging_;
 
-  // Made anew in each control step.
+  // Scratch of a control step.
   std::vector<Part> parts_;  // (B)
   std::vector<BodyContact> contacts_;
   CandidateAnalysis local_;

@@ -18,8 +18,8 @@
 
 namespace pilesim {
 
-// What the director keeps from step to step. (B): by body of the model. Written by its control
-// steps, but for `step`, and by hits.
+// State that the director keeps from step to step. (B): by body of the model. Written by its
+// control steps, but for `step`, and by hits.
 struct GuideState {
   explicit GuideState(size_t bodies);
 
@@ -82,7 +82,7 @@ class GuideDirector final : public PileHolder {
 
   GuideState state_;
 
-  // Made anew in each control step; the graph of state_.contacts.
+  // Scratch of a control step; the graph of state_.contacts.
   CandidateAnalysis analysis_;
   SupportGraph graph_;
   std::vector<Standing> standing_;  // (B)
@@ -90,7 +90,7 @@ class GuideDirector final : public PileHolder {
   std::vector<uint8_t> held_;       // (B) 1: sleeps or is nailed
   std::vector<uint32_t> queue_;     // of searches through the graph
 
-  // Scratch that saves time and changes nothing: what is held is where it was.
+  // Scratch that saves time and changes nothing: held bodies are where they were.
   std::vector<Vec3> asked_at_;   // (B) m, where it was last asked; NaN: nowhere yet
   std::vector<uint8_t> inside_;  // (B) the answer there
 };

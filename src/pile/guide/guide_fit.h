@@ -13,7 +13,7 @@ struct GuideFit {
   // Voxels that hold part of a body and lie in the guide, over those that do either.
   double overlap = 0;
   double voxel_m = 0;  // edge: the mean bounding radius
-  // Of the guide's volume, what has bodies; gaps between them count (empty_parts.h).
+  // Share of the guide's volume with bodies; gaps between them count (empty_parts.h).
   double filled_share = 0;
 };
 

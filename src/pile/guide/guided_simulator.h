@@ -11,7 +11,7 @@
 
 namespace pilesim {
 
-// What a run under a guide notes, besides the states of simulator and director.
+// Records of a run under a guide, besides the states of simulator and director.
 struct GuideRecord {
   std::vector<Vec3> start;         // (B) m, where drift counts from
   std::vector<uint8_t> has_start;  // (B)

@@ -19,7 +19,7 @@ struct MouldFilling {
   std::vector<std::pair<uint32_t, Pose>> kept;
 };
 
-// Of the bodies of `model.guide_fill`, as many as find room. Deterministic in scene.seed and
+// As many of the bodies of `model.guide_fill` as find room. Deterministic in scene.seed and
 // `attempt`, each of which gives another filling.
 MouldFilling fill_mould(const Scene& scene, const Model& model, uint32_t attempt);
 

@@ -42,7 +42,7 @@ class NailDirector final : public PileHolder {
 
     static void fields(auto& self, auto& stream) { stream(self.id, self.point); }
   };
-  // What it keeps from step to step.
+  // State that it keeps from step to step.
   struct State {
     uint64_t step = 0;              // to come
     std::vector<DrivenNail> nails;  // of this cycle
@@ -68,7 +68,7 @@ class NailDirector final : public PileHolder {
 
   State state_;
 
-  // Made anew in each control step.
+  // Scratch of a control step.
   std::vector<BodyContact> contacts_;
   SupportGraph graph_;
   ForcePyramids pyramids_;

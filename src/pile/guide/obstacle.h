@@ -1,4 +1,4 @@
-// What is fixed in a scene and may stand in the way of a mould: the ground that a guide reaches
+// Fixed bodies of a scene that may stand in the way of a mould: the ground that a guide reaches
 // into, a table, a shelf.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace pilesim {
 
 class Obstacle {
  public:
-  // Of a surface that is open what is below it counts as its inside, so far up as `guide` reaches.
+  // The space below an open surface counts as its inside, as far up as `guide` reaches.
   Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh& guide, const Vec3& up);
   // Whether `point` is inside of it, or nearer to it than `near_m`; m, world.
   bool is_at(const Vec3& point, double near_m) const;

@@ -1,4 +1,4 @@
-// What a director that holds a pile tells of it, whichever way it does.
+// The reports of a director that holds a pile, by any method.
 #pragma once
 
 #include <vector>
@@ -19,10 +19,10 @@ class PileHolder : public ImpulseDirector {
   virtual std::vector<PairLine> glue() const { return {}; }
   // GuideFile::forces, of all analyses of a glued pile.
   virtual std::vector<PairLine> forces() const { return {}; }
-  // Of the last analysis of a glued pile; none: there was none.
+  // Figures of the last analysis of a glued pile; none: there was none.
   virtual std::optional<GlueFigures> glue_figures() const { return std::nullopt; }
-  // Of the last analysis of what a hit has left; none: no glue has torn and little has
-  // moved since the pile was analysed, or it is not calm yet.
+  // Figures of the last analysis after a hit; none: no glue has torn and little has moved since the
+  // pile was analysed, or it is not at rest yet.
   virtual std::optional<GlueLeft> glue_left() const { return std::nullopt; }
 };
 

@@ -21,7 +21,7 @@ class Room {
   Room(const TriangleMesh& guide, double cell_m);
 
   double cell_m() const { return cell_m_; }
-  // Leaves no room at what is inside of it or nearer than `near_m` to it; whether any was there.
+  // Leaves no room inside of it or nearer than `near_m` to it; whether any was there.
   bool block(const Obstacle& obstacle, double near_m);
   void clear();
   void cover(const Pose& pose, std::span<const Vec3> points);

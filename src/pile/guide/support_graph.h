@@ -1,4 +1,4 @@
-// Who touches whom, and where: contacts sorted by body, in flat arrays.
+// Which bodies touch, and where: contacts sorted by body, in flat arrays.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // The start of a pile in a guide: as a mould (mould.h), or upside down, after Cho et al.
 // (dissertation 6.3.1, example 2): the guide is turned over and filled like a vessel; turned back,
-// what lies in it is close to the shape wanted, though it may not stand. Here the guide stays and
-// gravity turns: bodies fall up into it through its base.
+// the bodies in it are close to the shape wanted, though they may not stand. Here the guide stays
+// and gravity turns: bodies fall up into it through its base.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct GuideFilling {
   EmptyParts empty;       // of the guide, as it is filled
 };
 
-// Glue holds what lies as gravity left it: a model whose guide it holds has is_mould set.
+// Glue holds a pile as gravity left it: a model whose guide it holds has is_mould set.
 //
 // Finds where the bodies of `model.guide_fill` lie, as an exact engine lets them fall: those kept
 // come first, from the lowest up, each held until its release; the others leave the model. All zero
@@ -36,8 +36,8 @@ struct GuideFilling {
 // level, against gravity. Deterministic in scene.seed. Throws Error(input) at /guide where it has
 // no level base, and at the emitter where nothing fits.
 //
-// A mould whose bodies glue is to hold is filled anew, otherwise, where `judge` says of the model
-// as filled that none can: up to kMostFillings times in all. What then hangs leaves the model.
+// A mould whose bodies glue is to hold is filled again, otherwise, where `judge` says that no glue
+// can hold the filling: up to kMostFillings times in all. Bodies that then hang leave the model.
 using JudgeStart = std::function<GlueVerdict(const Scene&, const Model&)>;
 GuideFilling fill_guide(const Scene& scene, Model& model, const JudgeStart& judge = judge_start);
 

@@ -1,4 +1,4 @@
-// What each body covers of the grid over the ground, kept while it lies still.
+// The cells of the grid over the ground that each body covers, kept while it lies still.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace pilesim {
 // Points of a mesh's surface (body frame), about `spacing_m` apart.
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double spacing_m);
 
-// What a body covers of a cell of the grid over the ground, whose corner (0, 0) is the origin.
+// The part of a body in a cell of the grid over the ground, whose corner (0, 0) is the origin.
 struct Column {
   int32_t x = 0, z = 0;  // cell
   double top_m = 0;      // highest point over it, world
@@ -25,7 +25,7 @@ using GroundBox = Eigen::AlignedBox2d;
 
 class HeightField {
  public:
-  // Of all cells that meet `area`, as heights over `base_m`.
+  // All cells that meet `area`, as heights over `base_m`.
   HeightField(const GroundBox& area, double cell_m, double base_m);
 
   void add(const std::vector<Column>& columns);
@@ -55,7 +55,7 @@ using Territory = std::function<bool(const GroundPoint&)>;
 // A cell of a pile's territory.
 struct SurfaceCell {
   double distance_m = 0;  // of its centre from the pile's core
-  double height_m = 0;    // of what lies there over the base
+  double height_m = 0;    // of the bodies there over the base
   double round = 0;       // where on the way round the core, as PileShape::way_round()
   double weight = 1;      // by which it counts
 };
@@ -79,7 +79,7 @@ struct SlopeFit {
 
   static void fields(auto& self, auto& stream) { stream(self.angle, self.spread, self.azimuths); }
 };
-// Of the azimuths that can be fitted; rad.
+// Slopes of the azimuths that can be fitted; rad.
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
                                  const Territory& territory);
 SlopeFit fit_slope(std::vector<double> angles);

@@ -24,14 +24,14 @@ struct MovingBulk {
 // the bulk that lies there, as bulk moves away from the core and hardly around it.
 class IdealSurface {
  public:
-  // From the surface of what has landed, as cells of the pile's territory `cell_m` wide, and what
+  // From the surface of landed bodies, as cells of the pile's territory `cell_m` wide, and what
   // moves of it. `size_m` is L, the size of a body.
   void update(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m,
               double size_m, const std::vector<MovingBulk>& moving = {});
 
   double reach_m() const { return reach_m_; }  // of the whole
   double reach_m(double round) const;
-  // Of the ideal surface over the base; negative beyond its foot.
+  // Height of the ideal surface over the base; negative beyond its foot.
   double height_m(double distance_m, double round = 0) const {
     return (reach_m(round) - distance_m) * slope_;
   }
@@ -66,7 +66,7 @@ class IdealSurface {
     // A profile at a distance, given where its first value lies, in widths of a ring.
     double at(const Profile& profile, double distance_m, double first) const;
   };
-  // Of use(section), between the middles of the two sections that are nearest.
+  // Interpolates use(section) between the middles of the two nearest sections.
   template <class Use>
   double between(double round, const Use& use) const;
 

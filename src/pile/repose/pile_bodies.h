@@ -1,4 +1,4 @@
-// What piles need to know of the bodies of a model: sizes and surfaces.
+// The bodies of a model as piles see them: sizes and surfaces.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ struct PileBodyShape {
 struct PileBodies {
   std::vector<PileBodyShape> shapes;  // as Model::shapes
   std::vector<uint32_t> dynamic;      // indices of dynamic bodies
-  // Of the many; what is much larger but alone, such as a ball shot into a pile, does not count.
+  // Sizes of the many: a single much larger body, such as a ball shot into a pile, does not count.
   // Medians are by volume: the large ones of several sizes carry the pile.
   double size_m = 0;     // edge of a cube of the median box volume: L
   double longest_m = 0;  // longest extent of all but the largest twentieth: D
@@ -31,9 +31,9 @@ struct PileBodies {
   }
 };
 
-// What the bodies of a model do, as of the last step. All (B).
+// Motion of the bodies of a model, as of the last step. All (B).
 struct PileMotion {
-  std::vector<BodyMotion> motion;  // of what is in the world
+  std::vector<BodyMotion> motion;  // of bodies in the world
   std::vector<uint8_t> present;    // dynamic and in the world
   std::vector<uint8_t> asleep;
   std::vector<uint8_t> landed;  // asleep, or touches something

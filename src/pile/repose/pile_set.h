@@ -1,4 +1,4 @@
-// The piles of a scene: where they stand, how far they have grown, what lies in them (dissertation
+// The piles of a scene: where they stand, how far they have grown, and their bodies (dissertation
 // 5.2.1, 5.2.2, 5.2.5).
 #pragma once
 
@@ -23,8 +23,8 @@ struct PileState {
   IdealSurface ideal;
   SlopeFit slope;  // as it was last measured; one for all cones that have run together
 
-  // Of what lies in a layer of the structure, against the pile as it is: the structure has up to
-  // four times its volume. 0 for no layer.
+  // Density of a layer of the structure, against the pile as it is: the structure has up to four
+  // times its volume. 0 for no layer.
   double density(size_t layer) const;
   // As PileShape::way_round(), in the middle of the slopes.
   double round(const GroundPoint& point) const;
@@ -54,7 +54,7 @@ class PileSet {
   // Brings the ideal surfaces up to date, and merges piles that have come together.
   void look_at_surfaces(const PileMotion& motion);
   void measure_slopes(const PileMotion& motion);
-  // Counts what is in the layers; structures grow, centres drift.
+  // Counts the bodies in the layers; structures grow, centres drift.
   void count(const PileMotion& motion);
   // Piles of one kind whose middles are near are one.
   void merge();

@@ -39,7 +39,7 @@ class PileShape {
   double most_reach() const { return most_reach_; }
   double to_wall() const { return to_wall_; }  // from the core; infinite without walls
   bool has_walls() const { return !walls_.empty(); }
-  // Of a cone without walls.
+  // True for a cone without walls.
   bool can_drift() const { return core_.size() == 1 && walls_.empty(); }
   void move_to(const GroundPoint& centre) { core_[0] = centre; }  // where it can drift
 

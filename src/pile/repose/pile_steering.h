@@ -1,5 +1,4 @@
-// Moves awake bodies of a pile: what exceeds its ideal surface slips down, what is inside is
-// braked.
+// Moves awake bodies of a pile: those above its ideal surface slip down, those inside are braked.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Which sleepers stand on something: contacts read as a graph from what is fixed upwards.
+// Which sleepers stand on something: contacts read as a graph from fixed bodies upwards.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace pilesim {
 
 struct PileSupport {
-  std::vector<uint8_t> grounded;  // (B) touches what is fixed, or a body that is grounded
+  std::vector<uint8_t> grounded;  // (B) touches a fixed or a grounded body
   std::vector<uint8_t> on_fixed;  // (B) rests on a fixed or kinematic body
   // (B) rests on something fixed or on a sleeper that does; of the asleep also what such hold
   // between them.
@@ -20,7 +20,7 @@ struct PileSupport {
   std::vector<uint32_t> deepest_in;  // (B) with which, where depth_m > 0
 
   PileSupport(const Model& model, const PileBodies& bodies);
-  // From the contacts of the last step. `asleep` is (B); `motion` (B), of what is in the world.
+  // From the contacts of the last step. `asleep` is (B); `motion` (B), of bodies in the world.
   void read(const std::vector<BodyContact>& contacts, const std::vector<uint8_t>& asleep,
             const std::vector<BodyMotion>& motion);
 
@@ -31,8 +31,8 @@ struct PileSupport {
     uint32_t body;
     double bearing;  // rad, from that body's centre
   };
-  std::vector<std::vector<uint32_t>> above_;  // (B) what rests on it
-  std::vector<std::vector<Beside>> beside_;   // (B) what it could help to wedge
+  std::vector<std::vector<uint32_t>> above_;  // (B) bodies that rest on it
+  std::vector<std::vector<Beside>> beside_;   // (B) bodies that it could help to wedge
   std::vector<std::vector<double>> wedging_;  // (B) bearings of what wedges it
   std::vector<uint32_t> queue_;
   std::vector<uint32_t> joined_to_;            // (B + 1) a forest: bodies that touch have one root
@@ -50,7 +50,7 @@ struct PileSupport {
 // other.
 inline constexpr double kInsideShare = 0.1;
 
-// What must be zero at the end: sleepers that hang in the air, and that are inside others.
+// Counts that must be zero at the end: sleepers that hang in the air, and that are inside others.
 struct PlausibilityCounts {
   uint32_t asleep = 0, hanging = 0, inside = 0;
 

@@ -1,4 +1,4 @@
-// What was tuned of piles that take an angle of repose. Lengths in L, the size of a body; times in
+// Tuned constants of piles that take an angle of repose. Lengths in L, the size of a body; times in
 // sqrt(L / g), in which it falls through itself; speeds in sqrt(g L); rates in sqrt(g / L).
 // docs/lab/direct_pile.md tells of piles that they were tried on.
 //
@@ -34,7 +34,7 @@ inline constexpr double kAvalancheOutflow = 0.5;  // at which sleepers on the su
 // not tried
 inline constexpr double kAvalancheSkin = 0;  // as kSkin: half of them, the rest holds the slope
 // half: none; twice: rim
-inline constexpr double kOutflow = 0.2;  // at which what is awake on the surface moves on
+inline constexpr double kOutflow = 0.2;  // at which awake bodies on the surface move on
 
 // half, twice: none
 inline constexpr double kSlack = 0.35;  // that a body's centre may lie over the ideal surface
@@ -65,7 +65,7 @@ inline constexpr double kBlowHeight = 1.5;
 
 // half: MixedPilesOf.TakeTheAngle; twice: PileSleep.TheScoreAgainstTauPutsWhatCreepsToSleep,
 // levels
-inline constexpr double kRestSpeed = 0.12;  // of what is calm
+inline constexpr double kRestSpeed = 0.12;  // of slow bodies
 // half: none; twice: rim
 inline constexpr uint8_t kCalmDecisions = 3;
 // half, twice: none
@@ -102,7 +102,7 @@ inline constexpr double kSpillPush = 0.5;  // of gravity, down the slope
 // Least cosine of a contact that carries, against the vertical.
 // half, twice: none
 inline constexpr double kUpward = 0.2;
-// Of the smallest extent: the farthest contact that carries.
+// In smallest extents: the farthest contact that carries.
 // half: PileSupport.WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot, rim; twice:
 // PileSupport.WhatNearlyTouchesIsGroundedAndWhatIsFartherIsNot
 inline constexpr double kTouchShare = 0.03;
@@ -129,7 +129,7 @@ inline constexpr double kDrift = 0.05;  // share of the way to the mean of the b
 // half, twice: none
 inline constexpr double kFastest = 2;  // sqrt(g L), of what belongs to a surface
 // half: none; twice: rim
-inline constexpr double kStopTime = 2;  // sqrt(L / g), in which what moves can be stopped
+inline constexpr double kStopTime = 2;  // sqrt(L / g), in which moving bodies can be stopped
 
 // --- The ideal surface
 

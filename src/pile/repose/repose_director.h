@@ -1,5 +1,5 @@
-// Lets piles grow to their angles of repose (dissertation chapter 5): puts to sleep what lies in
-// them, wakes what exceeds them, steers what is awake. docs/direct_pile.md has the method.
+// Lets piles grow to their angles of repose (dissertation chapter 5): puts bodies that lie in them
+// to sleep, wakes those that exceed them, steers those awake. docs/direct_pile.md has the method.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace pilesim {
 
-// What the director keeps from step to step, besides the piles. (B): by body of the model. Written
-// by its decisions, but for `steps`.
+// State that the director keeps from step to step, besides the piles. (B): by body of the model.
+// Written by its decisions, but for `steps`.
 struct ReposeState {
   explicit ReposeState(size_t bodies);
 
@@ -100,7 +100,7 @@ class ReposeDirector final : public StepDirector {
   ReposeState state_;
   PileSet piles_;  // state, too
 
-  // Read anew before each decision.
+  // Read again before each decision.
   PileSupport support_;
   std::vector<BodyContact> contacts_;
 };

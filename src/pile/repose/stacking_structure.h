@@ -31,8 +31,8 @@ inline constexpr double kMostOccupation = 0.5;  // above it the structure double
 class StackingStructure {
  public:
   StackingStructure() = default;  // without layers: to be loaded
-  // Of the given volume, cut into floor(height / layer_m) layers, at least one; `layer_m` is the
-  // longest extent D of the bodies.
+  // A structure of the given volume, cut into floor(height / layer_m) layers, at least one;
+  // `layer_m` is the longest extent D of the bodies.
   StackingStructure(const PileShape& shape, double volume_m3, double layer_m);
 
   double reach() const { return reach_; }

@@ -1,4 +1,4 @@
-// What a dataset says of a picture.
+// The annotations of a picture in a dataset.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@
 
 namespace pilesim {
 
-// What a run writes below `root`: patterns of core/output_directory.h.
+// The files of a run below `root`: patterns of core/output_directory.h.
 inline constexpr std::array<std::string_view, 2> kBopEntries = {"models", "train_pbr/*"};
 
 // models/obj_000001.ply ... and models_info.json below `root`: each annotated shape once, in its

@@ -1,4 +1,4 @@
-// Annotations in the format of the COCO dataset: boxes and masks of what is seen.
+// Annotations in the format of the COCO dataset: boxes and masks of visible bodies.
 #pragma once
 
 #include <filesystem>

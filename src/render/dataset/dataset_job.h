@@ -24,8 +24,8 @@ struct DatasetJob {
   int bop_scene = 0;                         // the number of this camera's scene there
 };
 
-// What of it is there already, below `output` and `bop`: refused (Error usage) without `force`,
-// removed with it.
+// Files of it that are there already, below `output` and `bop`: refused (Error usage) without
+// `force`, removed with it.
 void claim_dataset(const DatasetJob& job, bool force);
 
 // Frame by frame; annotations at the end. The same bytes whatever else is drawn. Throws Error(io),

@@ -10,7 +10,7 @@
 
 namespace pilesim {
 
-// A channel of one number a pixel, rows from top to bottom. What comes before the last point of its
+// A channel of one number a pixel, rows from top to bottom. The part before the last point of its
 // name is its layer.
 struct ExrChannel {
   std::string name;

@@ -26,7 +26,7 @@ inline constexpr std::array<PassName, 6> kPassNames = {{{Pass::depth, "depth"},
                                                         {Pass::motion, "motion"},
                                                         {Pass::visibility, "visibility"}}};
 
-// What a run writes below its output directory: patterns of core/output_directory.h.
+// The files of a run below its output directory: patterns of core/output_directory.h.
 inline constexpr std::array<std::string_view, 7> kPassEntries = {
     "passes/passes.json",  "passes/frame.*.exr",   "passes/depth.*.png",     "passes/ids.*.png",
     "passes/shapes.*.png", "passes/normals.*.png", "passes/visibility.*.csv"};

@@ -15,7 +15,7 @@ constexpr size_t kPixelsPerTask = 4096;
 constexpr int kPasses = 4;
 constexpr int kLanes = 8;
 
-// How alike two pixels have to be; docs/lab/rays.md says what they were tried on.
+// How alike two pixels have to be; docs/lab/rendering.md says what they were tried on.
 constexpr float kNormals = 12;      // of 1 - cosine between normals
 constexpr float kDepths = 40;       // of the relative difference of depths, beyond the slope's
 constexpr float kAlbedos = 8;       // of the difference of albedos

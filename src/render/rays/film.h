@@ -1,4 +1,4 @@
-// What samples have brought of a picture: sums, from which more samples go on.
+// The samples of a picture: sums, from which more samples go on.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ struct Film {
   int width = 0, height = 0;
   uint32_t samples = 0;                                      // so far, of every pixel
   std::vector<float> red, green, blue;                       // linear radiance
-  std::vector<float> albedo_red, albedo_green, albedo_blue;  // of what is seen; of sky 1
-  std::vector<float> normal_x, normal_y, normal_z;           // of what is seen; of sky 0
+  std::vector<float> albedo_red, albedo_green, albedo_blue;  // of the visible surface; of sky 1
+  std::vector<float> normal_x, normal_y, normal_z;           // of the visible surface; of sky 0
   std::vector<float> nearness;                               // 1/m along the optical axis, of sky 0
   // Squares of the luminance without the albedo: how much samples differ.
   std::vector<float> squares;
@@ -39,11 +39,11 @@ struct Film {
   }
 };
 
-// Of linear colours.
+// For linear colours.
 constexpr float luminance(float red, float green, float blue) {
   return 0.2126f * red + 0.7152f * green + 0.0722f * blue;
 }
-// What albedos are divided by: darker ones say little of the light.
+// Least divisor of albedos: darker ones say little of the light.
 inline constexpr float kLeastAlbedo = 0.02f;
 
 }  // namespace pilesim

@@ -20,7 +20,7 @@ struct FilmPlace {
 
 class FilmStore {
  public:
-  // Of the pictures of a trajectory, drawn so.
+  // A store for the pictures of a trajectory, drawn so.
   FilmStore(FilmPlace place, const TrajectoryHeader& header, const RenderSettings& settings,
             BodyColours colours);
 

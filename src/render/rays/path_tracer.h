@@ -14,8 +14,8 @@
 namespace pilesim {
 
 struct PathSettings {
-  // Of light from surface to surface, at most 4. 0: what is open to the sky is lit by it, and what
-  // lies around gives a share of its own colour.
+  // Bounces of light from surface to surface, at most 4. 0: surfaces open to the sky are lit by it,
+  // and their neighbours give a share of the own colour.
   int bounces = 2;
   float sun_cosine = 1;       // of half the sun's angular size
   float lens_radius_m = 0;    // 0: all is sharp

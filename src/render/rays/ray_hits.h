@@ -13,8 +13,8 @@
 
 namespace pilesim {
 
-// What a body covers if nothing else is there, in the picture and up to its width and height beyond
-// each of its sides.
+// The pixels that a body covers if nothing else is there, in the picture and up to its width and
+// height beyond each of its sides.
 struct Silhouette {
   PixelBox box;  // holds all that is covered; may begin at negative columns and rows
   std::vector<uint8_t> covered;  // (box.height, box.width) 1 or 0
@@ -28,12 +28,12 @@ class RayHits {
   RayHits(const RayHits&) = delete;
   RayHits& operator=(const RayHits&) = delete;
 
-  // What the calls below see, until the next call of this.
+  // Sets the frame and camera of the calls below, until the next call.
   void look(const TrajectoryFrame& frame, const Pinhole& camera);
   // Planes are left out: resolve_hits() knows where they are.
   void find_hits(SurfaceHits& hits);
-  // Of a body that is present and no plane. In the picture it covers what it does in find_hits()
-  // where nothing is before it.
+  // For a body that is present and no plane. It covers the same pixels as in find_hits() where
+  // nothing is before it.
   void outline(size_t body, Silhouette& silhouette);
 
  private:

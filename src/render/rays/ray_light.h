@@ -1,19 +1,19 @@
-// What lights a scene (lighting.h), and how its surfaces answer: a sun with an angular size and an
-// environment.
+// The lights of a scene (lighting.h), and how its surfaces answer: a sun with an angular size and
+// an environment.
 #pragma once
 
 #include "core/types.h"
 
 namespace pilesim {
 
-// Of the shaders.
+// As in the shaders.
 inline const Vec3f kSkyRadiance{0.74f, 0.82f, 0.95f};
 inline const Vec3f kBounceRadiance{0.36f, 0.33f, 0.30f};
 
 // Behind everything, where the camera looks in `direction` (unit).
 Vec3f background(const Vec3f& direction);
 
-// What comes from `direction` (unit) where nothing is.
+// Radiance from `direction` (unit) where no surface is.
 inline const Vec3f& surroundings(const Vec3f& direction) {
   return direction.y() > 0 ? kSkyRadiance : kBounceRadiance;
 }
@@ -35,10 +35,10 @@ struct Gloss {
   float alpha = 0.2f;  // roughness squared, > 0
   float strength = 1;  // share of it that is there, [0, 1]
 
-  // What it sends from `light` to `view` for each that would come from a white matt surface without
-  // its cosine: brdf times pi. Units, as `normal`.
+  // Light sent from `light` to `view`, relative to a white matt surface without its cosine: brdf
+  // times pi. Units, as `normal`.
   float reflected(const Vec3f& normal, const Vec3f& view, const Vec3f& light) const;
-  // What it takes from what comes from `view`: Fresnel's share, by Schlick.
+  // Share of the light from `view` that it takes: Fresnel's, by Schlick.
   float share(float cosine) const;
   // A microfacet as it is seen from `view` (Heitz 2018); the weight of what comes from where the
   // view is mirrored on it.

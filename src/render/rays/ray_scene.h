@@ -30,7 +30,7 @@ struct RayHit {
   float u = 0, v = 0;     // weights of the triangle's second and third corner
 };
 
-// What a ray has met. Normals are units, world, and point to where the ray came from.
+// The surface that a ray has hit. Normals are units, world, and point to where the ray came from.
 struct RaySurface {
   Vec3f position = Vec3f::Zero();  // m, world axes, from the scene's origin
   Vec3f geometric_normal = Vec3f::Zero();
@@ -72,7 +72,7 @@ class RayScene {
   // 1 where the body singled out is between `nearest` and `farthest`, whatever else is there: where
   // closest() would meet it if it were alone. 0 everywhere of planes and of what is not placed.
   void meets(std::span<const Ray> rays, std::span<uint8_t> result) const;
-  // Of a ray that has met something.
+  // For a ray that has hit something.
   RaySurface surface(const Ray& ray, const RayHit& hit) const;
   // The plane that a ray comes to if no body is in its way, or kNoBody.
   uint32_t plane_before(const Ray& ray) const;

@@ -14,7 +14,7 @@
 
 namespace pilesim {
 
-// What a quality stands for, with what the settings say themselves.
+// The settings that a quality stands for, with those given by themselves.
 struct RayPlan {
   uint32_t samples;
   int bounces;
@@ -35,7 +35,7 @@ class RaysRenderer final : public FrameRenderer {
   const Image& draw(const DrawnFrame& drawn) override;
   bool wants_neighbours() const override;
 
-  // What the last picture was made of, before the filter.
+  // The film of the last picture, before the filter.
   const Film& film() const;
 
  private:

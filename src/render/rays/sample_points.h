@@ -14,12 +14,12 @@
 
 namespace pilesim {
 
-// What a path draws, a square each. Values are part of what pictures look like.
+// The draws of a path, a square each. Values are part of the look of pictures.
 enum class PathSquare : uint32_t {
   pixel,
   lens,
   moment,  // when; which lobe the first bounce follows
-  sun_0,   // from what is seen
+  sun_0,   // from the visible surface
   turn_0,
   sun_1,  // from where the first bounce ends
   turn_1,
@@ -78,7 +78,7 @@ inline Eigen::Vector2f sample_point(uint32_t sample, uint32_t seed) {
 
 using PixelSeeds = std::array<uint32_t, kPathSquares>;
 
-// Of a pixel of a picture of frame `frame`.
+// Seeds of a pixel of a picture of frame `frame`.
 inline PixelSeeds pixel_seeds(uint64_t frame, uint32_t column, uint32_t row) {
   Philox random(frame, Stream::picture, uint64_t{row} << 32 | column);
   PixelSeeds seeds;

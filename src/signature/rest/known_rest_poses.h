@@ -62,7 +62,7 @@ struct RestPoseComparison {
 // end of the interval).
 inline constexpr double kRestAgreement = 0.5;
 
-// Of poses that known_rest_poses() gave for `drops` drops; by falling probability by simulation.
+// For poses that known_rest_poses() gave for `drops` drops; by falling probability by simulation.
 // Empty without drops.
 std::vector<RestPoseComparison> compare_rest_poses(const std::vector<KnownRestPose>& poses,
                                                    uint32_t drops);

@@ -84,8 +84,8 @@ FitProblem mean_problem(const ResponseTable& table, double gyration_m,
                         ResponseCoordinates coordinates);
 FitProblem spread_problem(const ResponseTable& table, double gyration_m);
 
-// What mean_step is relative to: 1, or the root mean square of sqrt(v^2 + k^2 w^2) over the cells
-// of the dissertation's layout.
+// The unit of mean_step: 1, or the root mean square of sqrt(v^2 + k^2 w^2) over the cells of the
+// dissertation's layout.
 double rounding_unit(const ResponseTable& table, double gyration_m);
 
 // Throws Error(usage) for a degree outside 1 to kMostDegree or control

@@ -13,7 +13,7 @@ struct FitCandidate {
   FitSettings settings;
   size_t level_bytes = 0;  // of both splines' levels, from the range of the data
   // Root mean square distance of the fit's mean and factor from the true ones, over 6 values; in
-  // units of sqrt(v^2 + k^2 w^2). What the table's own noise adds to the residual is taken off
+  // units of sqrt(v^2 + k^2 w^2). The part of the residual from the table's own noise is subtracted
   // (Mallows's C_p), so that a fit that averages noise away is seen to be the better one.
   double expected_error = 0;
 };

@@ -1,4 +1,4 @@
-// What a body does when it collides, by how it comes in: tables of the mean and spread of the
+// The response of a body to a collision, by its approach: tables of the mean and spread of the
 // velocities after, over the keys of a collision.
 //
 // Working frame of a collision with a plane of normal n: y = n, x along the part of the velocity
@@ -47,8 +47,8 @@ struct ResponseTable {
   // How far sqrt(v^2 + k^2 w^2) can grow, at least 1: a thin body that rolls off has a fast spin of
   // little energy, since k stands for all axes. Draws are held below it.
   float most_growth = 1;
-  // What responses met near the cell had over the mean there, in exemplar_unit:
-  // (cells, exemplar_count, 6). Optional. Many rounded ones are worth more than few exact ones.
+  // Responses near the cell less the mean there, in exemplar_unit: (cells, exemplar_count, 6).
+  // Optional. Many rounded ones are worth more than few exact ones.
   uint32_t exemplar_count = 0;
   float exemplar_unit = 1;
   std::vector<int8_t> exemplars;

@@ -9,8 +9,8 @@
 
 namespace pilesim {
 
-// Of `responses`, in the units of the table's layout, as `fit` found them over `axes`; `empty` has
-// the table's axes. Cells without trials have zeros.
+// The table of `responses`, in the units of its layout, as `fit` found them over `axes`; `empty`
+// has the table's axes. Cells without trials have zeros.
 ResponseTable estimated_table(const ResponseTable& empty, std::span<const Axis> axes,
                               const Measurements& responses, const TableFit& fit,
                               uint32_t exemplars);

@@ -46,7 +46,7 @@ struct TableCorners {
   std::array<float, 16> weight;
 };
 TableCorners table_corners(std::span<const Axis> axes, uint32_t first, const float* keys);
-// Of a measurement, by `stands_for`.
+// The corners of a measurement, by `stands_for`.
 TableCorners table_corners(std::span<const Axis> axes, const Measurements& measurements, size_t i);
 
 }  // namespace pilesim

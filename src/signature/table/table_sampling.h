@@ -12,7 +12,7 @@
 
 namespace pilesim {
 
-// What a layout means by spins: the dissertation's are angular velocities.
+// The measure of spins of a layout: the dissertation's are angular velocities.
 inline SpinMeasure spin_measure(TableLayout layout) {
   return layout == TableLayout::dissertation ? SpinMeasure::angular_velocity : SpinMeasure::energy;
 }
@@ -25,7 +25,7 @@ struct TableSampling {
   uint32_t exemplars = 0;  // whole responses kept a cell
 };
 
-// What was measured so far. Trials lie in the order in which they were launched, which depends
+// The measurements so far. Trials lie in the order in which they were launched, which depends
 // neither on threads nor on interruptions.
 struct SamplingState {
   std::vector<uint32_t> launched;  // (cells) trials

@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// What the bodies touch and how. Speeds change nothing unless restitution_threshold_m_s is set.
+// The material of a contact. Speeds change nothing unless restitution_threshold_m_s is set.
 struct ContactMaterial {
   double restitution = 0.3;  // 0 .. 1
   double friction = 0.5;     // >= 0
@@ -24,7 +24,7 @@ struct ContactMaterial {
   bool scale_free() const { return restitution_threshold_m_s == 0; }
 };
 
-// Throws Error(usage) naming what is out of its range.
+// Throws Error(usage) naming the value that is out of its range.
 void check_material(const ContactMaterial& material);
 
 struct ContactBody {

@@ -10,7 +10,7 @@
 // in proportion to the speed at which the lowest vertex approaches the plane, if the body could get
 // there without touching before. So a candidate orientation is drawn uniformly, kept in proportion
 // to its approach speed, and flown backwards in time: if it touches on the way, it is dropped.
-// Of the candidates exactly the fraction contact_acceptance() is kept in the mean.
+// Exactly the fraction contact_acceptance() of the candidates is kept in the mean.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ enum class TrialKind {
   macro,   // flight and impacts until the body leaves the plane
 };
 
-// Around which axis the spin is turned at random, anew for every candidate.
+// Around which axis the spin is turned at random, for every candidate by itself.
 enum class SpinSpread {
   fixed,      // not at all
   cone,       // around the velocity: the cone of the dissertation's Figure 3.3
@@ -64,7 +64,7 @@ struct TrialResult {
 };
 inline constexpr int kMostImpacts = 1000;
 
-// What the spins of requests and results say, both in world axes.
+// The meaning of the spins of requests and results, both in world axes.
 enum class SpinMeasure {
   angular_velocity,
   // k^-1 I^(1/2) w: of a ball of the body's radius of gyration k that turns with the same energy,

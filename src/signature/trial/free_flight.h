@@ -1,4 +1,4 @@
-// Bodies that fly over the plane y = 0 without gravity and turn freely, and what they touch when.
+// Bodies that fly over the plane y = 0 without gravity and turn freely, and when they touch it.
 //
 // The time of contact is found by conservative advancement over the vertices that can be the lowest
 // one within a step: the height of a vertex over a step is bounded from below by a concave cubic,
@@ -53,7 +53,7 @@ enum class FlightEnd {
 
 // Flies `count` bodies to their ends, kFlightLanes at a time. The caller owns the flights; after an
 // end it is asked whether that flight goes on, or which one takes its lane, so that no lane waits
-// for the slowest. What happens to a flight depends on no other flight.
+// for the slowest. A flight depends on no other flight.
 class FlightCrew {
  public:
   virtual ~FlightCrew() = default;

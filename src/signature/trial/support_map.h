@@ -2,7 +2,7 @@
 //
 // A vertex v is the lowest one only where n . (u - v) >= 0 for every other vertex u. Where one
 // neighbour breaks that for every normal within an angle of the plane's, v cannot be touched first.
-// What remains, a few vertices, is listed for the cells of a cube around the body, for several
+// The few vertices that remain are listed for the cells of a cube around the body, for several
 // angles: so a search for contacts looks at no others and still misses none.
 #pragma once
 

@@ -1,11 +1,11 @@
 // Collisions as chapter 3 of the dissertation has them (3.2.4, 3.2.5), with nothing of what the
 // statistical mode does otherwise (docs/dissertation.md): a body is one sphere of the collision
 // height of its motion, for surfaces and bodies alike; every contact is drawn from its signature
-// and none is solved; it is drawn as if the other were fixed, for both independently; what is slow
+// and none is solved; it is drawn as if the other were fixed, for both independently; a slow body
 // on level ground turns to the nearest rest pose by its collisions, what is nearly still elsewhere
 // stops where it is.
 //
-// What the dissertation leaves open, and is chosen here, stands in drawn_world.cpp.
+// Choices that the dissertation leaves open stand in drawn_world.cpp.
 #pragma once
 
 #include <cmath>
@@ -98,7 +98,7 @@ class DrawnWorld {
   void load(StateReader& reader);  // between steps
 
  private:
-  // What the contacts of a step do to a body; scratch.
+  // The effect of a step's contacts on a body; scratch.
   struct Response {
     Vec3f velocity, spin;
     uint32_t contacts = 0;

@@ -1,6 +1,6 @@
-// What a step of the mixed mode takes, by who is awake in it and what touches: measured beforehand
-// (tests/benchmark/budget_benchmark.cpp), never by the clock, so that what follows from it is the
-// same on any machine.
+// The cost of a step of the mixed mode, by the bodies that are awake and their contacts: measured
+// beforehand (tests/benchmark/budget_benchmark.cpp), never by the clock, so that what follows from
+// it is the same on any machine.
 #pragma once
 
 #include "model/model.h"
@@ -8,7 +8,7 @@
 
 namespace pilesim {
 
-// Of a step, or of several: sums.
+// The work of a step, or the sum over several.
 struct StepWork {
   double spheres = 0;          // bodies that are spheres to others, I' bodies too
   double sphere_contacts = 0;  // that carry something
@@ -25,8 +25,8 @@ struct StepWork {
 };
 StepWork operator*(double times, const StepWork& work);
 
-// Of a body that prefers to be a sphere and is awake. `near`: it is I'. `method`: of its pairs with
-// its like. `sphere_contacts`: that such a body has in the mean.
+// The work of an awake body that prefers to be a sphere. `near`: it is I'. `method`: for its pairs
+// with its like. `sphere_contacts`: the mean number of such a body.
 StepWork usual_work(const ModelShape& shape, bool near, PairMethod method, double sphere_contacts);
 
 // us of one core.

@@ -32,7 +32,7 @@ class DetailBudget {
               const std::function<Behaviour(uint32_t)>& behaviour, const StepWork& fixed,
               double sphere_contacts, std::vector<uint8_t>& levels);
 
-  // Of the last choice: what it takes by the model, ms a frame, and its error.
+  // Cost by the model, ms a frame, and error of the last choice.
   double modelled_ms() const { return modelled_ms_; }
   double modelled_error() const { return modelled_error_; }
 

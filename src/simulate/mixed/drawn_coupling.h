@@ -1,6 +1,6 @@
 // Bodies that are in both engines at once, I' bodies, as Algorithm 1 of the dissertation has them:
-// each engine does with its own contacts what it does, the drawn ones first, and the exact engine,
-// which gets the velocities that come of it, moves the bodies and says who sleeps.
+// each engine treats its own contacts, the drawn ones first, and the exact engine, which gets the
+// velocities that come of it, moves the bodies and says who sleeps.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace pilesim {
 
 class DrawnCoupling {
  public:
-  // As of MixedCoupling, which takes more steps: what is not needed here does nothing.
+  // As of MixedCoupling, which takes more steps: those not needed here do nothing.
   DrawnCoupling(const Vec3& /*gravity*/, double /*step_s*/, ExactEngine& exact, DrawnWorld& spheres)
       : exact_(exact), spheres_(spheres) {}
 
@@ -27,7 +27,8 @@ class DrawnCoupling {
   void hand_over();  // when the spheres have collided
   void take_back() {}
   void nudge() {}
-  // Of bodies()[i], after hand_over(): as the step began, with all that spheres gave it since.
+  // The motion of bodies()[i], after hand_over(): as the step began, with all impulses of the
+  // spheres.
   BodyMotion handed_motion(size_t i) const { return handed_[i]; }
 
   void save(StateWriter& writer) const { writer(bodies_); }

@@ -1,6 +1,6 @@
-// The boxes of must-impulse bodies, and what touches them (dissertation 4.2.2). A body of several
-// convex pieces has a box for each: what stands beside a pole does not touch it for the sake of the
-// pole's foot.
+// The boxes of must-impulse bodies, and the bodies that touch them (dissertation 4.2.2). A body of
+// several convex pieces has a box for each: a body beside a pole does not touch it for the sake of
+// the pole's foot.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ class ExactBoxes {
   // A must-impulse body has come into the world or left it.
   void add(uint32_t body);
   void remove(uint32_t body);
-  // Before each step: boxes of what moves, with the way of the step in them.
+  // Before each step: boxes of moving bodies, with the motion of the step in them.
   void update();
 
   // A body that may touch some box.
@@ -41,8 +41,8 @@ class ExactBoxes {
   bool may_touch(const Vec3& centre, double reach_m, bool only_moving) const;
   // Whether its box touches one of a body whose pairs with it are solved. Any thread.
   bool touches(const Candidate& candidate) const;
-  // The momentum, N s, of the heaviest blow that a body which sleeps may take in this step: of
-  // those with such boxes that are faster than `least_speed`. Infinite of what is moved by keys.
+  // The largest momentum, N s, that may hit a sleeping body in this step: from bodies with such
+  // boxes that are faster than `least_speed`. Infinite for bodies moved by keys.
   double blow_ns(const Candidate& candidate, double least_speed) const;
   // Whether such a box reaches into the hull of a body that has several pieces, as seen from its
   // centre: it goes through a ring, or into a cup. Any thread.
@@ -59,7 +59,7 @@ class ExactBoxes {
   struct Box {
     uint32_t body = 0;
     bool is_plane = false, moves = false;
-    Bounds bounds;                                     // of what is no plane
+    Bounds bounds;                                     // but for planes
     std::vector<Bounds> pieces;                        // and of its convex pieces, or the same
     Vec3 normal = Vec3::Zero(), point = Vec3::Zero();  // of a plane
 

@@ -21,7 +21,7 @@ class KeptContacts {
             const PairTest& is_wanted);
   // All pairs but those that `holds` tells.
   void forget(const PairTest& holds);
-  // Puts what is kept in place of what the engines have of the same pairs.
+  // Puts kept contacts in place of those of the engines for the same pairs.
   void put_into(std::vector<BodyContact>& contacts) const;
 
   static void fields(auto& self, auto& stream) { stream(self.contacts_, self.apart_); }

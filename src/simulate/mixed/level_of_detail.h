@@ -17,7 +17,7 @@ class Viewpoint {
  public:
   Viewpoint(const CameraKey& key, double aspect);
   double distance_m(const Vec3& point) const { return (point - eye_).norm(); }
-  // Of a ball, its diameter as a share of the picture's height. Where the eye is in it, infinite.
+  // The diameter of a ball as a share of the picture's height; infinite where the eye is inside.
   double screen_size(const Vec3& centre, double radius_m) const;
   bool sees(const Vec3& centre, double radius_m) const;
 

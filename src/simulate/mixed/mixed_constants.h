@@ -1,5 +1,5 @@
-// What was tuned of the mixed mode: pure numbers, in the unit that is said. docs/mixed.md tells of
-// scenes that they were tried on.
+// Tuned constants of the mixed mode: pure numbers, in the unit named. docs/mixed.md tells of scenes
+// that they were tried on.
 //
 // Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
 // test that fails with it (measured by tests/mutation/constants.py; docs/lab/constants.md). Pinned
@@ -13,27 +13,28 @@ namespace pilesim::mixed_constants {
 
 // --- Who is solved. Tried on the crosses and the rings of presets/mixed.
 
-// Of the outer radius: an I' body is one until its box is farther than this from all boxes.
+// In outer radii: an I' body remains one until its box is farther than this from all boxes.
 // half, twice: none
 inline constexpr double kLeaveMargin = 0.1;
-// Of the way from the centre to a face of the hull: what comes farther in than this is within.
+// As a share of the way from the centre to a face of the hull: a body that comes farther in is
+// within.
 // half: none; twice, which is never: MixedRings.AreBallsBesideAPost
 inline constexpr double kWithin = 0.75;
 // A body stands on its edge, or its end, if its ellipsoid's shortest half axis is less than this
 // part of how far that reaches upwards.
 // half: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver; twice: none
 inline constexpr float kOnEdge = 0.2F;
-// What may come to lie on it: the way up to it is steeper than this (the cosine).
+// A body may come to lie on it if the way up to it is steeper than this (the cosine).
 // half: none; twice, which is never: MixedRings.WhatLiesOnTheEdgeOfOneThatHangsTipsOver
 inline constexpr float kOverEdge = 0.7F;
 
 // --- Between the engines. Tried on boxes that lie half on must-impulse bodies, half on spheres
 // (tests/unit/simulate_mixed_ground_test.cpp) and on the crosses.
 
-// Of a step's gravity: contacts that change a velocity by less carry nothing. half, twice: none
+// In a step's gravity: contacts that change a velocity by less carry nothing. half, twice: none
 inline constexpr double kLeastLoad = 0.05;
-// Of the outer radius, in a step: spheres that are sunk into each other come apart no faster, and
-// below the least it is rounding. half, twice: none, of all three
+// In outer radii a step: penetrating spheres separate no faster; below the least it is rounding.
+// half, twice: none, of all three
 inline constexpr double kFarthestNudge = 0.1;
 inline constexpr double kLeastNudge = 1e-5;
 inline constexpr double kLeastTurn = 1e-5;  // rad
@@ -41,8 +42,8 @@ inline constexpr double kLeastTurn = 1e-5;  // rad
 // --- The budget
 
 // Microseconds of one core, in a step. Found: by tests/benchmark/budget_benchmark.cpp on the scenes
-// of docs/lab/mixed.md; the zero too: what comes with it stands for it. half, twice: none
-inline constexpr double kSphereUs = 0.17;         // a body, what is solved too
+// of docs/lab/mixed.md; the zero too: others stand for it. half, twice: none
+inline constexpr double kSphereUs = 0.17;         // a body, solved ones too
 inline constexpr double kSphereContactUs = 0.59;  // of them
 inline constexpr double kBlockUs = 1.1;           // a sphere that lies by faces, more
 inline constexpr double kPieceUs = 0.68;          // a convex piece of what the exact engine moves
@@ -51,16 +52,16 @@ inline constexpr double kSolvedPieceUs = 0;  // each of its pieces, more
 // Contacts that carry something, of a sphere in the mean, while nobody is awake. half, twice: none
 inline constexpr double kSphereContacts = 2;
 
-// Of the mean over quantities that `pilesim compare` gives, by what becomes of a body's pairs.
-// Their order counts, and that of the impulse mode against the others'. "error" is
+// Mean error over the quantities of `pilesim compare`, by the method of a body's pairs. Their order
+// counts, and that of the impulse mode against the others'. "error" is
 // Budget.TheErrorStaysBelowTheLimitAtTheLeastRefinement.
 inline constexpr double kImpulseError = 1;      // half, twice: error
 inline constexpr double kStatisticalError = 2;  // half, twice: none
 inline constexpr double kParticleError = 3;     // half: none; twice: error
 
-// Of the importance of what is seen. half, twice: none
+// A share of the importance of a visible body. half, twice: none
 inline constexpr double kUnseen = 0.05;
-// Of the picture's height: larger is not more important. half, twice: none
+// In picture heights: a larger body is not more important. half, twice: none
 inline constexpr double kMostSize = 1;
 
 // --- Speed alone

@@ -1,10 +1,10 @@
-// Bodies that are in both engines at once, I' bodies: what they take from one to the other in a
-// step.
+// Bodies that are in both engines at once, I' bodies: the impulses that they take from one to the
+// other in a step.
 //
-// The engine of spheres finds their contacts with spheres and draws what collides. Its sweeps over
+// The engine of spheres finds their contacts with spheres and draws collisions. Its sweeps over
 // those contacts and the exact engine's iterations over the exact ones then take turns on the same
-// velocities: one solver for both, so that what lies by contacts of both kinds comes to rest. The
-// exact engine moves the bodies; how far spheres push or turn them besides is a nudge afterwards.
+// velocities: one solver for both, so that bodies on contacts of both kinds come to rest. The exact
+// engine moves the bodies; how far spheres push or turn them besides is a nudge afterwards.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,8 @@ class MixedCoupling {
   void hand_over();  // when they have collided: to the exact engine, which calls for their sweeps
   void take_back();  // after its step, before the spheres' ends
   void nudge();      // after both
-  // Of bodies()[i], before take_back(): as the step began, with all that spheres gave it since.
+  // The motion of bodies()[i], before take_back(): as the step began, with all impulses of the
+  // spheres.
   BodyMotion handed_motion(size_t i) const;
 
   void save(StateWriter& writer) const { writer(bodies_, shared_); }
@@ -50,7 +51,7 @@ class MixedCoupling {
     bool solved = false;                                // by both in this step
     Vec3f velocity = Vec3f::Zero(), spin = Vec3f::Zero();  // as spheres see them, of a round
 
-    // What outlasts a step.
+    // The state that outlasts a step.
     static void fields(auto& self, auto& stream) { stream(self.motion, self.load); }
   };
   void read(uint32_t body, Shared& shared);

@@ -1,4 +1,4 @@
-// What the mixed mode tells of itself in reports.
+// Figures of the mixed mode in reports.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ class MixedFigures {
   void count_switch(const BodyMotion& before, const BodyMotion& after);
   void count_work(const StepWork& work);  // of the steps of a frame
 
-  // Of the rigid body with its own inertia, whatever stands for it: a change of level changes no
-  // velocity, and so no energy.
+  // For the rigid body with its own inertia, whichever shape stands for it: a change of level
+  // changes no velocity, and so no energy.
   double kinetic_energy_j(uint32_t body, const BodyMotion& motion) const;
 
   std::string json() const;  // an object

@@ -1,4 +1,4 @@
-// What a saved state must say of bodies that are in both worlds.
+// Conditions on a saved state with bodies that are in both worlds.
 #pragma once
 
 #include <algorithm>

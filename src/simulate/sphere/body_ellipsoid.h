@@ -49,23 +49,24 @@ struct EllipsoidContact {
   Vec3f normal;        // unit, towards a
   float gap;           // m, along it
   float arm_a, arm_b;  // m, along it from the centres
-  // Its shortest semi-axis over how far it reaches along the normal, 0 .. 1: 1 of what lies flat
-  // there, little of what stands on its edge or end.
+  // Its shortest semi-axis over how far it reaches along the normal, 0 .. 1: 1 for a body that lies
+  // flat there, little for one on its edge or end.
   float flatness_a, flatness_b;
 };
 
 inline EllipsoidContact contact_of_balls(float a_m, float b_m, const Vec3f& apart) {
   const float distance = apart.norm();
-  // Of two in one place the order decides.
+  // For two in one place the order decides.
   const Vec3f normal = distance > 0 ? Vec3f(apart / distance) : Vec3f::UnitY();
   return {normal, distance - a_m - b_m, a_m, b_m, 1, 1};
 }
 
-// Of two that are nearer than `reach_m`, and perhaps of some that are not. `apart`: from b to a, m.
+// The contact of two that are nearer than `reach_m`, and perhaps of some that are not. `apart`:
+// from b to a, m.
 inline std::optional<EllipsoidContact> contact_of(const BodyEllipsoid& a, const BodyEllipsoid& b,
                                                   const Vec3f& apart, float reach_m) {
   if (a.is_ball && b.is_ball) return contact_of_balls(a.radius_m, b.radius_m, apart);
-  // In double: of what is long and thin hardly a digit of a float is left.
+  // In double: for a long, thin body hardly a digit of a float is left.
   const double xx = double{a.xx} + b.xx, yy = double{a.yy} + b.yy, zz = double{a.zz} + b.zz;
   const double xy = double{a.xy} + b.xy, xz = double{a.xz} + b.xz, yz = double{a.yz} + b.yz;
   const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;

@@ -1,4 +1,4 @@
-// What the engine of spheres knows of an object: its signature and what follows from it.
+// An object as the engine of spheres knows it: its signature and what follows from it.
 #pragma once
 
 #include <functional>
@@ -22,15 +22,15 @@ struct BodySignature {
   // Where the moments differ and responses are by energy (SpinMeasure): body frame, k^-1 I^(1/2)
   // and its inverse.
   std::optional<Eigen::Matrix3f> to_spin, to_angular_velocity;
-  // Of the sphere that stands for the body where it lies among others: spheres of this radius pile
-  // up as high as the bodies do.
+  // Radius of the sphere that stands for the body among others: such spheres pile up as high as the
+  // bodies do.
   float packing_radius_m = 0;
-  // What resists rolling, as a part of the radius: a ball rolls for ever, a block does not.
+  // Resistance to rolling, in radii: a ball rolls for ever, a block does not.
   float rolling = 0;
-  // How far blows turn what lies on others to a rest pose, and the rate, sqrt(g / outer radius), at
-  // which the angle to lie against it falls of what leans on a wall (Packing).
+  // How far impacts turn a body on others to a rest pose, and the rate, sqrt(g / outer radius), at
+  // which a body that leans on a wall turns to lie against it (Packing).
   float turning = 0, leaning = 0;
-  float rebound = 1;  // of what is drawn for a hit on a surface, so much is left
+  float rebound = 1;  // share of a drawn rebound from a surface that is left
   // Bodies that are no balls catch on each other: how much more their spheres rub there.
   float interlocking = 1;
   std::vector<RestTarget> rest_targets;
@@ -62,7 +62,7 @@ std::vector<BodySignature> load_signatures(const Model& model);
 std::vector<std::string> describe_signatures(const Model& model,
                                              const std::vector<BodySignature>& objects);
 
-// Of a body that packs as `packing` says, whatever its signature says of that.
+// For a body that packs as `packing` says, in place of its signature's packing.
 BodySignature body_signature(std::shared_ptr<const Signature> signature, const Packing& packing);
 
 // The spheres of particles, by geometry alone: one for each shape, without signatures.

@@ -37,7 +37,7 @@ class ContactFinder {
   void find_of_coarse_levels();
 
  private:
-  // What a sphere touches: another one in the grid, or one that sleeps.
+  // The other body of a contact: in the grid, or asleep.
   struct Partner {
     uint32_t body, row;  // row: of motions, or fixed; see SphereContact
     Vec3f centre, velocity;
@@ -67,7 +67,7 @@ class ContactFinder {
   float friction(uint32_t body, const SphereKind& kind) const {
     return input_.root_friction.empty() ? kind.root_friction : input_.root_friction[body];
   }
-  // Neither surfaces nor faces catch on what lies on them.
+  // Neither surfaces nor faces catch on bodies that lie on them.
   float surface_friction(uint32_t body, const SphereKind& kind) const {
     return friction(body, kind) / kind.object->interlocking;
   }

@@ -1,6 +1,6 @@
-// Contacts between spheres, and with surfaces, at the level of velocities: what lies is carried,
-// rubs and resists rolling (projected Gauss-Seidel). Colliding is not solved here but drawn from
-// signatures.
+// Contacts between spheres, and with surfaces, at the level of velocities: resting bodies are
+// carried, rubs and resists rolling (projected Gauss-Seidel). Colliding is not solved here but
+// drawn from signatures.
 //
 // Contacts are kept in groups of eight that share no sphere, so that vector registers solve a group
 // at once.
@@ -18,7 +18,7 @@ namespace pilesim {
 
 inline constexpr size_t kLanes = 8;
 
-// What contacts move. Those that nothing moves have zeros for the inverses.
+// A body as contacts move it. Those that nothing moves have zeros for the inverses.
 struct alignas(32) SphereMotion {
   Vec3f velocity = Vec3f::Zero();  // m/s
   float inverse_mass = 0;          // 1/kg
@@ -32,7 +32,7 @@ struct alignas(16) SphereShift {
   float inverse_mass = 0;     // 1/kg
 };
 
-// What a contact has done so far in a step, or did in the one before; on `a`.
+// Impulse of a contact so far in a step, or in the one before; on `a`.
 struct ContactImpulse {
   float normal = 0;                                         // N s
   Vec3f friction = Vec3f::Zero(), rolling = Vec3f::Zero();  // N s, N m s
@@ -144,7 +144,7 @@ class ContactGroups : public ColouredGroups<ContactGroup> {
 void prepare(std::span<ContactGroup> groups, std::span<SphereMotion> motions);
 // One sweep. `inverse_step` in 1/s: a gap may close within the step.
 void solve(float inverse_step, std::span<ContactGroup> groups, std::span<SphereMotion> motions);
-// One sweep that brings apart what is sunk deeper than `slop` of its arm.
+// One sweep that separates contacts deeper than `slop` of their arm.
 void separate(float slop, std::span<const ContactGroup> groups, std::span<SphereShift> shifts);
 
 }  // namespace pilesim

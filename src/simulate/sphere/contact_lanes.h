@@ -126,7 +126,7 @@ HWY_INLINE Vec inverse_or_zero(Vec v) {
   return hn::IfThenElseZero(positive, hn::Div(one, hn::IfThenElse(positive, v, one)));
 }
 
-// Brings apart what is sunk deeper than `slop` of its arm; `mass`: effective, along the normal.
+// Separates contacts deeper than `slop` of their arm; `mass`: effective, along the normal.
 HWY_INLINE void separate(Vec slop, Vec mass, const ContactGroup& g, SphereShift* shifts) {
   std::array<Vec, 8> rows;
   const auto row_of = [&](uint32_t place) {

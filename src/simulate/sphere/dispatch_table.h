@@ -10,11 +10,11 @@
 
 namespace pilesim {
 
-// What a body does in a step. A prefer-statistical body that stands is `standing`: it is I' to I
-// bodies and S to S bodies, so that a ground that a must-impulse body lies on does not become exact
-// for all. I' bodies are solved on it, unless they are particles. Balls cannot stand for what
-// something goes through: rings on a pole would lie as far apart as the balls, which cannot go
-// aside.
+// How a body is treated in a step. A prefer-statistical body that stands is `standing`: it is I' to
+// I bodies and S to S bodies, so that a ground that a must-impulse body lies on does not become
+// exact for all. I' bodies are solved on it, unless they are particles. Balls cannot stand for
+// bodies with another body through them: rings on a pole would lie as far apart as the balls, which
+// cannot go aside.
 enum class Behaviour : uint8_t {
   exact,        // I: must-impulse
   threaded,     // I', and an I body reaches into its hull
@@ -23,7 +23,7 @@ enum class Behaviour : uint8_t {
   standing,     // prefer-statistical, static, kinematic or held
 };
 
-// Of several convex pieces: there may be room for something within its hull.
+// It has several convex pieces: there may be room for something within its hull.
 inline bool may_be_threaded(const ModelShape& shape) { return shape.pieces.size() > 1; }
 
 inline bool by_spheres(PairMethod method) {
@@ -32,15 +32,15 @@ inline bool by_spheres(PairMethod method) {
 
 class DispatchTable {
  public:
-  // All bodies begin as exact or statistical ones of level 0, by their preference and role.
-  // Throws Error(input) where the rules for pairs make more than 64 different kinds of bodies.
-  // As written (Method::dissertation) the table holds without an exception: nothing is threaded,
-  // and what stands is I' to I' bodies at all levels.
+  // All bodies begin as exact or statistical ones of level 0, by their preference and role. Throws
+  // Error(input) where the rules for pairs make more than 64 different kinds of bodies. As written
+  // (Method::dissertation) the table holds without an exception: nothing is threaded, and standing
+  // bodies are I' to I' bodies at all levels.
   DispatchTable(const LevelOfDetail& detail, const Model& model, Method method = Method::own);
 
   // `level` counts from 0.
   void set(uint32_t body, Behaviour behaviour, uint32_t level);
-  // Of bodies that are I, S or I' now; none where they do not touch: two that stand, or (I, S),
+  // For bodies that are I, S or I' now; none where they do not touch: two that stand, or (I, S),
   // which the update rule keeps from happening.
   PairMethod method(uint32_t a, uint32_t b) const {
     return methods_[class_[a] * classes_ + class_[b]];
@@ -64,7 +64,7 @@ class DispatchTable {
   const DetailLevel& level(uint32_t index) const { return levels_[index]; }
   uint32_t level_count() const { return static_cast<uint32_t>(levels_.size()); }
 
-  // What set() has made of the bodies.
+  // The classes that set() has given the bodies.
   void save(StateWriter& writer) const { writer(class_); }
   void load(StateReader& reader);  // throws Error(input) for that of another table
 

@@ -14,7 +14,7 @@ struct BlockShape {
   Vec3f half_m = Vec3f::Zero();  // its half sides
 };
 
-// Of a solid mesh in its body frame that fills kBlockFill of its box, else none.
+// The block of a solid mesh in its body frame that fills kBlockFill of its box, else none.
 std::optional<BlockShape> block_shape(const TriangleMesh& mesh, double volume_m3);
 
 // A block in the world.
@@ -30,7 +30,7 @@ struct PlacedBlock {
 // World frame, of a against b: as a plane of one that the other's nearest face lies on.
 struct FacePatch {
   Vec3f normal;  // unit, from b to a
-  float gap_m;   // less than 0 where they are sunk into each other
+  float gap_m;   // below 0 where they penetrate
   Vec3f middle;  // m, of what the faces share
   Vec3f along;   // unit, in the plane; the other axis is normal x along
   float half_along_m, half_across_m;

@@ -19,11 +19,11 @@ struct PatchContact {
   FacePatch patch;
   float friction;  // Coulomb's
   float lift;      // as of SphereContact
-  float slop_m;    // it may stay sunk by so much
+  float slop_m;    // penetration slop
   ContactImpulse impulse;
 };
 
-// Of its base the normal, gap, friction and impulses are of patches, too; arm_a is the slop, and
+// The normal, gap, friction and impulses of its base are those of patches; arm_a is the slop, and
 // normal_mass that of a push at which nothing turns.
 struct alignas(32) PatchGroup : ContactGroup {
   Rows lever_a, lever_b;

@@ -1,5 +1,5 @@
 // Bodies that come to rest on ground end in a pose in which the object can lie (dissertation
-// 3.2.5): they turn towards it. What lies on others turns towards one, too, until it sleeps.
+// 3.2.5): they turn towards it. A body that lies on others turns towards one, too, until it sleeps.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct RestTarget {
 inline constexpr size_t kMostRestTargets = 127;
 std::vector<RestTarget> rest_targets(const std::vector<KnownRestPose>& poses);
 
-// The pose of a body that what carries it pushes along `normal` (world). `targets` is not empty.
+// The pose of a body whose support pushes along `normal` (world). `targets` is not empty.
 size_t choose_rest_target(const std::vector<RestTarget>& targets, const Quatf& orientation,
                           const Vec3f& normal);
 

@@ -1,5 +1,5 @@
-// What was tuned of the engine of spheres: pure numbers, in the unit that is said. g is gravity, r
-// the outer radius of the body. docs/lab/statistical.md tells of what was tried.
+// Tuned constants of the engine of spheres: pure numbers, in the unit named. g is gravity, r the
+// outer radius of the body. docs/lab/statistical.md tells of what was tried.
 //
 // Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
 // test that fails with it (measured by tests/mutation/constants.py; docs/lab/constants.md says how
@@ -18,9 +18,9 @@ namespace pilesim::sphere_constants {
 // --- Sleep. Tried on walls and buildings of spheres that are touched and hit
 // (presets/mixed/building.json).
 
-// What is slower than this, in sqrt(g r), may sleep ...
-// half: none (a tenth: Structure.ASmallHitWakesOnlyWhatItCanMove);
-// twice: Structure.StructuresThatAreTouchedKeepTheirSize
+// A body slower than this, in sqrt(g r), may sleep ...
+// half: none (a tenth: Structure.ASmallHitWakesOnlyWhatItCanMove); twice:
+// Structure.StructuresThatAreTouchedKeepTheirSize
 inline constexpr float kRestSpeed = 0.05F;
 // ... once it has been for so long, in sqrt(r / g), while more than the half of its weight was
 // carried. half, twice: SphereLaws.WhatLiesStillSleepsAfterThreeOfItsTimes
@@ -28,8 +28,8 @@ inline constexpr float kRestTime = 3;
 // A body stands on another one if the way up to it is steeper than this (the cosine).
 // half, twice: SphereSupports.AreWhatIsSteeplyBelow
 inline constexpr float kSteepSupport = 0.3F;
-// Of the rest speed: what an impulse would move more slowly sleeps on. With less, walls of spheres
-// fall when they are touched; with more, they stand when they are hit.
+// In rest speeds: a body that an impulse would move more slowly sleeps on. With less, walls of
+// spheres fall when they are touched; with more, they stand when they are hit.
 // half, twice: none (a tenth: Structure.ASmallHitWakesOnlyWhatItCanMove)
 inline constexpr float kFelt = 0.25F;
 
@@ -40,19 +40,19 @@ inline constexpr float kNearby = 0.02F;
 // The cosine up to which a contact with a surface is the one of the step before.
 // half: none; twice, which is never: heap
 inline constexpr float kSameContact = 0.8F;
-// In sqrt(g r): what approaches faster collides, what is slower lies, rubs and rolls, and wakes
-// nothing. half: Statistical.WhatLiesOnABodyThatIsPushedAwayComesDown;
-// twice: heap, Structure.ASmallHitWakesOnlyWhatItCanMove
+// In sqrt(g r): a body that approaches faster collides; a slower one lies, rubs and rolls, and
+// wakes nothing. half: Statistical.WhatLiesOnABodyThatIsPushedAwayComesDown; twice: heap,
+// Structure.ASmallHitWakesOnlyWhatItCanMove
 inline constexpr float kImpactSpeed = 0.3F;
 // In a step's gravity: what approaches more slowly than this only falls. half, twice: heap
 inline constexpr float kImpactFall = 1.2F;
 
 // --- Depth. Tried on the same heaps; the time is that of the impulse mode.
 
-// Spheres may stay sunk by this part of the radius: contacts do not come and go.
+// Penetration slop, in radii: contacts do not come and go.
 // half, twice: SphereLaws.SunkSpheresStopHalfAPercentOfTheRadiusDeep
 inline constexpr float kSlop = 0.005F;
-// Sunk spheres come up by e in this time, in sqrt(r / g), ...
+// Penetration falls to 1/e in this time, in sqrt(r / g), ...
 // half, twice: SphereLaws.SunkSpheresComeUpInAThirdOfTheirTime
 inline constexpr float kPositionTime = 0.3F;
 // ... or in s without gravity; in so many sweeps.
@@ -77,19 +77,20 @@ inline constexpr float kOver = 0.5F;
 // They turn at this rate, in sqrt(g / r): on the way of a body that tips over it is the mean.
 // half: Statistical.WhatCarriesAnotherDoesNotTipOver; twice: none
 inline constexpr float kTurnRate = 0.4F;
-// A blow that changes a velocity by more than this, in sqrt(g r), turns no farther.
+// An impact that changes a velocity by more than this, in sqrt(g r), turns no farther.
 // half, twice: none
 inline constexpr float kHardBlow = 2;
-// A blow turns what is pressed on less: half as far where pushes come to ten times its weight.
+// An impact turns a loaded body less: half as far where the load is ten times its weight.
 // half, twice: none
 inline constexpr float kHeld = 0.1F;
-// This part of the velocity that falling would give it turns what lies on others as a blow does.
+// A body on others is turned as by an impact of this share of the velocity that falling would give
+// it.
 // half, twice: Statistical.WhatLiesOnOthersGoesOnTurning
 inline constexpr float kTurningAtRest = 0.03F;
-// In sqrt(g r): how fast radii change, of what stands in a structure or another engine moves, too.
+// In sqrt(g r): how fast radii change, also of bodies in a structure or of another engine.
 // half: MixedGround.WhatLiesHalfOnAMustImpulseBodyAndHalfOnTheGroundRests; twice: none
 inline constexpr float kEaseSpeed = 0.1F;
-// Of its height: a pose is kept on slopes by a body whose base is below its centre by no less.
+// In heights: a pose is kept on slopes by a body whose base is below its centre by no less.
 // half, twice: none
 inline constexpr float kSurely = 1e-4F;
 
@@ -100,10 +101,10 @@ inline constexpr float kSurely = 1e-4F;
 // Power of hull over volume by which a concave body takes more room than its volume.
 // half, twice: none
 inline constexpr double kHullShare = 0.35;
-// Resistance to rolling, in radii, of what is unlike a ball: of 1 - half its thickness / radius.
+// Resistance to rolling, in radii, of a body unlike a ball: of 1 - half its thickness / radius.
 // half, twice: not tried since signatures have their own
 inline constexpr double kRolling = 0.35;
-// What resists rolling catches on others, too: by so much of its resistance its spheres rub more.
+// A body that resists rolling catches on others, too: friction grows by so much of its resistance.
 // half, twice: Statistical.WhatSlidesOnABodyRubsMoreIfItResistsRolling
 inline constexpr double kInterlocking = 4.0 / 7;
 
@@ -124,8 +125,8 @@ inline constexpr float kTurned = 0.3F;
 inline constexpr double kBlockFill = 0.9;
 // Faces that share less than this part of the smaller one's width pass each other.
 inline constexpr float kLeastPatch = 0.001F;
-// Of the sphere's radius: faces may stay sunk by this, and less than kLeastPatch: what is sunk into
-// its support is not to catch on the next body beside that.
+// Penetration slop of faces, in the sphere's radii, below kLeastPatch: a body that penetrates its
+// support is not to catch on the next body beside that.
 inline constexpr float kFaceSlop = 5e-4F;
 // rad: faces that are less parallel do not hold a body in its structure.
 inline constexpr float kFaceToFace = 0.3F;
@@ -138,7 +139,7 @@ inline constexpr float kWall = 0.7F;
 // Contacts whose normals are closer than this (the cosine) are one. At 0.95 planks on hills sink in
 // by 0.021 D, at 0.98 by less than 0.02.
 inline constexpr double kSameSurface = 0.98;
-// In radii: of what is thinner the centre is soon behind a surface, and its way is watched.
+// In radii: the centre of a thinner body is soon behind a surface, and its way is watched.
 // half, twice: not tried
 inline constexpr float kThin = 0.3F;
 // Triangles are of one plane by this cosine, and by what is left to 1 of the reach. Speed alone.

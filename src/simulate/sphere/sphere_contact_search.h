@@ -1,4 +1,4 @@
-// Finds what touches in a step: spheres sorted into grids, their contacts with each other, with
+// Finds the contacts of a step: spheres sorted into grids, their contacts with each other, with
 // sleepers and with surfaces, in batches that threads can solve side by side.
 #pragma once
 
@@ -19,8 +19,8 @@ class SphereContactSearch {
   SphereContactSearch(const SphereModel& model, const SurfaceGeometry& surfaces)
       : model_(model), surfaces_(surfaces) {}
 
-  // What the search reads, and of `bodies` what it writes: `kept`, `touched`, and the
-  // surface_radius_m of what comes flying. (B) but for `active` and `kept`.
+  // Input of the search. It writes in `bodies`: `kept`, `touched`, and the surface_radius_m of
+  // flying bodies. (B) but for `active` and `kept`.
   struct Input {
     std::span<const uint32_t> active;
     std::span<SphereBody> bodies;
@@ -49,7 +49,7 @@ class SphereContactSearch {
   const SurfaceGeometry& surfaces_;
 };
 
-// Of the body itself where it has one, or of its kind.
+// The body's own where it has one, or that of its kind.
 inline float root_friction(const SphereModel& model, std::span<const float> by_body,
                            uint32_t body) {
   return by_body.empty() ? model.kind(body).root_friction : by_body[body];

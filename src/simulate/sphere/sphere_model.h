@@ -1,4 +1,4 @@
-// What the engine of spheres knows of a model's bodies, and how it is set: const while it steps.
+// A model's bodies as the engine of spheres knows them, and its settings: const while it steps.
 #pragma once
 
 #include <cmath>
@@ -33,7 +33,7 @@ struct SphereWorldSettings {
 
 // Bodies of one shape, material and mass.
 struct SphereKind {
-  const BodySignature* object = nullptr;  // null for what is not dynamic
+  const BodySignature* object = nullptr;  // null if not dynamic
   float mass_kg = 0;
   float radius_m = 0;       // among bodies, unless it stands in a structure
   float outer_m = 0;        // of the body
@@ -41,13 +41,13 @@ struct SphereKind {
   EllipsoidForm form;       // among bodies, unless it began in a structure
   bool is_round = true;     // the form is a ball
   float rolling_m = 0;      // see SphereContact
-  float control_speed = 0;  // m/s; what is slower turns to a pose
+  float control_speed = 0;  // m/s; a slower body turns to a pose
   float root_friction = 0;  // with what catches
   float root_restitution = 0;
   float lift = 0;                               // see SphereContact
   float inverse_mass = 0, inverse_inertia = 0;  // 1/kg, 1/(kg m^2)
   std::optional<BlockShape> block;              // where structures are of blocks
-  ConvexExtent hull;                            // of what has a signature
+  ConvexExtent hull;                            // of a body with a signature
 };
 
 struct SphereModel {
@@ -65,13 +65,13 @@ struct SphereModel {
     const float outer = is_stretched(body) ? kind.form.longest * radius_m * unlike : radius_m;
     return (is_block ? kind.outer_m : outer) * (1 + sphere_constants::kNearby);
   }
-  // What begins in a structure stays a ball: it fits in by its radius.
+  // A body that begins in a structure stays a ball: it fits in by its radius.
   bool is_stretched(uint32_t body) const { return stretched[body] != 0; }
   BodyEllipsoid ellipsoid(uint32_t body, const Quatf& orientation, float radius_m) const {
     return is_stretched(body) ? kind(body).form.placed(orientation, radius_m)
                               : BodyEllipsoid::ball(radius_m);
   }
-  // m/s; what is slower may sleep
+  // m/s; a slower body may sleep
   float rest_speed(const SphereKind& kind) const {
     return sphere_constants::kRestSpeed * std::sqrt(settings.gravity.norm() * kind.outer_m);
   }
@@ -95,8 +95,8 @@ struct SphereModel {
   // Ellipsoids of several forms may touch from farther than their longest semi-axes: at most by
   // this factor.
   float unlike = 1;
-  Vec3f up = Vec3f::UnitY();    // against gravity
-  bool has_structures = false;  // bodies that begin asleep: what stands on them goes with them
+  Vec3f up = Vec3f::UnitY();               // against gravity
+  bool has_structures = false;             // bodies that begin asleep: those on them go with them
   float impact_base = 0, impact_rise = 0;  // m/s, sqrt(m)/s: see impact_speed()
 };
 

@@ -1,4 +1,4 @@
-// The last stage of a step: bodies move, and come to rest; what has left a structure grows.
+// The last stage of a step: bodies move, and come to rest; those that have left a structure grow.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ class SphereRest {
   SphereRest(const SphereModel& model, const SurfaceGeometry& surfaces)
       : model_(model), surfaces_(surfaces) {}
 
-  // Writes all of what is awake among `bodies` (B), and of it `radius_m` (B), by the step's
-  // motions, shifts and pushes.
+  // Writes all of the awake among `bodies` (B), and of it `radius_m` (B), by the step's motions,
+  // shifts and pushes.
   void move(const SphereStep& step, std::span<SphereBody> bodies, std::span<float> radius_m) const;
 
  private:

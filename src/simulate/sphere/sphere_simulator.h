@@ -1,5 +1,6 @@
-// The simulator around an engine of spheres: who is in the world and when, what is kinematic, and
-// what others see of it. `World` is SphereWorld, or DrawnWorld of the dissertation's own method.
+// The simulator around an engine of spheres: the bodies that are in the world and when, kinematic
+// ones, and their states for others. `World` is SphereWorld, or DrawnWorld of the dissertation's
+// own method.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Which spheres sleep, and what wakes them. Those that sleep lie in a grid of their own, which is
-// sorted anew when enough more have fallen asleep: they cost nothing until something comes near.
+// sorted again when enough more have fallen asleep: they cost nothing until something comes near.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace pilesim {
 // LaidSpheres in a grid: made of them alone.
 struct SleeperGrid {
   SphereGrid grid;
-  std::vector<uint32_t> bodies;  // by place, without what is much larger than most
+  std::vector<uint32_t> bodies;  // by place, without those much larger than most
   SphereReaches reaches;         // by place
 
   void sort(const LaidSpheres& laid);
@@ -33,13 +33,13 @@ class SphereSleepers {
   void wake_with_load(uint32_t body, SphereState& state);
   void wake_hit(uint32_t body, float impulse_ns, SphereState& state);
   // After the search for contacts. True if parts of structures were hit: they are awake now, with
-  // all that they touch, and the search is to be done anew, so that they give way in this step.
+  // all that they touch, and the search is to be repeated, so that they give way in this step.
   bool wake_by_contacts(const SphereStep& step, SphereState& state);
   // Whether so many of the active sleep, and for so long, that it is time to lay them down.
   static bool is_crowded(size_t awake, SphereState& state);
   // Takes what sleeps, and has been read since, out of the grid of the awake.
   void lay_down(SphereState& state);
-  // What has woken up becomes active.
+  // Bodies that have woken become active.
   static void join_woken(SphereState& state);
   // After the state was loaded.
   void sort_anew(const SphereState& state);

@@ -1,6 +1,6 @@
-// Solves the contacts of a step: draws what collides, carries what lies by sweeps of impulses
-// (Gauss-Seidel over blocks of the grid in eight colours, so that threads share nothing and the
-// result does not depend on their number), and brings apart what is sunk.
+// Solves the contacts of a step: draws the responses of collisions, solves resting contacts by
+// sweeps of impulses (Gauss-Seidel over blocks of the grid in eight colours, so that threads share
+// nothing and the result does not depend on their number), and separates penetrating bodies.
 #pragma once
 
 #include <span>
@@ -14,7 +14,7 @@ namespace pilesim {
 
 class SphereSolver {
  public:
-  // Of a round. Sweeps over a block of the grid before the next one: its contacts are in the cache.
+  // Of a round: sweeps over a block of the grid before the next one: its contacts are in the cache.
   static constexpr int kSweepsAtOnce = 2;
 
   explicit SphereSolver(const SphereModel& model)
@@ -29,14 +29,14 @@ class SphereSolver {
   };
 
   // Each body collides at most once in a step, first come first served; what else approaches it is
-  // stopped as what lies is. Changes motions and shifts.
+  // stopped as resting contacts are. Changes motions and shifts.
   void collide(const Input& input, SphereStep& step);
   void begin_sweeps(bool is_idle) { sweeps_left_ = is_idle ? 0 : model_.settings.sweeps; }
   bool is_swept() const { return sweeps_left_ == 0; }
   // A round; nothing after the last one, which writes the step's `kept`, its pushes and the `kept`
   // of bodies.
   void sweep(std::span<SphereBody> bodies, SphereStep& step);
-  // How far each sphere moves: along its velocity, and apart from what it is sunk into. Changes
+  // How far each sphere moves: along its velocity, and out of bodies that it penetrates. Changes
   // shifts.
   void separate(std::span<const SphereBody> bodies, SphereStep& step) const;
 

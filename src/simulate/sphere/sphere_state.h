@@ -1,5 +1,5 @@
 // The state of the engine of spheres: all that goes from one step to the next, and that checkpoints
-// hold. Plain data; what a step makes anew is in sphere_step.h. (B): by body of the model.
+// hold. Plain data; the scratch of a step is in sphere_step.h. (B): by body of the model.
 #pragma once
 
 #include <cstdint>
@@ -31,14 +31,14 @@ struct alignas(64) SphereBody {
   bool changed : 1 = false;  // set by the world, cleared by who reads the state
   // By another engine that moves it too: surface_radius_m is given in each step.
   bool shared : 1 = false;
-  bool propped : 1 = false;  // by what is no sphere and no surface: it keeps the pose that it has
+  bool propped : 1 = false;       // by a body that is no sphere and no surface: it keeps its pose
   bool put_to_sleep : 1 = false;  // from outside: no touch wakes it
   bool block : 1 = false;         // of a structure: lies on its like by faces; see face_patch.h
   uint8_t spare : 1 = 0;          // so that all bits are known
 };
 static_assert(sizeof(SphereBody) == 64);
 
-// What a contact did in the step before.
+// Impulse of a contact in the step before.
 struct KeptImpulse {
   static constexpr bool kStoredAsItLies = true;
   static constexpr uint32_t kLast = ~0U;
@@ -52,8 +52,8 @@ static_assert(sizeof(KeptImpulse) == 48);
 // Set in the index of what a sphere touches: a surface of that body, no sphere.
 inline constexpr uint32_t kSurface = 0x80000000;
 
-// What a grid of sleepers was sorted from. They lie where they lay then; some may have woken up
-// since, or were removed.
+// The spheres from which a grid of sleepers was sorted, in their places of then; some may have
+// woken up since, or were removed.
 struct LaidSpheres {
   std::vector<uint32_t> body;
   std::vector<Vec3f> centre;   // m, beside body
@@ -75,7 +75,7 @@ struct SphereState {
   LaidSpheres dozing;                // active ones that sleep, of structures only
   bool is_dozing_sorted = false;     // in this step
   uint64_t waiting_for_sleep = 0;    // sleepers among the active, summed over steps
-  // Of the last step in which something was awake: contacts that carry something, and how deep.
+  // From the last step in which a body was awake: loaded contacts, and the penetration depth.
   uint32_t contacts = 0;
   float deepest_m = 0;
 

@@ -1,5 +1,5 @@
-// What a step of the engine of spheres works on: scratch, made anew in each one. It lies in the
-// order of the grid ("places"), the awake of structures with those that sleep among them.
+// The scratch of a step of the engine of spheres. It lies in the order of the grid ("places"), the
+// awake of structures with those that sleep among them.
 #pragma once
 
 #include <algorithm>
@@ -105,11 +105,10 @@ struct SphereStep {
   // By the search, then by collisions, the solver and MixedCoupling.
   std::vector<SphereMotion> motion;
   std::vector<SphereShift> shift;
-  // What carries it, N s: of still surfaces the one that pushes most, along `surface_normal`, and
-  // all else.
+  // Its support, N s: the still surface that pushes most, along `surface_normal`, and all else.
   std::vector<float> surface_push, body_push;
   std::vector<float> ground_push;  // N s, how much of `body_push` is of ground that moves
-  std::vector<float> blow;  // m/s, by how much the drawn hit of another has changed its velocity
+  std::vector<float> blow;         // m/s, change of its velocity by a drawn collision with another
   std::vector<Vec3f> surface_normal;
   std::vector<KeptImpulse> kept;  // by touch of all batches
   std::vector<uint8_t> faced;     // by place: it lies on something face to face

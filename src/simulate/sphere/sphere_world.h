@@ -1,9 +1,9 @@
 // Bodies as spheres of changing radius that collide by signature and lie by contact impulses: the
 // engine of the statistical mode.
 //
-// A step: speed up, sort into a grid, find contacts, draw responses of what collides, solve what
-// lies, move, put to rest. Each stage is a class of its own that says what it reads and writes; the
-// state that goes from step to step is a SphereState, what a step makes anew a SphereStep.
+// A step: speed up, sort into a grid, find contacts, draw responses of collisions, solve resting
+// contacts, move, put to rest. Each stage is a class of its own that says what it reads and writes;
+// the state that goes from step to step is a SphereState, the scratch of a step a SphereStep.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,7 @@ class SphereWorld {
   void read_contacts(std::vector<BodyContact>& contacts) const {
     search_.read_contacts(state_, contacts);
   }
-  // And of structures as much around it as the impulse can move: faster than what rests.
+  // And of structures as much around it as the impulse can move: faster than the rest speed.
   void wake_hit(uint32_t body, float impulse_ns) { sleepers_.wake_hit(body, impulse_ns, state_); }
   // An impulse in N s at a point, or at the centre; it wakes the body.
   void push(uint32_t body, const Vec3& impulse, const std::optional<Vec3>& point);

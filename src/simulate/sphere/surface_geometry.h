@@ -1,4 +1,4 @@
-// What spheres collide with that does not move by forces: planes and the triangles of static,
+// Surfaces that forces do not move and spheres collide with: planes and the triangles of static,
 // kinematic and held bodies.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace pilesim {
 
-// What is close to a point of a surface. World frame.
+// The nearest point of a surface. World frame.
 struct SurfaceContact {
   uint32_t body;   // of the model
   Vec3f normal;    // unit, towards the point
@@ -24,14 +24,14 @@ struct SurfaceContact {
   Vec3f velocity;  // m/s, of the surface there
   bool level;      // the surface is horizontal and does not move
   bool face;       // a face is met, not an edge
-  float reach_m;   // of what is at the point, towards the surface
+  float reach_m;   // of the body at the point, towards the surface
 };
 
-// What meets surfaces: a ball, or a convex hull about its centre.
+// The shape that touches surfaces: a ball, or a convex hull about its centre.
 struct SurfaceProbe {
   Vec3f centre;
-  float farthest_m;  // what is farther from the centre does not matter,
-  float near_m;      // nor what is farther from ball or hull
+  float farthest_m;  // surfaces farther from the centre do not matter,
+  float near_m;      // nor those farther from ball or hull
   float radius_m = 0;
   const ConvexExtent* hull = nullptr;  // in place of the ball
   Quatf orientation = Quatf::Identity();
@@ -67,7 +67,7 @@ class SurfaceGeometry {
   // The body of one of them.
   uint32_t body(uint32_t surface) const { return placed_[surface].body; }
 
-  // Appends the contacts of what is near one of them: one for each direction, kMostContacts at
+  // Appends the contacts with surfaces near one of them: one for each direction, kMostContacts at
   // most, those that are deepest in the surface. Any thread.
   void find(uint32_t surface, const SurfaceProbe& probe,
             std::vector<SurfaceContact>& contacts) const;
