@@ -204,5 +204,21 @@ TEST(Impacts, ARowOfUnequalBodiesCollidesTwoByTwo) {
   }
 }
 
+// A cube that lands flat stops where it lands: its corners share the impact alike.
+TEST(Impacts, OfAFlatFaceLeavesNoDrift) {
+  for (const double step_s : {0.0, 1.0 / 60, 1.0 / 240}) {
+    for (const double speed : {3.0, 7.0, 12.0, 20.0}) {
+      SmallModel m;
+      if (step_s > 0) m.scene.step_s = step_s;
+      m.body(m.plane(), m.material(0, 0.5), Vec3::Zero(), Role::fixed);
+      m.body(m.box(Vec3::Constant(2)), 0, {0, 8, 0}).linear_velocity = {0, -speed, 0};
+      const auto simulator = make_simulator(m.scene, m.model);
+      for (int frame = 0; frame < 90; ++frame) simulator->step_frame();
+      EXPECT_LT((simulator->states().position[1] - Vec3::UnitY()).norm(), 1e-4)
+          << speed << " m/s, step " << step_s;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

@@ -1,5 +1,5 @@
 // What was tuned of the impulse mode's Bullet world: pure numbers, in the unit that is said. g is
-// gravity, r the bounding radius of the body. docs/hard_cases.md and docs/lab/margins_and_sleep.md
+// gravity, r the bounding radius of the body. docs/hard_cases.md and docs/lab/exact_engine.md#rest-and-sleep
 // tell of scenes that they were tried on.
 //
 // Range: each holds from the half to the twice of its value, but where "half" or "twice" name a
@@ -16,7 +16,7 @@
 namespace pilesim::bullet_constants {
 
 // --- Sleep, speed and depth. Tried on towers, slopes, slabs and heaps
-// (docs/lab/margins_and_sleep.md, docs/hard_cases.md).
+// (docs/lab/exact_engine.md#rest-and-sleep, docs/hard_cases.md).
 
 // A body rests when it is slower than this share of sqrt(g r), the speed that a fall through its
 // own size gives, for kRestTime times sqrt(r / g), the time that a body takes to tip over. Both
@@ -50,7 +50,7 @@ inline constexpr double kPositionTime = 0.3;
 inline constexpr double kPositionTimeInFlight = 0.02;
 
 // --- Shapes. Tried on bodies of 1 cm to 1 m on rooms of 1 m to 1 km, as small as GJK bears
-// (docs/lab/margins_and_sleep.md).
+// (docs/lab/exact_engine.md#rest-and-sleep).
 
 // Bullet rounds what it collides by a margin: a skin about a hull, a rounding of edges within a box
 // or a cylinder. As shares of the smallest extent they stay below what can be seen, and above what

@@ -29,7 +29,7 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
     impulses_.assign(points_.size(), {});
     for (Torque& torque : torques_) torque.blow = {};
     const std::vector<Motion> before = motions_;
-    converge(settings);
+    converge();
     sum_impulses(before);
     for_blocks(
         [&](size_t, Block& block) { find_impacts(block, settings, round + 1 == kImpactRounds); });
@@ -64,7 +64,7 @@ void ContactSolver::sum_impulses(std::span<const Motion> before) {
 
 // The impacts of a round. Only what they reach is visited, and again only when what was found there
 // no longer holds.
-void ContactSolver::converge(const SolverSettings& settings) {
+void ContactSolver::converge() {
   struck_.assign(motions_.size(), 0);
   changed_.assign(motions_.size(), 0);
   for (Block& block : blocks_) {
@@ -74,7 +74,6 @@ void ContactSolver::converge(const SolverSettings& settings) {
     block.visited = 0;
   }
   directions_.clear();
-  const auto per_step = static_cast<T>(1 / settings.step_s);
   std::vector<uint8_t> has_changed(batches_.size());
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     std::ranges::fill(has_changed, 0);
@@ -82,11 +81,11 @@ void ContactSolver::converge(const SolverSettings& settings) {
     const bool is_to_combine = sweep >= kPlainSweeps && sweep + 1 < kImpactSweeps;
     for_blocks([&](size_t batch, Block& block) {
       const auto now = begin + static_cast<uint32_t>(&block - blocks_.data());
-      if (is_to_visit(block) && collide(block, per_step, now)) has_changed[batch] = 1;
+      if (is_to_visit(block) && collide(block, now)) has_changed[batch] = 1;
     });
     if (std::ranges::find(has_changed, 1) == has_changed.end()) break;
     if (is_to_combine) {
-      accelerate(per_step, begin, begin + static_cast<uint32_t>(blocks_.size()));
+      accelerate(begin, begin + static_cast<uint32_t>(blocks_.size()));
     }
   }
 }
@@ -103,7 +102,7 @@ HWY_INLINE bool ContactSolver::is_to_visit(const Block& block) const {
 
 // What collides is to part at its speed; what an impulse has reached, and passes it on, is not to
 // come nearer than it was. The rest is left alone. Whether it has changed anything.
-bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
+bool ContactSolver::collide(Block& block, uint32_t now) {
   using L = Lanes<T>;
   bool is_reached = false;
   for (size_t i = 0; i < kLanes; ++i) {
@@ -119,7 +118,7 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
   Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
   const Lanes3<T> between = load3<T>(block.between);
-  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data()), rate(inverse_step);
+  const L zero(T{0}), one(T{1}), friction = L::load(block.friction.data());
   const auto moves = L::load(block.reached.data()) > zero;
   const L lighter = max(weights.mass_a, weights.mass_b);
   const L smaller = min(weights.mass_a, weights.mass_b);
@@ -138,12 +137,8 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
       Impulse& impulse = impulses_[p];
       const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
       const Lanes3<T> arm_b = arm_a + between;
-      const PointStart& start = starts_[p];
-      const L speed = L::load(start.bounce.data());
-      const L gap = max(L::load(start.distance.data()), zero);
-      const L target = select(speed > zero, speed, zero - rate * gap);
       Lanes3<T> dv = relative<T>(g, arm_a, arm_b);
-      const L lacking = target - dot(n, dv);
+      const L lacking = L::load(starts_[p].parting.data()) - dot(n, dv);
       const L old_push = L::load(impulse.push.data());
       const L push = select(
           moves, max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
@@ -191,11 +186,11 @@ bool ContactSolver::collide(Block& block, T inverse_step, uint32_t now) {
 // sum(impulse (velocity / 2 - target)): a system of two unknowns. Only normal impulses have part,
 // friction beyond its limit would feed the bodies; and they go on no farther than to where the
 // first of them would pull.
-void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
+void ContactSolver::accelerate(uint32_t begin, uint32_t end) {
   using L = Lanes<T>;
   if (directions_.empty()) directions_.assign(points_.size(), Row{});
   find_impact_islands(begin);
-  const L zero(T{0}), rate(inverse_step);
+  const L zero(T{0});
   // Visits the points that push of blocks in open islands, with d and e of their impulses.
   const auto for_points = [&](const Block& block, const auto& visit) {
     const auto reached = L::load(block.reached.data()) > zero;
@@ -231,12 +226,9 @@ void ContactSolver::accelerate(T inverse_step, uint32_t begin, uint32_t end) {
     for_points(block, [&](uint32_t p, L, L d, L e) {
       const Lanes3<T> n = load3<T>(points_[p].normal), arm_a = load3<T>(points_[p].arm);
       const Lanes3<T> arm_b = arm_a + between;
-      const L bounce = L::load(starts_[p].bounce.data());
-      const L gap = max(L::load(starts_[p].distance.data()), zero);
-      const L target = select(bounce > zero, bounce, zero - rate * gap);
       const Lanes3<T> of_a = g.velocity_a + cross(g.spin_a, arm_a);
       const Lanes3<T> of_b = g.velocity_b + cross(g.spin_b, arm_b);
-      const L lacking = target - dot(n, of_b - of_a);
+      const L lacking = L::load(starts_[p].parting.data()) - dot(n, of_b - of_a);
       const L by_d = dot(n, relative<T>(of_d, arm_a, arm_b));
       const L by_e = dot(n, relative<T>(of_e, arm_a, arm_b));
       const L fastest = sqrt(max(dot(of_a, of_a), dot(of_b, of_b)));
@@ -401,12 +393,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
   const auto may_bounce = hn::Or(min(weights.mass_a, weights.mass_b) > zero,
                                  hn::Not(L::load(block.bounced.data()) > zero));
   const auto is_free = hn::Not(L::load(block.passes.data()) > zero);
-  const auto in_lanes = [](const Vec3& v) {
-    return Lanes3<T>{L(static_cast<T>(v.x())), L(static_cast<T>(v.y())), L(static_cast<T>(v.z()))};
-  };
-  const L falls =
-      select(weights.mass_b > zero, one, zero) - select(weights.mass_a > zero, one, zero);
-  const Lanes3<T> fall = falls * in_lanes(settings.gravity * settings.step_s * settings.step_s / 2);
+  const Lanes3<T> fall = fall_between(weights);
   L impact = zero;
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     const Lanes3<T> n = load3<T>(points_[p].normal), arm_a = load3<T>(points_[p].arm);
@@ -428,8 +415,10 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     L bounce =
         select(hn::And(hn::And(collides, outlives), may_bounce), restitution * closing, zero);
     if (is_last) bounce = zero;
-    bounce.store(start.bounce.data());
-    select(hn::And(outlives, misses), substep * closing, zero).store(start.slack.data());
+    select(bounce > zero, bounce, approach(start, n, fall)).store(start.parting.data());
+    const auto later =
+        hn::And(comes, hn::Or(hn::And(outlives, misses), hn::AndNot(collides, closing * h > hard)));
+    select(later, substep * closing, zero).store(start.slack.data());
   }
   if (is_last) std::ranges::fill(block.passes, T{1});
   impact.store(block.impact.data());

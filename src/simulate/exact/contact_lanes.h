@@ -95,4 +95,20 @@ HWY_INLINE Lanes3<T> hold_back(const Lanes3<T>& dv, const Lanes3<T>& n, Lanes<T>
   return select(slips, limit / sqrt(select(slips, size2, one)), one) * held;
 }
 
+// How b falls against a in the step, m.
+HWY_INLINE Lanes3<float> ContactSolver::fall_between(const Weights<T, Block>& weights) const {
+  const Lanes<T> zero(T{0}), one(T{1});
+  const Lanes<T> falls =
+      select(weights.mass_b > zero, one, zero) - select(weights.mass_a > zero, one, zero);
+  return falls * Lanes3<T>{Lanes<T>(fall_.x()), Lanes<T>(fall_.y()), Lanes<T>(fall_.z())};
+}
+
+// m/s, at most 0: so fast a point may come nearer that it is reached when the step ends.
+HWY_INLINE Lanes<float> ContactSolver::approach(const PointStart& start, const Lanes3<T>& normal,
+                                                const Lanes3<T>& fall) const {
+  const Lanes<T> gap = Lanes<T>::load(start.distance.data()) + dot(normal, fall);
+  const Lanes<T> zero(T{0});
+  return zero - Lanes<T>(per_step_) * max(gap, zero);
+}
+
 }  // namespace pilesim::exact

@@ -51,8 +51,10 @@ void ContactSolver::gather_weights(Block& block) const {
   take(block.b, block.inertia_b, block.inverse_mass_b);
 }
 
-void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
-                         double gravity) {
+void ContactSolver::fill(const SolverSettings& settings, std::span<const ContactRange> contacts,
+                         size_t bodies) {
+  const double substep_s = settings.step_s / settings.substeps;
+  const double gravity = settings.gravity.norm();
   const auto nobody = static_cast<uint32_t>(bodies);
   const Softness moving = softness(kContactRate / substep_s, kContactDamping, substep_s);
   const Softness fixed = softness(2 * kContactRate / substep_s, kContactDamping, substep_s);
@@ -101,11 +103,15 @@ void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, 
             point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
           }
           starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m);
-          // What bounces in a step to come keeps its speed: the relaxations after the last motion
+          // What collides in a step to come keeps its speed: the relaxations after the last motion
           // look a substep ahead, and took a share of it.
           starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
+          if (contact->hits && !(contact->bounce > 0)) {
+            starts[p].slack[i] =
+                std::max(T{0}, contact->distance_m) / static_cast<T>(settings.substeps);
+          }
           point.push[i] = static_cast<T>(contact->push_n * substep_s);
-          starts[p].bounce[i] = std::max(0.0F, contact->bounce);
+          starts[p].parting[i] = std::max(0.0F, contact->bounce);
           if (contact->hits || contact->bounce > 0) block.impact[i] = 1;
         }
         block.has_impacts = block.has_impacts || block.impact[i] > 0;
@@ -125,9 +131,13 @@ void ContactSolver::fill(std::span<const ContactRange> contacts, size_t bodies, 
           max(Lanes<T>::load(block.mass_scale.data()) * Lanes<T>::load(block.rate.data()), least);
       const Lanes<T> shallow = Lanes<T>::load(block.shallow.data());
       const Lanes<T> most_loaded = shallow * Lanes<T>(static_cast<T>(kLoaded / kShallow));
-      for (Point& point : points) {
+      const Lanes3<T> fall = fall_between(weights);
+      for (size_t p = 0; p < points.size(); ++p) {
+        Point& point = points[p];
         const Lanes3<T> n = load3<T>(point.normal), arm_a = load3<T>(point.arm);
         const Lanes3<T> arm_b = arm_a + between;
+        const Lanes<T> bounce = Lanes<T>::load(starts[p].parting.data());
+        select(bounce > zero, bounce, approach(starts[p], n, fall)).store(starts[p].parting.data());
         const auto answer = [&](const Lanes3<T>& u, const Lanes3<T>& v) {
           return dot(cross(arm_a, u), weights.inertia_a * cross(arm_a, v)) +
                  dot(cross(arm_b, u), weights.inertia_b * cross(arm_b, v));
@@ -385,10 +395,11 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
     }
   });
   arrange(contacts);
-  const double substep_s = settings.step_s / settings.substeps;
-  fill(contacts, bodies.size(), substep_s, settings.gravity.norm());
+  per_step_ = static_cast<T>(1 / settings.step_s);
+  fall_ = (settings.gravity * settings.step_s * settings.step_s / 2).cast<T>();
+  fill(settings, contacts, bodies.size());
   torques_.clear();
-  if (settings.has_torques) fill_torques(contacts, substep_s);
+  if (settings.has_torques) fill_torques(contacts, settings.step_s / settings.substeps);
 }
 
 // What sweeps have made of them.

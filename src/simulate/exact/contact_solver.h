@@ -20,6 +20,9 @@
 
 namespace pilesim::exact {
 
+template <typename T, typename Block>
+struct Weights;
+
 // A body as solvers see it; world axes.
 struct SolverBody {
   // m/s, rad/s; with the contacts and the gravity of the step when it is solved
@@ -159,7 +162,7 @@ class ContactSolver {
   // What sweeps do not ask for.
   struct alignas(32) PointStart {
     Row distance;  // m, as the step begins
-    Row bounce;    // m/s, at which an impact parts it; 0: at none
+    Row parting;   // m/s, at which an impact parts it; below 0: no faster than this it comes nearer
     Row slack;     // m, of the last substep
   };
   // What an impact gives, N s; not carried over.
@@ -204,8 +207,7 @@ class ContactSolver {
                std::span<const ContactRange> contacts);
   void take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                  std::span<const ContactRange> contacts);
-  void fill(std::span<const ContactRange> contacts, size_t bodies, double substep_s,
-            double gravity);
+  void fill(const SolverSettings& settings, std::span<const ContactRange> contacts, size_t bodies);
   template <typename Visit>
   void for_blocks(const Visit& visit);
   void measure(Block& block, bool is_last);
@@ -221,16 +223,18 @@ class ContactSolver {
   void give(SolverJoint& joint, const Vec3& push, const Vec3& twist);
   void give_again(SolverJoint& joint, double substep_s, bool is_first);
   void solve_impacts(const SolverSettings& settings);
-  void converge(const SolverSettings& settings);
+  void converge();
   void sum_impulses(std::span<const Motion> before);
   bool is_to_visit(const Block& block) const;
-  bool collide(Block& block, T inverse_step, uint32_t now);
-  void accelerate(T inverse_step, uint32_t begin, uint32_t end);
+  bool collide(Block& block, uint32_t now);
+  void accelerate(uint32_t begin, uint32_t end);
   void find_impact_islands(uint32_t begin);
   ImpactIsland& impact_island(const Block& block, size_t lane);
   void find_impacts(Block& block, const SolverSettings& settings, bool is_last);
   template <bool kSoft>
   void sweep(Block& block, T inverse_step);
+  Lanes3<T> fall_between(const Weights<T, Block>& weights) const;
+  Lanes<T> approach(const PointStart& start, const Lanes3<T>& normal, const Lanes3<T>& fall) const;
   Gathered gather(const Block& block, std::span<const Motion> motions) const;
   void gather_weights(Block& block) const;
   void scatter(const Block& block, const Gathered& gathered, std::span<Motion> motions) const;
@@ -246,6 +250,8 @@ class ContactSolver {
 
   size_t moving_ = 0;
   T slow_rate_ = 0, fastest_ = 0;  // 1/s, m/s
+  V3 fall_ = V3::Zero();           // m: what moves falls so far in the step
+  T per_step_ = 0;                 // 1/s
   std::vector<Motion> motions_;    // of all bodies, and of nobody
   std::vector<Inverse> inverse_;   // beside motions_
   std::vector<Motion> pulled_;     // of those that move: without what contacts give in the substep
