@@ -219,7 +219,7 @@ void ContactSolver::take_turns(const SolverSettings& settings,
   }
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);
-    for (SolverJoint& joint : joints) hold(joint, step, false);
+    hold(joints, step, false);
     for_blocks([&](size_t, Block& block) { sweep<false>(block, 1 / step); });
   }
   motions_ = motions;
@@ -347,14 +347,14 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
       place(joint, bodies);
       give_again(joint, substep_s, substep == 0);
     }
-    for (SolverJoint& joint : joints) hold(joint, h, true);
+    hold(joints, h, true);
     for_blocks([&](size_t, Block& block) { sweep<true>(block, per_substep); });
     parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) move(bodies[i], i, settings.gravity, h);
     });
     for (SolverJoint& joint : joints) place(joint, bodies);
     for (int i = 0; i < kRelaxations; ++i) {
-      for (SolverJoint& joint : joints) hold(joint, h, false);
+      hold(joints, h, false);
       for_blocks([&](size_t, Block& block) {
         if (i == 0) measure(block, substep + 1 == settings.substeps);
         sweep<false>(block, per_substep);

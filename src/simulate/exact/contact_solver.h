@@ -245,7 +245,7 @@ class ContactSolver {
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
-  void hold(SolverJoint& joint, T h, bool soft);
+  void hold(std::span<SolverJoint> joints, T h, bool soft);
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;

@@ -112,8 +112,9 @@ inline constexpr double kUsualAccuracy = 1e-3;
 inline constexpr double kStepAtRest = 0.12;
 inline constexpr double kMotionInStep = 0.1;
 inline constexpr double kShortestStep = 0.1;
-// Substeps: by loads, so that no contact is pressed in by more than this share of the accuracy; and
-// no longer than this, in sqrt(extent / g), nor than this, s.
+// Substeps: by loads, so that no contact is pressed in by more than this share of the accuracy, and
+// no joint gives by more than the accuracy; and no longer than this, in sqrt(extent / g), nor than
+// this, s.
 inline constexpr double kGiveOfAccuracy = 0.1;
 inline constexpr double kSubstepOfSize = 0.0075;
 inline constexpr double kLongestSubstep = 1.0 / 960;

@@ -98,26 +98,31 @@ void ContactSolver::give_again(SolverJoint& joint, double substep_s, bool is_fir
   give(joint, substep_s * joint.force_n, substep_s * joint.torque_nm);
 }
 
-// Glue gives no more than its strength.
-void ContactSolver::hold(SolverJoint& joint, T h, bool soft) {
+// One after the other. Glue gives no more than its strength.
+void ContactSolver::hold(std::span<SolverJoint> joints, T h, bool soft) {
   const double step = static_cast<double>(h);
   const Softness s = soft ? softness(kJointRate / step, kContactDamping, step) : Softness{0, 1, 0};
+  // What changes the impulse that has been given in the substep.
   const auto change = [&](const Mat3& inertia, const Vec3& rate, const Vec3& distance,
-                          const Vec3& old, double strength) -> Vec3 {
-    const Vec3 more = -s.mass_scale * (inertia * (rate + s.rate * distance)) - s.force_scale * old;
-    return joint.is_glue ? change_within(old, more, strength * step) : more;
+                          const Vec3& given) -> Vec3 {
+    return -s.mass_scale * (inertia * (rate + s.rate * distance)) - s.force_scale * given;
   };
-  const Vec3 rate = spin(joint.b) - spin(joint.a);
-  const Vec3 twist =
-      change(joint.moment, rate, joint.angle, joint.torque_nm * step, joint.strength_nm);
-  joint.torque_nm += twist / step;
-  give(joint, Vec3::Zero(), twist);
-
-  const Vec3 parting = velocity(joint.b) + spin(joint.b).cross(joint.from_b) - velocity(joint.a) -
-                       spin(joint.a).cross(joint.from_a);
-  const Vec3 push = change(joint.mass, parting, joint.gap, joint.force_n * step, joint.strength_n);
-  joint.force_n += push / step;
-  give(joint, push, Vec3::Zero());
+  for (SolverJoint& joint : joints) {
+    const Vec3 velocity_a = velocity(joint.a), velocity_b = velocity(joint.b);
+    Vec3 spin_a = spin(joint.a), spin_b = spin(joint.b);
+    const Vec3 given_twist = step * joint.torque_nm, given_push = step * joint.force_n;
+    Vec3 twist = change(joint.moment, spin_b - spin_a, joint.angle, given_twist);
+    if (joint.is_glue) twist = change_within(given_twist, twist, joint.strength_nm * step);
+    spin_a -= joint.inertia_a * twist;
+    spin_b += joint.inertia_b * twist;
+    const Vec3 parting =
+        velocity_b + spin_b.cross(joint.from_b) - velocity_a - spin_a.cross(joint.from_a);
+    Vec3 push = change(joint.mass, parting, joint.gap, given_push);
+    if (joint.is_glue) push = change_within(given_push, push, joint.strength_n * step);
+    joint.torque_nm += twist / step;
+    joint.force_n += push / step;
+    give(joint, push, twist);
+  }
 }
 
 }  // namespace pilesim::exact

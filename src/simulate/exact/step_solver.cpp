@@ -140,7 +140,7 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partne
 void StepSolver::find_loads(std::span<const uint32_t> touching) {
   loads_.assign(bodies_.size(), 0);
   const auto is_moved = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
-  const auto add = [&](uint32_t a, uint32_t b, double force_n, double share_of_rate) {
+  const auto add = [&](uint32_t a, uint32_t b, double force_n, double share_of_rate, double give) {
     double inverse_mass = 0, extent = std::numeric_limits<double>::infinity();
     for (const uint32_t i : {a, b}) {
       if (!is_moved(i)) continue;
@@ -148,8 +148,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
       extent = std::min(extent, shape_of(i).smallest_extent_m);
     }
     if (inverse_mass == 0) return;
-    const double rate2 =
-        rate2_of(force_n, inverse_mass, accuracy_ * kGiveOfAccuracy * extent, share_of_rate);
+    const double rate2 = rate2_of(force_n, inverse_mass, give * accuracy_ * extent, share_of_rate);
     for (const uint32_t i : {a, b}) {
       if (is_moved(i)) loads_[i] = std::max(loads_[i], rate2);
     }
@@ -167,7 +166,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
     }
     const float force_n = sum_n > 0 ? most_n * net.norm() / sum_n : 0;
     const bool both = is_moved(pair.a) && is_moved(pair.b);
-    if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate);
+    if (force_n > 0) add(pair.a, pair.b, force_n, (both ? 1 : 2) * kContactRate, kGiveOfAccuracy);
   }
   const double gravity = settings_.gravity.norm();
   for (const uint32_t i : movers_) {
@@ -182,7 +181,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
   for (const Joint& joint : state_.joints) {
     const double radius_m = shape_of(joint.a).radius_m;
     add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b,
-        joint.force_n.norm() + 2.5 * joint.torque_nm.norm() / radius_m, kJointRate);
+        joint.force_n.norm() + 2.5 * joint.torque_nm.norm() / radius_m, kJointRate, 1);
   }
   for (const uint32_t i : movers_) {
     bodies_[i].load_rate2 = std::max(bodies_[i].load_rate2, loads_[i]);
