@@ -107,8 +107,6 @@ inline constexpr double kStep = 2;
 // Of the friction: what slides lies closer, and stands better.
 // half, twice: none (a tenth: fit; four times: base)
 inline constexpr double kSlippery = 0.25;
-// Sweeps of the solver. half: none; twice: base
-inline constexpr int kMostSweeps = 10;
 // Steps from one look at what lies to the next. half, twice: none (an eighth: base; ten times: fit)
 inline constexpr uint64_t kLookSteps = 8;
 // After so many a body stays where it is. half: base; twice: fit
