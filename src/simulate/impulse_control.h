@@ -41,7 +41,7 @@ using ConstraintId = uint32_t;
 
 class ImpulseControl : public BodyControl {
  public:
-  virtual ConstraintId add_nail(const Nail& nail) = 0;  // it ends with either body
+  virtual ConstraintId add_nail(const Nail& nail) = 0;          // it ends with either body
   virtual ConstraintId add_glue(const GlueSpot& spot) = 0;      // likewise
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
   virtual bool holds(ConstraintId constraint) const = 0;        // neither ended nor broken

@@ -499,7 +499,6 @@ TEST(HeldByGlue, WhatIsLeftHardlySwings) {
   }
 }
 
-
 // Glue of any strength holds a tower that is hit, and lets it come to rest.
 TEST(HeldByGlue, ATowerComesToRestAfterAHit) {
   for (const double strength : {1.0, 1000.0}) {
@@ -520,7 +519,8 @@ TEST(HeldByGlue, ATowerComesToRestAfterAHit) {
     for (int frame = 0; frame < 180; ++frame) simulator->step_frame();
     for (size_t i = 0; i < 24; ++i) {
       EXPECT_LT(simulator->states().linear_velocity[i].norm(), 0.02) << i << " at " << strength;
-      EXPECT_LT((simulator->states().position[i] - pile.model.bodies[i].pose.position).norm(), 0.01);
+      EXPECT_LT((simulator->states().position[i] - pile.model.bodies[i].pose.position).norm(),
+                0.01);
     }
   }
 }
