@@ -60,12 +60,6 @@ void check_guide(const Scene& scene, ProblemLog& log) {
     log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
                "Take out one of the two");
   }
-  if (scene.guide && scene.guide->control && scene.guide->hold == HoldKind::glue &&
-      scene.simulator.engine != EngineKind::exact) {
-    const Path guide = root / "guide";
-    log.report(guide / "hold", R"(is "glue", and the engine is not pilesim's own)",
-               R"("hold": "freeze" or "nail", or no "engine" in "simulator")");
-  }
   if (scene.guide) check_method(*scene.guide, root / "guide", log);
   const Path emitters = root / "emitters";
   bool is_filled = false;

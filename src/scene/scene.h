@@ -283,8 +283,8 @@ struct LevelOfDetail {
   static std::vector<DetailLevel> table_4_1();
 };
 
-// Who solves the contacts of the impulse and the mixed mode: the engine of our own, or Bullet as a
-// second opinion.
+// Who solves the contacts: the engine of our own, or, in the impulse mode, Bullet as a second
+// opinion (scene/engine_checks.h).
 enum class EngineKind { exact, bullet };
 
 // The project's own, or the dissertation's as it is written: of the statistical mode (chapter 3),

@@ -9,6 +9,7 @@
 #include "core/counted.h"
 #include "json/codec.h"
 #include "scene/detail_checks.h"
+#include "scene/engine_checks.h"
 #include "scene/guide_checks.h"
 #include "scene/pile_checks.h"
 #include "scene/scene_format.h"
@@ -547,6 +548,7 @@ void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   check_piles(scene, log);
   check_guide(scene, log);
   check_detail(scene, log);
+  check_engine(scene, log);
 }
 
 }  // namespace pilesim

@@ -95,11 +95,12 @@ Codec<SimulatorSettings> simulator_codec() {
                     "How bodies are moved: impulse solves contacts exactly, statistical draws "
                     "collisions from the shapes' signatures, particle lets spheres bounce, mixed "
                     "does each where it is fit."),
-           field<S>("engine", &S::engine,
-                    enumeration<EngineKind>(
-                        {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
-                    "Who solves contacts, in the impulse and the mixed mode: exact, pilesim's own "
-                    "engine, or bullet, as a second opinion."),
+           field<S>(
+               "engine", &S::engine,
+               enumeration<EngineKind>(
+                   {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
+               "Who solves contacts: exact, pilesim's own engine, in the impulse and the mixed "
+               "mode, or bullet, as a second opinion of the impulse mode."),
            field<S>("method", &S::method, method_codec(),
                     "Statistical and mixed mode: pilesim's own method, or dissertation, chapters 3 "
                     "and 4 as they are written, to compare with."),

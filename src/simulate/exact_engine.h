@@ -61,7 +61,6 @@ class ExactEngine {
   virtual void put_to_sleep(uint32_t body) = 0;  // see BodyControl
   virtual void wake(uint32_t body) = 0;
   virtual void set_friction(uint32_t body, double friction) = 0;
-  virtual void refresh_friction() = 0;  // of contacts that are there, after set_friction()
 
   virtual void read_contacts(std::vector<BodyContact>& contacts) const = 0;
   virtual void find_hits(std::vector<Hit>& hits) = 0;

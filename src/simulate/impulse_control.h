@@ -33,7 +33,7 @@ struct Hit {
   uint32_t sleeper = 0, other = 0;
   double closing_speed = 0;  // m/s, > 0, of the contact along its normal
   double momentum_ns = 0;    // that speed by the other's mass as the contact feels it, and that of
-                             // what comes behind it (not of Bullet's)
+                             // what comes behind it
 };
 
 // The handle of a constraint; not used twice in a run.
@@ -41,8 +41,7 @@ using ConstraintId = uint32_t;
 
 class ImpulseControl : public BodyControl {
  public:
-  virtual ConstraintId add_nail(const Nail& nail) = 0;  // it ends with either body
-  // Of the project's own engine only.
+  virtual ConstraintId add_nail(const Nail& nail) = 0;          // it ends with either body
   virtual ConstraintId add_glue(const GlueSpot& spot) = 0;      // likewise
   virtual void remove_constraint(ConstraintId constraint) = 0;  // no effect on one that has ended
   virtual bool holds(ConstraintId constraint) const = 0;        // neither ended nor broken

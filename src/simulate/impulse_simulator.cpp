@@ -139,10 +139,7 @@ FrameStatistics ImpulseSimulator::step_frame() {
     life_.bring_events(handlers_);
     left = choose_step();
     move_kinematic_bodies();
-    if (director_ != nullptr) {
-      director_->direct(*this);
-      exact_.refresh_friction();
-    }
+    if (director_ != nullptr) director_->direct(*this);
     exact_.step(timer_, [this] { take_hits(); });
     life_.end_step();
     --left;

@@ -1,4 +1,4 @@
-// Exact engines side by side: time against what their piles are worth.
+// The impulse mode's engines side by side: time against what their piles are worth.
 //   exact_benchmark [--hulls N | --rabbits N] [--step HZ] [--frames N] [--threads N] [--every N]
 //                   [--mesh FILE] [ENGINE...]
 // Bodies fall in a cubic grid onto a plane, frames of 1/60 s: hulls of 40 vertices, 2 m across, or
@@ -21,9 +21,7 @@
 #include "model/model_shapes.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
-#include "simulate/bullet/bullet.h"
-#include "simulate/exact/engine.h"
-#include "simulate/impulse_simulator.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/small_model.h"
 
 namespace pilesim {
@@ -87,10 +85,9 @@ SmallModel pile(const Options& options) {
   return m;
 }
 
-void run(const Options& options, const std::string& name, const SmallModel& m) {
-  auto engine =
-      name == "bullet" ? make_bullet_engine(m.scene, m.model) : make_exact_engine(m.scene, m.model);
-  const auto simulator = make_impulse_simulator(m.scene, m.model, std::move(engine));
+void run(const Options& options, const std::string& name, SmallModel& m) {
+  m.scene.simulator.engine = name == "bullet" ? EngineKind::bullet : EngineKind::exact;
+  const auto simulator = make_simulator(m.scene, m.model);
   double cpu_s = 0, seconds = 0, busiest = 0, greatest = 0;
   StageTimes stages;
   FrameStatistics last;
@@ -163,7 +160,7 @@ int run_all(int argc, char** argv) {
                   {.found = "'" + word + "'", .expected = "an option or an engine"});
   }
   if (options.engines.empty()) options.engines = {"exact", "bullet"};
-  const SmallModel m = pile(options);
+  SmallModel m = pile(options);
   std::printf("%s\n%d %s, step 1/%d s, %d frames, %d threads\n", machine_info().cpu.c_str(),
               options.bodies, options.rabbits ? "rabbits" : "hulls", options.step_hz,
               options.frames, thread_count());

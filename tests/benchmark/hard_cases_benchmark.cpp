@@ -321,8 +321,7 @@ void run_case(const Case& one, std::span<const WaySettings> ways, const std::str
                              ? write_million_triangles(scratch)
                              : fs::path(PILESIM_SOURCE_DIR "/presets/hard") / (one.name + ".json");
   for (const WaySettings& way : ways) {
-    const bool lacks_glue = way.way == Way::glue && engine == "bullet";
-    if (!applies(one, way.way) || lacks_glue) continue;
+    if (!applies(one, way.way) || (engine == "bullet" && way.way != Way::impulse)) continue;
     std::string walls;
     std::printf("| %s | %s |", one.name.c_str(), way.name.c_str());
     for (const double step_s : steps) {

@@ -64,6 +64,12 @@ class Compare(CommandTest):
             self.assertTrue(png.startswith(b"\x89PNG"))
         self.succeed("render", "out/runs/impulse_spheres3/seed4", "--frames", "0", "--no-video")
 
+    def test_bullet_gives_a_second_opinion(self):
+        self.compare("--modes", "impulse:decomposition+/simulator/engine=bullet")
+        second = self.figures()["modes"][1]
+        self.assertEqual(second["quality_at_end"]["bodies_at_end"]["value"], 8)
+        self.assertGreater(second["errors"]["energy"]["normalised"]["value"], 0)
+
     def expect_times_of_its_runs(self, mode):
         """How long anything takes is not judged: that the means are of what the runs report is."""
         directory = "".join(c if c.isalnum() or c == "." else "_" for c in mode["name"])
@@ -181,6 +187,9 @@ class Compare(CommandTest):
         self.assertIn("--runs", self.refuse(2, "--modes", "impulse", "--runs", "2"))
         self.assertIn("magic", self.refuse(3, "--modes", "impulse,magic"))
         self.assertIn("signature", self.refuse(3, "--modes", "statistical"))
+        errors = self.refuse(3, "--modes", "mixed+/simulator/engine=bullet")
+        self.assertIn('mode "mixed+/simulator/engine=bullet"', errors)
+        self.assertIn('Use "engine": "exact"', errors)
         self.refuse(2, "--modes", "impulse", "--force", "--resume")
 
 

@@ -82,6 +82,13 @@ class Resume(CommandTest):
     def test_impulse(self):
         self.expect_same_after_kills("simulate", self.write_scene(slow_scene))
 
+    def test_bullet(self):
+        def by_bullet(scene):
+            slow_scene(scene)
+            scene["simulator"] = {"engine": "bullet"}
+
+        self.expect_same_after_kills("simulate", self.write_scene(by_bullet))
+
     def test_particles(self):
         self.expect_same_after_kills("simulate", self.write_scene(particles))
 

@@ -257,10 +257,9 @@ class SmallRun {
 // by. 0 for it cuts the rest off.
 void checkpoint(std::string_view bytes) {
   static const std::vector<std::unique_ptr<SmallRun>> runs = [] {
-    const std::string engine = "/simulator/engine=", mode = "/simulator/mode=";
+    const std::string mode = "/simulator/mode=";
     const std::vector<std::vector<std::string>> overrides = {
-        {engine + "bullet"},
-        {engine + "exact"},
+        {},
         {mode + "particle"},
         {mode + "mixed",
          "/simulator/level_of_detail={\"levels\": [{\"near_near\": \"impulse\", \"near_far\": "

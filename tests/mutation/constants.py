@@ -122,8 +122,6 @@ def main():
     if options.list:
         print("\n".join(f"{c.key} = {c.value}" for c in chosen))
         return
-    if any("bullet" in file.parts for file in files):
-        os.environ["PILESIM_ENGINE_UNDER_TEST"] = "bullet"  # not the default
     programs = options.programs or programs_of(files[0])
     options.directory.mkdir(parents=True, exist_ok=True)
     log = options.directory / "constants.jsonl"

@@ -518,7 +518,6 @@ TEST(ExactEngine, BallsWhoseBoxesMeetAtACornerAreNoPair) {
 SmallModel crowd(const Vec3& gravity, int bodies, double restitution) {
   SmallModel m;
   m.scene.gravity = gravity;
-  m.scene.simulator.engine = EngineKind::exact;
   const uint32_t material = m.material(restitution, 0.5);
   Philox random(5, Stream::test, 0);
   std::vector<Vec3> points;
@@ -646,7 +645,6 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
   Philox random(5, Stream::test, 0);
   for (int trial = 0; trial < 20; ++trial) {
     SmallModel m;
-    m.scene.simulator.engine = EngineKind::exact;
     const uint32_t wood = m.material(0.2, 0.5);
     const uint32_t wall = m.box({1, 1, 1});
     const double gap = 0.15 + 0.03 * random.uniform();
@@ -672,7 +670,6 @@ TEST(ExactEngine, WhatIsSqueezedIsNotShotOut) {
 TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
   const auto distances_at = [](double scale) {
     SmallModel m;
-    m.scene.simulator.engine = EngineKind::exact;
     m.scene.frame_rate = 60 / std::sqrt(scale);
     m.scene.step_s = 1 / (240 / std::sqrt(scale));
     const uint32_t material = m.material(0, 0.5);
@@ -700,7 +697,6 @@ TEST(ExactEngine, WhatIsStuckPartsAlikeAtAnySize) {
 // it comes apart soonest, and those contradict each other.
 TEST(ExactEngine, BodiesOfManyPiecesPartWhateverTheirPiecesWant) {
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.gravity = Vec3::Zero();
   const uint32_t wood = m.material(0, 0.3);
   const uint32_t jack = m.box(Vec3::Constant(0.3));
@@ -753,7 +749,6 @@ TEST(ExactEngine, TheSameBytesAtAnyNumberOfThreads) {
 TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
-  m.scene.simulator.engine = EngineKind::exact;
   // The impact falls where the ball is when its step begins.
   m.scene.step_s = Scene::kFixedStep;
   const uint32_t material = m.material(0.5, 0.2);
@@ -775,7 +770,6 @@ TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
 TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.frame_rate = 240;
   const uint32_t material = m.material(0.8, 0.2);
   const uint32_t ball = m.sphere(0.1);
@@ -807,7 +801,6 @@ TEST(ExactEngine, WhatDoesNotArriveInAStepIsNotThrownBack) {
 TEST(ExactEngine, WhatFallsTogetherIsNotThrownApartBeforeItMeets) {
   SmallModel m;
   m.scene.gravity = Vec3(0, -9.81, 0);
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.frame_rate = 240;
   const uint32_t material = m.material(0.8, 0.2);
   const uint32_t ball = m.sphere(0.1);

@@ -12,7 +12,6 @@ namespace {
 
 SmallModel in_space() {
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.gravity = Vec3::Zero();
   return m;
 }

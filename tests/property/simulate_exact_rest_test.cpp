@@ -12,7 +12,6 @@ namespace {
 // does.
 int frames_awake(double gap_m) {
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   const uint32_t material = m.material(0, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   const uint32_t wall = m.box({1, 1, 1});
@@ -38,7 +37,6 @@ TEST(ExactRest, WhatIsSunkStaysAwake) {
 // A ball that rolls on for ever keeps nothing awake that it does not touch.
 TEST(ExactRest, WhatIsApartSleepsApart) {
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   const uint32_t material = m.material(0, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
   m.body(m.sphere(0.1), material, {0, 0.1, 0}).linear_velocity = {1, 0, 0};
@@ -53,7 +51,6 @@ TEST(ExactRest, WhatIsApartSleepsApart) {
 // in the step in which it does, and nothing of it falls meanwhile, and no other row.
 TEST(ExactRest, WhatSleepsTogetherWakesTogether) {
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.frame_rate = 1 / m.scene.actual_step_s();  // every step is looked at
   const uint32_t material = m.material(0, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);

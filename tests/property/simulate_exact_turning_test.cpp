@@ -29,7 +29,6 @@ std::vector<Vec3> top_points(double radius, double half_height) {
 TEST(ExactTurning, ATopOnIcePrecesses) {
   constexpr double kTilt = 0.35, kRate = 4, kHeight = 0.1;
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.simulator.sleeping = false;
   const uint32_t ice = m.material(0, 0);
   m.body(m.plane(), ice, Vec3::Zero(), Role::fixed);

@@ -32,7 +32,6 @@ constexpr double kEdge = 0.5;  // m
 SmallModel model_of(const HeavyImpact& impact) {
   constexpr double kDrop = 0.5;  // m
   SmallModel m;
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.step_s = 1.0 / impact.step_hz;
   m.body(m.plane(), m.material(impact.restitution, 0.5), Vec3::Zero(), Role::fixed);
   const Quat turn(Eigen::AngleAxisd(kPi / 6, Vec3::UnitY()));
@@ -141,7 +140,6 @@ constexpr double kRadius = 0.02, kApart = 0.0401;  // m
 std::vector<double> speeds_after(const Row& row) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
-  m.scene.simulator.engine = EngineKind::exact;
   m.scene.step_s = 1.0 / row.step_hz;
   const uint32_t shape = row.boxes ? m.box(Vec3::Constant(2 * kRadius)) : m.sphere(kRadius);
   const double volume = m.model.shapes[shape].mass.volume_m3;

@@ -9,14 +9,11 @@
 
 #include "simulate/modes/make_simulator.h"
 #include "simulate/simulator.h"
-#include "support/engine_under_test.h"
 
 namespace pilesim::test {
 
 class SceneRun : public testing::Test {
  protected:
-  SceneRun() { scene_.simulator.engine = engine_under_test(); }
-
   Emitter& add_grid(const std::string& shape, const std::array<int, 3>& count, const Vec3& spacing,
                     const Vec3& centre) {
     Emitter emitter{.name = "grid", .shapes = {shape}, .material = "stuff"};

@@ -11,13 +11,10 @@
 #include "geometry/primitives.h"
 #include "model/model.h"
 #include "simulate/body_state.h"
-#include "support/engine_under_test.h"
 
 namespace pilesim {
 
 struct SmallModel {
-  SmallModel() { scene.simulator.engine = engine_under_test(); }
-
   Scene scene;
   Model model;
 

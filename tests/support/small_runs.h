@@ -41,7 +41,6 @@ inline void PrintTo(const SmallRun& run, std::ostream* stream) { *stream << run.
 
 inline std::vector<SmallRun> small_runs() {
   const std::string mode = "/simulator/mode=", levels = "/simulator/level_of_detail/";
-  const std::string bullet = "/simulator/engine=bullet";
   const std::vector<std::string> by_distance = {levels + "distances_m=[5,7]"};
   return {
       {"impulse_hulls", "hulls"},
@@ -49,10 +48,7 @@ inline std::vector<SmallRun> small_runs() {
       {"impulse_round_shapes", "round_shapes"},
       {"impulse_boxes", "boxes"},
       {"impulse_without_sleep", "boxes", {"/simulator/sleeping=false"}},
-      {"bullet_hulls", "hulls", {bullet}},
-      {"bullet_pieces", "pieces", {bullet}},
-      {"bullet_round_shapes", "round_shapes", {bullet}},
-      {"bullet_boxes", "boxes", {bullet}},
+      {"bullet_pieces", "pieces", {"/simulator/engine=bullet"}},
       {"statistical_table", "spheres", {}, Directed::no, Measured::table},
       {"statistical_splines", "spheres", {}, Directed::no, Measured::splines},
       {"dissertation",
@@ -64,7 +60,6 @@ inline std::vector<SmallRun> small_runs() {
       {"particle_sleepers", "sleepers"},
       {"mixed_level_1", "mixed", {levels + "level=1"}, Directed::no, Measured::table},
       {"mixed_level_2", "mixed", {levels + "level=2"}, Directed::no, Measured::table},
-      {"mixed_bullet", "mixed", {bullet, levels + "level=2"}, Directed::no, Measured::table},
       {"mixed_level_3", "mixed", {levels + "level=3"}, Directed::no, Measured::splines},
       {"mixed_dissertation",
        "mixed",
@@ -90,8 +85,6 @@ inline std::vector<SmallRun> small_runs() {
        "guide",
        {"/guide/hold=nail", "/guide/method=dissertation", "/guide/neighbours=true"},
        Directed::guide},
-      {"repose_bullet", "piles", {bullet}, Directed::piles},
-      {"guide_bullet", "guide", {"/guide/hold=nail", bullet}, Directed::guide},
       {"guide_without_mesh",
        "guide",
        {R"(/guide={"hold":"freeze"})", "/emitters=[]"},

@@ -18,7 +18,6 @@ struct Shelf : SmallModel {
   explicit Shelf(int count) {
     scene.frame_rate = 60;
     scene.step_s = 1.0 / 240;
-    scene.simulator.engine = EngineKind::exact;
     scene.guide.emplace();
     const uint32_t wood = material(0, 0.7), cube = box(Vec3::Constant(0.2));
     body(plane(), wood, Vec3::Zero(), Role::fixed);
@@ -377,7 +376,6 @@ struct Weightless : SmallModel {
     scene.step_s = 1.0 / 60;
     scene.frame_rate = 60;
     scene.gravity = Vec3::Zero();
-    scene.simulator.engine = EngineKind::exact;
   }
   // Aside, so that the scene is one of many bodies.
   void add_others(uint32_t shape, uint32_t material, int count) {
@@ -482,7 +480,6 @@ TEST(HeldByGlue, WhatIsLeftHardlySwings) {
   SmallModel pile;
   pile.scene.step_s = 1.0 / 60;
   pile.scene.frame_rate = 60;
-  pile.scene.simulator.engine = EngineKind::exact;
   const uint32_t wood = pile.material(0, 0.5), cube = pile.box(Vec3::Constant(0.1));
   for (int i = 0; i < 72; ++i) {
     pile.body(cube, wood, {0.1 * (i % 2), 0.05 + 0.1 * (i / 6), 0.1 * (i / 2 % 3)});
@@ -502,13 +499,11 @@ TEST(HeldByGlue, WhatIsLeftHardlySwings) {
   }
 }
 
-
 // Glue of any strength holds a tower that is hit, and lets it come to rest.
 TEST(HeldByGlue, ATowerComesToRestAfterAHit) {
   for (const double strength : {1.0, 1000.0}) {
     SmallModel pile;
     pile.scene.frame_rate = 60;
-    pile.scene.simulator.engine = EngineKind::exact;
     const uint32_t wood = pile.material(0, 0.5), cube = pile.box(Vec3::Constant(0.1));
     for (int i = 0; i < 24; ++i) {
       pile.body(cube, wood, {0.1 * (i % 2), 0.05 + 0.1 * (i / 2), 0});
@@ -524,7 +519,8 @@ TEST(HeldByGlue, ATowerComesToRestAfterAHit) {
     for (int frame = 0; frame < 180; ++frame) simulator->step_frame();
     for (size_t i = 0; i < 24; ++i) {
       EXPECT_LT(simulator->states().linear_velocity[i].norm(), 0.02) << i << " at " << strength;
-      EXPECT_LT((simulator->states().position[i] - pile.model.bodies[i].pose.position).norm(), 0.01);
+      EXPECT_LT((simulator->states().position[i] - pile.model.bodies[i].pose.position).norm(),
+                0.01);
     }
   }
 }

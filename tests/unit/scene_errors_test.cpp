@@ -6,6 +6,7 @@
 namespace pilesim {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -245,11 +246,33 @@ TEST(SceneErrors, MouldsAndGlue) {
   EXPECT_THAT(moulded(R"(, "count": 9)", guide), IsEmpty());
   EXPECT_THAT(moulded("", ""), ElementsAre(HasSubstr("fills a guide, and the scene has none")));
   EXPECT_THAT(moulded(R"(, "rate_hz": 9)", guide), ElementsAre(HasSubstr("rate_hz")));
-  const std::string bullet = R"("simulator": {"engine": "bullet"}, "guide": )";
-  EXPECT_THAT(problems(bullet + "{}"),
-              ElementsAre(HasSubstr("/guide/hold: is \"glue\", and the engine")));
-  EXPECT_THAT(problems(bullet + R"({"hold": "freeze"})"), IsEmpty());
-  EXPECT_THAT(problems(bullet + R"({"control": false})"), IsEmpty());
+}
+
+TEST(SceneErrors, WhatBulletCannotDo) {
+  const std::string bullet = R"("simulator": {"engine": "bullet"})";
+  EXPECT_THAT(problems(bullet), IsEmpty());
+  const auto refused = [](const std::string& what) {
+    return ElementsAre(AllOf(HasSubstr(what), HasSubstr(R"("engine": "bullet")"),
+                             HasSubstr(R"(Use "engine": "exact")")));
+  };
+  for (const char* guide : {"{}", R"({"hold": "nail"})", R"({"control": false})"}) {
+    EXPECT_THAT(problems(bullet + R"(, "guide": )" + guide), refused("/guide: stands beside"));
+  }
+  EXPECT_THAT(problems(bullet + R"(, "piles": [{"angle_deg": 30}])"),
+              refused("/piles: stands beside"));
+  EXPECT_THAT(problems(R"("simulator": {"engine": "bullet", "mode": "mixed"})"),
+              ElementsAre(AllOf(HasSubstr(R"(/simulator/engine: is "bullet", and the mode is)"),
+                                HasSubstr(R"(Use "engine": "exact")"))));
+  EXPECT_THAT(problems(R"("simulator": {"engine": "bullet", "mode": "particle"})"), IsEmpty());
+  const auto of_material = [&](const std::string& keys) {
+    return problems_of(R"({"version": 1, )" + bullet + R"(, "materials": {"m": {)" + keys + "}}}");
+  };
+  EXPECT_THAT(of_material(R"("rolling_friction": 0.1)"),
+              refused("/materials/m/rolling_friction: is 0.1"));
+  EXPECT_THAT(of_material(R"("spinning_friction": 0.2)"),
+              refused("/materials/m/spinning_friction: is 0.2"));
+  EXPECT_THAT(of_material(R"("friction": 11)"), refused("/materials/m/friction: is 11"));
+  EXPECT_THAT(of_material(R"("friction": 10)"), IsEmpty());
 }
 
 }  // namespace

@@ -359,7 +359,6 @@ void GlueDirector::load(StateReader& reader) {
 GlueVerdict judge_start(const Scene& scene, const Model& model) {
   Scene start = scene;
   start.simulator.mode = SimulatorMode::impulse;
-  start.simulator.engine = EngineKind::exact;
   start.guide->control = false;
   // Contacts are known after a step, those with the ground perhaps after some more.
   start.step_s = scene.actual_step_s();

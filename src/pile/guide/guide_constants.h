@@ -108,8 +108,6 @@ inline constexpr double kStep = 2;
 // A share of the friction: sliding bodies lie closer, and stand better.
 // half, twice: none (a tenth: fit; four times: base)
 inline constexpr double kSlippery = 0.25;
-// Sweeps of the solver. half: none; twice: base
-inline constexpr int kMostSweeps = 10;
 // Steps between two looks at the resting bodies. half, twice: none (an eighth: base; ten times:
 // fit)
 inline constexpr uint64_t kLookSteps = 8;

@@ -34,8 +34,8 @@ double GuideDirector::free_fall_speed(uint32_t body) const {
 }
 
 void GuideDirector::direct(ImpulseControl& control) {
-  // At the start every step: a pile that is given has its first contacts after one, and Bullet
-  // finds the rest in the next few, in which it would begin to slump. Overlaps take longer.
+  // At the start every step: a pile that is given has its first contacts after one, and would begin
+  // to slump in the next few. Overlaps take longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
   const bool is_start =
       state_.step <= period || (state_.is_sunk && state_.step <= kMostStart * period);

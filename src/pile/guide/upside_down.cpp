@@ -103,9 +103,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_.gravity = -scene.gravity;
   upside_down_.guide.reset();
   upside_down_.step_s = kStep * scene.step_s.value_or(Scene::kFixedStep);
-  upside_down_.simulator = {
-      .engine = scene.simulator.engine,
-      .solver_iterations = std::min(kMostSweeps, scene.simulator.solver_iterations)};
+  upside_down_.simulator = {};
   dropped_.crowded = true;  // it has an interval of its own
   dropped_.materials = model.materials;
   for (Material& material : dropped_.materials) {

@@ -55,7 +55,6 @@ class Engine final : public ExactEngine {
   void put_to_sleep(uint32_t body) override;
   void wake(uint32_t body) override;
   void set_friction(uint32_t body, double friction) override { bodies_[body].friction = friction; }
-  void refresh_friction() override {}  // pairs ask their bodies
   void read_contacts(std::vector<BodyContact>& contacts) const override;
   void find_hits(std::vector<Hit>& hits) override;
   ConstraintId add_nail(const Nail& nail) override;

@@ -574,7 +574,6 @@ FrameStatistics MixedSimulator<World, Coupling>::step_frame() {
     if (director_ != nullptr) {
       coupling_.pull();
       director_->direct(*this);
-      exact_.refresh_friction();
     }
     step();
     life_.end_step();

@@ -1,6 +1,8 @@
 #include "simulate/modes/make_simulator.h"
 
-#include "simulate/bullet/bullet.h"
+#include <cassert>
+
+#include "simulate/bullet/bullet_simulator.h"
 #include "simulate/dissertation/dissertation_simulator.h"
 #include "simulate/exact/engine.h"
 #include "simulate/impulse_simulator.h"
@@ -10,14 +12,10 @@
 namespace pilesim {
 namespace {
 
-std::unique_ptr<ExactEngine> make_engine(const Scene& scene, const Model& model) {
-  switch (scene.simulator.engine) {
-    case EngineKind::bullet:
-      return make_bullet_engine(scene, model);
-    case EngineKind::exact:
-      return make_exact_engine(scene, model);
-  }
-  return nullptr;
+// Of what Bullet cannot do: the scene was refused (scene/engine_checks.h).
+std::unique_ptr<ExactEngine> own_engine(const Scene& scene, const Model& model) {
+  assert(scene.simulator.engine == EngineKind::exact);
+  return make_exact_engine(scene, model);
 }
 
 }  // namespace
@@ -25,7 +23,8 @@ std::unique_ptr<ExactEngine> make_engine(const Scene& scene, const Model& model)
 std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model) {
   switch (scene.simulator.mode) {
     case SimulatorMode::impulse:
-      return make_impulse_simulator(scene, model, make_engine(scene, model));
+      if (scene.simulator.engine == EngineKind::bullet) return make_bullet_simulator(scene, model);
+      return make_impulse_simulator(scene, model, own_engine(scene, model));
     case SimulatorMode::statistical:
       if (scene.simulator.method == Method::dissertation) {
         return make_dissertation_simulator(scene, model);
@@ -34,14 +33,14 @@ std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model
     case SimulatorMode::particle:
       return make_statistical_simulator(scene, model);
     case SimulatorMode::mixed:
-      return make_mixed_simulator(scene, model, make_engine(scene, model));
+      return make_mixed_simulator(scene, model, own_engine(scene, model));
   }
   return nullptr;
 }
 
 std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
                                                    StepDirector& director) {
-  auto engine = make_engine(scene, model);
+  auto engine = own_engine(scene, model);
   if (scene.simulator.mode == SimulatorMode::mixed) {
     return make_mixed_simulator(scene, model, std::move(engine), &director);
   }
@@ -50,7 +49,7 @@ std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Mod
 
 std::unique_ptr<Simulator> make_directed_simulator(const Scene& scene, const Model& model,
                                                    ImpulseDirector& director) {
-  return make_impulse_simulator(scene, model, make_engine(scene, model), director);
+  return make_impulse_simulator(scene, model, own_engine(scene, model), director);
 }
 
 }  // namespace pilesim
