@@ -1,17 +1,10 @@
-// Lights what is seen, sample by sample, and makes a picture of it: filmic tone curve, vignette,
-// sRGB.
+// Lights what is seen, sample by sample, and makes a picture of it: tone curve, vignette, sRGB.
 uniform sampler2D key_light;  // visible share, nearness
 uniform sampler2D occlusion;  // half size: visible share, nearness
 uniform int samples;
-uniform float exposure;
+uniform float exposure;       // times the light
 
 out vec4 display;
-
-// Filmic curve per channel (a rational fit with a toe and a shoulder); 0 to 0, rising, below 1.
-vec3 filmic(vec3 x) {
-  const float a = 2.2, b = 0.04, c = 2.1, d = 0.62, e = 0.16;
-  return (x * (a * x + b)) / (x * (c * x + d) + e);
-}
 
 vec3 srgb(vec3 linear) {
   vec3 low = 12.92 * linear;
@@ -91,8 +84,8 @@ void main() {
     float away = view_distance(pixel, i);
     float near = nearness(away);
     // Tone mapped before the average, so that edges against bright parts stay smooth.
-    sum += filmic(exposure * radiance(normal, material, ray, away * ray_length,
-                                      key_share(pixel, last, near), share_at(open, near)));
+    sum += tone_mapped(exposure * radiance(normal, material, ray, away * ray_length,
+                                           key_share(pixel, last, near), share_at(open, near)));
   }
   vec3 colour = sum / float(count);
   vec2 from_centre = (vec2(pixel) + 0.5) / vec2(last + 1) - 0.5;

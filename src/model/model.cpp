@@ -32,6 +32,7 @@ constexpr std::array<Colour, 8> kPalette = {{{214, 107, 78},
                                              {205, 134, 146},
                                              {224, 206, 170}}};
 constexpr Colour kFixedColour = {176, 172, 165};
+constexpr Colour kGroundColour = {232, 230, 226};  // of planes
 
 // The problems of several shapes and emitters, thrown together at the end.
 class ProblemCollector {
@@ -244,8 +245,9 @@ class ModelBuilder {
   void append(ModelBody body, const std::optional<Colour>& colour) {
     const ModelShape& shape = model_.shapes[body.shape];
     const bool is_dynamic = body.role == Role::dynamic;
-    const Colour& default_colour =
-        is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()] : kFixedColour;
+    const Colour& default_colour = is_dynamic ? kPalette[model_.bodies.size() % kPalette.size()]
+                                   : shape.is_plane ? kGroundColour
+                                                    : kFixedColour;
     body.is_painted = !colour && !shape.mesh.colours.empty();
     body.colour = body.is_painted ? shape.mean_colour : colour.value_or(default_colour);
     if (is_dynamic) {

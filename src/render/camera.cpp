@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "render/scene_renderer.h"
@@ -12,17 +15,20 @@ namespace {
 // From in front, to the right and above, as one looks at a table.
 const Vec3 kViewDirection = Vec3(0.5, 0.42, 0.86).normalized();
 constexpr double kFieldOfView = radians(35);
-constexpr double kMargin = 1.06;
+// Of the picture's height or width, whichever is less room: what bodies' bounding spheres fill.
+constexpr double kFilled = 0.8;
 constexpr uint64_t kFramesLookedAt = 48;
 constexpr size_t kBodiesLookedAt = 20'000;  // in each, about; in the last one all
 constexpr int kTurns = 8;                   // places around the scene that are tried
 // Of the positions in each axis: a body that rolls far away does not make all others small.
 constexpr double kLeftOut = 0.02;
-// The bulk is three quarters of the positions in each axis. Farther from it than this many times
-// its greatest extent, and than so many radii, bodies are no longer part of what there is to see.
+// The bulk is three quarters of the positions in each axis. Farther from it than this share of its
+// greatest extent, and than so many radii, bodies are strays, which nobody looks for. A pile that
+// is as dense everywhere, or a cone, has none.
 constexpr double kOutside = 0.125;
-constexpr double kFarOff = 2;
-constexpr double kFarOffRadii = 8;
+constexpr double kStray = 0.5;
+constexpr double kStrayRadii = 2;
+constexpr int kRounds = 4;  // in which the camera finds the middle
 
 // Which bodies the picture is about: those that move or, without any, all that are not planes.
 std::vector<uint8_t> of_interest(const TrajectoryHeader& header) {
@@ -62,58 +68,60 @@ std::vector<uint8_t> some_of(const std::vector<uint8_t>& included) {
   return some;
 }
 
-using Samples = std::array<std::vector<double>, 3>;  // of x, y, z
+using Places = std::vector<Vec3>;
 
-void sample_positions(const TrajectoryFrame& frame, const std::vector<uint8_t>& included,
-                      Samples& samples) {
+void add_places(const TrajectoryFrame& frame, const std::vector<uint8_t>& included,
+                Places& places) {
   for (size_t body = 0; body < included.size(); ++body) {
     if (!included[body] || (frame.state[body] & kPresent) == 0) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      samples[static_cast<size_t>(axis)].push_back(frame.position[body][axis]);
-    }
+    places.push_back(frame.position[body]);
   }
 }
 
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<size_t>(share * static_cast<double>(sorted.size() - 1))];
+std::vector<double> sorted_coordinates(const Places& places, int axis) {
+  std::vector<double> values;
+  for (const Vec3& place : places) values.push_back(place[axis]);
+  std::ranges::sort(values);
+  return values;
 }
 
-// Of all frames without what is rare, and of the last frame, the one that stays in the mind, all;
-// in both without what is far off.
-Bounds robust_bounds(TrajectoryReader& trajectory, const std::vector<uint8_t>& included,
+// The least and the greatest value without this share of them at either end.
+std::pair<double, double> without_ends(const std::vector<double>& sorted, double share) {
+  const auto left_out = static_cast<size_t>(share * static_cast<double>(sorted.size() - 1));
+  return {sorted[left_out], sorted[sorted.size() - 1 - left_out]};
+}
+
+// What the picture is about: of the last frame, the one that stays in the mind, all but strays; of
+// all frames what is not rare, as far as it is where that is.
+Places places_to_see(TrajectoryReader& trajectory, const std::vector<uint8_t>& included,
                      double radius) {
   const uint64_t stride = std::max<uint64_t>(1, trajectory.frame_count() / kFramesLookedAt);
   const std::vector<uint8_t> some = some_of(included);
-  Samples samples, last;
+  Places all, last;
   TrajectoryFrame frame;
   for (uint64_t index = 0; index < trajectory.frame_count(); index += stride) {
     trajectory.read(index, frame);
-    sample_positions(frame, some, samples);
+    add_places(frame, some, all);
   }
   trajectory.read(trajectory.frame_count() - 1, frame);
-  sample_positions(frame, included, last);
+  add_places(frame, included, last);
+  if (all.empty()) return last;
+  if (last.empty()) last = all;
 
-  double reach = kFarOffRadii * radius;
-  for (std::vector<double>& values : samples) {
-    if (values.empty()) return {Vec3::Zero(), Vec3::Zero()};
-    std::ranges::sort(values);
-    reach =
-        std::max(reach, kFarOff * (quantile(values, 1 - kOutside) - quantile(values, kOutside)));
-  }
-  Vec3 low, high;
+  Bounds bulk, usual;
   for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<double>& values = samples[static_cast<size_t>(axis)];
-    const double lowest = quantile(values, kOutside) - reach;
-    const double highest = quantile(values, 1 - kOutside) + reach;
-    low[axis] = std::max(lowest, quantile(values, kLeftOut));
-    high[axis] = std::min(highest, quantile(values, 1 - kLeftOut));
-    for (const double value : last[static_cast<size_t>(axis)]) {
-      if (value < lowest || value > highest) continue;
-      low[axis] = std::min(low[axis], value);
-      high[axis] = std::max(high[axis], value);
-    }
+    std::tie(bulk.min()[axis], bulk.max()[axis]) =
+        without_ends(sorted_coordinates(last, axis), kOutside);
+    std::tie(usual.min()[axis], usual.max()[axis]) =
+        without_ends(sorted_coordinates(all, axis), kLeftOut);
   }
-  return {low, high};
+  const double reach = std::max(kStrayRadii * radius, kStray * bulk.sizes().maxCoeff());
+  const Bounds near(bulk.min().array() - reach, bulk.max().array() + reach);
+  const Bounds often = near.intersection(usual);
+  std::erase_if(last, [&](const Vec3& place) { return !near.contains(place); });
+  std::ranges::copy_if(all, std::back_inserter(last),
+                       [&](const Vec3& place) { return often.contains(place); });
+  return last;
 }
 
 size_t planes_behind(const TrajectoryHeader& header, const TrajectoryFrame& frame,
@@ -127,23 +135,37 @@ size_t planes_behind(const TrajectoryHeader& header, const TrajectoryFrame& fram
   return count;
 }
 
-// From `direction` seen from its middle, all of `bounds` is in the picture.
-CameraKey look_from(const Vec3& direction, const Bounds& bounds, double aspect) {
-  const Vec3 target = bounds.center();
+// From `direction`, with all `places` in the picture and as much room on either side of them, and
+// below as above.
+CameraKey look_from(const Vec3& direction, const Places& places, double radius, double aspect) {
   const Vec3 forward = -direction;
   const Vec3 right = forward.cross(Vec3::UnitY()).normalized();
   const Vec3 up = right.cross(forward);
-  const double tan_high = std::tan(kFieldOfView / 2);
+  const double tan_high = kFilled * std::tan(kFieldOfView / 2);
   const double tan_wide = tan_high * aspect;
+  Bounds box;
+  for (const Vec3& place : places) box.extend(place);
+  Vec3 target = box.center();
   double distance = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 offset = bounds.corner(static_cast<Bounds::CornerType>(corner)) - target;
-    const double sideways =
-        std::max(std::abs(right.dot(offset)) / tan_wide, std::abs(up.dot(offset)) / tan_high);
-    distance = std::max(distance, sideways - forward.dot(offset));
+  for (int round = 0; round < kRounds; ++round) {
+    distance = 0;
+    for (const Vec3& place : places) {
+      const Vec3 offset = place - target;
+      const double sideways = std::max((std::abs(right.dot(offset)) + radius) / tan_wide,
+                                       (std::abs(up.dot(offset)) + radius) / tan_high);
+      distance = std::max(distance, sideways - forward.dot(offset));
+    }
+    if (round + 1 == kRounds) break;
+    Eigen::AlignedBox2d seen;
+    for (const Vec3& place : places) {
+      const Vec3 offset = place - target;
+      seen.extend(Eigen::Vector2d(right.dot(offset), up.dot(offset)) /
+                  (distance + forward.dot(offset)));
+    }
+    target += distance * (seen.center().x() * right + seen.center().y() * up);
   }
   return {.time_s = 0,
-          .position = target + kMargin * distance * direction,
+          .position = target + distance * direction,
           .target = target,
           .field_of_view = kFieldOfView};
 }
@@ -154,9 +176,8 @@ CameraKey frame_action(TrajectoryReader& trajectory, double aspect) {
   const TrajectoryHeader& header = trajectory.header();
   const std::vector<uint8_t> included = of_interest(header);
   const double radius = std::max(1e-6, largest_radius(header, included));
-  Bounds bounds = robust_bounds(trajectory, included, radius);
-  bounds.extend(Vec3(bounds.min() - Vec3::Constant(radius)));
-  bounds.extend(Vec3(bounds.max() + Vec3::Constant(radius)));
+  Places places = places_to_see(trajectory, included, radius);
+  if (places.empty()) places.emplace_back(Vec3::Zero());
 
   // A plane is not drawn from behind: walk around the scene to where most are seen.
   TrajectoryFrame first;
@@ -165,7 +186,7 @@ CameraKey frame_action(TrajectoryReader& trajectory, double aspect) {
   size_t fewest_behind = std::numeric_limits<size_t>::max();
   for (int turn = 0; turn < kTurns && fewest_behind > 0; ++turn) {
     const Eigen::AngleAxisd around(2 * kPi * turn / kTurns, Vec3::UnitY());
-    const CameraKey key = look_from(around * kViewDirection, bounds, aspect);
+    const CameraKey key = look_from(around * kViewDirection, places, radius, aspect);
     const size_t behind = planes_behind(header, first, key.position);
     if (behind >= fewest_behind) continue;
     fewest_behind = behind;

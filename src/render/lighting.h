@@ -1,6 +1,7 @@
 // The lights of a picture, for every renderer: a sun, which casts shadows, and a sky and a ground
 // that fill in from all sides (shaders/lighting.glsl, background.glsl). Radiance is linear RGB: a
-// white surface that faces the sun is as bright as its radiance.
+// white surface that faces the sun is as bright as its radiance. By the usual light, all of it
+// together is as bright as white on the screen: an albedo is shown as itself (shaders/tone.glsl).
 #pragma once
 
 #include "core/types.h"
@@ -9,10 +10,14 @@
 namespace pilesim {
 
 struct Lighting {
-  Vec3f to_sun;   // unit, from the scene
-  Vec3f sun;      // radiance
-  float sky = 1;  // times as bright as it is by itself, and the ground with it
+  Vec3f to_sun;        // unit, from the scene
+  Vec3f sun;           // radiance
+  Vec3f sky, bounce;   // radiance from above and from below
+  float backdrop = 1;  // brightness of what is seen behind everything, times the usual
 };
 Lighting make_lighting(const Light& light = {});
+
+// What the light of a picture is multiplied with. `stops`: RenderSettings::exposure.
+float exposure_factor(double stops);
 
 }  // namespace pilesim

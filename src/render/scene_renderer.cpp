@@ -26,7 +26,6 @@ namespace {
 constexpr float kPixelError = 1.0f;
 // The ground reaches this many times as far as where it has melted into the background.
 constexpr float kGroundReach = 30;
-constexpr float kExposure = 1.0f;
 
 // Texture units.
 constexpr GLuint kFirstUnit = 0;
@@ -71,7 +70,7 @@ struct Programs {
                                shaders::key_light_frag})),
         picture("picture", shaders::screen_vert,
                 concatenate({define(multisample), shaders::scene_view_glsl, shaders::surface_glsl,
-                             shaders::background_glsl, shaders::lighting_glsl,
+                             shaders::background_glsl, shaders::lighting_glsl, shaders::tone_glsl,
                              shaders::picture_frag})) {}
 
   static constexpr std::string_view kTextured = "#define TEXTURED\n";
@@ -173,6 +172,7 @@ void average(Image& a, const Image& b) {
 struct SceneRenderer::State {
   RenderScene scene;
   Lighting lighting;
+  float exposure;
   int width, height;
   int samples;  // of the multisample targets, 0: none
   // Each is drawn with its own offset of the picture (pixels): more samples than the driver has.
@@ -219,6 +219,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
                             BodyColours colours, uint64_t triangles_worth_hiding)
     : scene(header, settings.analysis ? BodyColours::analysis : colours),
       lighting(make_lighting(settings.light)),
+      exposure(exposure_factor(0)),
       width(settings.size[0]),
       height(settings.size[1]),
       samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0),
@@ -437,12 +438,14 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
   set_scene_view(program, view);
   set(program.uniform("to_light"), lighting.to_sun);
   set(program.uniform("key_radiance"), lighting.sun);
-  glUniform1f(program.uniform("sky"), lighting.sky);
+  set(program.uniform("sky_radiance"), lighting.sky);
+  set(program.uniform("bounce_radiance"), lighting.bounce);
+  glUniform1f(program.uniform("backdrop"), lighting.backdrop);
   glUniform1f(program.uniform("fade_distance"), fade_distance(scene, frame, view));
   glUniform1i(program.uniform("key_light"), kFourthUnit);
   glUniform1i(program.uniform("occlusion"), kFifthUnit);
   glUniform1i(program.uniform("samples"), std::max(1, samples));
-  glUniform1f(program.uniform("exposure"), kExposure);
+  glUniform1f(program.uniform("exposure"), exposure);
   bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->key_light);
   bind_texture(kFifthUnit, GL_TEXTURE_2D, targets->half_blurred);
   draw_over_target(targets->display_frame, width, height);

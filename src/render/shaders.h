@@ -9,6 +9,7 @@ extern const std::string_view background_glsl;
 extern const std::string_view lighting_glsl;
 extern const std::string_view scene_view_glsl;
 extern const std::string_view surface_glsl;
+extern const std::string_view tone_glsl;
 extern const std::string_view body_vert;
 extern const std::string_view body_frag;
 extern const std::string_view shadow_vert;

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "core/philox.h"
 #include "render/scene_renderer.h"
 #include "render/view.h"
 #include "scene/camera_path.h"
@@ -125,15 +128,64 @@ TEST_F(FrameAction, LooksAtTheBulkWhereAFewFlyFar) {
   }
 }
 
-TEST_F(FrameAction, CutsNoBodyOfTheLastFrame) {
+// A cone, in which bodies lie as densely everywhere: `count` cubes within 1 m, 0.8 m high.
+DrawnScene cone_of_cubes(int count) {
   DrawnScene scene;
-  for (int i = 0; i < 200; ++i) {
-    scene.add(2, Vec3f(0.1f * static_cast<float>(i % 20), 0.2f, 0.1f * static_cast<float>(i) / 20),
-              test::kRed, true);
+  Philox random(3, Stream::test, 0, 0);
+  for (int i = 0; i < count; ++i) {
+    const double down = std::cbrt(random.uniform(0, 1));  // from the top
+    const double away = down * std::sqrt(random.uniform(0, 1));
+    const double turn = random.uniform(0, 2 * kPi);
+    const Vec3 place(away * std::cos(turn), 0.8 * (1 - down), away * std::sin(turn));
+    scene.add(2, place.cast<float>(), test::kRed, true);
   }
-  scene.frame.position[100] = Vec3(1, 0.2, 2.6);  // rolled a little away
+  return scene;
+}
+
+TEST_F(FrameAction, CutsNoBodyOfAPile) {
+  DrawnScene scene = cone_of_cubes(300);
+  scene.frame.position[100] = Vec3(0.2, 0.2, 1.4);  // rolled a little away
   const CameraKey camera = camera_of(scene, {scene.frame}, 1.5);
-  expect_in_picture(camera, 1.5, scene.frame.position[100], 0.2f);
+  for (size_t body = 1; body < scene.frame.position.size(); ++body) {
+    expect_in_picture(camera, 1.5, scene.frame.position[body], 0.2f);
+  }
+}
+
+// Strays on all sides, as of a crate that is filled to the brim, and bodies that fall from high up.
+TEST_F(FrameAction, IsThatOfThePileWithoutItsStrays) {
+  DrawnScene scene = cone_of_cubes(200);
+  const CameraKey alone = camera_of(scene, {scene.frame}, 1.5);
+  std::filesystem::remove_all(directory_ / "trajectory.zarr");
+  TrajectoryFrame start = scene.frame;
+  for (size_t body = 1; body < start.position.size(); ++body) start.position[body].y() += 4;
+  scene.frame.position[11] = Vec3(2.6, 0.2, 0.4);
+  scene.frame.position[22] = Vec3(-3.1, 0.2, -0.3);
+  scene.frame.position[33] = Vec3(0.2, 0.2, 12);
+  scene.frame.position[44] = Vec3(-0.1, 0.2, -4);
+  const CameraKey camera = camera_of(scene, {start, scene.frame, scene.frame, scene.frame}, 1.5);
+  const double distance = (alone.position - alone.target).norm();
+  EXPECT_NEAR((camera.position - camera.target).norm(), distance, 0.2 * distance);
+  EXPECT_LT((camera.target - alone.target).norm(), 0.1 * distance);
+}
+
+// As much of the picture's height or width as it has room for in the other.
+TEST_F(FrameAction, LetsAPileFillThePicture) {
+  const DrawnScene scene = cone_of_cubes(300);
+  for (const double aspect : {0.6, 1.0, 1.78}) {
+    std::filesystem::remove_all(directory_ / "trajectory.zarr");
+    const CameraKey camera = camera_of(scene, {scene.frame}, aspect);
+    const View view = make_view(camera, static_cast<float>(aspect), 0.01f, 1000);
+    Eigen::AlignedBox2f filled;
+    for (size_t body = 1; body < scene.frame.position.size(); ++body) {
+      const Vec3f place = scene.frame.position[body].cast<float>();
+      for (const Vec3f& side : {view.right, view.up}) {
+        filled.extend(view.project(place + 0.2f * side, 1, 1));
+        filled.extend(view.project(place - 0.2f * side, 1, 1));
+      }
+    }
+    EXPECT_GT(filled.sizes().maxCoeff(), 0.5f) << aspect;
+    EXPECT_LT(filled.sizes().maxCoeff(), 0.8f) << aspect;
+  }
 }
 
 TEST_F(FrameAction, StandsInFrontOfASlope) {

@@ -178,7 +178,7 @@ TEST(LightOfAPicture, IsWhereTheSceneSaysAndAsBright) {
   // Without a sun no shadow, without a sky nothing else.
   const Picture dull = draw_by({.sun = 0}), dark = draw_by({.sun = 0, .sky = 0});
   EXPECT_NEAR(brightness(dull.at(along_shadow(1.2f))), brightness(dull.at(along_shadow(-1.2f))),
-              0.02f);
+              0.03f);
   EXPECT_EQ(*std::ranges::max_element(dark.image.rgb), 0);
   const Colour blue = draw_by({.sun = 2, .sun_colour = {0, 0, 255}}).at(along_shadow(-1.2f));
   EXPECT_GT(blue.z(), 1.2f * blue.x());

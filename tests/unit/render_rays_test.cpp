@@ -123,7 +123,7 @@ TEST_P(PathsOnASphere, AreAsBrightAsTheIntegralOfTheirLight) {
       if (std::abs(sun) < 0.1f) continue;
       const float up = 0.5f + 0.5f * normal.y();
       const Vec3f light = std::max(0.0f, sun) * lighting.sun +
-                          lighting.sky * (up * kSkyRadiance + (1 - up) * kBounceRadiance);
+                          up * lighting.sky + (1 - up) * lighting.bounce;
       const Vec3f expected = albedo.cwiseProduct(light);
       EXPECT_NEAR(film.red[i] / 256, expected.x(), 0.03f * expected.x() + 0.01f);
       EXPECT_NEAR(film.blue[i] / 256, expected.z(), 0.03f * expected.z() + 0.01f);

@@ -64,7 +64,7 @@ void Denoiser::begin(const Film& film) {
       // Of the mean of the samples. One sample alone says nothing: about as much as its own size.
       light_.variance[i] = film.samples > 1
                                ? std::max(0.0f, film.squares[i] / n - mean * mean) / (n - 1)
-                               : mean * mean + 0.2f;
+                               : mean * mean + 0.02f;
     }
   });
 }

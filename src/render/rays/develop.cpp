@@ -5,17 +5,18 @@
 #include <cmath>
 
 #include "core/parallel_for.h"
+#include "core/types.h"
 
 namespace pilesim {
 namespace {
 
 constexpr size_t kRowsPerTask = 16;
 
-// Per channel, a rational fit with a toe and a shoulder; 0 to 0, rising, below 1.05.
-float filmic(float x) {
-  constexpr float a = 2.2f, b = 0.04f, c = 2.1f, d = 0.62f, e = 0.16f;
-  return (x * (a * x + b)) / (x * (c * x + d) + e);
-}
+// What the shader has in GLSL.
+using vec3 = Vec3f;
+using std::max;
+using std::sqrt;
+#include "../../../shaders/tone.glsl"
 
 // From [0, 1] to 255 steps, between points that lie close enough for a hundredth of a step.
 class SrgbTable {
@@ -62,8 +63,9 @@ void develop(std::span<const float> red, std::span<const float> green, std::span
             noise(static_cast<float>(column) + 0.5f, static_cast<float>(height - row) - 0.5f);
         const size_t i = row * width + column;
         uint8_t* pixel = &image.rgb[3 * i];
-        for (const float value : {red[i], green[i], blue[i]}) {
-          const float shade = srgb(vignette * filmic(std::max(0.0f, scale * value)));
+        const Vec3f light = (scale * Vec3f(red[i], green[i], blue[i])).cwiseMax(Vec3f::Zero());
+        for (const float value : tone_mapped(light)) {
+          const float shade = srgb(vignette * value);
           *pixel++ = static_cast<uint8_t>(std::clamp(shade + grain, 0.0f, 255.0f));
         }
       }

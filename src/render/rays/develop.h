@@ -1,4 +1,4 @@
-// A film as a picture: the rasteriser's filmic curve, vignette and sRGB (shaders/picture.frag).
+// A film as a picture: the rasteriser's tone curve, vignette and sRGB (shaders/picture.frag).
 #pragma once
 
 #include <span>

@@ -67,7 +67,8 @@ FilmStore::FilmStore(FilmPlace place, const TrajectoryHeader& header,
     : place_(std::move(place)), program_(program_hash()) {
   RenderSettings light = settings;
   light.rays.samples.reset();
-  light.rays.denoise = true;  // which is done to a film that is complete
+  // Which are done to a film that is complete.
+  light.rays.denoise = true;
   StateWriter work;
   work(header.scene_hash, header.resolved_scene, settings_text(light), static_cast<int>(colours));
   work_ = content_hash(work.bytes());

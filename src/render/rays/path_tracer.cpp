@@ -164,7 +164,7 @@ class Tile {
       pixel.radiance.setZero();
       const Vec3f direction = path.ray.direction.normalized();
       if (path.hit.body == kNoBody) {
-        pixel.radiance = light_.sky * background(direction);
+        pixel.radiance = light_.backdrop * background(direction);
         pixel.albedo.setOnes();
         pixel.normal.setZero();
         pixel.nearness = 0;
@@ -188,7 +188,7 @@ class Tile {
     const Vec3f from_eye = path.surface.position - scene_.views[1].eye;
     const float far = from_eye.norm() / settings_.fade_distance_m;
     const float stays = std::exp(-far * far);
-    pixel.radiance = (1 - stays) * light_.sky * background(path.ray.direction);
+    pixel.radiance = (1 - stays) * light_.backdrop * background(path.ray.direction);
     pixel.albedo = stays * pixel.albedo + Vec3f::Constant(1 - stays);
     path.throughput *= stays;
   }
@@ -273,7 +273,7 @@ class Tile {
     std::erase_if(paths_, [&](const Path& path) {
       if (path.hit.body == kNoBody) {
         pixels_[path.pixel].radiance +=
-            light_.sky * path.throughput.cwiseProduct(surroundings(path.ray.direction));
+            path.throughput.cwiseProduct(surroundings(light_, path.ray.direction));
         return true;
       }
       return path.surface.inside;  // where bodies overlap
@@ -291,8 +291,8 @@ class Tile {
       const Path& path = paths_[i];
       Vec3f light;
       if (blocked_[i] != 0) {
-        light = kFromNeighbours * light_.sky *
-                surroundings(path.surface.normal).cwiseProduct(albedo(path));
+        light = kFromNeighbours *
+                surroundings(light_, path.surface.normal).cwiseProduct(albedo(path));
       } else {
         light = open_light(path.ray);
       }
@@ -302,10 +302,10 @@ class Tile {
 
   Vec3f open_light(const Ray& ray) const {
     const uint32_t plane = scene_.scene->plane_before(ray);
-    if (plane == kNoBody) return light_.sky * surroundings(ray.direction);
+    if (plane == kNoBody) return surroundings(light_, ray.direction);
     const float cosine = std::max(0.0f, scene_.scene->plane_normal(plane).dot(light_.to_sun));
     return scene_.materials[plane].albedo.cwiseProduct(kSunnyPlane * cosine * light_.sun +
-                                                       light_.sky * kSkyRadiance);
+                                                       light_.sky);
   }
 
   void keep(const TilePixel& pixel) {

@@ -3,19 +3,16 @@
 #pragma once
 
 #include "core/types.h"
+#include "render/lighting.h"
 
 namespace pilesim {
-
-// As in the shaders.
-inline const Vec3f kSkyRadiance{0.74f, 0.82f, 0.95f};
-inline const Vec3f kBounceRadiance{0.36f, 0.33f, 0.30f};
 
 // Behind everything, where the camera looks in `direction` (unit).
 Vec3f background(const Vec3f& direction);
 
 // Radiance from `direction` (unit) where no surface is.
-inline const Vec3f& surroundings(const Vec3f& direction) {
-  return direction.y() > 0 ? kSkyRadiance : kBounceRadiance;
+inline const Vec3f& surroundings(const Lighting& light, const Vec3f& direction) {
+  return direction.y() > 0 ? light.sky : light.bounce;
 }
 
 // Two units that are normal to `axis` (unit) and to each other.

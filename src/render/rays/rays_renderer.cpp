@@ -84,7 +84,9 @@ struct RaysRenderer::State {
       const PackedMaterial packed = scene.material_of(frame, body);
       material.albedo = albedo_of(packed);
       material.is_painted = is_painted(packed);
-      material.gloss = {.alpha = looks[body].alpha, .strength = material.is_plane ? 0.0f : 1.0f};
+      // At a roughness of 1 none is left that mirrors, as in the shaders.
+      const float alpha = looks[body].alpha;
+      material.gloss = {.alpha = alpha, .strength = material.is_plane ? 0.0f : 1 - alpha * alpha};
       material.coat = {.alpha = kCoatRoughness * kCoatRoughness,
                        .strength = material.is_plane ? 0.0f : looks[body].clear_coat};
     }
@@ -173,11 +175,13 @@ const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
   } else {
     trace_paths(scene, settings, s.plan.samples, s.film);
   }
+  const float exposure = exposure_factor(0);
   if (s.plan.denoise) {
     const LightPlanes& clean = s.denoiser.filter(s.film);
-    develop(clean.red, clean.green, clean.blue, 1, s.image);
+    develop(clean.red, clean.green, clean.blue, exposure, s.image);
   } else {
-    develop(s.film.red, s.film.green, s.film.blue, 1 / static_cast<float>(s.film.samples), s.image);
+    develop(s.film.red, s.film.green, s.film.blue, exposure / static_cast<float>(s.film.samples),
+            s.image);
   }
   return s.image;
 }
