@@ -261,15 +261,15 @@ void ContactSolver::accelerate(uint32_t begin, uint32_t end) {
       rows[0][i] = static_cast<T>(part * island.s);
       rows[1][i] = static_cast<T>(part * island.t);
     }
-    return std::pair(L::load(rows[0].data()), L::load(rows[1].data()));
+    return std::array{L::load(rows[0].data()), L::load(rows[1].data())};
   };
   for (const uint32_t m : open_blocks_) {
     const Block& block = blocks_[m];
-    const auto [s, t] = factors(block, true);
+    const auto factor = factors(block, true);
     const L one(T{1});
     L part = one;
     for_points(block, [&](uint32_t, L now, L d, L e) {
-      const L step = mul_add(s, d, t * e);
+      const L step = mul_add(factor[0], d, factor[1] * e);
       const auto pulls = zero > now + step;
       part = select(pulls, min(part, now / select(pulls, zero - step, one)), part);
     });
@@ -285,10 +285,10 @@ void ContactSolver::accelerate(uint32_t begin, uint32_t end) {
     const Block& block = blocks_[m];
     const Weights<T, Block> weights(block);
     const Lanes3<T> between = load3<T>(block.between);
-    const auto [s, t] = factors(block, false);
+    const auto factor = factors(block, false);
     Gathered g = gather(block, motions_);
     for_points(block, [&](uint32_t p, L now, L d, L e) {
-      const L step = mul_add(s, d, t * e);
+      const L step = mul_add(factor[0], d, factor[1] * e);
       (now + step).store(impulses_[p].push.data());
       const L change = block.visited < begin ? zero : now - L::load(former_[p].data());
       (step + change).store(directions_[p].data());
