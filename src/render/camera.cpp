@@ -15,7 +15,7 @@ namespace {
 // From in front, to the right and above, as one looks at a table.
 const Vec3 kViewDirection = Vec3(0.5, 0.42, 0.86).normalized();
 constexpr double kFieldOfView = radians(35);
-// Of the picture's height or width, whichever is less room: what bodies' bounding spheres fill.
+// Bounding spheres fill this share of the picture's height or width, whichever is tighter.
 constexpr double kFilled = 0.8;
 constexpr uint64_t kFramesLookedAt = 48;
 constexpr size_t kBodiesLookedAt = 20'000;  // in each, about; in the last one all
@@ -91,8 +91,8 @@ std::pair<double, double> without_ends(const std::vector<double>& sorted, double
   return {sorted[left_out], sorted[sorted.size() - 1 - left_out]};
 }
 
-// What the picture is about: of the last frame, the one that stays in the mind, all but strays; of
-// all frames what is not rare, as far as it is where that is.
+// The subject of the picture: all bodies of the last frame but strays, and the places near them
+// where bodies often are in other frames.
 Places places_to_see(TrajectoryReader& trajectory, const std::vector<uint8_t>& included,
                      double radius) {
   const uint64_t stride = std::max<uint64_t>(1, trajectory.frame_count() / kFramesLookedAt);

@@ -17,7 +17,4 @@ struct Lighting {
 };
 Lighting make_lighting(const Light& light = {});
 
-// What the light of a picture is multiplied with. `stops`: RenderSettings::exposure.
-float exposure_factor(double stops);
-
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What a scene must do without where Bullet is to solve its contacts.
+// Refuses what Bullet cannot do, where it is to solve the contacts of a scene.
 #pragma once
 
 #include "json/problem_log.h"

@@ -73,7 +73,7 @@ TEST_F(FilmStores, GoOnToTheSameBytes) {
   EXPECT_EQ(few.rgb, draw(2, false).rgb);
   ASSERT_TRUE(fs::exists(file_));
   EXPECT_EQ(draw(6).rgb, at_once.rgb);
-  // Nothing is traced for what is complete; the filter and the exposure are not part of a film.
+  // Nothing is traced for what is complete; the filter is not part of a film.
   settings_.rays.denoise = false;
   const Image grainy = draw(6, false);
   const auto written = fs::last_write_time(file_);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kRowsPerTask = 16;
 
-// What the shader has in GLSL.
+// The texts of the shaders, in GLSL.
 using vec3 = Vec3f;
 using std::max;
 using std::sqrt;

@@ -84,10 +84,8 @@ CheckpointKey FilmStore::key_of(const DrawnFrame& drawn) const {
   add(work, drawn.before, drawn.camera_before);
   add(work, drawn.frame, drawn.camera);
   add(work, drawn.after, drawn.camera_after);
-  return {.command = "render",
-          .program = program_,
-          .scene = content_hash(work.bytes()),
-          .start = ""};
+  return {
+      .command = "render", .program = program_, .scene = content_hash(work.bytes()), .start = ""};
 }
 
 void FilmStore::load(const DrawnFrame& drawn, uint32_t samples, Film& film) const {

@@ -291,8 +291,8 @@ class Tile {
       const Path& path = paths_[i];
       Vec3f light;
       if (blocked_[i] != 0) {
-        light = kFromNeighbours *
-                surroundings(light_, path.surface.normal).cwiseProduct(albedo(path));
+        light =
+            kFromNeighbours * surroundings(light_, path.surface.normal).cwiseProduct(albedo(path));
       } else {
         light = open_light(path.ray);
       }

@@ -21,8 +21,8 @@ constexpr double kRestSpeed = 0.05;
 // own 0.2 m/s is more than beads reach.
 constexpr double kRestingSteps = 2;
 
-// Of the smallest extent: what moves farther in a step is swept along its way, as a ball of this
-// radius, so that it does not pass through what is thin.
+// A body that moves farther in a step, in smallest extents, is swept along its path, as a ball of
+// this radius, so that it does not pass through what is thin.
 constexpr double kSweptShare = 0.4;
 
 // Stock Bullet turns nodes of its tree by their addresses, so that the order of pairs, and with it
@@ -94,7 +94,7 @@ BulletSimulator::BulletSimulator(const Scene& scene, const Model& model)
                 .pose = [this](uint32_t index) { return pose_now(index); }},
       shapes_(bullet_shapes(model)),
       records_(model.bodies.size()) {
-  // What slides fast on a plane has new contacts in each step: with one alone it would tip over.
+  // A body that slides fast on a plane has new contacts in each step: on one alone it would tip.
   configuration_.setPlaneConvexMultipointIterations();
   world_.setGravity(to_bullet(scene.gravity));
   world_.setApplySpeculativeContactRestitution(true);  // what is swept bounces, too
@@ -106,8 +106,9 @@ BulletSimulator::BulletSimulator(const Scene& scene, const Model& model)
   info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   // Overlaps are undone beside the velocities, however small: nothing is thrown up by them.
   info.m_splitImpulsePenetrationThreshold = 0;
-  // What rests overlaps by that much. Bullet finds contacts of two boxes only where they overlap:
-  // else they would keep the normals that they had, and a box on a board that tilts never slide.
+  // Resting bodies overlap by that much. Bullet finds contacts of two boxes only where they
+  // overlap: else they would keep the normals that they had, and a box on a board that tilts never
+  // slide.
   info.m_linearSlop = kMarginShare * smallest_dynamic_m(model);
   info.m_restitutionVelocityThreshold =
       kRestingSteps * scene.gravity.norm() * scene.actual_step_s();

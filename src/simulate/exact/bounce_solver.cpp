@@ -202,7 +202,7 @@ void ContactSolver::accelerate(uint32_t begin, uint32_t end) {
             select(has_part, L::load(directions_[p].data()), zero));
     }
   };
-  // What d and e change of the velocities.
+  // The velocities that d and e add.
   for (const uint32_t m : open_blocks_) {
     const Block& block = blocks_[m];
     const Weights<T, Block> weights(block);

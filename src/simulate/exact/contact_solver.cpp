@@ -103,8 +103,8 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
             point.friction[k][i] = static_cast<T>(contact->friction_n[e] * substep_s);
           }
           starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m);
-          // What collides in a step to come keeps its speed: the relaxations after the last motion
-          // look a substep ahead, and took a share of it.
+          // A point that collides in a step to come keeps its speed: the relaxations after the last
+          // motion look a substep ahead, and took a share of it.
           starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
           if (contact->hits && !(contact->bounce > 0)) {
             starts[p].slack[i] =

@@ -105,8 +105,8 @@ inline constexpr double kJointRate = 0.15;
 inline constexpr double kContactDamping = 10;
 // The step. A pile at rest takes steps of so much of sqrt(extent / g) of its smallest body that is
 // awake: what loses its hold falls 1.5 % of its extent in one. Bodies that may touch move by no
-// more in a step, in extents; but no step is shorter than this share of the one at rest. Tried on
-// 1,000 hulls and 1,000 rabbits that fall (docs/lab/steps.md); all for an accuracy of
+// more in a step, in extents; but no step is shorter than this share of the one at rest on Earth.
+// Tried on 1,000 hulls and 1,000 rabbits that fall (docs/lab/steps.md); all for an accuracy of
 // kUsualAccuracy.
 inline constexpr double kUsualAccuracy = 1e-3;
 inline constexpr double kStepAtRest = 0.12;

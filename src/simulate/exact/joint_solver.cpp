@@ -102,7 +102,7 @@ void ContactSolver::give_again(SolverJoint& joint, double substep_s, bool is_fir
 void ContactSolver::hold(std::span<SolverJoint> joints, T h, bool soft) {
   const double step = static_cast<double>(h);
   const Softness s = soft ? softness(kJointRate / step, kContactDamping, step) : Softness{0, 1, 0};
-  // What changes the impulse that has been given in the substep.
+  // The change of an impulse that the substep has given.
   const auto change = [&](const Mat3& inertia, const Vec3& rate, const Vec3& distance,
                           const Vec3& given) -> Vec3 {
     return -s.mass_scale * (inertia * (rate + s.rate * distance)) - s.force_scale * given;

@@ -14,13 +14,12 @@ StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState
                        double gravity, double accuracy)
     : shapes_(shapes), state_(state), gravity_(gravity), scale_(accuracy / kUsualAccuracy) {}
 
-double StepChoice::at_rest_s() const {
+double StepChoice::at_rest_s(double gravity) const {
   double extent = std::numeric_limits<double>::infinity();
   for (const Body& body : state_.bodies) {
     if (body.is_awake()) extent = std::min(extent, shapes_[body.shape].smallest_extent_m);
   }
-  if (!std::isfinite(extent) || gravity_ == 0) return extent;
-  return kStepAtRest * std::sqrt(scale_ * extent / gravity_);
+  return kStepAtRest * std::sqrt(scale_ * extent / gravity);
 }
 
 double StepChoice::longest_s(double most_s) const {
@@ -49,7 +48,10 @@ double StepChoice::longest_s(double most_s) const {
     if (apart > closing * longest_s + fall) continue;
     longest_s = kMotionInStep * scale_ * extent / speed;
   }
-  return std::min(most_s, std::max(longest_s, kShortestStep * at_rest_s()));
+  // Where little falls impacts are as fast as elsewhere.
+  constexpr double kOnEarth = 9.81;  // m/s^2
+  const double shortest_s = kShortestStep * at_rest_s(std::max(gravity_, kOnEarth));
+  return std::min(most_s, std::max(longest_s, shortest_s));
 }
 
 }  // namespace pilesim::exact

@@ -18,13 +18,16 @@ class StepChoice {
   StepChoice(std::span<const CollisionShape> shapes, const EngineState& state, double gravity,
              double accuracy);
 
-  // s. The longest step of the bodies that are awake, for a pile at rest. Infinite: none is.
-  double at_rest_s() const;
-  // s, no more than `most_s`, and no less than kShortestStep of at_rest_s(): by the pairs of the
-  // state, which must hold all that may touch within `most_s`.
+  // s. The longest step of the bodies that are awake, for a pile at rest. Infinite: none is, or
+  // nothing falls.
+  double at_rest_s() const { return at_rest_s(gravity_); }
+  // s, no more than `most_s`, and no less than kShortestStep of the step at rest, on Earth or where
+  // more gravity is: by the pairs of the state, which must hold all that may touch within `most_s`.
   double longest_s(double most_s) const;
 
  private:
+  double at_rest_s(double gravity) const;
+
   std::span<const CollisionShape> shapes_;
   const EngineState& state_;
   double gravity_;

@@ -12,7 +12,7 @@
 namespace pilesim {
 namespace {
 
-// Of what Bullet cannot do: the scene was refused (scene/engine_checks.h).
+// For what Bullet cannot do: the scene was refused (scene/engine_checks.h).
 std::unique_ptr<ExactEngine> own_engine(const Scene& scene, const Model& model) {
   assert(scene.simulator.engine == EngineKind::exact);
   return make_exact_engine(scene, model);
