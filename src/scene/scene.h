@@ -299,10 +299,6 @@ struct SimulatorSettings {
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps in a step, but of the exact engine alone
   LevelOfDetail detail;        // mixed
-  // Mixed: levels by importance, as fine as the cost model allows in a frame, or as coarse as keeps
-  // the modelled error below a limit (docs/mixed.md). At most one of them.
-  std::optional<double> budget_ms_per_frame;  // > 0
-  std::optional<double> max_error;            // >= 1
 };
 
 // How a pile is held. glue: by the least glue at its contacts with which the whole stands. Or by

@@ -119,12 +119,6 @@ Codec<SimulatorSettings> simulator_codec() {
                     "of the exact engine alone."),
            field<S>("level_of_detail", &S::detail, detail_codec(),
                     "Mixed mode: how pairs are treated, and who is at which level."),
-           optional_field<S>("budget_ms_per_frame", &S::budget_ms_per_frame, number(above(0)),
-                             "Mixed mode: levels by importance, as fine as the cost model allows "
-                             "in this time, ms of one core a frame."),
-           optional_field<S>("max_error", &S::max_error, number(at_least(1)),
-                             "Mixed mode: levels by importance, as coarse as keeps the modelled "
-                             "error (1: that of the impulse mode) below this."),
        }});
 }
 
