@@ -314,8 +314,7 @@ struct Guide {
   Pose pose;                                  // of the mesh file's frame in the world
   bool control = true;                        // false: bodies are analysed and not held
   HoldKind hold = HoldKind::glue;
-  Method method = Method::own;  // dissertation: of nails only
-  double alpha = 0.5;           // as written: of (6.2), in r^2, >= 0
+  double alpha = 0.5;  // of nails: (6.2), in r^2, >= 0
   // Of the glue that the analysis asks for, in the pile's weight, >= 0; none: all of it.
   std::optional<double> max_glue;
   int period_steps = 20;           // of the control, >= 1

@@ -27,14 +27,10 @@ Fields<Guide> control_fields() {
           enumeration<HoldKind>(
               {{"glue", HoldKind::glue}, {"freeze", HoldKind::freeze}, {"nail", HoldKind::nail}}),
           "glue: the whole pile is held by the least glue at its contacts with which it "
-          "stands; freeze: clusters that rest on the ground stop moving; nail: each body is nailed "
-          "to "
-          "its neighbours at a contact."),
-      field<G>("method", &G::method, method_codec(),
-               "Nails: pilesim's own method, or dissertation, section 6.2 as it is written, to "
-               "compare with."),
+          "stands; freeze: clusters that rest on the ground stop moving; nail: bodies are nailed "
+          "to their neighbours, as section 6.2 of the dissertation is written."),
       field<G>("alpha", &G::alpha, number(at_least(0)),
-               "Method dissertation: least area of the contacts by (6.2), in squares of the "
+               "Nails: least area of the contacts by (6.2), in squares of the "
                "bounding radius."),
       optional_field<G>(
           "max_glue", &G::max_glue, number(at_least(0)),
