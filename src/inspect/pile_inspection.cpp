@@ -81,6 +81,11 @@ Inspection::Inspection(const Model& model, const Vec3& gravity, const BodyStates
 }
 
 void Inspection::place(const BodyStates& states, const EarlierPlaces& earlier) {
+  std::vector<uint8_t> hangs(model_.bodies.size(), 0);
+  for (const ModelJoint& joint : model_.joints) {
+    hangs[joint.a] = 1;
+    if (joint.b != ModelJoint::kWorld) hangs[joint.b] = 1;
+  }
   for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
     if ((states.flags[i] & kPresent) == 0) continue;
     const ModelBody& body = model_.bodies[i];
@@ -91,7 +96,7 @@ void Inspection::place(const BodyStates& states, const EarlierPlaces& earlier) {
     placed.free = body.role == Role::dynamic && (states.flags[i] & kHeld) == 0;
     if (placed.free) {
       const bool rests = is_resting(model_, gravity_, states, earlier, i);
-      placed.resting = rests && !body.hinge;
+      placed.resting = rests && !body.hinge && hangs[i] == 0;
       ++quality_.bodies;
       if (!rests && gravity_.norm() > 0) ++quality_.unsettled;
     }
@@ -103,6 +108,7 @@ void Inspection::place(const BodyStates& states, const EarlierPlaces& earlier) {
 std::vector<BodyPair> Inspection::near_pairs() const {
   std::vector<BodyPair> pairs;
   const auto meet = [&](uint32_t i, uint32_t j) {
+    if (!may_collide(model_, placed_[i].body, placed_[j].body)) return;
     if (placed_[i].free || placed_[j].free) {
       pairs.push_back(placed_[i].free ? BodyPair{i, j} : BodyPair{j, i});
     }

@@ -34,7 +34,8 @@ double quiet_time_s(const Model& model, const Vec3& gravity);
 // engine and no skin of one has a part in them. The same states may be judged by another model
 // whose shapes follow the meshes more closely. Bodies escape through a plane when their centre is
 // deeper behind it than their smallest extent. Floating are bodies at rest that no chain of
-// touching bodies joins to one that is fixed, kinematic, held, hinged or moving. `gravity` in
+// touching bodies joins to one that is fixed, kinematic, held, hinged, jointed or moving. Bodies
+// that are kept apart by a joint are not judged against each other. `gravity` in
 // m/s^2. Runs in parallel; the result does not depend on the number of threads.
 PileQuality inspect_pile(const Model& model, const Vec3& gravity, const BodyStates& states,
                          const EarlierPlaces& earlier = {});

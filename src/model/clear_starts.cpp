@@ -83,6 +83,7 @@ void Starts::place_all() {
 
 bool Starts::meet(uint32_t a, uint32_t b) const {
   if (!is_dynamic(a) && !is_dynamic(b)) return false;
+  if (!may_collide(model_, a, b)) return false;
   return start_s(a) == start_s(b) || is_fixed(a) || is_fixed(b);
 }
 

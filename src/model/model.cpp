@@ -109,6 +109,11 @@ class ModelBuilder {
     for (size_t i = 0; i < scene_.emitters.size(); ++i) {
       problems_.attempt([&] { add_emitter(scene_.emitters[i], i); });
     }
+    for (size_t i = 0; i < scene_.chains.size(); ++i) {
+      problems_.attempt([&] { add_chain(scene_.chains[i], i); });
+    }
+    for (const Joint& joint : scene_.joints) add_joint(joint);
+    std::ranges::sort(model_.kept_apart);
     problems_.throw_if_any();
     check_moving_shapes();
     problems_.throw_if_any();
@@ -351,6 +356,66 @@ class ModelBuilder {
     }
   }
 
+  uint32_t body_called(const std::string& name) const {
+    const auto found = std::ranges::find(model_.bodies, name, &ModelBody::name);
+    return static_cast<uint32_t>(found - model_.bodies.begin());
+  }
+
+  void add_joint(const Joint& source) {
+    const uint32_t b = source.b ? body_called(*source.b) : ModelJoint::kWorld;
+    join(source, body_called(source.a), b);
+  }
+
+  // As `source` says, but for its bodies.
+  void join(const Joint& source, uint32_t a, uint32_t b) {
+    model_.joints.push_back(joint_between(source, model_.bodies, a, b));
+    const bool collide = source.collide.value_or(source.breaking_force_n.has_value());
+    if (!collide && b != ModelJoint::kWorld) model_.kept_apart.push_back(pair_key(a, b));
+  }
+
+  void add_chain(const Chain& chain, size_t index) {
+    const std::string pointer = "/chains/" + std::to_string(index);
+    if (model_.shapes[shape_index_.at(chain.shape)].collides_as_mesh) {
+      throw Error(ErrorKind::input,
+                  Problem{.pointer = pointer + "/shape",
+                          .found = "is \"" + chain.shape + "\", which collides as a mesh",
+                          .expected = "a shape that can move"});
+    }
+    if (model_.bodies.size() + static_cast<size_t>(chain.count) > size_t{kMostBodies}) {
+      throw Error(ErrorKind::input, Problem{.pointer = pointer + "/count",
+                                            .found = "is " + std::to_string(chain.count),
+                                            .expected = "at most " + std::to_string(kMostBodies) +
+                                                        " bodies in the scene"});
+    }
+    const auto first = static_cast<uint32_t>(model_.bodies.size());
+    const Vec3 link_m = (chain.to - chain.from) / chain.count;
+    const Quat along = Quat::FromTwoVectors(Vec3::UnitY(), link_m);
+    for (int i = 0; i < chain.count; ++i) {
+      Body link;
+      link.name = chain.name + '/' + std::to_string(i);
+      link.shape = chain.shape;
+      link.material = chain.material;
+      link.pose = {chain.from + (i + 0.5) * link_m, along};
+      link.preference = Preference::must_impulse;
+      link.colour = chain.colour;
+      add_body(link);
+    }
+    Joint joint{.point = chain.from, .breaking_force_n = chain.breaking_force_n};
+    // Links of a chain that can break do not collide with their neighbours either: they overlap.
+    joint.collide = false;
+    const auto end_at = [&](const std::optional<std::string>& name, uint32_t link) {
+      if (name) join(joint, link, *name == kWorldName ? ModelJoint::kWorld : body_called(*name));
+    };
+    end_at(chain.start, first);
+    for (int i = 1; i < chain.count; ++i) {
+      joint.point = chain.from + i * link_m;
+      const auto link = first + static_cast<uint32_t>(i);
+      join(joint, link, link - 1);
+    }
+    joint.point = chain.to;
+    end_at(chain.end, first + static_cast<uint32_t>(chain.count) - 1);
+  }
+
   // The index of the shape in this size: bodies of one size share one.
   uint32_t in_size(uint32_t shape, double size) {
     if (size == 1) return shape;
@@ -464,6 +529,24 @@ double mean_diameter_m(const Model& model) {
     sum_m += 2 * model.shapes[body.shape].bounding_radius;
   }
   return dynamic > 0 ? sum_m / static_cast<double>(dynamic) : 0;
+}
+
+ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies, uint32_t a,
+                         uint32_t b) {
+  const Pose pose_a = bodies[a].pose;
+  const Pose pose_b = b == ModelJoint::kWorld ? Pose{} : bodies[b].pose;
+  const Quat to_a = pose_a.orientation.conjugate(), to_b = pose_b.orientation.conjugate();
+  return {.kind = source.kind,
+          .a = a,
+          .b = b,
+          .point_a = to_a * (source.point - pose_a.position),
+          .point_b = to_b * (source.point - pose_b.position),
+          .axis_a = to_a * source.axis,
+          .axis_b = to_b * source.axis,
+          .attitude = to_a * pose_b.orientation,
+          .limits = source.limits,
+          .motor = source.motor,
+          .breaking_force_n = source.breaking_force_n};
 }
 
 Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }

@@ -2,10 +2,12 @@
 // flat list of bodies. Const during a simulation.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -81,6 +83,19 @@ struct ModelEvent {
   std::optional<Vec3> point;
 };
 
+// A joint of the scene, or of a chain.
+struct ModelJoint {
+  static constexpr uint32_t kWorld = ~uint32_t{0};
+  JointKind kind = JointKind::ball;
+  uint32_t a = 0, b = kWorld;                   // bodies, a dynamic; b may be the world
+  Vec3 point_a, point_b;                        // m, in their frames
+  Vec3 axis_a, axis_b;                          // unit, in their frames
+  Quat attitude;                                // of b in a's frame, at the start
+  std::optional<std::array<double, 2>> limits;  // rad, of a's turn against b
+  std::optional<Motor> motor;
+  std::optional<double> breaking_force_n;
+};
+
 // A rule of the mixed mode for pairs of two sets of bodies.
 struct ModelPairRule {
   std::vector<uint32_t> a, b;
@@ -109,8 +124,10 @@ struct StartOverlap {
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
-  std::vector<ModelBody> bodies;   // in the order of the file, then emitter by emitter
-  std::vector<ModelEvent> events;  // ordered by time
+  std::vector<ModelBody> bodies;  // in the order of the file, then emitter by emitter
+  std::vector<ModelJoint> joints;
+  std::vector<uint64_t> kept_apart;  // pairs that never collide, by pair_key(), ascending
+  std::vector<ModelEvent> events;    // ordered by time
   std::vector<ModelPairRule> pair_rules;
   TriangleMesh guide;  // in the world; empty: none
   // Its size, and what was done to its mesh: "guide: 1 x 2 x 1 m, ..."; empty: none.
@@ -121,6 +138,17 @@ struct Model {
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
 };
+
+// As `source` says, but for its bodies: `b` may be ModelJoint::kWorld. They are where they start.
+ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies, uint32_t a,
+                         uint32_t b);
+
+inline uint64_t pair_key(uint32_t a, uint32_t b) {
+  return uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+}
+inline bool may_collide(const Model& model, uint32_t a, uint32_t b) {
+  return model.kept_apart.empty() || !std::ranges::binary_search(model.kept_apart, pair_key(a, b));
+}
 
 // Loads meshes and builds collision shapes (solids and decompositions are cached under the user's
 // cache directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the

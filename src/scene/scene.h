@@ -152,6 +152,38 @@ struct Body {
   std::optional<Colour> colour;  // none: from the palette, by index
 };
 
+// Two bodies, or one and the world, that are joined at a point. ball: both turn freely about it.
+// hinge: about an axis. fixed: they move as one.
+enum class JointKind : uint8_t { ball, hinge, fixed };
+struct Motor {
+  double turns_per_s = 0;  // of a against b
+  double torque_nm = 0;    // at most, >= 0
+};
+struct Joint {
+  JointKind kind = JointKind::ball;
+  std::string a;                 // a dynamic body
+  std::optional<std::string> b;  // another body; none: the world
+  Vec3 point = Vec3::Zero();     // m, world frame at the start
+  Vec3 axis = Vec3::UnitY();     // unit, of a hinge, world frame at the start
+  // Of a hinge: how far a may turn against b, right-handed about the axis; <= 0 and >= 0.
+  std::optional<std::array<double, 2>> limits;
+  std::optional<Motor> motor;              // of a hinge
+  std::optional<double> breaking_force_n;  // > 0
+  std::optional<bool> collide;             // a with b; none: where the joint can break
+};
+// Links joined end to end by ball joints: each link's y axis lies along the chain.
+inline constexpr const char* kWorldName = "world";
+struct Chain {
+  std::string name;
+  std::string shape, material;
+  int count = 1;             // links, >= 1
+  Vec3 from = Vec3::Zero();  // m
+  Vec3 to = Vec3::Zero();
+  std::optional<std::string> start, end;   // bodies that its ends hang on, or kWorldName
+  std::optional<double> breaking_force_n;  // of its joints, > 0
+  std::optional<Colour> colour;            // none: from the palette
+};
+
 // Where the bodies of an emitter start. Positions are of centres of mass.
 struct GridSource {
   Vec3 centre = Vec3::Zero();            // m
@@ -453,6 +485,8 @@ struct Scene {
   std::map<std::string, Shape> shapes;
   std::vector<Body> bodies;
   std::vector<Emitter> emitters;
+  std::vector<Joint> joints;
+  std::vector<Chain> chains;
   std::vector<Event> events;  // ordered by time
   SimulatorSettings simulator;
   std::optional<Guide> guide;

@@ -11,6 +11,7 @@
 #include "scene/detail_checks.h"
 #include "scene/engine_checks.h"
 #include "scene/guide_checks.h"
+#include "scene/joint_checks.h"
 #include "scene/pile_checks.h"
 #include "scene/scene_format.h"
 
@@ -542,6 +543,7 @@ void check_scene(const Scene& scene, const Json& document, ProblemLog& log) {
   check_guide(scene, log);
   check_detail(scene, log);
   check_engine(scene, log);
+  check_joints(scene, log);
 }
 
 }  // namespace pilesim

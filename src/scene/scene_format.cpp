@@ -256,6 +256,10 @@ Fields<Scene> content_fields() {
       field<Scene>("shapes", &Scene::shapes, named(shape_codec()), "Shapes by name."),
       field<Scene>("bodies", &Scene::bodies, list(body_codec()), "Single bodies."),
       field<Scene>("emitters", &Scene::emitters, list(emitter_codec()), "Sources of many bodies."),
+      newer(field<Scene>("joints", &Scene::joints, list(joint_codec()),
+                         "Bodies that are joined to each other or to the world.")),
+      newer(field<Scene>("chains", &Scene::chains, list(chain_codec()),
+                         "Rows of links that are joined end to end.")),
       field<Scene>("events", &Scene::events, list(event_codec()),
                    "What happens to bodies at given times."),
       field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
@@ -306,6 +310,10 @@ const Codec<Scene>& scene_codec() {
                        for (size_t i = 0; i < scene.emitters.size(); ++i) {
                          std::string& name = scene.emitters[i].name;
                          if (name.empty()) name = "emitter/" + std::to_string(i);
+                       }
+                       for (size_t i = 0; i < scene.chains.size(); ++i) {
+                         std::string& name = scene.chains[i].name;
+                         if (name.empty()) name = "chain/" + std::to_string(i);
                        }
                        apply_focal_lengths(scene);
                        choose_collisions(scene);

@@ -21,6 +21,8 @@ const Codec<Scene>& scene_codec();
 Codec<Shape> shape_codec();
 Codec<Body> body_codec();
 Codec<Emitter> emitter_codec();
+Codec<Joint> joint_codec();
+Codec<Chain> chain_codec();
 Codec<Event> event_codec();
 Codec<Camera> camera_codec();
 Codec<NamedCamera> named_camera_codec();

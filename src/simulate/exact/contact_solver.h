@@ -7,8 +7,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,6 +18,7 @@
 #include "core/types.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
+#include "simulate/exact/state.h"
 #include "simulate/rolling_resistance.h"
 
 namespace pilesim::exact {
@@ -48,7 +51,7 @@ struct ContactRange {
   TorqueArms arms;   // of what holds back rolling and spinning
 };
 
-// A point of one body held at a point of another, about an axis that is free. Places in the
+// A point of one body held at a point of another. Places in the
 // solver's list; of what is held by the world b is a body that never moves.
 struct SolverJoint {
   uint32_t a, b;
@@ -58,9 +61,20 @@ struct SolverJoint {
   Vec3 force_n = Vec3::Zero();  // on b, in the step before; then in this one
   Vec3 torque_nm = Vec3::Zero();
   Vec3 push_ns = Vec3::Zero();  // on b, of the whole step
-  bool is_glue = false;
-  Quat bent = Quat::Identity();  // of glue: from b's attitude as it is meant to b's, world
-  double strength_n = 0, strength_nm = 0;  // of glue
+  Holds holds = Holds::axis;
+  Quat bent = Quat::Identity();  // from b's attitude as it is meant to b's, world
+  double strength_n = std::numeric_limits<double>::infinity();  // of glue
+  double strength_nm = std::numeric_limits<double>::infinity();
+  // Of hinges, as Joint has them; where b stands against a, rad; and the axis, world.
+  double least_turn = -std::numeric_limits<double>::infinity();
+  double most_turn = std::numeric_limits<double>::infinity();
+  double motor_rad_s = 0, motor_most_nm = 0;
+  double motor_nm = 0, limit_nm = 0;  // on b, about the axis, in the step before; then in this one
+  double turn = 0;
+  Vec3 axis = Vec3::Zero();
+  bool has_axial() const {
+    return motor_most_nm > 0 || std::isfinite(least_turn) || std::isfinite(most_turn);
+  }
   // Where its bodies are in the substep: from their centres to the middle between the two points,
   // m; how b is turned against a, rad; inverse inertias, 1 / kg m^2; what turns and moves b against
   // a.
@@ -246,6 +260,7 @@ class ContactSolver {
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);
   void turn_freely(const SolverBody& body, size_t i, double h);
   void hold(std::span<SolverJoint> joints, T h, bool soft);
+  static double axial_change(SolverJoint& joint, double spin, const Softness& soft, double step_s);
   void store(std::span<const ContactRange> contacts, double substep_s);
 
   size_t moving_ = 0;

@@ -72,6 +72,7 @@ class Engine final : public ExactEngine {
   double momentum_behind(const Hit& hit, const Vec3& way,
                          std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
+  void add_joints(uint32_t body);
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
   void bring_back();
@@ -122,7 +123,7 @@ Engine::Engine(const Scene& scene, const Model& model)
       surroundings_(model, shapes_),
       state_{.bodies = bodies_of(model)},
       bodies_(state_.bodies),
-      pairs_(shapes_, state_, active_),
+      pairs_(model, shapes_, state_, active_),
       narrow_(shapes_, state_, active_, gravity_, surroundings_),
       rest_(model, shapes_, state_, active_, gravity_),
       solver_(scene, model, shapes_, state_, active_) {}
@@ -165,8 +166,44 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
     }
   }
   pairs_.add(index);
+  add_joints(index);
   if (body.moves == Moves::by_contacts && asleep) fall_asleep(body);
   is_listed_ = false;
+}
+
+// The model's, of the body and of what is there.
+void Engine::add_joints(uint32_t index) {
+  for (size_t i = 0; i < model_.joints.size(); ++i) {
+    const ModelJoint& source = model_.joints[i];
+    if (source.a != index && source.b != index) continue;
+    const bool of_world = source.b == ModelJoint::kWorld;
+    if (!contains(source.a) || (!of_world && !contains(source.b))) continue;
+    Joint joint{.id = Joint::kFirstOfModel + static_cast<ConstraintId>(i),
+                .a = source.a,
+                .b = of_world ? Joint::kWorld : source.b,
+                .point_a = source.point_a,
+                .point_b = source.point_b,
+                .axis_a = source.axis_a,
+                .axis_b = source.axis_b,
+                .breaking_impulse_ns = std::numeric_limits<double>::infinity()};
+    joint.holds = source.kind == JointKind::ball    ? Holds::point
+                  : source.kind == JointKind::hinge ? Holds::axis
+                                                    : Holds::all;
+    joint.attitude = source.attitude;
+    if (source.breaking_force_n) joint.breaking_force_n = *source.breaking_force_n;
+    if (source.limits) {  // b turns against a as a does against b the other way
+      joint.least_turn = -(*source.limits)[1];
+      joint.most_turn = -(*source.limits)[0];
+    }
+    if (source.motor) {
+      joint.motor_rad_s = -2 * kPi * source.motor->turns_per_s;
+      joint.motor_most_nm = source.motor->torque_nm;
+    }
+    for (const uint32_t body : {joint.a, joint.b}) {
+      if (body != Joint::kWorld) bodies_[body].hinged = true;
+    }
+    state_.joints.insert(std::ranges::upper_bound(state_.joints, joint.id, {}, &Joint::id), joint);
+  }
 }
 
 void Engine::remove(uint32_t index) {
@@ -469,10 +506,10 @@ double Engine::momentum_behind(const Hit& hit, const Vec3& way,
 ConstraintId Engine::add_nail(const Nail& nail) {
   const Body &a = bodies_[nail.a], &b = bodies_[nail.b];
   const Quat in_a = a.orientation.conjugate(), in_b = b.orientation.conjugate();
-  const auto hinges = std::ranges::find(state_.joints, Joint::kHinge, &Joint::id);
-  state_.joints.insert(hinges, {state_.next_nail, nail.a, nail.b, in_a * (nail.point - a.position),
-                                in_b * (nail.point - b.position), in_a * nail.axis,
-                                in_b * nail.axis, nail.breaking_impulse_ns});
+  const auto place = std::ranges::lower_bound(state_.joints, Joint::kFirstOfModel, {}, &Joint::id);
+  state_.joints.insert(place, {state_.next_nail, nail.a, nail.b, in_a * (nail.point - a.position),
+                               in_b * (nail.point - b.position), in_a * nail.axis, in_b * nail.axis,
+                               nail.breaking_impulse_ns});
   return state_.next_nail++;
 }
 
@@ -482,6 +519,7 @@ ConstraintId Engine::add_glue(const GlueSpot& spot) {
   const ConstraintId id = add_nail(place);
   Joint& joint = *std::ranges::find(state_.joints, id, &Joint::id);
   joint.is_glue = true;
+  joint.holds = Holds::all;
   joint.attitude = bodies_[spot.a].orientation.conjugate() * bodies_[spot.b].orientation;
   joint.strength_n = spot.strength_n;
   joint.strength_nm = spot.strength_nm;
@@ -527,6 +565,7 @@ void Engine::load(StateReader& reader) {
   for (const Joint& joint : state.joints) {
     StateReader::require(joint.a < count && (joint.b < count || joint.b == Joint::kWorld),
                          "joints of bodies");
+    StateReader::require(joint.holds <= Holds::all, "what a joint holds");
   }
   state_ = std::move(state);
   pairs_.reload();

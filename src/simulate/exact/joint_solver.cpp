@@ -1,4 +1,6 @@
 // The part of the contact solver that holds joints.
+#include <algorithm>
+
 #include "simulate/exact/contact_solver.h"
 #include "simulate/exact/exact_constants.h"
 
@@ -43,11 +45,11 @@ void ContactSolver::place(SolverJoint& joint, const std::vector<SolverBody>& bod
   joint.inertia_a = inertia_as_turned(a, turn_a);
   joint.inertia_b = inertia_as_turned(b, turn_b);
   const Mat3 by_torque = joint.inertia_a + joint.inertia_b;
-  if (joint.is_glue) {
-    const Quat bent = turn_b * joint.bent * turn_a.conjugate();
+  const Quat bent = turn_b * joint.bent * turn_a.conjugate();
+  if (joint.holds == Holds::all) {
     joint.angle = std::copysign(2.0, bent.w()) * bent.vec();
     joint.moment = by_torque.inverse();
-  } else {  // about the axis they are free, across it not
+  } else if (joint.holds == Holds::axis) {  // about the axis they are free, across it not
     const Vec3 axis_a = turn_a * joint.axis_a, axis_b = turn_b * joint.axis_b;
     const Vec3 u = axis_a.unitOrthogonal();
     Eigen::Matrix<double, 3, 2> across;
@@ -55,6 +57,10 @@ void ContactSolver::place(SolverJoint& joint, const std::vector<SolverBody>& bod
     const Eigen::Matrix2d by_torque_across = across.transpose() * by_torque * across;
     joint.angle = axis_a.cross(axis_b);
     joint.moment = across * by_torque_across.inverse() * across.transpose();
+    joint.axis = axis_a;
+    joint.turn = 2 * std::atan2(bent.vec().dot(axis_a), bent.w());
+    if (joint.turn > kPi) joint.turn -= 2 * kPi;
+    if (joint.turn < -kPi) joint.turn += 2 * kPi;
   }
   const Mat3 ca = cross_matrix(joint.from_a), cb = cross_matrix(joint.from_b);
   const Mat3 by_force = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
@@ -95,7 +101,40 @@ void ContactSolver::give_again(SolverJoint& joint, double substep_s, bool is_fir
       joint.torque_nm = turn * joint.torque_nm;
     }
   }
-  give(joint, substep_s * joint.force_n, substep_s * joint.torque_nm);
+  const Vec3 axial = (joint.motor_nm + joint.limit_nm) * joint.axis;
+  give(joint, substep_s * joint.force_n, substep_s * (joint.torque_nm + axial));
+}
+
+// N m s, on b about the axis of a hinge, where b turns at `spin` against a: by its motor, up to its
+// torque, and by its limits, which only push back.
+double ContactSolver::axial_change(SolverJoint& joint, double spin, const Softness& soft,
+                                   double step_s) {
+  const double moment = 1 / joint.axis.dot((joint.inertia_a + joint.inertia_b) * joint.axis);
+  double all = 0;
+  const auto add = [&](double& torque_nm, double change, double least, double most) {
+    const double given = step_s * torque_nm, now = std::clamp(given + change, least, most);
+    torque_nm = now / step_s;
+    spin += (now - given) / moment;
+    all += now - given;
+  };
+  if (joint.motor_most_nm > 0) {
+    const double most = step_s * joint.motor_most_nm;
+    add(joint.motor_nm, moment * (joint.motor_rad_s - spin), -most, most);
+  }
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const bool is_low = joint.turn - joint.least_turn < joint.most_turn - joint.turn;
+  const double side = is_low ? 1 : -1;
+  const double left = is_low ? joint.turn - joint.least_turn : joint.most_turn - joint.turn;
+  if (left < kNone) {
+    const bool is_beyond = left < 0;
+    const double bias = is_beyond ? soft.rate * left : left / step_s;
+    const double scale = is_beyond ? soft.mass_scale : 1;
+    const double give = is_beyond ? soft.force_scale : 0;
+    const double given = step_s * joint.limit_nm;
+    const double change = -scale * moment * (spin + side * bias) - give * given;
+    add(joint.limit_nm, change, is_low ? 0 : -kNone, is_low ? kNone : 0);
+  }
+  return all;
 }
 
 // One after the other. Glue gives no more than its strength.
@@ -111,17 +150,27 @@ void ContactSolver::hold(std::span<SolverJoint> joints, T h, bool soft) {
     const Vec3 velocity_a = velocity(joint.a), velocity_b = velocity(joint.b);
     Vec3 spin_a = spin(joint.a), spin_b = spin(joint.b);
     const Vec3 given_twist = step * joint.torque_nm, given_push = step * joint.force_n;
-    Vec3 twist = change(joint.moment, spin_b - spin_a, joint.angle, given_twist);
-    if (joint.is_glue) twist = change_within(given_twist, twist, joint.strength_nm * step);
+    Vec3 twist = Vec3::Zero();
+    if (joint.holds != Holds::point) {
+      twist = change_within(given_twist,
+                            change(joint.moment, spin_b - spin_a, joint.angle, given_twist),
+                            joint.strength_nm * step);
+    }
+    Vec3 axial = Vec3::Zero();
+    if (joint.has_axial()) {
+      axial = axial_change(joint, joint.axis.dot(spin_b - spin_a), s, step) * joint.axis;
+      spin_a -= joint.inertia_a * axial;
+      spin_b += joint.inertia_b * axial;
+    }
     spin_a -= joint.inertia_a * twist;
     spin_b += joint.inertia_b * twist;
     const Vec3 parting =
         velocity_b + spin_b.cross(joint.from_b) - velocity_a - spin_a.cross(joint.from_a);
     Vec3 push = change(joint.mass, parting, joint.gap, given_push);
-    if (joint.is_glue) push = change_within(given_push, push, joint.strength_n * step);
+    push = change_within(given_push, push, joint.strength_n * step);
     joint.torque_nm += twist / step;
     joint.force_n += push / step;
-    give(joint, push, twist);
+    give(joint, push, twist + axial);
   }
 }
 

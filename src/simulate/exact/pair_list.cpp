@@ -38,9 +38,9 @@ Bounds swept(const Bounds& box, const Vec3& way, double around) {
 
 }  // namespace
 
-PairList::PairList(std::span<const CollisionShape> shapes, EngineState& state,
+PairList::PairList(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
                    const std::vector<uint32_t>& active)
-    : shapes_(shapes), state_(state), active_(active) {
+    : model_(model), shapes_(shapes), state_(state), active_(active) {
   state_.boxes.assign(state.bodies.size(), kNothing);
 }
 
@@ -80,7 +80,7 @@ void PairList::remove(uint32_t body) {
 bool PairList::may_meet(uint32_t a, uint32_t b) const {
   const Body &first = state_.bodies[a], &second = state_.bodies[b];
   if (first.moves != Moves::by_contacts && second.moves != Moves::by_contacts) return false;
-  return !(first.kept_apart && second.kept_apart);
+  return !(first.kept_apart && second.kept_apart) && may_collide(model_, a, b);
 }
 
 // Whether the body has a new box.

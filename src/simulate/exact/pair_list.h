@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "model/model.h"
 #include "simulate/exact/state.h"
 
 namespace pilesim::exact {
@@ -12,7 +13,7 @@ class PairList {
  public:
   // Works on the boxes and pairs of `state`; `active`: the bodies that do not stand still,
   // ascending. All must outlive it.
-  PairList(std::span<const CollisionShape> shapes, EngineState& state,
+  PairList(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
            const std::vector<uint32_t>& active);
 
   void add(uint32_t body);     // it has come into the world, or may touch others than before
@@ -44,6 +45,7 @@ class PairList {
   void put_in(std::vector<Pair>& more, std::vector<Pair>& pairs);
   void note_resting();
 
+  const Model& model_;
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   const std::vector<uint32_t>& active_;

@@ -88,6 +88,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   for (const Joint& joint : state_.joints) {
     if (joint.b == Joint::kWorld) continue;
     if (joins(joint.a) && joins(joint.b)) link(joint.a, joint.b);
+    if (joins(joint.a) && stirs(bodies_[joint.b])) carry_along(joint.a);
   }
   if (!rouse_islands()) return false;
   // With what has slept beside it.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,27 +13,42 @@
 
 namespace pilesim::exact {
 
-// A point of a body held at a point of another or of the world, about an axis that is free, or, of
-// glue, about none.
+// What a joint holds besides a point: nothing, all but the turn about an axis, or all.
+enum class Holds : uint8_t { point, axis, all };
+
+// A point of a body held at a point of another or of the world.
 struct Joint {
   static constexpr ConstraintId kHinge = ~ConstraintId{0};
+  static constexpr ConstraintId kFirstOfModel = ConstraintId{1} << 31;
   static constexpr uint32_t kWorld = ~uint32_t{0};
 
-  ConstraintId id = 0;    // kHinge: the model's own
+  // kHinge: a hinge of the model; from kFirstOfModel on its joints; below directors' nails and
+  // glue.
+  ConstraintId id = 0;
   uint32_t a = 0, b = 0;  // bodies; b may be kWorld
   Vec3 point_a, point_b;  // m, in their frames
   Vec3 axis_a, axis_b;    // unit, in their frames
   double breaking_impulse_ns = 0;
+  Holds holds = Holds::axis;
+  double breaking_force_n = std::numeric_limits<double>::infinity();  // mean of a step
+  // Of a hinge: limits of b's turn against a, rad; the speed that its motor drives b with against
+  // a, rad/s, and its torque.
+  double least_turn = -std::numeric_limits<double>::infinity();
+  double most_turn = std::numeric_limits<double>::infinity();
+  double motor_rad_s = 0, motor_most_nm = 0;
+  double motor_nm = 0, limit_nm = 0;  // of the last step, on b, about the axis
   // Of glue; what is none has no strength in it and never tears.
   bool is_glue = false;
-  Quat attitude = Quat::Identity();  // of b in a's frame
+  Quat attitude = Quat::Identity();  // of b in a's frame, as it is meant
   double strength_n = 0, strength_nm = 0, tears_m = 0, tears_rad = 0;
   Vec3 force_n = Vec3::Zero(), torque_nm = Vec3::Zero();  // of the last step, on b, world
 
   static void fields(auto& self, auto& stream) {
     stream(self.id, self.a, self.b, self.point_a, self.point_b, self.axis_a, self.axis_b,
-           self.breaking_impulse_ns, self.is_glue, self.attitude, self.strength_n, self.strength_nm,
-           self.tears_m, self.tears_rad, self.force_n, self.torque_nm);
+           self.breaking_impulse_ns, self.holds, self.breaking_force_n, self.least_turn,
+           self.most_turn, self.motor_rad_s, self.motor_most_nm, self.motor_nm, self.limit_nm,
+           self.is_glue, self.attitude, self.strength_n, self.strength_nm, self.tears_m,
+           self.tears_rad, self.force_n, self.torque_nm);
   }
 };
 
@@ -71,7 +87,7 @@ struct EngineState {
   // By pairs; NarrowPhase finds them, StepSolver writes their forces.
   std::vector<Contact> contacts;
   RestingPairs resting;        // PairList
-  std::vector<Joint> joints;   // nails and glue by id, then hinges; Engine
+  std::vector<Joint> joints;   // by id; Engine
   ConstraintId next_nail = 0;  // Engine
 
   static void fields(auto& self, auto& stream) {

@@ -316,9 +316,11 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
   }
 }
 
-// Of glue: from b's attitude as it is meant to b's as it is.
+// From b's attitude as it is meant to b's as it is.
 Quat StepSolver::bent(const Joint& joint) const {
-  return bodies_[joint.b].orientation * (bodies_[joint.a].orientation * joint.attitude).conjugate();
+  const Quat meant = bodies_[joint.a].orientation * joint.attitude;
+  return (joint.b == Joint::kWorld ? Quat::Identity() : bodies_[joint.b].orientation) *
+         meant.conjugate();
 }
 
 bool StepSolver::is_torn(const Joint& joint) const {
@@ -352,17 +354,24 @@ void StepSolver::list_joints(std::span<const uint32_t> joints) {
     made.axis_b = of_b ? Vec3(bodies_[joint.b].orientation * joint.axis_b) : joint.axis_b;
     made.apart = (of_b ? Vec3(bodies_[joint.b].position + made.arm_b) : joint.point_b) -
                  (a.position + made.arm_a);
+    made.holds = joint.holds;
+    made.bent = bent(joint);
     if (joint.is_glue) {
-      made.is_glue = true;
-      made.bent = bent(joint);
       made.strength_n = joint.strength_n;
       made.strength_nm = joint.strength_nm;
     }
+    made.least_turn = joint.least_turn;
+    made.most_turn = joint.most_turn;
+    made.motor_rad_s = joint.motor_rad_s;
+    made.motor_most_nm = joint.motor_most_nm;
+    made.motor_nm = joint.motor_nm;
+    made.limit_nm = joint.limit_nm;
     made.force_n = joint.force_n;
     made.torque_nm = joint.torque_nm;
     // What was across a nail is partly along it once it has turned, and would drive the bodies
     // about it. The axis of a hinge stays.
-    if (of_b && !joint.is_glue) made.torque_nm -= made.axis_a * made.axis_a.dot(joint.torque_nm);
+    if (of_b && joint.holds == Holds::axis)
+      made.torque_nm -= made.axis_a * made.axis_a.dot(joint.torque_nm);
     solver_joints_.push_back(made);
     joint_at_.push_back(i);
   }
@@ -373,9 +382,12 @@ void StepSolver::take_over_joints() {
     Joint& joint = state_.joints[joint_at_[i]];
     joint.force_n = solver_joints_[i].force_n;
     joint.torque_nm = solver_joints_[i].torque_nm;
-    const bool breaks = joint.is_glue
-                            ? is_torn(joint)
-                            : solver_joints_[i].push_ns.norm() >= joint.breaking_impulse_ns;
+    joint.motor_nm = solver_joints_[i].motor_nm;
+    joint.limit_nm = solver_joints_[i].limit_nm;
+    const double breaking_ns =
+        std::min(joint.breaking_impulse_ns, settings_.step_s * joint.breaking_force_n);
+    const bool breaks =
+        joint.is_glue ? is_torn(joint) : solver_joints_[i].push_ns.norm() >= breaking_ns;
     if (breaks) broken_.push_back(joint.id);
   }
 }

@@ -12,7 +12,13 @@ bool is_particle_mode(const Scene& scene) {
   return scene.simulator.mode == SimulatorMode::particle;
 }
 
-void refuse_hinges(const Model& model) {
+void refuse_joints(const Model& model) {
+  if (!model.joints.empty()) {
+    throw Error(ErrorKind::input,
+                {.found = "'" + model.bodies[model.joints.front().a].name + "' has a joint",
+                 .expected = "free bodies in the modes statistical and particle",
+                 .remedy = "Take the joints away, or set /simulator/mode to impulse or mixed"});
+  }
   for (const ModelBody& body : model.bodies) {
     if (!body.hinge) continue;
     throw Error(ErrorKind::input,
@@ -35,7 +41,7 @@ SphereWorldSettings sphere_world_settings(const Scene& scene) {
 }
 
 void refuse_what_spheres_lack(const Model& model) {
-  refuse_hinges(model);
+  refuse_joints(model);
   refuse_rolling_friction(model, [](const ModelBody&) { return true; });
 }
 
