@@ -35,13 +35,13 @@ class ContactReuse : public testing::Test {
     m_.body(1, 0, Vec3::Zero());
   }
 
-  Placed placed(uint32_t shape, const Vec3& position, const Quat& orientation) const {
+  PosedBody posed(uint32_t shape, const Vec3& position, const Quat& orientation) const {
     Body body;
     body.shape = shape;
     body.moves = Moves::by_contacts;
     body.position = position;
     body.orientation = orientation;
-    return Placed(body, shapes_[shape]);
+    return PosedBody(body, shapes_[shape]);
   }
 
   Vec3 any_direction() {
@@ -50,10 +50,10 @@ class ContactReuse : public testing::Test {
   }
   Quat any_turn(double angle) { return Quat(Eigen::AngleAxisd(angle, any_direction())); }
 
-  std::vector<Contact> found(Pair& pair, const Placed& a, const Placed& b) {
+  std::vector<Contact> found(Pair& pair, const PosedBody& a, const PosedBody& b) {
     std::vector<Contact> contacts;
-    pair.slack_m = pair.list_slack_m = -1;
-    for (PiecePair& pieces : pair.pieces) pieces.slack_m = -1;
+    pair.bound_m = pair.list_bound_m = -1;
+    for (PiecePair& pieces : pair.pieces) pieces.bound_m = -1;
     find_contacts(pair, a, b, settings_, {}, contacts, scratch_);
     return contacts;
   }
@@ -71,25 +71,25 @@ TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
   const double most_m = exact_constants::kReused * extent;
   int compared = 0;
   for (int i = 0; i < 300; ++i) {
-    const Placed a = placed(0, 100 * any_direction(), any_turn(1.1 * i));
+    const PosedBody a = posed(0, 100 * any_direction(), any_turn(1.1 * i));
     const Quat turn = any_turn(0.7 * i);
     // From a direction on until they all but touch.
     const Vec3 way = any_direction();
     Pair pair{0, 1};
     Vec3 at = a.position + 0.5 * way;
     for (int k = 0; k < 20; ++k) {
-      const double gap = deepest_m(found(pair, a, placed(1, at, turn)));
+      const double gap = deepest_m(found(pair, a, posed(1, at, turn)));
       if (std::abs(gap) < most_m) break;
       at -= std::min(gap, 0.01) * way;
     }
-    const std::vector<Contact> contacts = found(pair, a, placed(1, at, turn));
+    const std::vector<Contact> contacts = found(pair, a, posed(1, at, turn));
     if (contacts.empty()) continue;
     // Both bodies move a long way together, and by no more than `most_m` against each other.
     const Quat all = any_turn(1);
     const Vec3 from = 10 * any_direction(), by = 0.4 * most_m * any_direction();
     const Quat own = any_turn(0.4 * most_m / shapes_[1].radius_m);
-    const Placed moved_a = placed(0, from + all * a.position, all * Quat(a.orientation));
-    const Placed moved_b = placed(1, from + all * (at + by), all * own * turn);
+    const PosedBody moved_a = posed(0, from + all * a.position, all * Quat(a.orientation));
+    const PosedBody moved_b = posed(1, from + all * (at + by), all * own * turn);
     std::vector<Contact> reused;
     ASSERT_TRUE(reuse_contacts(pair, moved_a, moved_b, settings_, contacts, reused)) << i;
     ASSERT_EQ(reused.size(), contacts.size());
@@ -103,18 +103,18 @@ TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
 
 TEST_F(ContactReuse, IsRefusedBeyondThatMotionAndAheadOfAFastOne) {
   const double most_m = exact_constants::kReused * smaller_extent(shapes_[0], shapes_[1]);
-  const Placed a = placed(0, Vec3::Zero(), Quat::Identity());
+  const PosedBody a = posed(0, Vec3::Zero(), Quat::Identity());
   const Vec3 at(0, 0.28, 0);
   Pair pair{0, 1};
-  const std::vector<Contact> contacts = found(pair, a, placed(1, at, Quat::Identity()));
+  const std::vector<Contact> contacts = found(pair, a, posed(1, at, Quat::Identity()));
   std::vector<Contact> reused;
-  const auto is_reused = [&](const Placed& b) {
+  const auto is_reused = [&](const PosedBody& b) {
     return reuse_contacts(pair, a, b, settings_, contacts, reused);
   };
-  EXPECT_TRUE(is_reused(placed(1, at, Quat::Identity())));
-  EXPECT_FALSE(is_reused(placed(1, at + Vec3(1.01 * most_m, 0, 0), Quat::Identity())));
-  EXPECT_FALSE(is_reused(placed(1, at, any_turn(1.01 * most_m / shapes_[1].radius_m))));
-  Placed fast = placed(1, at, Quat::Identity());
+  EXPECT_TRUE(is_reused(posed(1, at, Quat::Identity())));
+  EXPECT_FALSE(is_reused(posed(1, at + Vec3(1.01 * most_m, 0, 0), Quat::Identity())));
+  EXPECT_FALSE(is_reused(posed(1, at, any_turn(1.01 * most_m / shapes_[1].radius_m))));
+  PosedBody fast = posed(1, at, Quat::Identity());
   fast.velocity = {0, -2, 0};
   EXPECT_FALSE(is_reused(fast));
 }

@@ -45,7 +45,7 @@ bool Rest::touches(const Pair& pair, std::span<const Contact> contacts) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
   const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
   return std::ranges::any_of(contacts, [&](const Contact& contact) {
-    if (contact.distance_m <= near || contact.push_n > 0) return true;
+    if (contact.distance_m <= near || contact.normal_force_n > 0) return true;
     const Vec3 normal = contact.normal.cast<double>();
     const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
                                     velocity_at(a, contact.arm_a.cast<double>()));
@@ -90,7 +90,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
     if (joins(joint.a) && joins(joint.b)) link(joint.a, joint.b);
     if (joins(joint.a) && stirs(bodies_[joint.b])) carry_along(joint.a);
   }
-  if (!rouse_islands()) return false;
+  if (!wake_linked()) return false;
   // With what has slept beside it.
   const std::vector<Pair>& resting = state_.resting.pairs;
   links_.resize(resting.size());
@@ -105,7 +105,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   for (size_t i = 0; i < resting.size(); ++i) {
     if (links_[i] == Link::both) link(resting[i].a, resting[i].b);
   }
-  rouse_islands();
+  wake_linked();
   return true;
 }
 
@@ -120,18 +120,18 @@ void Rest::carry_along(uint32_t body) {
 }
 
 // Those with something awake in them; whether anything was woken.
-bool Rest::rouse_islands() {
-  std::vector<uint8_t> stirred(bodies_.size(), 0);
+bool Rest::wake_linked() {
+  std::vector<uint8_t> woken_sets(bodies_.size(), 0);
   for (const uint32_t i : active_) {
-    if (bodies_[i].is_awake()) stirred[islands_.find(i)] = 1;
+    if (bodies_[i].is_awake()) woken_sets[islands_.find(i)] = 1;
   }
   for (const uint32_t i : linked_) {
-    if (carried_[i] != 0) stirred[islands_.find(i)] = 1;
+    if (carried_[i] != 0) woken_sets[islands_.find(i)] = 1;
   }
   bool any = false;
   for (const uint32_t i : linked_) {
-    if (!bodies_[i].asleep || stirred[islands_.find(i)] == 0) continue;
-    rouse(bodies_[i]);
+    if (!bodies_[i].asleep || woken_sets[islands_.find(i)] == 0) continue;
+    wake_up(bodies_[i]);
     any = true;
   }
   return any;
@@ -147,9 +147,9 @@ void Rest::note_support(std::span<const uint32_t> touching) {
       if (!a.is_awake() && !b.is_awake()) continue;
       const auto friction = static_cast<float>(kAtLimit * std::sqrt(a.friction * b.friction));
       for (const Contact& contact : state_.contacts_of(pair)) {
-        if (contact.push_n <= 0 || contact.bounce > 0) continue;
+        if (contact.normal_force_n <= 0 || contact.bounce > 0) continue;
         ++load.count;
-        load.sticks = load.sticks || contact.friction_n.norm() < friction * contact.push_n;
+        load.sticks = load.sticks || contact.friction_n.norm() < friction * contact.normal_force_n;
         load.depth_m = std::max(load.depth_m, -contact.distance_m);
       }
     }

@@ -29,7 +29,7 @@ class Rest {
   void end_step(bool may_sleep);
 
  private:
-  // What a step finds out about the contacts of a pair, or of a body.
+  // The contacts of a pair, or of a body, in a step.
   struct Load {
     int count = 0;        // of those that pushed
     float depth_m = 0;    // of the deepest of them
@@ -45,7 +45,7 @@ class Rest {
   bool joins(uint32_t body) const;
   void link(uint32_t a, uint32_t b);
   void carry_along(uint32_t body);
-  bool rouse_islands();
+  bool wake_linked();
   void count_rest(uint32_t body);
 
   std::span<const CollisionShape> shapes_;

@@ -13,7 +13,7 @@
 
 namespace pilesim::exact {
 
-// What a joint holds besides a point: nothing, all but the turn about an axis, or all.
+// A joint holds a point alone, all but the turn about an axis, or all.
 enum class Holds : uint8_t { point, axis, all };
 
 // A point of a body held at a point of another or of the world.
@@ -31,13 +31,13 @@ struct Joint {
   double breaking_impulse_ns = 0;
   Holds holds = Holds::axis;
   double breaking_force_n = std::numeric_limits<double>::infinity();  // mean of a step
-  // Of a hinge: limits of b's turn against a, rad; the speed that its motor drives b with against
+  // For a hinge: limits of b's turn against a, rad; the speed that its motor drives b with against
   // a, rad/s, and its torque.
   double least_turn = -std::numeric_limits<double>::infinity();
   double most_turn = std::numeric_limits<double>::infinity();
   double motor_rad_s = 0, motor_most_nm = 0;
   double motor_nm = 0, limit_nm = 0;  // of the last step, on b, about the axis
-  // Of glue; what is none has no strength in it and never tears.
+  // For glue; other joints have no strength and never tear.
   bool is_glue = false;
   Quat attitude = Quat::Identity();  // of b in a's frame, as it is meant
   double strength_n = 0, strength_nm = 0, tears_m = 0, tears_rad = 0;
@@ -71,7 +71,7 @@ struct ContactCount {
 
   void add(std::span<const Contact> contacts) {
     for (const Contact& contact : contacts) {
-      if (contact.distance_m > 0 && contact.push_n <= 0) continue;
+      if (contact.distance_m > 0 && contact.normal_force_n <= 0) continue;
       ++count;
       deepest_m = std::max(deepest_m, -contact.distance_m);
     }
