@@ -357,7 +357,8 @@ TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
   for (const ModelShape& source : m.model.shapes) shapes.emplace_back(source);
   EngineState state;
   state.bodies.resize(200);
-  PairList list(shapes, state);
+  std::vector<uint32_t> active;
+  PairList list(m.model, shapes, state, active);
   for (uint32_t i = 0; i < state.bodies.size(); ++i) {
     Body& body = state.bodies[i];
     body.shape = shape;
@@ -377,6 +378,7 @@ TEST(ExactEngine, AllPairsThatMayMeetAreListed) {
       state.bodies[5].moves = Moves::by_contacts;
       list.add(5);
     }
+    list_active(state, active);
     list.update(kStep, 9.81);
     std::set<std::pair<uint32_t, uint32_t>> listed;
     for (const Pair& pair : state.pairs) {
@@ -424,7 +426,8 @@ TEST(ExactEngine, PairsThatRestComeBack) {
   for (const ModelShape& source : m.model.shapes) shapes.emplace_back(source);
   EngineState state;
   state.bodies.resize(120);
-  PairList list(shapes, state);
+  std::vector<uint32_t> active;
+  PairList list(m.model, shapes, state, active);
   for (uint32_t i = 0; i < state.bodies.size(); ++i) {
     Body& body = state.bodies[i];
     body.shape = shape;
@@ -444,6 +447,7 @@ TEST(ExactEngine, PairsThatRestComeBack) {
     EXPECT_EQ(found.size(), state.pairs.size() + state.resting.pairs.size());
     return found;
   };
+  list_active(state, active);
   list.update(0.01, 9.81);
   for (Pair& pair : state.pairs) {
     pair.first_contact = static_cast<uint32_t>(state.contacts.size());
@@ -469,6 +473,7 @@ TEST(ExactEngine, PairsThatRestComeBack) {
     if (step % 40 == 39) {
       for (Body& body : state.bodies) body.asleep = step % 80 == 79;
     }
+    list_active(state, active);
     list.bring_back();
     EXPECT_TRUE(std::ranges::all_of(state.resting.pairs, stand_still));
     EXPECT_TRUE(std::ranges::is_sorted(state.pairs, {}, &Pair::key));
@@ -504,12 +509,14 @@ TEST(ExactEngine, BallsWhoseBoxesMeetAtACornerAreNoPair) {
     shapes.emplace_back(m.model.shapes.back());
     EngineState state;
     state.bodies.resize(2);
-    PairList list(shapes, state);
+    std::vector<uint32_t> active;
+    PairList list(m.model, shapes, state, active);
     for (uint32_t i = 0; i < 2; ++i) {
       state.bodies[i].moves = Moves::by_contacts;
       state.bodies[i].position = i * apart * Vec3::Ones().normalized();
       list.add(i);
     }
+    list_active(state, active);
     list.update(0.01, 9.81);
     EXPECT_EQ(state.pairs.size(), apart < 1 ? 1U : 0U) << apart;
   }

@@ -132,10 +132,7 @@ Engine::Engine(const Scene& scene, const Model& model)
 void Engine::list_active() {
   if (is_listed_) return;
   is_listed_ = true;
-  active_.clear();
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (!bodies_[i].stands_still()) active_.push_back(i);
-  }
+  exact::list_active(state_, active_);
 }
 
 void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep) {

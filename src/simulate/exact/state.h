@@ -103,4 +103,12 @@ struct EngineState {
   }
 };
 
+// The bodies that do not stand still, ascending.
+inline void list_active(const EngineState& state, std::vector<uint32_t>& active) {
+  active.clear();
+  for (uint32_t i = 0; i < state.bodies.size(); ++i) {
+    if (!state.bodies[i].stands_still()) active.push_back(i);
+  }
+}
+
 }  // namespace pilesim::exact
