@@ -39,7 +39,7 @@ void throw_not_done(const BatchOptions& options, const BatchSummary& summary) {
   throw Error(ErrorKind::quality,
               Problem{.file = options.output,
                       .found = found,
-                      .remedy = "table.csv has what each said; --retry tries them again"});
+                      .remedy = "table.csv has their messages; --retry tries them again"});
 }
 
 void run_batch_command(BatchOptions& options) {

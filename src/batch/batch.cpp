@@ -91,12 +91,12 @@ void refuse_changes(const BatchRequest& request, const BatchPlan& plan, size_t c
     problems.push_back({.file = request.plan_file.string(), .found = line});
   }
   if (problems.empty()) {
-    problems.push_back({.file = plan.scene.string(),
-                        .found = "this scene, or a file that it names, is not what it was"});
+    problems.push_back(
+        {.file = plan.scene.string(), .found = "this scene, or a file that it names, has changed"});
   }
   problems.push_back({.file = request.output.string(),
                       .found = "has " + counted(changed, "job") + " that would be another now",
-                      .remedy = "Give --force to make them anew, or another directory"});
+                      .remedy = "Give --force to make them again, or another directory"});
   throw Error(ErrorKind::usage, std::move(problems));
 }
 

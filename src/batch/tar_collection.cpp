@@ -177,12 +177,11 @@ class TarFile {
   void require(const BatchJob& job, const std::string& path) const {
     const fs::path directory = job_directory(place_.directory, job);
     if (fs::exists(directory / path)) return;
-    throw Error(
-        ErrorKind::input,
-        Problem{.file = (directory / path).string(),
-                .found = "is not there: it was packed into a tar file and dropped, and the "
-                         "file is to be made anew",
-                .remedy = "Remove " + directory.string() + ", so that the job is done again"});
+    throw Error(ErrorKind::input, Problem{.file = (directory / path).string(),
+                                          .found = "does not exist: it was packed into a tar file "
+                                                   "and dropped, and the file must be made again",
+                                          .remedy = "Remove " + directory.string() +
+                                                    ", so that the job is done again"});
   }
 
   void drop() const {

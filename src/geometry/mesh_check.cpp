@@ -106,7 +106,7 @@ void find_bad_edges(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) 
     } else if (count > 2) {
       crowded.add([&] {
         return edge_text(mesh, *first) + " has " + std::to_string(count) +
-               " triangles: it is not clear what is inside there";
+               " triangles: the inside is not clear there";
       });
     } else if (first->forward == first[1].forward) {
       inconsistent.add([&] {

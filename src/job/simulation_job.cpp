@@ -213,7 +213,7 @@ std::string what_is_safe(const std::filesystem::path& output) {
     const uint64_t frames = TrajectoryReader(output).frame_count();
     return "holds " + counted(frames, "complete frame") + " and is valid";
   } catch (const Error&) {
-    return "is there no more, or no longer whole";
+    return "does not exist any more, or is damaged";
   }
 }
 
@@ -286,8 +286,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   if (filling.floats) {
     warnings.emplace_back(
-        "the guide is in the air: what fills it touches nothing that stands, and falls; move it "
-        "down, or put something static below it");
+        "the guide is in the air: the bodies in it touch no fixed body, and fall; move it down, or "
+        "put a static body below it");
   }
   for (const EmptyPart& part : filling.empty.parts) {
     warnings.push_back("guide: " + describe(part));

@@ -190,7 +190,7 @@ class ModelBuilder {
     } catch (const Error& error) {
       std::vector<Problem> problems = in_file(error, file.string()).problems();
       if (error.kind() == ErrorKind::input && !problems.back().remedy.empty()) {
-        problems.back().remedy = "Close its surface: there is no telling what it encloses";
+        problems.back().remedy = "Close its surface: its inside is not clear";
       }
       throw at_pointer(Error(error.kind(), std::move(problems)), pointer);
     }

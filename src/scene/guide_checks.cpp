@@ -29,7 +29,7 @@ void check_method(const Guide& guide, const Path& path, ProblemLog& log) {
   if (guide.method == Method::own) {
     if (guide.alpha != own.alpha) {
       log.report(path / "alpha", R"(stands without "method": "dissertation")",
-                 R"("least_spread", which says it by pilesim's own method)");
+                 R"("least_spread", the key of pilesim's own method)");
     }
     return;
   }
@@ -76,7 +76,7 @@ void check_guide(const Scene& scene, ProblemLog& log) {
                  R"(Name all shapes in its "shapes")");
     }
     if (scene.gravity.isZero(0)) {
-      log.report(root / "gravity", "is zero, and a guide is filled by what falls", "not zero");
+      log.report(root / "gravity", "is zero, and falling bodies fill a guide", "not zero");
     }
     check_start(emitter, place, log);
   }

@@ -373,8 +373,7 @@ class Checker {
     }
     if (simulator.mode == SimulatorMode::mixed && !scene_.piles.empty()) {
       log_.report(root_ / "piles", R"(stand beside /simulator/method "dissertation")",
-                  "none: contacts that are drawn cannot be steered",
-                  R"(Set /simulator/method to "own")");
+                  "none: sampled contacts cannot be steered", R"(Set /simulator/method to "own")");
     }
   }
 

@@ -70,7 +70,7 @@ class Resolver {
     if (const auto seed = document_.find("seed"); seed != document_.end()) {
       const Path place = root / "seed";
       if (seed->is_object() && seed->contains("random")) {
-        log_.report(place, "is to be drawn", "a number: the seed is what all draws come from",
+        log_.report(place, "is a random value", "a number: all draws come from the seed",
                     "Give another with --seed");
         *seed = 1;
       }

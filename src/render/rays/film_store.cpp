@@ -111,7 +111,7 @@ void FilmStore::load(const DrawnFrame& drawn, uint32_t samples, Film& film) cons
                       .found = "holds " + std::to_string(film.samples) + " samples a pixel",
                       .expected = "at most " + std::to_string(samples) + ", as was asked for",
                       .remedy = "Ask for --samples " + std::to_string(film.samples) +
-                                " or more, or begin anew with --force in place of --resume"});
+                                " or more, or begin again with --force in place of --resume"});
 }
 
 void FilmStore::save(const DrawnFrame& drawn, const Film& film) const {
