@@ -19,7 +19,7 @@ struct StageTimes {
   double total_s = 0;
 
   double of(Stage stage) const { return seconds[static_cast<size_t>(stage)]; }
-  // What no stage claims (>= 0 but for rounding).
+  // Time outside of all stages (>= 0 except for rounding).
   double other_s() const;
   StageTimes& operator+=(const StageTimes& more);
 

@@ -156,8 +156,8 @@ struct Orientation {
   Finding nested{MeshDefectKind::self_touching};
 };
 
-// Of the diagonal: half of the distance within which triangles touch, so that nothing else lies
-// between.
+// Half of the distance within which triangles touch, as a share of the diagonal, so that nothing
+// lies between.
 constexpr double kJustOutside = 5e-13;
 
 Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {

@@ -1,4 +1,4 @@
-// What simulators step: the scene with geometry loaded, mass computed and emitters unrolled into a
+// Input of simulators: the scene with geometry loaded, mass computed and emitters unrolled into a
 // flat list of bodies. Const during a simulation.
 #pragma once
 
@@ -87,7 +87,7 @@ struct ModelPairRule {
   PairMethod method;
 };
 
-// Of Model::bodies.
+// A range of Model::bodies.
 struct BodyRange {
   uint32_t first = 0, count = 0;
   bool contains(uint32_t body) const { return body - first < count; }
@@ -127,7 +127,7 @@ struct Model {
 // shape's JSON pointer.
 Model build_model(const Scene& scene);
 
-// Of the dynamic bodies, of the ball about the centre of mass, m; 0 where there are none.
+// Mean diameter of the dynamic bodies' bounding spheres about the centre of mass, m; 0 without any.
 double mean_diameter_m(const Model& model);
 
 }  // namespace pilesim

@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kMostAsked = 256;  // of many, each so manieth
 
-// What the mesh encloses, where it stands.
+// The inside of a mesh at its pose.
 class Inside {
  public:
   Inside(const TriangleMesh& mesh, const Pose& pose)
@@ -70,7 +70,7 @@ std::vector<Start> starts_of(const Model& model) {
   return starts;
 }
 
-// Of a guide that is to be filled, the vertices: a little way in, as it may stand on the floor.
+// Vertices of a guide that is to be filled, moved a little inward, since it may stand on the floor.
 std::vector<Start> starts_of_guide(const Model& model) {
   constexpr double kWayIn = 0.05;
   std::vector<Start> starts;
@@ -82,7 +82,7 @@ std::vector<Start> starts_of_guide(const Model& model) {
   return starts;
 }
 
-// Of those within the box of the mesh: others are beside or over it.
+// Starts within the box of the mesh; others are beside or over it.
 std::vector<Start> in_box(const Inside& inside, const std::vector<Start>& starts) {
   std::vector<Start> within;
   std::ranges::copy_if(starts, std::back_inserter(within),

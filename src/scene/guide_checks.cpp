@@ -7,7 +7,7 @@
 namespace pilesim {
 namespace {
 
-// What is dropped into a guide starts at rest, at places that follow from the guide.
+// Bodies that fill a guide start at rest, at places that follow from the guide.
 void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
   const std::array<std::pair<const char*, bool>, 6> given = {
       {{"asleep", emitter.asleep},
@@ -23,7 +23,7 @@ void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
   }
 }
 
-// What 6.2 as it is written does not have, and what nothing else has.
+// Keys that section 6.2 as written does not have, and keys that only it has.
 void check_method(const Guide& guide, const Path& path, ProblemLog& log) {
   const Guide own;
   if (guide.method == Method::own) {

@@ -262,7 +262,7 @@ class Checker {
     }
   }
 
-  // What several shapes have beside their names.
+  // Weights, materials and other keys of an emitter with several shapes.
   void check_mix(const Emitter& emitter, const Path& path) {
     const size_t shapes = emitter.shapes.size();
     const auto check_size = [&](const char* key, size_t size) {

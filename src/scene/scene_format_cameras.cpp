@@ -22,7 +22,7 @@ Codec<double> view_angle() {
       {.minimum = 0, .maximum = 180, .excludes_minimum = true, .excludes_maximum = true});
 }
 
-// What of the camera is in the picture: by its field of view or by its lens.
+// The view angle, by the field of view or by the lens.
 Fields<CameraKey> lens_fields() {
   using K = CameraKey;
   Field<K> view = field<K>("field_of_view_deg", &K::field_of_view, view_angle(),

@@ -82,7 +82,7 @@ Codec<Sizes> sizes_codec() {
        }});
 }
 
-// What several shapes have beside their names.
+// Weights, materials and other keys of an emitter with several shapes.
 Fields<Emitter> mix_fields() {
   using E = Emitter;
   return {

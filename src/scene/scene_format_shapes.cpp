@@ -196,7 +196,7 @@ void choose_collisions(Scene& scene) {
   for (auto& [name, shape] : scene.shapes) {
     auto* mesh = std::get_if<MeshShape>(&shape);
     if (mesh == nullptr || mesh->collision != CollisionKind::automatic) continue;
-    // Who says what its solid is to be wants that to collide.
+    // A scene that sets the solid wants the solid to collide.
     const bool asks_for_solid = mesh->solid != SolidKind::automatic || mesh->thickness_m > 0;
     const bool only_stands = stands.contains(name) && !moves.contains(name);
     if (only_stands && !asks_for_solid) mesh->collision = CollisionKind::mesh;

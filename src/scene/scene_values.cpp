@@ -303,7 +303,7 @@ Json with_stand_ins(Json schema) {
   }
   if (schema.contains("properties")) {
     for (auto& [name, property] : schema["properties"].items()) {
-      // What chooses the kind of thing is said out.
+      // The key that chooses the kind is always written.
       if (property.contains("const")) continue;
       Json wrapped = wrap(property);
       for (const char* key : {"description", "default"}) {
