@@ -49,7 +49,7 @@ std::map<std::string, fs::path> find_presets(const fs::path& root) {
   return presets;
 }
 
-// Of a scene its mode, length and title; of a plan for `pilesim batch` its title.
+// Mode, length and title of a scene; title of a plan for `pilesim batch`.
 std::string about(const fs::path& file) {
   const Json scene = read_json_file(file);
   if (scene.contains("steps")) return "a plan: " + scene.value("name", std::string());

@@ -70,7 +70,7 @@ void warn_of_disagreement(const Signature& signature) {
   }
 }
 
-// What one ellipsoid cannot do for this object is said.
+// Limits above which a warning says that one ellipsoid does not suit this object.
 constexpr double kPilesAlike = 0.15;
 
 void warn_of_packing(const Signature& signature) {

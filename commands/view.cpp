@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a browser moves and draws 30 times a second.
+// Bodies that a browser moves and draws 30 times a second.
 constexpr uint64_t kMostBodies = 10'000;
 
 struct ViewArguments {

@@ -41,7 +41,7 @@ struct WrittenPlan {
   int tar_jobs = 100;
 };
 
-// Of a step: longer than a name.
+// A word of a step, which may be longer than a name.
 Codec<std::string> word() {
   Codec<std::string> codec = text();
   codec.expected = "a string of 1 to " + std::to_string(kLongestWord) + " bytes";
@@ -205,7 +205,7 @@ bool matches(std::string_view name, std::string_view pattern) {
          matches(name.substr(1), pattern.substr(1));
 }
 
-// Of regular files, ordered by name, relative to `base`.
+// Rows of regular files, ordered by name, relative to `base`.
 std::vector<std::vector<Json>> file_rows(const std::string& pattern,
                                          const std::filesystem::path& plan,
                                          const std::filesystem::path& base) {
@@ -360,7 +360,7 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   WrittenPlan written;
   object(plan_description()).read(document, Path(), written, context);
 
-  // What follows needs the scene's name, at least.
+  // The next checks need at least the scene's name.
   throw_findings(context.log, text, file.string());
   BatchPlan plan{.name = written.name,
                  .file = std::filesystem::absolute(file).lexically_normal(),

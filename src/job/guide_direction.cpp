@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Of what is left: so many that touched the mould alone.
+// Share of the bodies that touched only the mould, above which a hint is printed.
 constexpr double kManyHang = 0.05;
 
 std::string percent(double share) {

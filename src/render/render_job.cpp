@@ -357,7 +357,7 @@ std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate
                                        frame_rate / static_cast<double>(step));
 }
 
-// Of the pictures that were there before, those that this run has not replaced.
+// Removes earlier pictures that this run has not replaced.
 void remove_outdated(std::span<const fs::path> before, const RenderJob& job, size_t drawn) {
   std::set<fs::path> current = {job.output / kVideoFile};
   for (size_t i = 0; i < drawn; ++i) {
@@ -410,7 +410,7 @@ RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode 
   return summary;
 }
 
-// What has no room, before any work.
+// Checks sizes before any work.
 void check_sizes(const RenderJob& job) {
   const auto [width, height] = job.settings.size;
   const size_t beside = job.beside != nullptr ? 2 : 1;

@@ -303,7 +303,7 @@ Json with_stand_ins(Json schema) {
   }
   if (schema.contains("properties")) {
     for (auto& [name, property] : schema["properties"].items()) {
-      // The key that chooses the kind is always written.
+      // The key that chooses the kind is written out: no variable may replace it.
       if (property.contains("const")) continue;
       Json wrapped = wrap(property);
       for (const char* key : {"description", "default"}) {

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of sums of samples little but their exponents repeats: higher levels gain a percent.
+// Only exponents repeat in sums of samples: higher levels gain a percent.
 constexpr int kZstdLevel = 1;
 
 // The first bytes of all numbers, then all second ones, and so on: like stands by like.
