@@ -47,7 +47,7 @@ class StageTimer {
     Clock::time_point start_;
   };
 
-  // The times since the last call (or since construction); starts anew.
+  // The times since the last call (or since construction); starts again.
   StageTimes take();
 
  private:

@@ -119,7 +119,7 @@ struct Model {
   std::optional<BodyRange> moulded;          // those that a mould was filled with
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
-  uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
+  uint32_t starts_moved = 0;  // bodies drawn again, so as not to start in others
 };
 
 // Loads meshes and builds collision shapes (solids and decompositions are cached under the user's

@@ -22,7 +22,8 @@ class Inside {
   bool has_in_box(const Vec3& place) const {
     return box_.contains(pose_.orientation.conjugate() * (place - pose_.position));
   }
-  // With all that is nearer than `radius_m`: what is only sunk into ground is not in it.
+  // Includes all points nearer than `radius_m`: objects that only reach into the ground are not in
+  // it.
   bool contains(const Vec3& place, double radius_m) {
     const Vec3 at = pose_.orientation.conjugate() * (place - pose_.position);
     if (!box_.contains(at)) return false;

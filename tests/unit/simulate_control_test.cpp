@@ -377,7 +377,7 @@ TEST(ImpulseControl, ATurningNailDrivesNothing) {
   EXPECT_NEAR(states.angular_velocity[2].dot(axis), 0, 0.1);
 }
 
-// By the impulse of the whole step, which a blow gives at its beginning.
+// By the impulse of the whole step, which an impact gives at its beginning.
 TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
   for (const double share : {0.5, 2.0}) {
     Balls balls;
