@@ -1,4 +1,4 @@
-// What the exact engine lets sleep.
+// Bodies that the exact engine lets sleep.
 #include <gtest/gtest.h>
 
 #include "simulate/modes/make_simulator.h"

@@ -1,4 +1,4 @@
-// What starts inside something else is moved or reported, and nothing else changes.
+// Bodies that start inside others are moved or reported, and nothing else changes.
 
 #include "model/clear_starts.h"
 

@@ -1,4 +1,4 @@
-// What pictures show, without golden files: colours where they belong.
+// Pictures without golden files: colours where they belong.
 #include <gtest/gtest.h>
 
 #include <array>

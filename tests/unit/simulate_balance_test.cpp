@@ -1,4 +1,4 @@
-// What sleeps is in balance: slowness alone does not put a body to sleep.
+// Sleeping bodies are in balance: slowness alone does not put a body to sleep.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// What a director may do: in the impulse mode, and in the mixed mode to bodies that are solved, to
-// spheres, and to those that are both.
+// Control by a director: in the impulse mode, and in the mixed mode of solved bodies, of spheres,
+// and of those that are both.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
