@@ -35,16 +35,37 @@ std::vector<Edge> cancelled(std::vector<Edge> edges) {
   return border;
 }
 
-// Signed solid angle of a triangle (Van Oosterom and Strackee 1983), sr. Positive if its outside
-// faces away from `point`.
-double solid_angle(const Vec3& corner_a, const Vec3& corner_b, const Vec3& corner_c,
-                   const Vec3& point) {
-  const Vec3 a = corner_a - point, b = corner_b - point, c = corner_c - point;
-  const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  const double volume = a.dot(b.cross(c));
-  const double scale = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-  return 2.0 * std::atan2(volume, scale);
-}
+// The sum of signed solid angles of triangles (Van Oosterom and Strackee 1983), positive where the
+// outside of a triangle faces away from `point`. The tangent of half of each is the ratio of two
+// products; the half angles are added as the directions of complex numbers are when these are
+// multiplied, and one arc tangent is taken at the end.
+class SolidAngle {
+ public:
+  explicit SolidAngle(const Vec3& point) : point_(point) {}
+
+  void add(const Vec3& corner_a, const Vec3& corner_b, const Vec3& corner_c) {
+    const Vec3 a = corner_a - point_, b = corner_b - point_, c = corner_c - point_;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    const double y = a.dot(b.cross(c));
+    const double x = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    const double size = std::abs(x) + std::abs(y);
+    if (size == 0) return;
+    const double turned_x = (x_ * x - y_ * y) / size, turned_y = (x_ * y + y_ * x) / size;
+    // The direction is kept within half a turn; two of one sign whose sum has the other have passed
+    // it.
+    const bool up = y_ >= 0, also_up = y >= 0, ends_up = turned_y >= 0;
+    if (up == also_up && up != ends_up) half_turns_ += up ? 2 : -2;
+    const double scale = 1 / (std::abs(turned_x) + std::abs(turned_y));
+    x_ = scale * turned_x;
+    y_ = scale * turned_y;
+  }
+  double steradians() const { return 2 * (std::atan2(y_, x_) + kPi * half_turns_); }
+
+ private:
+  Vec3 point_;
+  double x_ = 1, y_ = 0;
+  int half_turns_ = 0;
+};
 
 }  // namespace
 
@@ -79,25 +100,25 @@ struct InsideTest::Tree {
     cap_edges.insert(cap_edges.end(), border.begin(), border.end());
   }
 
-  double solid_angle_below(uint32_t index, const Vec3& point) const {
+  void add_below(uint32_t index, const Vec3& point, SolidAngle& sum) const {
     const TriangleTree::Node& node = triangles.nodes()[index];
     const Cap& cap = caps[index];
-    double sum = 0;
     if (cap.exists && !node.box.contains(point)) {
       const Vec3 apex = node.box.center();
       for (const auto& [a, b] : std::span(cap_edges).subspan(cap.first, cap.count)) {
-        sum += solid_angle(apex, vertices[a], vertices[b], point);
+        sum.add(apex, vertices[a], vertices[b]);
       }
-      return sum;
+      return;
     }
     if (!node.is_leaf()) {
-      return solid_angle_below(index + 1, point) + solid_angle_below(node.right, point);
+      add_below(index + 1, point, sum);
+      add_below(node.right, point, sum);
+      return;
     }
     for (uint32_t i = node.first; i < node.first + node.count; ++i) {
       const auto& [a, b, c] = triangles.corners()[i];
-      sum += solid_angle(a, b, c, point);
+      sum.add(a, b, c);
     }
-    return sum;
   }
 
   // The fan from the middle of a node's box over the border of its triangles.
@@ -119,7 +140,9 @@ InsideTest::InsideTest(InsideTest&&) noexcept = default;
 InsideTest& InsideTest::operator=(InsideTest&&) noexcept = default;
 
 double InsideTest::winding_number(const Vec3& point) const {
-  return tree_->solid_angle_below(0, point) / (4.0 * kPi);
+  SolidAngle sum(point);
+  tree_->add_below(0, point, sum);
+  return sum.steradians() / (4.0 * kPi);
 }
 
 }  // namespace pilesim

@@ -33,7 +33,6 @@ class DetailChecker {
       check_name(detail.pairs[i].b, rule / "b");
     }
     check_camera();
-    check_choice();
     if (scene_.simulator.mode == SimulatorMode::mixed) check_hinges();
   }
 
@@ -95,14 +94,6 @@ class DetailChecker {
     needs(!detail.distances_m.empty(), detail_ / "distances_m");
     needs(!detail.screen_sizes.empty(), detail_ / "screen_sizes");
     needs(detail.out_of_view.has_value(), detail_ / "out_of_view");
-    needs(scene_.simulator.budget_ms_per_frame.has_value(), simulator_ / "budget_ms_per_frame");
-    needs(scene_.simulator.max_error.has_value(), simulator_ / "max_error");
-  }
-
-  void check_choice() {
-    if (!scene_.simulator.budget_ms_per_frame || !scene_.simulator.max_error) return;
-    log_.report_key(simulator_ / "max_error", "stands beside \"budget_ms_per_frame\"",
-                    "one of the two");
   }
 
   void check_hinges() {

@@ -23,30 +23,26 @@ void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
   }
 }
 
-// Keys that section 6.2 as written does not have, and keys that only it has.
-void check_method(const Guide& guide, const Path& path, ProblemLog& log) {
-  const Guide own;
-  if (guide.method == Method::own) {
-    if (guide.alpha != own.alpha) {
-      log.report(path / "alpha", R"(stands without "method": "dissertation")",
-                 R"("least_spread", the key of pilesim's own method)");
+// Keys that section 6.2 as written does not have, and alpha, which only it has.
+void check_hold(const Guide& guide, const Path& path, ProblemLog& log) {
+  const Guide usual;
+  if (guide.hold != HoldKind::nail) {
+    if (guide.alpha != usual.alpha) {
+      log.report(path / "alpha", R"(stands without "hold": "nail")",
+                 R"("least_spread", its counterpart for "freeze")");
     }
     return;
   }
-  if (guide.hold != HoldKind::nail) {
-    log.report(path / "method", R"(is "dissertation", and "hold" is not "nail")",
-               R"("hold": "nail": section 6.2 nails bodies together)");
-  }
   const std::array<std::pair<const char*, bool>, 6> given = {
       {{"max_glue", guide.max_glue.has_value()},
-       {"least_normal_up", guide.least_normal_up != own.least_normal_up},
-       {"least_spread", guide.least_spread != own.least_spread},
-       {"neighbours", guide.neighbours != own.neighbours},
-       {"most_speed", guide.most_speed != own.most_speed},
-       {"break_speed", guide.break_speed != own.break_speed}}};
+       {"least_normal_up", guide.least_normal_up != usual.least_normal_up},
+       {"least_spread", guide.least_spread != usual.least_spread},
+       {"neighbours", guide.neighbours != usual.neighbours},
+       {"most_speed", guide.most_speed != usual.most_speed},
+       {"break_speed", guide.break_speed != usual.break_speed}}};
   for (const auto& [key, is_given] : given) {
     if (!is_given) continue;
-    log.report(path / key, R"(stands beside "method": "dissertation")",
+    log.report(path / key, R"(stands beside "hold": "nail")",
                R"("period_steps", "kinetic_share", "least_contacts" and "alpha" only)",
                "Take it out");
   }
@@ -60,7 +56,7 @@ void check_guide(const Scene& scene, ProblemLog& log) {
     log.report(root / "guide", "stands beside \"piles\"", "one way to direct a pile",
                "Take out one of the two");
   }
-  if (scene.guide) check_method(*scene.guide, root / "guide", log);
+  if (scene.guide) check_hold(*scene.guide, root / "guide", log);
   const Path emitters = root / "emitters";
   bool is_filled = false;
   for (size_t i = 0; i < scene.emitters.size(); ++i) {

@@ -299,10 +299,6 @@ struct SimulatorSettings {
   bool rest_control = true;    // statistical: bodies on level ground end in a rest pose
   int solver_iterations = 20;  // 1 .. 1000 sweeps in a step, but of the exact engine alone
   LevelOfDetail detail;        // mixed
-  // Mixed: levels by importance, as fine as the cost model allows in a frame, or as coarse as keeps
-  // the modelled error below a limit (docs/mixed.md). At most one of them.
-  std::optional<double> budget_ms_per_frame;  // > 0
-  std::optional<double> max_error;            // >= 1
 };
 
 // How a pile is held. glue: by the least glue at its contacts with which the whole stands. Or by
@@ -318,8 +314,7 @@ struct Guide {
   Pose pose;                                  // of the mesh file's frame in the world
   bool control = true;                        // false: bodies are analysed and not held
   HoldKind hold = HoldKind::glue;
-  Method method = Method::own;  // dissertation: of nails only
-  double alpha = 0.5;           // as written: of (6.2), in r^2, >= 0
+  double alpha = 0.5;  // of nails: (6.2), in r^2, >= 0
   // Most glue, in the pile's weight, >= 0; none: no limit.
   std::optional<double> max_glue;
   int period_steps = 20;           // of the control, >= 1

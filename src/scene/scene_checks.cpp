@@ -364,13 +364,6 @@ class Checker {
                   R"("own": chapter 3 is the statistical mode's, chapter 4 the mixed one's)",
                   R"(Set /simulator/mode to "statistical" or "mixed", or take the key away)");
     }
-    for (const auto& [key, is_given] :
-         {std::pair("budget_ms_per_frame", simulator.budget_ms_per_frame.has_value()),
-          std::pair("max_error", simulator.max_error.has_value())}) {
-      if (!is_given || simulator.mode != SimulatorMode::mixed) continue;
-      log_.report(place / key, R"(stands beside "method": "dissertation")",
-                  "levels by \"level_of_detail\" only", "Take it out");
-    }
     if (simulator.mode == SimulatorMode::mixed && !scene_.piles.empty()) {
       log_.report(root_ / "piles", R"(stand beside /simulator/method "dissertation")",
                   "none: sampled contacts cannot be steered", R"(Set /simulator/method to "own")");

@@ -116,12 +116,6 @@ Codec<SimulatorSettings> simulator_codec() {
            field<S>(
                "level_of_detail", &S::detail, detail_codec(),
                "Mixed mode: the methods for pairs, and the rules that give each body a level."),
-           optional_field<S>("budget_ms_per_frame", &S::budget_ms_per_frame, number(above(0)),
-                             "Mixed mode: the finest levels, by importance, that the cost model "
-                             "allows in this time, ms of one core a frame."),
-           optional_field<S>("max_error", &S::max_error, number(at_least(1)),
-                             "Mixed mode: the coarsest levels, by importance, that keep the "
-                             "modelled error below this; 1 is the error of the impulse mode."),
        }});
 }
 

@@ -27,14 +27,10 @@ Fields<Guide> control_fields() {
           enumeration<HoldKind>(
               {{"glue", HoldKind::glue}, {"freeze", HoldKind::freeze}, {"nail", HoldKind::nail}}),
           "glue: the whole pile is held by the least glue at its contacts with which it stands; "
-          "freeze: bodies that can stand are held still; nail: such bodies are nailed to their "
-          "neighbours, each pair at one contact."),
-      field<G>("method", &G::method, method_codec(),
-               "Nails: pilesim's own method, or dissertation, section 6.2 as it is written, to "
-               "compare with."),
+          "freeze: bodies that can stand are held still; nail: bodies are nailed to their "
+          "neighbours as in section 6.2 of the dissertation."),
       field<G>("alpha", &G::alpha, number(at_least(0)),
-               "Method dissertation: least area of the contacts by (6.2), in squares of the "
-               "bounding radius."),
+               "Nails: least area of the contacts by (6.2), in squares of the bounding radius."),
       optional_field<G>("max_glue", &G::max_glue, number(at_least(0)),
                         "Most glue, in the pile's weight; 0 is none. A pile that needs more slumps "
                         "until it stands. Default: no limit."),

@@ -80,6 +80,7 @@ class ImpulseSimulator final : public Simulator, public ImpulseControl {
   Lifecycle life_;
   LifeHandlers handlers_;
   std::vector<uint32_t> kinematic_;  // indices
+  std::vector<double> mass_kg_;      // (B)
   StageTimer timer_;
   std::unique_ptr<ExactEngine> engine_;
   ExactEngine& exact_;
@@ -103,6 +104,7 @@ ImpulseSimulator::ImpulseSimulator(const Scene& scene, const Model& model,
       director_(director) {
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].role == Role::kinematic) kinematic_.push_back(i);
+    mass_kg_.push_back(model.bodies[i].mass_kg);
   }
   life_.bring_bodies(handlers_);
 }
@@ -148,7 +150,6 @@ FrameStatistics ImpulseSimulator::step_frame() {
   life_.bring_bodies(handlers_);
   if (director_ != nullptr) director_->end_frame(*this);
   read_states();
-  for (uint32_t i = 0; i < states().size(); ++i) life_.check_finite(i);
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();
@@ -177,6 +178,7 @@ void ImpulseSimulator::take_hits() {
 void ImpulseSimulator::read_states() {
   BodyStates& states = life_.states();
   for (uint32_t i = 0; i < states.size(); ++i) {
+    if ((states.flags[i] & kAsleep) != 0 && !exact_.is_active(i)) continue;  // as it was
     const ModelBody& source = model_.bodies[i];
     if (!exact_.contains(i) || source.role == Role::fixed) continue;
     const BodyMotion motion = exact_.motion(i);
@@ -197,6 +199,7 @@ void ImpulseSimulator::read_states() {
     const bool asleep = is_in_world(i) && !exact_.is_active(i);
     states.flags[i] &= static_cast<uint8_t>(~kAsleep);
     if (asleep) states.flags[i] |= kAsleep;
+    life_.check_finite(i);
   }
 }
 
@@ -206,10 +209,11 @@ FrameStatistics ImpulseSimulator::statistics() const {
   for (uint32_t i = 0; i < states.size(); ++i) {
     if ((states.flags[i] & kPresent) != 0) ++statistics.bodies_present;
     if (!is_in_world(i)) continue;
-    if (exact_.is_active(i)) ++statistics.bodies_awake;
-    statistics.kinetic_energy_j += exact_.kinetic_energy_j(i);
-    statistics.potential_energy_j -=
-        model_.bodies[i].mass_kg * scene_.gravity.dot(states.position[i]);
+    if ((states.flags[i] & kAsleep) == 0 && exact_.is_active(i)) {
+      ++statistics.bodies_awake;
+      statistics.kinetic_energy_j += exact_.kinetic_energy_j(i);
+    }
+    statistics.potential_energy_j -= mass_kg_[i] * scene_.gravity.dot(states.position[i]);
   }
   exact_.add_contacts_to(statistics);
   return statistics;

@@ -11,13 +11,12 @@ import argparse
 from guide_table import GIVEN, GROWN, LEFT_ALONE, collapse, row, run
 
 # What a preset sets for pilesim's own method goes back to its default.
-AS_WRITTEN = ["/guide/hold=nail", "/guide/method=dissertation", "/guide/neighbours=true",
+AS_WRITTEN = ["/guide/hold=nail", "/guide/neighbours=true",
               "/guide/least_normal_up=-0.5", "/guide/break_speed=0.3"]
 WAYS = {
     "free": ["/guide/control=false"],
     "as written": AS_WRITTEN,
     "as written, alpha 0.01": [*AS_WRITTEN, "/guide/alpha=0.01"],
-    "nail": ["/guide/hold=nail"],
     "freeze": ["/guide/hold=freeze"],
     "glue": ["/guide/hold=glue"],
 }

@@ -1,9 +1,13 @@
 // The impulse mode's engines side by side: time against what their piles are worth.
-//   exact_benchmark [--hulls N | --rabbits N] [--step HZ] [--frames N] [--threads N] [--every N]
+//   exact_benchmark [--hulls N | --rabbits N | --balls N | --sleepers N] [--step HZ] [--frames N]
+//   [--threads N]
+//   [--every N]
 //                   [--mesh FILE] [ENGINE...]
 // Bodies fall in a cubic grid onto a plane, frames of 1/60 s: hulls of 40 vertices, 2 m across, or
-// rabbits of 0.4 m with 6 pieces. Engines: exact, bullet. Overlaps are those of inspect_pile(), in
-// every Nth frame for the greatest of the run (0: only at the end); judging is not timed.
+// rabbits of 0.4 m with 6 pieces, or balls of 0.2 m. Sleepers are boxes that lie asleep beside each
+// other, while one box slides away from them without friction. Engines: exact, bullet. Overlaps are
+// those of inspect_pile(), in every Nth frame for the greatest of the run (0: only at the end);
+// judging is not timed.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -31,7 +35,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Options {
   int bodies = 1000, step_hz = 60, frames = 420, every = 10;
-  bool rabbits = false;
+  bool rabbits = false, balls = false, sleepers = false;
   std::string mesh = std::string(PILESIM_SOURCE_DIR) + "/assets/rabbit.obj";
   std::vector<std::string> engines;
 };
@@ -73,7 +77,12 @@ SmallModel pile(const Options& options) {
   if (options.step_hz > 0) m.scene.step_s = 1.0 / options.step_hz;
   const uint32_t material = m.material(0.1, 0.5);
   m.body(m.plane(), material, Vec3::Zero(), Role::fixed);
-  m.model.shapes.push_back(options.rabbits ? rabbit_shape(options.mesh) : hull_shape(options.mesh));
+  if (options.balls) {
+    m.sphere(0.1);
+  } else {
+    m.model.shapes.push_back(options.rabbits ? rabbit_shape(options.mesh)
+                                             : hull_shape(options.mesh));
+  }
   const auto index = static_cast<uint32_t>(m.model.shapes.size() - 1);
   const double diameter = 2 * m.model.shapes.back().bounding_radius;
   const int side = static_cast<int>(std::ceil(std::cbrt(options.bodies)));
@@ -82,6 +91,21 @@ SmallModel pile(const Options& options) {
     const Quat turn(Eigen::AngleAxisd(0.7 * i, Vec3(std::sin(i), std::cos(i), 0.5).normalized()));
     m.body(index, material, diameter * 1.1 * (cell + Vec3(0, 1, 0))).pose.orientation = turn;
   }
+  return m;
+}
+
+SmallModel sleepers(const Options& options) {
+  SmallModel m;
+  m.scene.frame_rate = 60;
+  if (options.step_hz > 0) m.scene.step_s = 1.0 / options.step_hz;
+  const uint32_t smooth = m.material(0, 0), rough = m.material(0, 0.5);
+  m.body(m.plane(), smooth, Vec3::Zero(), Role::fixed);
+  const uint32_t box = m.box(Vec3(0.2, 0.2, 0.2));
+  const int side = static_cast<int>(std::ceil(std::sqrt(options.bodies)));
+  for (int i = 0; i < options.bodies; ++i) {
+    m.body(box, rough, Vec3(0.2 * (i % side), 0.1, 0.2 * (i / side))).asleep = true;
+  }
+  m.body(box, smooth, Vec3(-1, 0.1, 0)).linear_velocity = Vec3(-1, 0, 0);
   return m;
 }
 
@@ -143,6 +167,12 @@ int run_all(int argc, char** argv) {
     else if (word == "--rabbits") {
       options.bodies = std::stoi(value());
       options.rabbits = true;
+    } else if (word == "--balls") {
+      options.bodies = std::stoi(value());
+      options.balls = true;
+    } else if (word == "--sleepers") {
+      options.bodies = std::stoi(value());
+      options.sleepers = true;
     } else if (word == "--step")
       options.step_hz = std::stoi(value());
     else if (word == "--frames")
@@ -160,10 +190,14 @@ int run_all(int argc, char** argv) {
                   {.found = "'" + word + "'", .expected = "an option or an engine"});
   }
   if (options.engines.empty()) options.engines = {"exact", "bullet"};
-  SmallModel m = pile(options);
+  SmallModel m = options.sleepers ? sleepers(options) : pile(options);
   std::printf("%s\n%d %s, step 1/%d s, %d frames, %d threads\n", machine_info().cpu.c_str(),
-              options.bodies, options.rabbits ? "rabbits" : "hulls", options.step_hz,
-              options.frames, thread_count());
+              options.bodies,
+              options.sleepers  ? "sleepers"
+              : options.balls   ? "balls"
+              : options.rabbits ? "rabbits"
+                                : "hulls",
+              options.step_hz, options.frames, thread_count());
   for (const std::string& engine : options.engines) run(options, engine, m);
   return 0;
 }

@@ -91,18 +91,6 @@ TEST(Guide, AHitKnocksLooseWhatItCouldMoveAtAnyScale) {
   }
 }
 
-// Bullet starts the joints of a step from nothing: through a chain of nails loads take many sweeps.
-TEST(Guide, NailsHoldTheSameColumn) {
-  Column column(6);
-  column.scene.simulator.solver_iterations = 300;
-  column.scene.guide->hold = HoldKind::nail;
-  for (int i = 1; i <= 6; ++i) column.model.bodies[i].pose.position.x() = 0.06 * i;
-  GuidedSimulator simulator(column.scene, column.model);
-  run(simulator, 120);
-  EXPECT_EQ(simulator.frames().back().counts.nails, 6);
-  EXPECT_GT(simulator.states().position[6].y(), 1.09);
-}
-
 // Each is given with a tenth of it in the next. They come apart, slowly, before they are held.
 TEST(Guide, OverlapsOfTheStartAreUndoneWithoutABurst) {
   Column column(6);
@@ -196,22 +184,18 @@ TEST(Guide, WhatMovesIsNotHeld) {
 }
 
 TEST(Guide, WhatHasNothingToStandOnIsLetGo) {
-  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
-    Column column(3);
-    column.scene.guide->hold = hold;
-    column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
-    GuidedSimulator simulator(column.scene, column.model);
-    run(simulator, 30);
-    uint32_t fewest = 3;
-    for (int frame = 0; frame < 60; ++frame) {
-      simulator.step_frame();
-      const GuideCounts& counts = simulator.frames().back().counts;
-      fewest = std::min(fewest, hold == HoldKind::nail ? counts.nails : counts.held);
-    }
-    EXPECT_EQ(fewest, 0) << "in the air";
-    EXPECT_NEAR(simulator.states().position[2].y(), 0.1, 0.01);
-    EXPECT_NEAR(simulator.states().position[3].y(), 0.3, 0.01);
+  Column column(3);
+  column.model.events.push_back({0.5, ModelEvent::Kind::remove, {1}, Vec3::Zero(), {}});
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 30);
+  uint32_t fewest = 3;
+  for (int frame = 0; frame < 60; ++frame) {
+    simulator.step_frame();
+    fewest = std::min(fewest, simulator.frames().back().counts.held);
   }
+  EXPECT_EQ(fewest, 0) << "in the air";
+  EXPECT_NEAR(simulator.states().position[2].y(), 0.1, 0.01);
+  EXPECT_NEAR(simulator.states().position[3].y(), 0.3, 0.01);
 }
 
 TEST(Guide, WhatWaitsForItsReleaseCarries) {
@@ -241,30 +225,26 @@ TEST(Guide, BodiesThatFallIntoItAreControlledFromThenOn) {
 }
 
 TEST(Guide, SaysWhereBodiesAreHeld) {
-  for (const HoldKind hold : {HoldKind::freeze, HoldKind::nail}) {
-    Column column(4);
-    column.scene.guide->hold = hold;
-    GuidedSimulator simulator(column.scene, column.model);
-    run(simulator, 30);
-    ASSERT_FALSE(simulator.constraints().empty());
-    const GuideConstraints& last = simulator.constraints().back();
-    EXPECT_LE(last.frame, 30);
-    ASSERT_EQ(last.points.size(), 4);
-    std::vector<double> heights;
-    for (const Vec3& point : last.points) {
-      heights.push_back(point.y());
-      EXPECT_LT(std::max(std::abs(point.x()), std::abs(point.z())), 0.12);
-    }
-    std::ranges::sort(heights);
-    for (int i = 0; i < 4; ++i) EXPECT_NEAR(heights[i], 0.2 * i, 0.01);
+  Column column(4);
+  GuidedSimulator simulator(column.scene, column.model);
+  run(simulator, 30);
+  ASSERT_FALSE(simulator.constraints().empty());
+  const GuideConstraints& last = simulator.constraints().back();
+  EXPECT_LE(last.frame, 30);
+  ASSERT_EQ(last.points.size(), 4);
+  std::vector<double> heights;
+  for (const Vec3& point : last.points) {
+    heights.push_back(point.y());
+    EXPECT_LT(std::max(std::abs(point.x()), std::abs(point.z())), 0.12);
   }
+  std::ranges::sort(heights);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(heights[i], 0.2 * i, 0.01);
 }
 
 TEST(Guide, TheSameSceneGivesTheSameBits) {
   std::vector<Vec3> first;
   for (int round = 0; round < 2; ++round) {
     Column column(6);
-    column.scene.guide->hold = HoldKind::nail;
     const uint32_t ball = column.sphere(0.15);
     column.body(ball, column.wood, {-1, 0.5, 0.03}).linear_velocity = {5, 0, 0};
     GuidedSimulator simulator(column.scene, column.model);

@@ -103,7 +103,6 @@ struct Column : SmallModel {
     scene.frame_rate = 60;
     Guide& guide = scene.guide.emplace();
     guide.hold = HoldKind::nail;
-    guide.method = Method::dissertation;
     wood = material(0, 0.7);
     body(plane(), wood, Vec3::Zero(), Role::fixed);
     const uint32_t cube = box(Vec3::Constant(kEdge));

@@ -33,7 +33,6 @@ TEST(SceneDetail, LevelsLimitsAndRulesAreFine) {
     {"near_near": "particle", "near_far": "particle", "far_far": "particle"}], "speeds": [3],
     "pairs": [{"a": "b", "b": "b", "method": "statistical"}])"),
               IsEmpty());
-  EXPECT_THAT(problems(R"("mode": "particle", "budget_ms_per_frame": 2)"), IsEmpty());
 }
 
 TEST(SceneDetail, LevelsThatDoNotExist) {
@@ -89,12 +88,6 @@ TEST(SceneDetail, RulesNameBodiesThatMayBeSpheres) {
 TEST(SceneDetail, WhatLooksThroughTheCameraNeedsOne) {
   EXPECT_THAT(detail_problems(R"("distances_m": [5, 10])", ""),
               ElementsAre(HasSubstr("/distances_m: needs a camera")));
-  EXPECT_THAT(problems(R"("max_error": 2)", ""), ElementsAre(HasSubstr("needs a camera")));
-}
-
-TEST(SceneDetail, ABudgetOrAnError) {
-  EXPECT_THAT(problems(R"("max_error": 2, "budget_ms_per_frame": 1)"),
-              ElementsAre(HasSubstr("/max_error: stands beside \"budget_ms_per_frame\"")));
 }
 
 TEST(SceneDetail, HingesInTheMixedMode) {

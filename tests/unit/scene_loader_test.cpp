@@ -121,8 +121,7 @@ TEST(SceneLoader, ErrorsOfOverridesNameThem) {
           "--set /simulator/solver_iteratons=5: is no key of the simulator; expected one of "
           "\"mode\", \"engine\", \"method\", \"sleeping\", \"rest_control\", "
           "\"solver_iterations\", "
-          "\"level_of_detail\", "
-          "\"budget_ms_per_frame\", \"max_error\". Did you mean "
+          "\"level_of_detail\". Did you mean "
           "\"solver_iterations\"?"));
 }
 

@@ -9,8 +9,8 @@
 
 #include "core/parallel_for.h"
 #include "core/text.h"
-#include "geometry/inside_test.h"
 #include "geometry/triangle_tree.h"
+#include "pile/guide/cell_grid.h"
 #include "pile/guide/guide_constants.h"
 #include "pile/guide/obstacle.h"
 #include "pile/guide/room.h"
@@ -30,12 +30,12 @@ class Cells {
   Cells(const Scene& scene, const Model& model, double cell_m);
 
   size_t size() const { return wall_m_.size(); }
-  double cell_m() const { return cell_m_; }
+  double cell_m() const { return grid_.cell_m; }
   // From its middle to the walls, m; < 0: outside, or something stands there.
   double wall_m(size_t cell) const { return wall_m_[cell]; }
   bool is_inside(size_t cell) const { return wall_m_[cell] >= 0; }
-  Vec3 middle_of(size_t cell) const;
-  size_t cell_of(const Vec3& point) const;  // size(): out of the box
+  Vec3 middle_of(size_t cell) const { return grid_.middle_of(cell); }
+  size_t cell_of(const Vec3& point) const { return grid_.cell_of(point); }
   // Calls of(neighbour, distance in cells) for those inside of the 26 around.
   template <typename Visit>
   void around(size_t cell, const Visit& of) const;
@@ -44,21 +44,13 @@ class Cells {
   std::vector<uint32_t> components(const IsIn& is_in, uint32_t& count) const;
 
  private:
-  Vec3 low_;
-  double cell_m_;
-  std::array<size_t, 3> count_;
+  CellGrid grid_;
   std::vector<double> wall_m_;
 };
 
-Cells::Cells(const Scene& scene, const Model& model, double cell_m) {
-  const Bounds bounds = model.guide.bounds();
-  low_ = bounds.min();
-  cell_m_ = std::max(cell_m, std::cbrt(bounds.volume() / kMostCells));
-  for (int k = 0; k < 3; ++k) {
-    count_[k] = static_cast<size_t>(std::ceil(bounds.sizes()[k] / cell_m_)) + 1;
-  }
-  wall_m_.assign(count_[0] * count_[1] * count_[2], -1);
-  const InsideTest inside(model.guide);
+Cells::Cells(const Scene& scene, const Model& model, double cell_m)
+    : grid_(model.guide.bounds(), cell_m, kMostCells), wall_m_(grid_.size(), -1) {
+  const std::vector<uint8_t> inside = grid_.inside(model.guide, 0);
   const TriangleTree surface(model.guide);
   const Vec3 up = -scene.gravity.normalized();
   std::vector<Obstacle> obstacles;
@@ -70,7 +62,7 @@ Cells::Cells(const Scene& scene, const Model& model, double cell_m) {
     for (size_t i = begin; i < end; ++i) {
       const Vec3 middle = middle_of(i);
       const bool is_free =
-          inside.contains(middle) && std::ranges::none_of(obstacles, [&](const Obstacle& one) {
+          inside[i] != 0 && std::ranges::none_of(obstacles, [&](const Obstacle& one) {
             return one.is_at(middle, 0);
           });
       if (is_free) wall_m_[i] = surface.distance(middle);
@@ -78,38 +70,22 @@ Cells::Cells(const Scene& scene, const Model& model, double cell_m) {
   });
 }
 
-Vec3 Cells::middle_of(size_t cell) const {
-  const size_t layer = cell / (count_[0] * count_[1]);
-  return low_ + cell_m_ * Vec3(static_cast<double>(cell % count_[0]) + 0.5,
-                               static_cast<double>(cell / count_[0] % count_[1]) + 0.5,
-                               static_cast<double>(layer) + 0.5);
-}
-
-size_t Cells::cell_of(const Vec3& point) const {
-  const Vec3 place = (point - low_) / cell_m_;
-  std::array<size_t, 3> at;
-  for (int k = 0; k < 3; ++k) {
-    if (!(place[k] >= 0) || place[k] >= static_cast<double>(count_[k])) return size();
-    at[k] = static_cast<size_t>(place[k]);
-  }
-  return at[0] + count_[0] * (at[1] + count_[1] * at[2]);
-}
-
 template <typename Visit>
 void Cells::around(size_t cell, const Visit& of) const {
-  const auto x = static_cast<int64_t>(cell % count_[0]),
-             y = static_cast<int64_t>(cell / count_[0] % count_[1]),
-             z = static_cast<int64_t>(cell / (count_[0] * count_[1]));
+  const std::array<size_t, 3>& count = grid_.count;
+  const auto x = static_cast<int64_t>(cell % count[0]),
+             y = static_cast<int64_t>(cell / count[0] % count[1]),
+             z = static_cast<int64_t>(cell / (count[0] * count[1]));
   for (int64_t k = std::max<int64_t>(0, z - 1); k <= z + 1; ++k) {
     for (int64_t j = std::max<int64_t>(0, y - 1); j <= y + 1; ++j) {
       for (int64_t i = std::max<int64_t>(0, x - 1); i <= x + 1; ++i) {
-        if (i >= static_cast<int64_t>(count_[0]) || j >= static_cast<int64_t>(count_[1]) ||
-            k >= static_cast<int64_t>(count_[2])) {
+        if (i >= static_cast<int64_t>(count[0]) || j >= static_cast<int64_t>(count[1]) ||
+            k >= static_cast<int64_t>(count[2])) {
           continue;
         }
         const size_t other =
             static_cast<size_t>(i) +
-            count_[0] * (static_cast<size_t>(j) + count_[1] * static_cast<size_t>(k));
+            count[0] * (static_cast<size_t>(j) + count[1] * static_cast<size_t>(k));
         const auto steps = std::abs(i - x) + std::abs(j - y) + std::abs(k - z);
         if (steps == 0 || !is_inside(other)) continue;
         of(other, std::sqrt(static_cast<double>(steps)));

@@ -32,10 +32,6 @@ inline constexpr uint64_t kMostStart = 5;
 // half: Guide.WhatComesSlowlyIsNoHit; twice: Guide.WhatComesAtASixthOfItsFallIsAHit
 inline constexpr double kTouch = 0.1;
 
-// Strength of a nail, in hits at the guide's speed: it carries loads besides.
-// half: Guide.NailsHoldTheSameColumn; twice: Guide.SaysWhereBodiesAreHeld
-inline constexpr double kNailStrength = 10;
-
 // --- Nails as they are in the dissertation (6.2.2): an impulse breaks one above this, times the
 // mass of its body, m/s. Table 6.1; not tuned here.
 inline constexpr double kKappa = 5;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "core/clock.h"
 #include "pile/guide/guide_constants.h"
@@ -55,9 +54,8 @@ void GuideDirector::control_step(ImpulseControl& control) {
   leave_out_the_sunk();
   if (guide_.neighbours) keep_well_surrounded(control);
   std::ranges::fill(held_, uint8_t{0});
-  if (guide_.control) guide_.hold == HoldKind::freeze ? freeze(control) : nail(control);
+  if (guide_.control) freeze(control);
   state_.counts.held = 0;
-  state_.counts.nails = static_cast<uint32_t>(state_.nails.size());
   for (uint32_t body = 0; body < held_.size(); ++body) {
     state_.counts.held += held_[body];
     control.mark(body, kFrozen | kPassed | kFailed, flags_of(standing_[body], held_[body] != 0));
@@ -156,63 +154,12 @@ void GuideDirector::hold(uint32_t body, const Vec3& contact) {
   queue_.push_back(body);
 }
 
-// One nail for each pair of which one is chosen, at the contact nearest to the middle of theirs. It
-// stays while it holds and is wanted: one that is renewed takes what has shifted for what is meant.
-void GuideDirector::nail(ImpulseControl& control) {
-  const auto pair_of = [&](uint32_t contact) {
-    return std::pair<uint32_t, uint32_t>(
-        std::minmax({state_.contacts[contact].a, state_.contacts[contact].b}));
-  };
-  std::erase_if(state_.nails, [&](const auto& nail) {
-    const bool wanted = chosen_[nail.first.first] != 0 || chosen_[nail.first.second] != 0;
-    if (wanted && control.holds(nail.second.id)) return false;
-    control.remove_constraint(nail.second.id);
-    return true;
-  });
-  queue_.resize(state_.contacts.size());
-  std::iota(queue_.begin(), queue_.end(), 0U);
-  std::ranges::stable_sort(queue_, {}, pair_of);
-  for (size_t first = 0, last = 0; first < queue_.size(); first = last) {
-    const std::pair<uint32_t, uint32_t> pair = pair_of(queue_[first]);
-    Vec3 middle = Vec3::Zero();
-    for (; last < queue_.size() && pair_of(queue_[last]) == pair; ++last) {
-      middle += state_.contacts[queue_[last]].point;
-    }
-    middle /= static_cast<double>(last - first);
-    if ((chosen_[pair.first] == 0 && chosen_[pair.second] == 0) || state_.nails.contains(pair))
-      continue;
-    const BodyContact& contact = state_.contacts[*std::ranges::min_element(
-        std::span(queue_).subspan(first, last - first), {},
-        [&](uint32_t i) { return (state_.contacts[i].point - middle).squaredNorm(); })];
-    state_.nails[pair] = drive_in(control, contact);
-  }
-  for (const auto& [pair, driven] : state_.nails) {
-    for (const uint32_t body : {pair.first, pair.second}) held_[body] = chosen_[body];
-  }
-}
-
-GuideState::DrivenNail GuideDirector::drive_in(ImpulseControl& control,
-                                               const BodyContact& contact) {
-  Nail nail{contact.a, contact.b, contact.point, contact.normal, 0};
-  if (!control.is_in_world(nail.a)) std::swap(nail.a, nail.b);
-  nail.breaking_impulse_ns = strength(nail.a);
-  if (control.is_in_world(nail.b)) {
-    nail.breaking_impulse_ns = std::min(nail.breaking_impulse_ns, strength(nail.b));
-  }
-  return {control.add_nail(nail), nail.point};
-}
-
 std::vector<Vec3> GuideDirector::constraint_points() const {
   std::vector<Vec3> points;
   for (uint32_t body = 0; body < state_.asleep.size(); ++body) {
     if (state_.asleep[body] != 0) points.push_back(state_.held_at[body]);
   }
-  for (const auto& [pair, driven] : state_.nails) points.push_back(driven.point);
   return points;
-}
-
-double GuideDirector::strength(uint32_t body) const {
-  return kNailStrength * guide_.break_speed * free_fall_speed(body) * model_.bodies[body].mass_kg;
 }
 
 // A hit frees as much of what it meets, from contact to contact, as it could set moving at the
@@ -249,9 +196,6 @@ void GuideDirector::load(StateReader& reader) {
   }
   for (const BodyContact& contact : state_.contacts) {
     StateReader::require(contact.a < count && contact.b < count, "contacts of bodies");
-  }
-  for (const auto& [pair, nail] : state_.nails) {
-    StateReader::require(pair.first < pair.second && pair.second < count, "nails of two bodies");
   }
   graph_.build(state_.contacts);
 }

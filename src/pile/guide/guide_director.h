@@ -1,11 +1,10 @@
-// Holds a pile in a shape while the impulse mode steps it (dissertation 6.2, algorithm 2).
+// Holds a pile in a shape while the impulse mode steps it: bodies that can stand stop moving
+// (dissertation 6.2; section 6.2 as it is written is NailDirector).
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "geometry/inside_test.h"
@@ -23,26 +22,18 @@ namespace pilesim {
 struct GuideState {
   explicit GuideState(size_t bodies);
 
-  struct DrivenNail {
-    ConstraintId id = 0;
-    Vec3 point = Vec3::Zero();  // m, world
-
-    static void fields(auto& self, auto& stream) { stream(self.id, self.point); }
-  };
-
   uint64_t step = 0;                  // to come
   bool is_sunk = false;               // something overlapped too far at the last control step
   std::vector<BodyContact> contacts;  // of the last control step
   std::vector<uint8_t> asleep;        // (B) 1: put to sleep by this director
   std::vector<Vec3> held_at;          // (B) m, of what sleeps
-  std::map<std::pair<uint32_t, uint32_t>, DrivenNail> nails;  // of two bodies, the lower first
   GuideCounts counts;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.held_at, self.nails,
-           self.counts, self.control_steps, self.control_s);
+    stream(self.step, self.is_sunk, self.contacts, self.asleep, self.held_at, self.counts,
+           self.control_steps, self.control_s);
   }
 };
 
@@ -59,7 +50,7 @@ class GuideDirector final : public PileHolder {
   const GuideCounts& counts() const override { return state_.counts; }
   uint64_t control_steps() const override { return state_.control_steps; }
   double control_s() const override { return state_.control_s; }
-  // The nails, or of each body that is held still a contact through which it is.
+  // Of each body that is held a contact through which it is.
   std::vector<Vec3> constraint_points() const override;
 
  private:
@@ -69,9 +60,6 @@ class GuideDirector final : public PileHolder {
   void keep_well_surrounded(const ImpulseControl& control);
   void freeze(ImpulseControl& control);
   void hold(uint32_t body, const Vec3& contact);
-  void nail(ImpulseControl& control);
-  GuideState::DrivenNail drive_in(ImpulseControl& control, const BodyContact& contact);
-  double strength(uint32_t body) const;  // of its nails, N s
   bool in_guide(uint32_t body, const Vec3& centre);
   double free_fall_speed(uint32_t body) const;
 
@@ -87,7 +75,7 @@ class GuideDirector final : public PileHolder {
   SupportGraph graph_;
   std::vector<Standing> standing_;  // (B)
   std::vector<uint8_t> chosen_;     // (B) 1: may be held
-  std::vector<uint8_t> held_;       // (B) 1: sleeps or is nailed
+  std::vector<uint8_t> held_;       // (B) 1: sleeps
   std::vector<uint32_t> queue_;     // of searches through the graph
 
   // Scratch that saves time and changes nothing: held bodies are where they were.

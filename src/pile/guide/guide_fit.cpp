@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "geometry/inside_test.h"
+#include "pile/guide/cell_grid.h"
 #include "pile/guide/empty_parts.h"
 #include "pile/guide/room.h"
 
@@ -40,17 +42,13 @@ class Voxels {
 
 constexpr uint8_t kPile = 1, kGuide = 2;
 
-void fill_guide(const TriangleMesh& guide, const InsideTest& inside, double edge, Voxels& voxels) {
-  const Bounds bounds = guide.bounds();
-  const Vec3 low = (bounds.min() / edge).array().floor();
-  const Vec3 high = (bounds.max() / edge).array().ceil();
-  for (double x = low.x() + 0.5; x < high.x(); ++x) {
-    for (double y = low.y() + 0.5; y < high.y(); ++y) {
-      for (double z = low.z() + 0.5; z < high.z(); ++z) {
-        const Vec3 centre = edge * Vec3(x, y, z);
-        if (inside.contains(centre)) voxels.fill(centre, kGuide);
-      }
-    }
+void fill_guide(const TriangleMesh& guide, double edge, Voxels& voxels) {
+  Bounds box = guide.bounds();
+  box.min() = edge * (box.min() / edge).array().floor();
+  const CellGrid grid(box, edge, std::numeric_limits<double>::infinity());
+  const std::vector<uint8_t> inside = grid.inside(guide, 0);
+  for (size_t i = 0; i < grid.size(); ++i) {
+    if (inside[i] != 0) voxels.fill(grid.middle_of(i), kGuide);
   }
 }
 
@@ -80,7 +78,7 @@ GuideFit measure_guide_fit(const Scene& scene, const Model& model, const BodySta
   fit.volume_inside /= volume;
   fit.voxel_m = radii / bodies;
   Voxels voxels(fit.voxel_m);
-  fill_guide(model.guide, inside, fit.voxel_m, voxels);
+  fill_guide(model.guide, fit.voxel_m, voxels);
   std::vector<std::vector<Vec3>> points(model.shapes.size());
   for (size_t body = 0; body < states.size(); ++body) {
     if (!counts(model, states, body)) continue;

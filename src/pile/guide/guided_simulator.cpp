@@ -31,9 +31,13 @@ const Scene& checked(const Scene& scene) {
 }
 
 std::unique_ptr<PileHolder> holder_of(const Scene& scene, const Model& model) {
-  if (scene.guide->hold == HoldKind::glue) return std::make_unique<GlueDirector>(scene, model);
-  if (scene.guide->method == Method::dissertation) {
-    return std::make_unique<NailDirector>(scene, model);
+  switch (scene.guide->hold) {
+    case HoldKind::glue:
+      return std::make_unique<GlueDirector>(scene, model);
+    case HoldKind::nail:
+      return std::make_unique<NailDirector>(scene, model);
+    case HoldKind::freeze:
+      break;
   }
   return std::make_unique<GuideDirector>(scene, model);
 }

@@ -7,6 +7,7 @@
 
 #include "core/philox.h"
 #include "model/model.h"
+#include "pile/guide/cell_grid.h"
 #include "pile/guide/obstacle.h"
 
 namespace pilesim {
@@ -20,7 +21,7 @@ class Room {
   // Cells of about `cell_m`, larger where that would be more than a few million.
   Room(const TriangleMesh& guide, double cell_m);
 
-  double cell_m() const { return cell_m_; }
+  double cell_m() const { return grid_.cell_m; }
   // Leaves no room inside of it or nearer than `near_m` to it; whether any was there.
   bool block(const Obstacle& obstacle, double near_m);
   void clear();
@@ -34,13 +35,8 @@ class Room {
 
  private:
   static constexpr uint8_t kOutside = 1, kCovered = 2;
-  size_t cell_of(const Vec3& point) const;  // cells_.size(): out of the box
-  Vec3 middle_of(size_t cell) const;
-  Vec3 corner_of(size_t cell) const;  // in cells from the lowest corner
 
-  Vec3 low_;
-  double cell_m_;
-  std::array<size_t, 3> count_;
+  CellGrid grid_;
   std::vector<uint8_t> cells_;
   std::vector<uint32_t> free_;
 };

@@ -16,21 +16,22 @@ enum class Moves : uint8_t {
 
 // Plain data: all that a body is from one step to the next.
 struct Body {
-  Vec3 position = Vec3::Zero();         // m, centre of mass, world
+  // What tells whether it stands still comes first.
+  Vec3 position = Vec3::Zero();  // m, centre of mass, world
+  uint32_t shape = 0;            // index into the model's shapes
+  Moves moves = Moves::not_there;
+  bool asleep = false;                  // by itself: a touch wakes it
+  bool put_to_sleep = false;            // by a director: nothing but he does
+  bool kept_apart = false;              // never meets others that are
   Quat orientation = Quat::Identity();  // body to world
+  Vec3 moved = Vec3::Zero();            // m, in the last step, of its centre
+  double turned_m = 0;                  // and no point of it has moved farther by turning
   Vec3 velocity = Vec3::Zero();         // m/s
   Vec3 spin = Vec3::Zero();             // rad/s, world
-  uint32_t shape = 0;                   // index into the model's shapes
-  Moves moves = Moves::not_there;
-  bool asleep = false;        // by itself: a touch wakes it
-  bool put_to_sleep = false;  // by a director: nothing but he does
-  bool kept_apart = false;    // never meets others that are
   bool hinged = false;
   double friction = 0, restitution = 0;  // its material's; of a pair the product's root
   double mass_kg = 0;                    // 0: moves not by contacts
   double load_rate2 = 0;  // 1/s^2: rate, squared, of the substeps that its loads need; StepSolver
-  Vec3 moved = Vec3::Zero();  // m, in the last step, of its centre
-  double turned_m = 0;        // and no point of it has moved farther by turning
   // Rest; see rest.h.
   double rest_time_s = 0;          // for so long it has been slow
   Vec3 rest_place = Vec3::Zero();  // m, world: where that time began

@@ -167,7 +167,8 @@ bool ContactSolver::collide(Block& block, uint32_t now) {
     felt = mul_add(L::load(impulses_[p].push.data()), lighter, felt);
   }
   Row strikes;
-  select(felt > L(least_impact_), one, zero).store(strikes.data());
+  const L small = L(per_step_) * L::load(block.shallow.data());
+  select(felt > max(L(least_impact_), small), one, zero).store(strikes.data());
   scatter(block, g, motions_);
   if (block.holds_turning) hold_turning(block, true);
   for (size_t i = 0; i < kLanes; ++i) {

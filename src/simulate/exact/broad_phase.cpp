@@ -95,10 +95,26 @@ void WideTree::build(std::span<const WideBox> boxes, std::vector<uint32_t> items
     count = levels_.back().size();
     if (count == 1) break;
   }
-  refit(boxes);
+  place_of_.resize(boxes.size());
+  for (uint32_t place = 0; place < items_.size(); ++place) place_of_[items_[place]] = place;
+  set_all(boxes);
 }
 
-void WideTree::refit(std::span<const WideBox> boxes) {
+void WideTree::refit(std::span<const WideBox> boxes, std::span<const uint32_t> changed) {
+  if (8 * changed.size() > items_.size()) return set_all(boxes);
+  for (const uint32_t item : changed) {
+    size_t place = place_of_[item];
+    WideBox box = boxes[item];
+    for (std::vector<Node>& nodes : levels_) {
+      Node& node = nodes[place / 8];
+      set(node, place % 8, box);
+      box = bounds(node);
+      place /= 8;
+    }
+  }
+}
+
+void WideTree::set_all(std::span<const WideBox> boxes) {
   WideBox none{};
   none.low.fill(kInfinite);
   none.high.fill(-kInfinite);

@@ -48,22 +48,25 @@ class WideTree {
  public:
   // `boxes` are indexed by `items`.
   void build(std::span<const WideBox> boxes, std::vector<uint32_t> items);
-  void refit(std::span<const WideBox> boxes);  // boxes have changed, items not
+  // Boxes of `changed` are others, which all must be items.
+  void refit(std::span<const WideBox> boxes, std::span<const uint32_t> changed);
   // Appends all items whose box, without its ball, meets `box`; in the order of the tree.
   void find(const WideBox& box, std::vector<uint32_t>& found) const;
-  bool empty() const { return items_.empty(); }
+  size_t size() const { return items_.size(); }
 
  private:
   // The boxes of eight items or nodes.
   struct Node {
     alignas(32) std::array<std::array<float, 8>, 6> sides;  // low x, y, z, high x, y, z
   };
+  void set_all(std::span<const WideBox> boxes);
   void set(Node& node, size_t lane, const WideBox& box);
   WideBox bounds(const Node& node) const;
   uint32_t meeting(const Node& node, const WideBox& box) const;  // a bit for each lane
   void find(size_t level, size_t index, const WideBox& box, std::vector<uint32_t>& found) const;
 
   std::vector<uint32_t> items_;
+  std::vector<uint32_t> place_of_;         // by item, in items_
   std::vector<std::vector<Node>> levels_;  // that of the items first
 };
 

@@ -75,6 +75,7 @@ class Engine final : public ExactEngine {
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
   void bring_back();
+  void list_active();
   void require_pairs(std::span<const Pair> pairs, size_t contacts,
                      const std::vector<Body>& bodies) const;
   void require_pieces(const Pair& pair, const std::vector<Body>& bodies) const;
@@ -88,6 +89,8 @@ class Engine final : public ExactEngine {
   ModelSurroundings surroundings_;
   EngineState state_;
   std::vector<Body>& bodies_;
+  std::vector<uint32_t> active_;  // bodies that do not stand still, ascending
+  bool is_listed_ = false;        // they are those of now
   PairList pairs_;
   NarrowPhase narrow_;
   Rest rest_;
@@ -103,6 +106,12 @@ std::vector<CollisionShape> shapes_of(const Model& model) {
   return shapes;
 }
 
+std::vector<Body> bodies_of(const Model& model) {
+  std::vector<Body> bodies(model.bodies.size());
+  for (size_t i = 0; i < bodies.size(); ++i) bodies[i].shape = model.bodies[i].shape;
+  return bodies;
+}
+
 Engine::Engine(const Scene& scene, const Model& model)
     : scene_(scene),
       model_(model),
@@ -111,13 +120,21 @@ Engine::Engine(const Scene& scene, const Model& model)
       gravity_(scene.gravity),
       shapes_(shapes_of(model)),
       surroundings_(model, shapes_),
-      state_{.bodies = std::vector<Body>(model.bodies.size())},
+      state_{.bodies = bodies_of(model)},
       bodies_(state_.bodies),
-      pairs_(shapes_, state_),
-      narrow_(shapes_, state_, gravity_, surroundings_),
-      rest_(model, shapes_, state_, gravity_),
-      solver_(scene, model, shapes_, state_) {
-  for (uint32_t i = 0; i < model.bodies.size(); ++i) bodies_[i].shape = model.bodies[i].shape;
+      pairs_(shapes_, state_, active_),
+      narrow_(shapes_, state_, active_, gravity_, surroundings_),
+      rest_(model, shapes_, state_, active_, gravity_),
+      solver_(scene, model, shapes_, state_, active_) {}
+
+// A step looks at what moves alone: a pile that sleeps costs little.
+void Engine::list_active() {
+  if (is_listed_) return;
+  is_listed_ = true;
+  active_.clear();
+  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (!bodies_[i].stands_still()) active_.push_back(i);
+  }
 }
 
 void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep) {
@@ -149,6 +166,7 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
   }
   pairs_.add(index);
   if (body.moves == Moves::by_contacts && asleep) fall_asleep(body);
+  is_listed_ = false;
 }
 
 void Engine::remove(uint32_t index) {
@@ -168,6 +186,7 @@ void Engine::remove(uint32_t index) {
   });
   pairs_.remove(index);
   bodies_[index].moves = Moves::not_there;
+  is_listed_ = false;
 }
 
 void Engine::put_to_sleep(uint32_t index) {
@@ -182,6 +201,7 @@ void Engine::wake(uint32_t index) {
   if (body.is_awake()) return;
   body.put_to_sleep = false;
   rouse(body);
+  is_listed_ = false;
 }
 
 void Engine::set_velocity(uint32_t index, const Vec3& linear, const Vec3& angular) {
@@ -195,6 +215,7 @@ void Engine::nudge(uint32_t index, const Vec3& way, const Quat& turn) {
   body.orientation = (turn * body.orientation).normalized();
   body.moved += way;
   body.turned_m += 2 * turn.vec().norm() * shapes_[body.shape].radius_m;
+  is_listed_ = false;
 }
 
 void Engine::apply_impulse(uint32_t index, const ModelEvent& event) {
@@ -284,13 +305,15 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 }
 
 double Engine::longest_step_s(double most_s) {
-  const StepChoice choice(shapes_, state_, gravity_.norm(), scene_.accuracy);
+  list_active();
+  const StepChoice choice(shapes_, state_, active_, gravity_.norm(), scene_.accuracy);
   list_step_s_ = std::min(most_s, choice.at_rest_s());
   pairs_.update(list_step_s_, gravity_.norm());
   return choice.longest_s(list_step_s_);
 }
 
 void Engine::step(StageTimer& timer, const std::function<void()>& before_solver) {
+  list_active();
   const auto step = [&] { make_step(timer, before_solver); };
   const size_t pairs = state_.pairs.size() + state_.resting.pairs.size();
   partner_ || pairs >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
@@ -306,13 +329,19 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     narrow_.find(step_s_, filter_);
   }
   before_solver();
+  list_active();
   {
     StageTimer::Scope scope(timer, Stage::solver);
     bring_back();
-    if (rest_.wake_islands(step_s_, narrow_.touching())) bring_back();
-    for (Body& body : bodies_) {
+    if (rest_.wake_islands(step_s_, narrow_.touching())) {
+      is_listed_ = false;
+      list_active();
+      bring_back();
+    }
+    for (const uint32_t i : active_) {
+      Body& body = bodies_[i];
       // What moves by keys: when it is moved.
-      if (body.moves == Moves::by_keys || body.stands_still()) continue;
+      if (body.moves == Moves::by_keys) continue;
       body.moved.setZero();
       body.turned_m = 0;
     }
@@ -324,6 +353,7 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     rest_.note_support(narrow_.touching());
     rest_.end_step(scene_.simulator.sleeping);
     pairs_.set_aside(narrow_.still_pairs());
+    std::erase_if(active_, [&](uint32_t i) { return bodies_[i].stands_still(); });
   }
 }
 
@@ -333,7 +363,7 @@ void Engine::bring_back() {
 
 // What nothing touches.
 void Engine::fly_on() {
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : active_) {
     Body& body = bodies_[i];
     if (!body.is_awake() || solver_.has_moved(i)) continue;
     fly(body, shape_of(body), gravity_, step_s_ - narrow_.ahead_s()[i]);
@@ -500,6 +530,8 @@ void Engine::load(StateReader& reader) {
   }
   state_ = std::move(state);
   pairs_.reload();
+  narrow_.reload();
+  is_listed_ = false;
 }
 
 // Of pairs that were read.

@@ -20,20 +20,39 @@ constexpr size_t kBodyGrain = 256;
 }  // namespace
 
 NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state,
-                         const Vec3& gravity, const ModelSurroundings& surroundings)
+                         const std::vector<uint32_t>& active, const Vec3& gravity,
+                         const ModelSurroundings& surroundings)
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
+      active_(active),
       settings_{0, gravity.norm(), &surroundings},
       gravity_(gravity),
       placed_(state.bodies.size()),
-      stirs_(state.bodies.size()) {}
+      stirs_(state.bodies.size()) {
+  reload();
+}
+
+void NarrowPhase::reload() {
+  stirring_.clear();
+  for (uint32_t i = 0; i < bodies_.size(); ++i) stirs_[i] = still(i);
+}
+
+Stir NarrowPhase::still(uint32_t index) const {
+  return {.extent_m = static_cast<float>(shape_of(index).own_extent()), .stands_still = true};
+}
+
+void NarrowPhase::place_bodies() {
+  for (const uint32_t i : stirring_) stirs_[i] = still(i);
+  stirring_ = active_;
+  parallel_for(active_.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) place(active_[i]);
+  });
+}
 
 void NarrowPhase::find(double step_s, const PairFilter& filter) {
   settings_.step_s = step_s;
-  parallel_for(bodies_.size(), kBodyGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) place(static_cast<uint32_t>(i));
-  });
+  place_bodies();
   const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
   parts_.resize(std::max(parts_.size(), count));
   for (Part& part : std::span(parts_).subspan(count)) part = {};
@@ -51,17 +70,15 @@ void NarrowPhase::find(double step_s, const PairFilter& filter) {
 
 void NarrowPhase::place(uint32_t index) {
   const Body& body = bodies_[index];
-  if (body.moves == Moves::not_there) return;
   const CollisionShape& shape = shapes_[body.shape];
-  const bool stands_still = body.stands_still();
-  if (!stands_still) placed_[index] = Placed(body, shape);
+  placed_[index] = Placed(body, shape);
   stirs_[index] = {body.velocity.cast<float>(),
                    static_cast<float>(Placed::turning_m_s_of(body, shape)),
                    body.moved.cast<float>(),
                    static_cast<float>(body.turned_m),
                    static_cast<float>(shape.own_extent()),
                    body.is_awake(),
-                   stands_still};
+                   false};
 }
 
 // `own`: where it is made, if it is not there yet.
@@ -209,7 +226,7 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
     }
   }
   if (!any) return false;
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : active_) {
     stirs_[i].moved.setZero();
     stirs_[i].turned_m = 0;
     if (ahead_s_[i] == 0) continue;

@@ -11,10 +11,12 @@ namespace pilesim::exact {
 
 class NarrowPhase {
  public:
-  // Works on the bodies and pairs of `state`; it, shapes and surroundings must outlive this.
-  // `gravity` in m/s^2.
-  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state, const Vec3& gravity,
+  // Works on the bodies and pairs of `state`; `active`: the bodies that do not stand still. All and
+  // the surroundings must outlive this. `gravity` in m/s^2.
+  NarrowPhase(std::span<const CollisionShape> shapes, EngineState& state,
+              const std::vector<uint32_t>& active, const Vec3& gravity,
               const ModelSurroundings& surroundings);
+  void reload();  // the state is another
 
   // Finds the contacts of all pairs that `filter` lets touch (empty: all) in a step of `step_s`,
   // and how they bounce. What turns on its way to a contact of this step is moved there.
@@ -44,7 +46,9 @@ class NarrowPhase {
   void look_at(uint32_t index, bool anew, std::span<const Contact> former, Part& part);
   bool advance(std::span<const Part> parts);
   void list(std::span<const Part> parts);
+  void place_bodies();
   void place(uint32_t body);
+  Stir still(uint32_t body) const;
   const Placed& placed(uint32_t body, Placed& own) const;
   void bounce(const Placed& a, const Placed& b, std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
@@ -52,11 +56,13 @@ class NarrowPhase {
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   std::vector<Body>& bodies_;
+  const std::vector<uint32_t>& active_;
   NarrowSettings settings_;
   Vec3 gravity_;
   // Scratch of a step.
   std::vector<Placed> placed_;  // but for what stands still
   std::vector<Stir> stirs_;
+  std::vector<uint32_t> stirring_;  // bodies that did not stand still when they were made
   std::vector<double> ahead_s_;
   std::vector<uint32_t> touching_;
   size_t still_pairs_ = 0;

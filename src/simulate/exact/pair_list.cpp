@@ -13,8 +13,9 @@ using namespace exact_constants;
 
 namespace {
 
-// The order of the trees is made anew after so many steps.
-constexpr int kRebuild = 16;
+// The tree of what moves is built again when so many boxes have been renewed for each of its
+// bodies.
+constexpr size_t kRebuild = 4;
 constexpr size_t kGrain = 64;
 constexpr size_t kBodyGrain = 256;
 constexpr size_t kPairGrain = 1024;
@@ -37,8 +38,9 @@ Bounds swept(const Bounds& box, const Vec3& way, double around) {
 
 }  // namespace
 
-PairList::PairList(std::span<const CollisionShape> shapes, EngineState& state)
-    : shapes_(shapes), state_(state) {
+PairList::PairList(std::span<const CollisionShape> shapes, EngineState& state,
+                   const std::vector<uint32_t>& active)
+    : shapes_(shapes), state_(state), active_(active) {
   state_.boxes.assign(state.bodies.size(), kNothing);
 }
 
@@ -119,28 +121,12 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
 
 void PairList::update(double step_s, double gravity) {
   bring_back();
-  former_.resize(state_.bodies.size());
-  is_moved_.assign(state_.bodies.size(), 0);
-  std::vector<std::vector<uint32_t>> parts((present_.size() + kBodyGrain - 1) / kBodyGrain);
-  parallel_for(present_.size(), kBodyGrain, [&](size_t begin, size_t end) {
-    for (size_t m = begin; m < end; ++m) {
-      if (renew(present_[m], step_s, gravity)) parts[begin / kBodyGrain].push_back(present_[m]);
-    }
-  });
-  std::vector<uint32_t> moved;
-  for (const std::vector<uint32_t>& part : parts) {
-    moved.insert(moved.end(), part.begin(), part.end());
-  }
-  if (changed_ || steps_++ % kRebuild == 0) {
-    std::vector<uint32_t> moving, fixed;
-    for (const uint32_t i : present_) {
-      (state_.bodies[i].moves == Moves::never ? fixed : moving).push_back(i);
-    }
-    moving_tree_.build(state_.boxes, std::move(moving));
-    if (changed_) fixed_tree_.build(state_.boxes, std::move(fixed));
-    changed_ = false;
-  } else if (!moved.empty()) {
-    moving_tree_.refit(state_.boxes);
+  std::vector<uint32_t> moved = renew_boxes(step_s, gravity);
+  renewed_ += moved.size();
+  if (changed_ || renewed_ > kRebuild * moving_tree_.size()) {
+    build_trees();
+  } else {
+    moving_tree_.refit(state_.boxes, moved);
   }
   // A plane that has come meets all that is there.
   const bool all = std::ranges::any_of(
@@ -154,6 +140,38 @@ void PairList::update(double step_s, double gravity) {
   if (moved.empty()) return;
   look_up(moved, all);
   merge();
+}
+
+// Those that are new, ascending.
+std::vector<uint32_t> PairList::renew_boxes(double step_s, double gravity) {
+  former_.resize(state_.bodies.size());
+  is_moved_.assign(state_.bodies.size(), 0);
+  std::vector<uint32_t> fresh = state_.fresh, bodies;
+  std::ranges::sort(fresh);
+  std::ranges::set_union(active_, fresh, std::back_inserter(bodies));
+  std::erase_if(bodies, [&](uint32_t i) { return shapes_[state_.bodies[i].shape].is_plane; });
+  std::vector<std::vector<uint32_t>> parts((bodies.size() + kBodyGrain - 1) / kBodyGrain);
+  parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
+    for (size_t m = begin; m < end; ++m) {
+      if (renew(bodies[m], step_s, gravity)) parts[begin / kBodyGrain].push_back(bodies[m]);
+    }
+  });
+  std::vector<uint32_t> moved;
+  for (const std::vector<uint32_t>& part : parts) {
+    moved.insert(moved.end(), part.begin(), part.end());
+  }
+  return moved;
+}
+
+void PairList::build_trees() {
+  std::vector<uint32_t> moving, fixed;
+  for (const uint32_t i : present_) {
+    (state_.bodies[i].moves == Moves::never ? fixed : moving).push_back(i);
+  }
+  moving_tree_.build(state_.boxes, std::move(moving));
+  if (changed_) fixed_tree_.build(state_.boxes, std::move(fixed));
+  changed_ = false;
+  renewed_ = 0;
 }
 
 // Whether their boxes met before they were made anew: then the pair is listed.
@@ -317,10 +335,8 @@ void PairList::bring_back_if(const auto& comes) {
 }
 
 bool PairList::bring_back() {
-  const auto is_roused = [&](uint32_t body) {
-    return rests(body) && !state_.bodies[body].stands_still();
-  };
-  if (state_.resting.pairs.empty() || std::ranges::none_of(present_, is_roused)) return false;
+  const auto is_roused = [&](uint32_t body) { return rests(body); };
+  if (state_.resting.pairs.empty() || std::ranges::none_of(active_, is_roused)) return false;
   bring_back_if([&](const Pair& pair) { return !is_still(pair); });
   return true;
 }

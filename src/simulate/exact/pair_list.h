@@ -10,8 +10,10 @@ namespace pilesim::exact {
 
 class PairList {
  public:
-  // Works on the boxes and pairs of `state`; both must outlive it.
-  PairList(std::span<const CollisionShape> shapes, EngineState& state);
+  // Works on the boxes and pairs of `state`; `active`: the bodies that do not stand still,
+  // ascending. All must outlive it.
+  PairList(std::span<const CollisionShape> shapes, EngineState& state,
+           const std::vector<uint32_t>& active);
 
   void add(uint32_t body);     // it has come into the world, or may touch others than before
   void remove(uint32_t body);  // with its pairs
@@ -30,6 +32,8 @@ class PairList {
  private:
   bool may_meet(uint32_t a, uint32_t b) const;
   bool renew(uint32_t body, double step_s, double gravity);
+  std::vector<uint32_t> renew_boxes(double step_s, double gravity);
+  void build_trees();
   bool is_known(uint32_t i, uint32_t j) const;
   void look_up(std::span<const uint32_t> moved, bool all);
   void merge();
@@ -42,11 +46,12 @@ class PairList {
 
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
+  const std::vector<uint32_t>& active_;
   // Made anew from the state.
   std::vector<uint32_t> planes_;
   std::vector<uint32_t> present_;  // but planes, ascending
   bool changed_ = true;            // present_ has, since the trees were built
-  int steps_ = 0;
+  size_t renewed_ = 0;             // boxes, since then
   WideTree moving_tree_, fixed_tree_;
   std::vector<uint8_t> is_moved_;  // bodies whose boxes are new
   std::vector<WideBox> former_;    // and what they were

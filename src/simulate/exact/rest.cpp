@@ -17,8 +17,12 @@ constexpr size_t kGrain = 256;
 }  // namespace
 
 Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
-           const Vec3& gravity)
-    : shapes_(shapes), state_(state), bodies_(state.bodies), constants_(model.bodies.size()) {
+           const std::vector<uint32_t>& active, const Vec3& gravity)
+    : shapes_(shapes),
+      state_(state),
+      bodies_(state.bodies),
+      active_(active),
+      constants_(model.bodies.size()) {
   const double g = gravity.norm();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
     if (model.bodies[i].role != Role::dynamic) continue;
@@ -61,6 +65,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   supports_.assign(bodies_.size(), {});
   islands_.reset(bodies_.size());
   carried_.assign(bodies_.size(), 0);
+  linked_.clear();
   links_.resize(touching.size());
   parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -76,13 +81,13 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   });
   for (size_t i = 0; i < touching.size(); ++i) {
     const Pair& pair = state_.pairs[touching[i]];
-    if (links_[i] == Link::both) islands_.unite(pair.a, pair.b);
-    if (links_[i] == Link::a_on_b) carried_[pair.a] = 1;
-    if (links_[i] == Link::b_on_a) carried_[pair.b] = 1;
+    if (links_[i] == Link::both) link(pair.a, pair.b);
+    if (links_[i] == Link::a_on_b) carry_along(pair.a);
+    if (links_[i] == Link::b_on_a) carry_along(pair.b);
   }
   for (const Joint& joint : state_.joints) {
     if (joint.b == Joint::kWorld) continue;
-    if (joins(joint.a) && joins(joint.b)) islands_.unite(joint.a, joint.b);
+    if (joins(joint.a) && joins(joint.b)) link(joint.a, joint.b);
   }
   if (!rouse_islands()) return false;
   // With what has slept beside it.
@@ -97,20 +102,33 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
     }
   });
   for (size_t i = 0; i < resting.size(); ++i) {
-    if (links_[i] == Link::both) islands_.unite(resting[i].a, resting[i].b);
+    if (links_[i] == Link::both) link(resting[i].a, resting[i].b);
   }
   rouse_islands();
   return true;
 }
 
+void Rest::link(uint32_t a, uint32_t b) {
+  islands_.unite(a, b);
+  linked_.insert(linked_.end(), {a, b});
+}
+
+void Rest::carry_along(uint32_t body) {
+  carried_[body] = 1;
+  linked_.push_back(body);
+}
+
 // Those with something awake in them; whether anything was woken.
 bool Rest::rouse_islands() {
   std::vector<uint8_t> stirred(bodies_.size(), 0);
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].is_awake() || carried_[i] != 0) stirred[islands_.find(i)] = 1;
+  for (const uint32_t i : active_) {
+    if (bodies_[i].is_awake()) stirred[islands_.find(i)] = 1;
+  }
+  for (const uint32_t i : linked_) {
+    if (carried_[i] != 0) stirred[islands_.find(i)] = 1;
   }
   bool any = false;
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : linked_) {
     if (!bodies_[i].asleep || stirred[islands_.find(i)] == 0) continue;
     rouse(bodies_[i]);
     any = true;
@@ -176,7 +194,7 @@ void Rest::count_rest(uint32_t index) {
 
 void Rest::end_step(bool may_sleep) {
   std::vector<uint8_t> restless(bodies_.size(), 0);
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : active_) {
     if (!bodies_[i].is_awake()) continue;
     count_rest(i);
     if (!may_sleep || carried_[i] != 0 ||
@@ -184,7 +202,7 @@ void Rest::end_step(bool may_sleep) {
       restless[islands_.find(i)] = 1;
     }
   }
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : active_) {
     if (bodies_[i].is_awake() && restless[islands_.find(i)] == 0) fall_asleep(bodies_[i]);
   }
 }

@@ -13,9 +13,10 @@ namespace pilesim::exact {
 
 class Rest {
  public:
-  // Works on the bodies, pairs and joints of `state`; all must outlive it.
+  // Works on the bodies, pairs and joints of `state`; `active`: the bodies that do not stand still.
+  // All must outlive it.
   Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
-       const Vec3& gravity);
+       const std::vector<uint32_t>& active, const Vec3& gravity);
 
   // With the contacts of a step of `step_s`, which the pairs `touching` have. Whether anything was
   // woken.
@@ -42,12 +43,15 @@ class Rest {
   };
   bool touches(const Pair& pair, std::span<const Contact> contacts) const;
   bool joins(uint32_t body) const;
+  void link(uint32_t a, uint32_t b);
+  void carry_along(uint32_t body);
   bool rouse_islands();
   void count_rest(uint32_t body);
 
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   std::vector<Body>& bodies_;
+  const std::vector<uint32_t>& active_;
   double step_s_ = 0;  // of the step under way
   std::vector<BodyConstants> constants_;
   // Scratch of a step.
@@ -56,6 +60,7 @@ class Rest {
   std::vector<Link> links_;       // of pairs that touch
   std::vector<Load> loads_;       // and of these
   std::vector<uint8_t> carried_;  // bodies on what moves by keys
+  std::vector<uint32_t> linked_;  // those, and bodies that are of an island with others
 };
 
 }  // namespace pilesim::exact

@@ -11,12 +11,17 @@ namespace pilesim::exact {
 using namespace exact_constants;
 
 StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState& state,
-                       double gravity, double accuracy)
-    : shapes_(shapes), state_(state), gravity_(gravity), scale_(accuracy / kUsualAccuracy) {}
+                       std::span<const uint32_t> active, double gravity, double accuracy)
+    : shapes_(shapes),
+      state_(state),
+      active_(active),
+      gravity_(gravity),
+      scale_(accuracy / kUsualAccuracy) {}
 
 double StepChoice::at_rest_s(double gravity) const {
   double extent = std::numeric_limits<double>::infinity();
-  for (const Body& body : state_.bodies) {
+  for (const uint32_t i : active_) {
+    const Body& body = state_.bodies[i];
     if (body.is_awake()) extent = std::min(extent, shapes_[body.shape].smallest_extent_m);
   }
   return kStepAtRest * std::sqrt(scale_ * extent / gravity);

@@ -14,9 +14,10 @@ namespace pilesim::exact {
 
 class StepChoice {
  public:
-  // `state` must outlive it; `gravity` in m/s^2; `accuracy` as Scene has it.
-  StepChoice(std::span<const CollisionShape> shapes, const EngineState& state, double gravity,
-             double accuracy);
+  // `state` must outlive it; `active`: the bodies that do not stand still; `gravity` in m/s^2;
+  // `accuracy` as Scene has it.
+  StepChoice(std::span<const CollisionShape> shapes, const EngineState& state,
+             std::span<const uint32_t> active, double gravity, double accuracy);
 
   // s. The longest step of the bodies that are awake, for a pile at rest. Infinite: none is, or
   // nothing falls.
@@ -30,6 +31,7 @@ class StepChoice {
 
   std::span<const CollisionShape> shapes_;
   const EngineState& state_;
+  std::span<const uint32_t> active_;
   double gravity_;
   double scale_;  // of lengths, by the accuracy
 };

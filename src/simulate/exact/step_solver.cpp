@@ -64,10 +64,12 @@ struct StepSolver::Group {
 };
 
 StepSolver::StepSolver(const Scene& scene, const Model& model,
-                       std::span<const CollisionShape> shapes, EngineState& state)
+                       std::span<const CollisionShape> shapes, EngineState& state,
+                       const std::vector<uint32_t>& active)
     : shapes_(shapes),
       state_(state),
       bodies_(state.bodies),
+      active_(active),
       resistance_(model),
       accuracy_(scene.accuracy),
       settings_(settings_of(scene, model)),
@@ -119,7 +121,7 @@ void StepSolver::solve(const Group& group, std::span<const double> ahead_s) {
 
 // Those that something may push: with a partner, any that is awake.
 void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partner) {
-  std::ranges::fill(place_, kNone);
+  for (const uint32_t i : movers_) place_[i] = kNone;
   movers_.clear();
   met_.assign(bodies_.size(), 0);
   for (const uint32_t t : touching) met_[state_.pairs[t].a] = met_[state_.pairs[t].b] = 1;
@@ -127,7 +129,7 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partne
     met_[joint.a] = 1;
     if (joint.b != Joint::kWorld) met_[joint.b] = 1;
   }
-  for (uint32_t i = 0; i < bodies_.size(); ++i) {
+  for (const uint32_t i : active_) {
     if ((met_[i] != 0 || has_partner) && bodies_[i].is_awake()) movers_.push_back(i);
   }
   order_.sort(movers_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
@@ -138,7 +140,8 @@ void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partne
 // falls through its own size: an impact is no load, and springs that are soft when they are pressed
 // in and stiff when they push back would drive what rocks on them.
 void StepSolver::find_loads(std::span<const uint32_t> touching) {
-  loads_.assign(bodies_.size(), 0);
+  loads_.resize(bodies_.size());
+  for (const uint32_t i : movers_) loads_[i] = 0;
   const auto is_moved = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
   const auto add = [&](uint32_t a, uint32_t b, double force_n, double share_of_rate, double give) {
     double inverse_mass = 0, extent = std::numeric_limits<double>::infinity();
@@ -175,7 +178,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
         gravity > 0 ? std::sqrt(shape_of(i).smallest_extent_m / gravity) : kUsualPushTime;
     body.load_rate2 -= std::expm1(-settings_.step_s / time_s) * (loads_[i] - body.load_rate2);
   }
-  loads_.assign(bodies_.size(), 0);
+  for (const uint32_t i : movers_) loads_[i] = 0;
   // A torque counts as the force that moves the surface of a ball as much. Joints are bilateral:
   // their loads count at once.
   for (const Joint& joint : state_.joints) {
@@ -201,7 +204,8 @@ double StepSolver::rate2(uint32_t body) const {
 std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touching,
                                                  bool has_partner) {
   const auto is_awake = [&](uint32_t i) { return i != kNone && bodies_[i].is_awake(); };
-  islands_.reset(bodies_.size());
+  if (islands_.size() != bodies_.size()) islands_.reset(bodies_.size());
+  for (const uint32_t i : movers_) islands_.part(i);
   if (!has_partner) {
     for (const uint32_t t : touching) {
       const Pair& pair = state_.pairs[t];
@@ -214,7 +218,7 @@ std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touch
   } else {
     for (const uint32_t i : movers_) islands_.unite(i, movers_.front());
   }
-  loads_.assign(bodies_.size(), 0);  // of islands
+  for (const uint32_t i : movers_) loads_[i] = 0;  // of islands
   for (const uint32_t i : movers_) {
     double& of_island = loads_[islands_.find(i)];
     of_island = std::max(of_island, rate2(i));

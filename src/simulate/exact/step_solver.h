@@ -15,9 +15,10 @@ namespace pilesim::exact {
 
 class StepSolver {
  public:
-  // Works on the bodies, pairs and joints of `state`; all must outlive it.
+  // Works on the bodies, pairs and joints of `state`; `active`: the bodies that do not stand still.
+  // All must outlive it.
   StepSolver(const Scene& scene, const Model& model, std::span<const CollisionShape> shapes,
-             EngineState& state);
+             EngineState& state, const std::vector<uint32_t>& active);
 
   // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by
   // `step_s`, less what they have made of it already (`ahead_s`, of each body). Each island gets
@@ -55,6 +56,7 @@ class StepSolver {
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
   std::vector<Body>& bodies_;
+  const std::vector<uint32_t>& active_;
   RollingResistance resistance_;
   double accuracy_;  // as Scene has it
   SolverSettings settings_;

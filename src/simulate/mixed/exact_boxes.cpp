@@ -166,16 +166,6 @@ bool ExactBoxes::reach_into(uint32_t body, const Pose& pose) const {
   });
 }
 
-double ExactBoxes::distance_m(const Vec3& point) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Box& box : boxes_) {
-    const double distance = box.is_plane ? std::abs(box.normal.dot(point - box.point))
-                                         : box.bounds.exteriorDistance(point);
-    least = std::min(least, distance);
-  }
-  return least;
-}
-
 void ExactBoxes::load(StateReader& reader) {
   reader(boxes_);
   for (const Box& box : boxes_) {

@@ -47,8 +47,6 @@ class ExactBoxes {
   // Whether such a box reaches into the hull of a body that has several pieces, as seen from its
   // centre: it goes through a ring, or into a cup. Any thread.
   bool reach_into(uint32_t body, const Pose& pose) const;
-  // The least distance from a point to a box or a plane, m; infinite without any. Any thread.
-  double distance_m(const Vec3& point) const;
   bool empty() const { return boxes_.empty(); }
 
   // The boxes as of the last update().

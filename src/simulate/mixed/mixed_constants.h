@@ -39,31 +39,6 @@ inline constexpr double kFarthestNudge = 0.1;
 inline constexpr double kLeastNudge = 1e-5;
 inline constexpr double kLeastTurn = 1e-5;  // rad
 
-// --- The budget
-
-// Microseconds of one core, in a step. Found: by tests/benchmark/budget_benchmark.cpp on the scenes
-// of docs/lab/mixed.md; the zero too: others stand for it. half, twice: none
-inline constexpr double kSphereUs = 0.17;         // a body, solved ones too
-inline constexpr double kSphereContactUs = 0.59;  // of them
-inline constexpr double kBlockUs = 1.1;           // a sphere that lies by faces, more
-inline constexpr double kPieceUs = 0.68;          // a convex piece of what the exact engine moves
-inline constexpr double kSolvedUs = 6.2;     // a body whose pairs with its like are solved, more
-inline constexpr double kSolvedPieceUs = 0;  // each of its pieces, more
-// Contacts that carry something, of a sphere in the mean, while nobody is awake. half, twice: none
-inline constexpr double kSphereContacts = 2;
-
-// Mean error over the quantities of `pilesim compare`, by the method of a body's pairs. Their order
-// counts, and that of the impulse mode against the others'. "error" is
-// Budget.TheErrorStaysBelowTheLimitAtTheLeastRefinement.
-inline constexpr double kImpulseError = 1;      // half, twice: error
-inline constexpr double kStatisticalError = 2;  // half, twice: none
-inline constexpr double kParticleError = 3;     // half: none; twice: error
-
-// A share of the importance of a visible body. half, twice: none
-inline constexpr double kUnseen = 0.05;
-// In picture heights: a larger body is not more important. half, twice: none
-inline constexpr double kMostSize = 1;
-
 // --- Speed alone
 
 inline constexpr int kCells = 64;          // of the raster of boxes, either way

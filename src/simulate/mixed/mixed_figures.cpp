@@ -75,13 +75,6 @@ void MixedFigures::count_frame(const BodyStates& states,
   most_near_ = std::max(most_near_, near);
 }
 
-void MixedFigures::count_budget(const DetailBudget& budget) {
-  ++choices_;
-  modelled_ms_ += budget.modelled_ms();
-  most_ms_ = std::max(most_ms_, budget.modelled_ms());
-  modelled_error_ += budget.modelled_error();
-}
-
 // What no velocity explains of the way, wherever in the step it changed, and what gravity does not
 // explain of the velocity.
 void MixedFigures::count_switch(const BodyMotion& before, const BodyMotion& after) {
@@ -97,11 +90,6 @@ void MixedFigures::count_switch(const BodyMotion& before, const BodyMotion& afte
   most_place_jump_m_ = std::max(most_place_jump_m_, place_m);
   speed_jump_ += speed;
   most_speed_jump_ = std::max(most_speed_jump_, speed);
-}
-
-void MixedFigures::count_work(const StepWork& work) {
-  work_ += work;
-  most_work_ms_ = std::max(most_work_ms_, 1e-3 * cost_us(work));
 }
 
 std::string MixedFigures::json() const {
@@ -125,18 +113,6 @@ std::string MixedFigures::json() const {
                            {"largest_place_jump_m", most_place_jump_m_},
                            {"mean_speed_jump_m_s", speed_jump_ / switches},
                            {"largest_speed_jump_m_s", most_speed_jump_}};
-  }
-  const double frames = std::max<double>(1, static_cast<double>(frames_));
-  figures["modelled_ms_per_frame"] = 1e-3 * cost_us(work_) / frames;
-  figures["most_modelled_ms_per_frame"] = most_work_ms_;
-  figures["work"] = {{"spheres", work_.spheres}, {"sphere_contacts", work_.sphere_contacts},
-                     {"blocks", work_.blocks},   {"pieces", work_.pieces},
-                     {"solved", work_.solved},   {"solved_pieces", work_.solved_pieces}};
-  if (choices_ > 0) {
-    const auto choices = static_cast<double>(choices_);
-    figures["chosen_ms_per_frame"] = modelled_ms_ / choices;
-    figures["most_chosen_ms_per_frame"] = most_ms_;
-    figures["modelled_error"] = modelled_error_ / choices;
   }
   return figures.dump();
 }

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "model/model.h"
+#include "scene/scene.h"
 #include "simulate/body_state.h"
 #include "simulate/exact_engine.h"
-#include "simulate/mixed/detail_budget.h"
 
 namespace pilesim {
 
@@ -25,10 +26,8 @@ class MixedFigures {
                       const std::function<BodyMotion(size_t)>& handed,
                       std::span<const uint32_t> entered);
   void count_frame(const BodyStates& states, const std::function<uint32_t(uint32_t)>& level);
-  void count_budget(const DetailBudget& budget);  // after each of its choices
   // A body that went from one engine to the other before a step, and after it.
   void count_switch(const BodyMotion& before, const BodyMotion& after);
-  void count_work(const StepWork& work);  // of the steps of a frame
 
   // For the rigid body with its own inertia, whichever shape stands for it: a change of level
   // changes no velocity, and so no energy.
@@ -40,9 +39,8 @@ class MixedFigures {
   static void fields(auto& self, auto& stream) {
     stream(self.entries_, self.deepest_entry_m_, self.largest_rise_j_, self.frames_,
            self.body_frames_, self.near_frames_, self.asleep_frames_, self.most_near_,
-           self.level_frames_, self.choices_, self.modelled_ms_, self.most_ms_,
-           self.modelled_error_, self.work_, self.most_work_ms_, self.switches_, self.place_jump_m_,
-           self.most_place_jump_m_, self.speed_jump_, self.most_speed_jump_);
+           self.level_frames_, self.switches_, self.place_jump_m_, self.most_place_jump_m_,
+           self.speed_jump_, self.most_speed_jump_);
   }
   size_t level_count() const { return level_frames_.size(); }
 
@@ -63,13 +61,9 @@ class MixedFigures {
   uint64_t body_frames_ = 0, near_frames_ = 0, asleep_frames_ = 0;
   uint64_t most_near_ = 0;
   std::vector<uint64_t> level_frames_;
-  uint64_t choices_ = 0;
-  double modelled_ms_ = 0, most_ms_ = 0, modelled_error_ = 0;  // sums over choices, and the most
   uint64_t switches_ = 0;
   double place_jump_m_ = 0, most_place_jump_m_ = 0;  // sum, and the most
   double speed_jump_ = 0, most_speed_jump_ = 0;      // m/s
-  StepWork work_;                                    // since the beginning
-  double most_work_ms_ = 0;                          // of a frame, as modelled
 };
 
 }  // namespace pilesim

@@ -14,7 +14,6 @@
 #include "simulate/exact_engine.h"
 #include "simulate/kinematic_motion.h"
 #include "simulate/lifecycle.h"
-#include "simulate/mixed/detail_budget.h"
 #include "simulate/mixed/drawn_coupling.h"
 #include "simulate/mixed/exact_boxes.h"
 #include "simulate/mixed/kept_contacts.h"
@@ -76,14 +75,13 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
 // What goes from step to step beside the states of both worlds and of the parts below. (B): by body
 // of the model.
 struct MixedState {
-  std::vector<uint8_t> afforded;      // (B) levels within the budget; empty: there is none
   std::vector<Behaviour> behaviours;  // (B) by set_behaviour(), as the next one
   std::vector<uint8_t> level_set;     // (B) as the dispatch table has it
   std::vector<double> friction;       // (B) by the director, or less than 0; empty: by no one
   KeptContacts kept_contacts;         // by change_with_contacts(), for a director
 
   static void fields(auto& self, auto& stream) {
-    stream(self.afforded, self.behaviours, self.level_set, self.friction, self.kept_contacts);
+    stream(self.behaviours, self.level_set, self.friction, self.kept_contacts);
   }
 };
 
@@ -138,11 +136,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
   void choose_levels();
-  StepWork must_work() const;
-  StepWork work() const;
-  uint32_t level(uint32_t body) const {
-    return std::max<uint32_t>(levels_.level(body), budget_ ? state_.afforded[body] : 0);
-  }
+  uint32_t level(uint32_t body) const { return levels_.level(body); }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
   void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
@@ -171,7 +165,6 @@ class MixedSimulator final : public Simulator, public BodyControl {
   Coupling coupling_;
   ExactBoxes boxes_;
   LevelSelector levels_;
-  std::optional<DetailBudget> budget_;
   MixedState state_;
   std::vector<uint32_t> kinematic_;
   std::vector<Behaviour> next_;    // by body: of the spheres, by the last update_behaviours()
@@ -215,12 +208,6 @@ MixedSimulator<World, Coupling>::MixedSimulator(const Scene& scene, const Model&
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
-  }
-  if (scene.simulator.budget_ms_per_frame || scene.simulator.max_error) {
-    budget_.emplace(scene, model, [this](const Vec3& point) { return boxes_.distance_m(point); });
-    // Nobody is important before the first choice.
-    state_.afforded.assign(model.bodies.size(),
-                           static_cast<uint8_t>(scene.simulator.detail.levels.size() - 1));
   }
   life_.bring_bodies(handlers_);
 }
@@ -295,56 +282,14 @@ void MixedSimulator<World, Coupling>::move_kinematic_bodies() {
 
 template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::choose_levels() {
-  if (!levels_.is_variable() && !budget_) return;
+  if (!levels_.is_variable()) return;
   levels_.choose(time_s(), life_.states(), spheres_.members());
-  if (budget_) {
-    const StepWork now = work();
-    const double contacts = now.spheres > 0 ? now.sphere_contacts / now.spheres : kSphereContacts;
-    budget_->choose(
-        viewpoint(scene_, time_s()), life_.states(), spheres_.members(),
-        [&](uint32_t body) { return state_.behaviours[body]; }, must_work(), contacts,
-        state_.afforded);
-    figures_.count_budget(*budget_);
-  }
   change_with_contacts([&](uint32_t body) { return level(body) != state_.level_set[body]; },
                        [&] {
                          for (const uint32_t body : spheres_.members()) {
                            set_behaviour(body, state_.behaviours[body]);
                          }
                        });
-}
-
-// Of a step, whatever the levels are.
-template <class World, class Coupling>
-StepWork MixedSimulator<World, Coupling>::must_work() const {
-  StepWork work;
-  for (uint32_t i = 0; i < states().size(); ++i) {
-    if (!has(i, kPresent) || has(i, kAsleep) || !is_free(i) || is_sphere(i)) continue;
-    work.pieces += static_cast<double>(model_.shapes[model_.bodies[i].shape].pieces.size());
-  }
-  return work;
-}
-
-// Of a step, as bodies and contacts are now.
-template <class World, class Coupling>
-StepWork MixedSimulator<World, Coupling>::work() const {
-  StepWork work = must_work();
-  for (const uint32_t i : spheres_.members()) {
-    if (has(i, kAsleep)) continue;
-    work.spheres += 1;
-    if constexpr (!kAsWritten) {
-      if (spheres_.body(i).block) work.blocks += 1;
-    }
-    if (!is_near(i)) continue;
-    const size_t pieces = model_.shapes[model_.bodies[i].shape].pieces.size();
-    work.pieces += static_cast<double>(pieces);
-    const bool solved = dispatch_.method(i, i) == PairMethod::impulse;
-    if (!solved) continue;
-    work.solved += 1;
-    work.solved_pieces += static_cast<double>(pieces);
-  }
-  if (work.spheres > 0) work.sphere_contacts = spheres_.contact_count();
-  return work;
 }
 
 template <class World, class Coupling>
@@ -585,7 +530,6 @@ FrameStatistics MixedSimulator<World, Coupling>::step_frame() {
   }
   life_.end_frame();
   read_states();
-  figures_.count_work(steps * work());
   figures_.count_frame(life_.states(), [&](uint32_t body) { return level(body); });
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
@@ -732,7 +676,7 @@ void MixedSimulator<World, Coupling>::save(StateWriter& writer) const {
 
 template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::load(StateReader& reader) {
-  const size_t afforded = state_.afforded.size(), levels = figures_.level_count();
+  const size_t levels = figures_.level_count();
   life_.load(reader);
   dispatch_.load(reader);
   spheres_.load(reader);
@@ -742,14 +686,11 @@ void MixedSimulator<World, Coupling>::load(StateReader& reader) {
   levels_.load(reader);
   reader(state_, figures_);
   const size_t count = model_.bodies.size();
-  StateReader::require(state_.afforded.size() == afforded && state_.behaviours.size() == count &&
-                           state_.level_set.size() == count &&
+  StateReader::require(state_.behaviours.size() == count && state_.level_set.size() == count &&
                            (state_.friction.empty() || state_.friction.size() == count),
                        "an entry for each body");
-  for (const std::vector<uint8_t>* of_bodies : {&state_.afforded, &state_.level_set}) {
-    for (const uint8_t level : *of_bodies) {
-      StateReader::require(level < dispatch_.level_count(), "a level of the scene");
-    }
+  for (const uint8_t level : state_.level_set) {
+    StateReader::require(level < dispatch_.level_count(), "a level of the scene");
   }
   StateReader::require(figures_.level_count() == levels, "a count for each level");
   StateReader::require(state_.kept_contacts.is_of(count), "contacts of bodies of the scene");
