@@ -325,7 +325,7 @@ void ExactRest::look() {
   begin_to_watch();
 }
 
-// Bodies in the solver that are to be sound and still move. Bodies that give way may go on.
+// Marks active bodies that are to be sound by their motion. Bodies that give way may move on.
 ExactRest::Marks ExactRest::restless() const {
   Marks marks(model_.bodies.size(), kStill);
   const double gravity = gravity_of(settling_);
