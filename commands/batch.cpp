@@ -39,7 +39,7 @@ void throw_not_done(const BatchOptions& options, const BatchSummary& summary) {
   throw Error(ErrorKind::quality,
               Problem{.file = options.output,
                       .found = found,
-                      .remedy = "table.csv has what each said; --retry tries them again"});
+                      .remedy = "table.csv has their messages; --retry tries them again"});
 }
 
 void run_batch_command(BatchOptions& options) {
@@ -91,41 +91,41 @@ void add_batch_command(CLI::App& app) {
       ->required()
       ->check(named(), "");
   command
-      ->add_option("-o,--output", options->output,
-                   "Directory for jobs/, index.jsonl and table.csv; what is done there is kept")
+      ->add_option(
+          "-o,--output", options->output,
+          "Directory for jobs/, index.jsonl and table.csv; jobs that are done there are kept")
       ->required()
       ->type_name("DIRECTORY");
-  CLI::Option* dry_run = command->add_flag(
-      "--dry-run", options->dry_run,
-      "Print how many jobs there are, what has changed, and what they will take, and stop");
+  CLI::Option* dry_run = command->add_flag("--dry-run", options->dry_run,
+                                           "Print the number of jobs, their changes, and the time "
+                                           "and disk that they will take, and stop");
   add_whole_number(
       *command, "--sample", {1, 1000}, [options](uint64_t n) { options->sample = n; },
-      "Jobs that --dry-run and --slurm measure where none is done yet; default: 2");
+      "Jobs that --dry-run and --slurm measure if none is done yet; default: 2");
   CLI::Option* nodes = add_whole_number(
       *command, "--nodes", {1, 1'000'000}, [options](uint64_t n) { options->nodes = n; },
-      "With --dry-run: what so many nodes of a cluster will take");
+      "With --dry-run: an estimate for N nodes of a cluster");
   nodes->needs(dry_run);
   add_whole_number(
       *command, "--cores", {1, 1024}, [options](uint64_t n) { options->cores_each = n; },
-      "With --nodes: that a node has; default: 1")
+      "With --nodes: cores of a node; default: 1")
       ->needs(nodes);
   add_whole_number(
       *command, "--processes", {1, 1024},
       [options](uint64_t n) { options->request.processes = static_cast<int>(n); },
-      "Jobs at once; default: as many as cores and memory allow");
-  command->add_flag("--retry", options->request.retry, "Try again what failed");
-  command->add_flag("--force", options->request.force, "Make anew what the plan has changed");
+      "Parallel jobs; default: as many as cores and memory allow");
+  command->add_flag("--retry", options->request.retry, "Try failed jobs again");
+  command->add_flag("--force", options->request.force, "Make jobs again that the plan has changed");
   CLI::Option* shard =
       command
           ->add_option_function<std::string>(
               "--shard",
               [options](const std::string& text) { options->request.shard = parse_shard(text); },
-              "Do this part of the jobs only, for schedulers of your own: 3/40 is the fourth of 40")
+              "Do only this part of the jobs, for other schedulers: 3/40 is the fourth of 40")
           ->type_name("INDEX/COUNT");
   CLI::Option* collect = command->add_flag(
       "--collect", options->collect,
-      "Run nothing; make index.jsonl, table.csv and what the plan collects of what "
-      "is there");
+      "Run nothing; make index.jsonl, table.csv and the plan's datasets from the finished jobs");
   CLI::Option* slurm = command->add_flag(
       "--slurm", options->slurm,
       "Submit the batch to Slurm as an array job, and its collection after it, and stop");
@@ -142,7 +142,7 @@ void add_batch_command(CLI::App& app) {
   add_real_number(
       *command, "--task-minutes", {.least = 0.01, .most = 10'000},
       [options](double minutes) { options->cluster.minutes_each = minutes; },
-      "With --slurm: what a task should take, by the sample; default: 10")
+      "With --slurm: time of a task, estimated by the sample; default: 10")
       ->needs(slurm);
   slurm->excludes(dry_run)->excludes(shard)->excludes(collect);
   collect->excludes(dry_run)->excludes(shard);
@@ -163,7 +163,7 @@ Examples:
   pilesim batch plan.json -o /shared/bins --shard 3/40
 
 A batch that was interrupted or killed goes on with the same command. Jobs that fail a gate are tried
-again with another seed as often as the plan says; the exit code is 5 where one is not done at last.)");
+again with another seed as often as the plan says. The exit code is 5 if one is not done in the end.)");
   command->callback([options] {
     if (options->quiet) options->request.progress = ProgressMode::none;
     run_batch_command(*options);

@@ -62,7 +62,7 @@ void add_compare_command(CLI::App& app) {
       ->type_name("MODES");
   command
       ->add_option("--reference", job.reference,
-                   "The mode that the others are measured by (default: impulse:decomposition, or "
+                   "The mode that others are compared with (default: impulse:decomposition, or "
                    "impulse where no dynamic body has a mesh)")
       ->check([](const std::string& text) { return text.empty() ? "the mode is empty" : ""; }, "")
       ->type_name("MODE");
@@ -77,14 +77,14 @@ void add_compare_command(CLI::App& app) {
   add_run_options(*command, options->run);
   command
       ->add_flag("--resume", job.resume,
-                 "Keep the runs that an earlier comparison finished and that nothing has changed")
+                 "Keep the finished runs of an earlier comparison whose inputs have not changed")
       ->excludes("--force");
   command->footer(R"(
 Examples:
   pilesim compare scene.json -o out/cmp --modes impulse,impulse:spheres7,statistical
   pilesim compare scene.json -o out/cmp --modes impulse:decomposition@1/480,statistical@1/60 --runs 8
 
-A mode is a value of /simulator/mode, with how meshes collide (hull40, decomposition, spheres7,
+A mode is a value of /simulator/mode, with the collision of meshes (hull40, decomposition, spheres7,
 sphere) and the longest step. Each run is a simulation in out/cmp/runs and can be rendered. After
 Ctrl-C the same command with --resume goes on.)");
   command->callback(

@@ -40,8 +40,8 @@ std::vector<CLI::Option*> add_dataset_options(CLI::App& command, DatasetOptions&
                   options.passes.push_back(kPassNames[i].pass);
                 }
               },
-              "Beside the pictures, numbers of each pixel in passes/: depth, ids (of bodies), "
-              "shapes, normals, motion (to the next frame), visibility (of each body)")
+              "Also write numbers of each pixel into passes/: depth, ids (of bodies), shapes, "
+              "normals, motion (to the next frame), visibility (of each body)")
           ->type_name("NAME,...");
   CLI::Option* annotations =
       command

@@ -15,10 +15,10 @@ Examples:
   pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards
   pilesim direct-pile presets/equilibrium/card_tower.json -o out/cards --resume
 
-The scene has "piles", each with an "angle_deg" (docs/direct_pile.md), or a "guide", whose shape its
-bodies are held in by glue, frozen or nailed (docs/guides.md, docs/equilibrium.md). pilesim simulate
-runs the same scene without directing, for comparison.
-Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered, and
+The scene has "piles", each with an "angle_deg" (docs/direct_pile.md), or a "guide", in whose shape
+glue, freezing or nails hold the bodies (docs/guides.md, docs/equilibrium.md). pilesim simulate runs
+the same scene undirected, for comparison.
+Ctrl-C stops between two frames; the simulated frames are complete and can be rendered, and
 --resume goes on from there.)",
        .direct_piles = true});
 }

@@ -72,8 +72,8 @@ void run_export_command(const ExportArguments& options) {
 void add_export_command(CLI::App& app) {
   auto options = std::make_shared<ExportArguments>();
   CLI::App* command = app.add_subcommand(
-      "export", "Write a trajectory as a file of USD, glTF, Blender, numpy or a table");
-  command->add_option("input", options->input, "What simulate wrote: a directory")
+      "export", "Write a trajectory for USD, glTF, Blender, numpy or as a table");
+  command->add_option("input", options->input, "The directory of a run")
       ->required()
       ->check(named(), "");
   command
@@ -92,7 +92,7 @@ void add_export_command(CLI::App& app) {
           ->type_name("FIRST-LASTxSTEP");
   CLI::Option* every = add_whole_number(
       *command, "--every", {1, 1'000'000}, [options](uint64_t n) { options->every = n; },
-      "Take every N-th of them only; it plays at the same speed");
+      "Take every N-th frame only; the speed stays the same");
   every->excludes(command
                       ->add_option_function<std::string>(
                           "--frame",
@@ -106,23 +106,22 @@ void add_export_command(CLI::App& app) {
                       ->excludes(frames));
   command
       ->add_option("--only", options->only,
-                   "Bodies of these names only; * and ? stand for what you like: 'spout/*' "
-                   "(repeatable)")
+                   "Only bodies of these names; * and ? are wildcards: 'spout/*' (repeatable)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_choice<ExportForm>(
       *command, "--as", {{"objects", ExportForm::objects}, {"instances", ExportForm::instances}},
       options->form,
-      "objects: each body is one, with keys where it moves (default up to 1,000 bodies, and of "
-      "glTF that moves); instances: few objects that stand for many bodies");
+      "objects: one for each body, with keys where it moves (default up to 1,000 bodies, and in "
+      "moving glTF); instances: one object for many bodies");
   add_whole_number(
       *command, "--part-bytes", {1000, 2'147'483'647},
       [options](uint64_t n) { options->part_bytes = n; },
-      "What moves and takes more bytes than about this goes into several files: value clips of "
-      ".usda (default: 268435456), .bin of .gltf (default: 2147483647)");
-  command->add_flag("--no-camera", options->no_camera, "Leave the camera out");
+      "Motion of more bytes than about this goes into several files: value clips of .usda "
+      "(default: 268435456), .bin of .gltf (default: 2147483647)");
+  command->add_flag("--no-camera", options->no_camera, "Omit the camera");
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
-  command->add_flag("--force", options->force, "Replace files that are there already");
+  command->add_flag("--force", options->force, "Replace files that exist");
   command->footer(R"(
 Examples:
   pilesim export out/crate -o crate.usda

@@ -41,8 +41,8 @@ void finish(const FinishOptions& options) {
 void add_finish_command(CLI::App& app) {
   auto options = std::make_shared<FinishOptions>();
   CLI::App* command =
-      app.add_subcommand("finish", "Make the pile of a run sound: nothing inside anything");
-  command->add_option("run", options->input, "A directory that simulate or direct-pile wrote")
+      app.add_subcommand("finish", "Take the overlaps out of the pile at the end of a run");
+  command->add_option("run", options->input, "The directory of a run of simulate or direct-pile")
       ->required()
       ->type_name("DIRECTORY")
       ->check(named(), "");
@@ -52,18 +52,17 @@ void add_finish_command(CLI::App& app) {
       ->required();
   command
       ->add_option("--scene", options->scene,
-                   "The scene file of the run, where it is not where it was: its meshes are looked "
-                   "for beside it")
+                   "The scene file of the run, if it has moved; its meshes are read relative to it")
       ->type_name("FILE")
       ->check(named(), "");
   command
       ->add_option("--longest", options->longest_s,
-                   "Longest time in which bodies may come to rest, simulated (default: 100 sqrt(r "
-                   "/ g) of the smallest body)")
+                   "Longest simulated time in which bodies come to rest (default: 100 sqrt(r / g) "
+                   "of the smallest body)")
       ->type_name("SECONDS")
       ->check(CLI::Range(1e-3, 1e6), "");
   command->add_flag("--visible-only", options->visible_only,
-                    "Leave what lies too deep in the pile to be seen in each other");
+                    "Leave overlaps of bodies that lie too deep in the pile to be seen");
   add_report_options(*command, options->report);
   add_run_options(*command, options->run);
   add_resume_options(*command, options->resume);
@@ -75,9 +74,9 @@ Examples:
   pilesim finish out/from_elsewhere -o out/sound --scene scene.json
   pilesim render out/sound
 
-The last state of the run is brought to rest by the exact engine, and each body's motion is eased so
-that it ends there; in flight nothing changes (docs/finish.md). "finish": {} in a scene does the same
-at the end of simulate and direct-pile.
+The exact engine brings the last state of the run to rest, and each body's motion is eased to end
+there; flight does not change (docs/finish.md). "finish": {} in a scene does the same at the end of
+simulate and direct-pile.
 Ctrl-C stops with a valid result, which says how far it is, and --resume goes on from there.)");
   command->callback([options] { finish(*options); });
 }

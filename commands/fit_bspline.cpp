@@ -98,14 +98,14 @@ void add_fit_bspline_command(CLI::App& app) {
   add_whole_number(
       *command, "--degree", {0, kMostDegree},
       [options](uint64_t degree) { options->degree = static_cast<int>(degree); },
-      "Of the splines, default " + std::to_string(SplineSize{}.degree[0]) +
+      "Degree of the splines, default " + std::to_string(SplineSize{}.degree[0]) +
           "; with --max-bytes or --max-error the highest to try, from 1, default " +
           std::to_string(f.most_degree) + ", quicker to query");
   command
       ->add_option_function<std::string>(
           "--control-points",
           [options](const std::string& text) { options->control_points = parse_points(text); },
-          "On each axis, or four numbers by axis; default " +
+          "Control points on each axis, or four numbers by axis; default " +
               std::to_string(SplineSize{}.control_points[0]) + " (1 to 1000)")
       ->type_name("N[,N,N,N]")
       ->excludes(bytes)
@@ -116,16 +116,16 @@ void add_fit_bspline_command(CLI::App& app) {
       "Rounding of control points, in units of the speed before; default 0.001")
       ->excludes(bytes)
       ->excludes(error);
-  add_choice<ResponseCoordinates>(*command, "--coordinates",
-                                  {{"cartesian", ResponseCoordinates::cartesian},
-                                   {"spherical", ResponseCoordinates::spherical}},
-                                  f.settings.coordinates,
-                                  "Of the mean response: cartesian (default) or spherical");
+  add_choice<ResponseCoordinates>(
+      *command, "--coordinates",
+      {{"cartesian", ResponseCoordinates::cartesian},
+       {"spherical", ResponseCoordinates::spherical}},
+      f.settings.coordinates, "Coordinates of the mean response: cartesian (default) or spherical");
   add_choice<Parametrisation>(
       *command, "--parameters",
       {{"uniform", Parametrisation::uniform}, {"centripetal", Parametrisation::centripetal}},
       f.settings.parametrisation,
-      "Where nodes lie on the splines: uniform (default) or centripetal");
+      "Parameters of nodes on the splines: uniform (default) or centripetal");
   command
       ->add_option("--plot", options->plots,
                    "Draw the fit, too, into this directory: fit_mean.png and, after a "
@@ -139,7 +139,7 @@ Examples:
   pilesim fit-bspline ring.sig -o ring.fit.sig --max-error 0.03 --mesh assets/ring.obj
   pilesim fit-bspline ring.sig -o ring.fit.sig --degree 3 --control-points 4 --plot ring-fit
 
-The fitted file takes the place of the signature everywhere.)");
+Every command takes the fitted file in place of the signature.)");
   command->callback([options] { fit(*options); });
 }
 

@@ -62,7 +62,7 @@ std::optional<FrameRange> read_range(std::string_view text) {
     if (!step) return std::nullopt;
     range.step = *step;
   }
-  // What comes before what is known of two frames, and of two times.
+  // Which of two points comes first is known of two frames, and of two times.
   const bool backwards = range.last && range.last->kind == FramePoint::Kind::frame &&
                          range.first.kind == FramePoint::Kind::frame &&
                          range.last->number < range.first.number;

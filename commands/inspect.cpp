@@ -74,18 +74,17 @@ void inspect(const InspectArguments& options) {
 
 void add_inspect_command(CLI::App& app) {
   auto options = std::make_shared<InspectArguments>();
-  CLI::App* command = app.add_subcommand("inspect", "Print what a signature holds");
+  CLI::App* command = app.add_subcommand("inspect", "Print the content of a signature");
   command->add_option("signature", options->file, "A file of pilesim sample-signature")
       ->required()
       ->check(named(), "");
-  CLI::Option* plot =
-      command
-          ->add_option("--plot", options->plots,
-                       "Draw it, too, into this directory: collision_height.png, "
-                       "response_mean.png, response_spread.png and, where it has rest poses and "
-                       "says how it packs, rest_poses.png and packing.png")
-          ->type_name("DIRECTORY")
-          ->check(named(), "");
+  CLI::Option* plot = command
+                          ->add_option("--plot", options->plots,
+                                       "Draw it, too, into this directory: collision_height.png, "
+                                       "response_mean.png, response_spread.png and, if it has rest "
+                                       "poses and packing, rest_poses.png and packing.png")
+                          ->type_name("DIRECTORY")
+                          ->check(named(), "");
   command
       ->add_option("--mesh", options->mesh,
                    "With --plot: the mesh that was sampled, to draw it in its rest poses, too: "
@@ -93,7 +92,7 @@ void add_inspect_command(CLI::App& app) {
       ->type_name("MESH")
       ->check(named(), "")
       ->needs(plot);
-  command->add_flag("--force", options->force, "Replace pictures that are there already");
+  command->add_flag("--force", options->force, "Replace pictures that exist");
   command->footer(R"(
 Example:
   pilesim inspect ring.sig --plot ring-pictures --mesh assets/ring.obj)");

@@ -47,7 +47,7 @@ void occupy_standard_streams() {
   }
 }
 
-// What was printed must have arrived: a full disk behind stdout is an error too.
+// Printed text must have arrived: a full disk behind stdout is an error, too.
 void require_printed() {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
@@ -56,7 +56,7 @@ void require_printed() {
     std::puts("");
     std::fflush(stdout);
   }
-  // Of `| head`: ends as programs do that leave SIGPIPE alone.
+  // A closed pipe, as of `| head`: ends as programs do that leave SIGPIPE alone.
   if (errno == EPIPE) {
     std::signal(SIGPIPE, SIG_DFL);
     raise(SIGPIPE);
@@ -69,7 +69,7 @@ int out_of_memory() {
   return kOutOfMemory;
 }
 
-// What the standard library says of threads, files and memory that the system does not give.
+// Reports errors of the standard library for threads, files and memory that the system refuses.
 int refused_by_system(const std::system_error& error) {
   const bool is_memory = error.code() == std::errc::not_enough_memory ||
                          error.code() == std::errc::resource_unavailable_try_again;

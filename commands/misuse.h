@@ -1,4 +1,4 @@
-// What is said about a command line that CLI11 cannot read.
+// Messages about a command line that CLI11 cannot read.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -27,7 +27,7 @@ void add_new_command(CLI::App& app) {
   command
       ->add_option("kind", options->kind,
                    "pile: on the ground; bin: poured into a bin; guide: a cone that keeps its "
-                   "shape, for direct-pile; dataset: a bin that is another one with each seed")
+                   "shape, for direct-pile; dataset: a bin that differs with each seed")
       ->required()
       ->type_name("pile|bin|guide|dataset");
   command->add_option("mesh", options->mesh, "The mesh of a body (obj, stl, ply, glb, ...)")
@@ -39,16 +39,16 @@ void add_new_command(CLI::App& app) {
   add_whole_number(
       *command, "--count", {1, 100'000},
       [options](uint64_t count) { options->job.count = static_cast<int>(count); },
-      "Bodies (default: 60); of a guide about so many, and no fewer than fill one three of them "
-      "wide");
+      "Number of bodies (default: 60); in a guide about this number, and enough to make it three "
+      "bodies wide");
   add_real_number(
       *command, "--scale", {.least = 0, .excludes_least = true},
       [options](double scale) { options->job.scale = scale; },
       "Metres per unit of the mesh: 0.01 for centimetres (default: 1)");
   add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, options->job.is_z_up,
-                   "Which axis of the mesh points up: y (default), or z, as in most STL files");
+                   "The mesh's axis that points up: y (default), or z, as in most STL files");
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
-  command->add_flag("--force", options->job.force, "Replace a scene that is there already");
+  command->add_flag("--force", options->job.force, "Replace a scene that exists");
   command->footer(R"(
 Examples:
   pilesim new pile mug.obj && pilesim simulate scene.json -o out

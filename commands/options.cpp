@@ -100,7 +100,7 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                            options.progress,
                            "auto (default: a bar where stderr is a terminal), bar, json or none");
   command.add_flag("--quiet,-q", options.quiet, "Print nothing but errors");
-  command.add_flag("--force", options.force, "Replace output that is there already");
+  command.add_flag("--force", options.force, "Replace output that exists");
   add_whole_number(
       command, "--threads", {1, 1024},
       [](uint64_t threads) { set_thread_count(static_cast<int>(threads)); },
@@ -111,15 +111,14 @@ void add_run_options(CLI::App& command, RunOptions& options) {
 CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options) {
   command
       .add_option("--checkpoint", options.checkpoint_period_s,
-                  "Wall time between two checkpoints, which --resume goes on from; they never take "
-                  "more than 2 % of the time (default: 5). 0: one after each frame, whatever it "
-                  "takes")
+                  "Wall time between two checkpoints for --resume (default: 5); they take at most "
+                  "2 % of the time. 0: one after each frame, whatever it takes")
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 1e9), "");
   return command
       .add_flag("--resume", options.resume,
-                "Go on where the run in the output directory was interrupted or killed; where "
-                "there is none, begin. It ends with the same bytes as a run without interruption")
+                "Go on where the run in the output directory was interrupted or killed, or begin "
+                "if there is none. The result has the same bytes as without interruption")
       ->excludes(command.get_option("--force"));
 }
 
@@ -129,20 +128,18 @@ std::vector<QualityGate> ReportOptions::gates() const {
 
 void add_report_options(CLI::App& command, ReportOptions& options) {
   command
-      .add_option(
-          "--fail-on", options.fail_on,
-          "Exit with 5 if the pile at the end is such: penetration>LENGTH (in diameters, "
-          "0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, or of a guide with a "
-          "mesh empty>SHARE, outside>SHARE, with commas in between")
+      .add_option("--fail-on", options.fail_on,
+                  "Exit with 5 if one of these is true at the end: penetration>LENGTH (in "
+                  "diameters, 0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, and "
+                  "with a guide's mesh empty>SHARE, outside>SHARE; several with commas")
       ->type_name("GATES");
   command
-      .add_option("--inspect-every", options.inspect_every,
-                  "Measure overlaps of the shapes, and what --fail-on asks for, in every N-th "
-                  "frame, too, not only at the end: quality_of_run in report.json")
+      .add_option(
+          "--inspect-every", options.inspect_every,
+          "Judge the pile in every N-th frame, not only at the end: quality_of_run in report.json")
       ->type_name("N")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
-  command.add_flag("--no-picture", options.no_picture,
-                   "Leave out the picture that report.html opens with");
+  command.add_flag("--no-picture", options.no_picture, "Write report.html without its picture");
 }
 
 std::array<int, 2> parse_pair(const std::string& text, const std::string& option) {

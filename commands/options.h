@@ -50,8 +50,8 @@ void add_override_option(CLI::App& command, Overrides& overrides, const std::str
 // Does `work`. What its errors say of a --set that was not given as one, they say of its option.
 void with_options_named(const Overrides& overrides, const std::function<void()>& work);
 
-// Of --set: throws CLI::ValidationError for all but values of the camera or of render; what else a
-// scene says was used up by the simulation.
+// Throws CLI::ValidationError for values of --set other than those of the camera or of render: the
+// simulation has used the others.
 void check_picture_overrides(const std::vector<std::string>& overrides);
 
 struct SceneOptions {

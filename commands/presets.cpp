@@ -49,7 +49,7 @@ std::map<std::string, fs::path> find_presets(const fs::path& root) {
   return presets;
 }
 
-// Of a scene its mode, length and title; of a plan for `pilesim batch` its title.
+// Mode, length and title of a scene; title of a plan for `pilesim batch`.
 std::string about(const fs::path& file) {
   const Json scene = read_json_file(file);
   if (scene.contains("steps")) return "a plan: " + scene.value("name", std::string());
@@ -164,12 +164,12 @@ void add_presets_command(CLI::App& app) {
   auto options = std::make_shared<PresetArguments>();
   CLI::App* command = app.add_subcommand(
       "presets", "List the scenes that come with pilesim, or copy one to start from");
-  CLI::App* copy = command->add_subcommand(
-      "copy", "Copy a preset and the files that it names, so that it runs where it then is");
-  copy->add_option("name", options->name, "What the list says: impulse/rabbits_in_a_crate")
+  CLI::App* copy = command->add_subcommand("copy", "Copy a preset with the files that it names");
+  copy->add_option("name", options->name, "A name of the list: impulse/rabbits_in_a_crate")
       ->required();
-  copy->add_option("directory", options->directory, "Where to (default: here)")->check(named(), "");
-  copy->add_flag("--force", options->force, "Replace files that are there already");
+  copy->add_option("directory", options->directory, "Directory of the copy (default: here)")
+      ->check(named(), "");
+  copy->add_flag("--force", options->force, "Replace files that exist");
   copy->callback([options] { copy_preset(*options); });
   command->footer(R"(
 Examples:

@@ -77,7 +77,7 @@ void print_forecast(const std::string& output, const BatchForecast& forecast) {
         counted(forecast.jobs, "job").c_str(), static_cast<unsigned long long>(forecast.done),
         static_cast<unsigned long long>(forecast.jobs - forecast.done));
   if (forecast.changed > 0) {
-    print("  %s of another plan: made anew with --force\n",
+    print("  %s of another plan: made again with --force\n",
           counted(forecast.changed, "job is", "jobs are").c_str());
     for (const std::string& change : forecast.changes) print("    %s\n", change.c_str());
   }

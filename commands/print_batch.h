@@ -1,4 +1,4 @@
-// What `pilesim batch` says.
+// Output of `pilesim batch`.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,10 @@
 
 namespace pilesim {
 
-// Of the batch in the directory `output`: what there is, and what is left will take here.
+// Prints the state of the batch in the directory `output`, and what the remaining jobs will take
+// here.
 void print_forecast(const std::string& output, const BatchForecast& forecast);
-// What so many nodes take for it, and what they ask of the disk that they share.
+// Prints the time that `nodes` nodes take, and the load on their shared disk.
 void print_cluster(uint64_t nodes, uint64_t cores_each, const BatchForecast& forecast);
 // `has_run`: jobs, not only what collects them.
 void print_batch(const std::string& output, const BatchSummary& summary, bool has_run);

@@ -1,4 +1,4 @@
-// What simulate, direct-pile and finish tell of a run that is done.
+// Summary that simulate, direct-pile and finish print of a finished run.
 #pragma once
 
 #include <string>

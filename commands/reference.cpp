@@ -1,4 +1,4 @@
-// What options and keys of scenes say of themselves, for man, shells and docs/reference/.
+// Texts of options and keys of scenes, for man, shells and docs/reference/.
 #include <filesystem>
 #include <memory>
 

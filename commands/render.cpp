@@ -13,7 +13,7 @@ void add_render_command(CLI::App& app) {
   auto options = std::make_shared<RenderArguments>();
   CLI::App* command =
       app.add_subcommand("render", "Draw a trajectory to PNG frames and an MP4, off screen");
-  command->add_option("input", options->input, "What simulate wrote: a directory")
+  command->add_option("input", options->input, "The directory of a run")
       ->required()
       ->check(named(), "");
   command->add_option("-o,--output", options->output,
@@ -36,26 +36,24 @@ void add_render_command(CLI::App& app) {
           },
           "Size of the picture in pixels, " + std::to_string(kSmallestSide) + " to " +
               std::to_string(kLargestSide) + " each and at most " + std::to_string(kMostPixels) +
-              " in all (of odd sizes the video leaves a row or column out); the same as --set "
+              " in all (a video omits a row or column of odd sizes); the same as --set "
               "/render/size=[WIDTH,HEIGHT]")
       ->type_name("WIDTHxHEIGHT");
-  add_choice<Renderer>(
-      *command, "--renderer", {{"raster", Renderer::raster}, {"rays", Renderer::rays}},
-      options->renderer,
-      "raster (default): fast; rays: slow, with full meshes at any count and light "
-      "from surface to surface; the same as --set /render/renderer=NAME");
+  add_choice<Renderer>(*command, "--renderer",
+                       {{"raster", Renderer::raster}, {"rays", Renderer::rays}}, options->renderer,
+                       "raster (default): fast; rays: slow, with full meshes and indirect light; "
+                       "the same as --set /render/renderer=NAME");
   add_choice<RayQuality>(
       *command, "--quality",
       {{"preview", RayQuality::preview}, {"good", RayQuality::good}, {"final", RayQuality::final}},
       options->quality,
-      "Of rays, which it implies: preview, good or final (default); the same as "
-      "--set /render/rays/quality=NAME");
+      "Quality of rays, which it implies: preview, good or final (default); the same as --set "
+      "/render/rays/quality=NAME");
   add_whole_number(
       *command, "--samples", {1, kMostRaySamples},
       [options](uint64_t samples) { options->samples = samples; },
-      "Samples a pixel: 1, 2, 4 or 8 of the raster renderer (default 4); by rays any number "
-      "(default: as the quality has it); the same as --set /render/samples=N or "
-      "/render/rays/samples=N");
+      "Samples a pixel: 1, 2, 4 or 8 for raster (default 4); any number for rays (default: by "
+      "quality); the same as --set /render/samples=N or /render/rays/samples=N");
   CLI::Option* overlay = add_choice<OverlayKind>(
       *command, "--overlay",
       {{"piles", OverlayKind::piles},
@@ -63,16 +61,15 @@ void add_render_command(CLI::App& app) {
        {"solver", OverlayKind::solver},
        {"forces", OverlayKind::forces}},
       options->overlay,
-      "piles: the layers of directed piles as translucent cylinders, and what sleeps darker; "
-      "guide: the guide, dots where bodies are held, and bodies in the colours of the analysis; "
-      "solver: bodies in the colour of who steps them, with a legend, and what sleeps darker; "
-      "forces: force chains of a pile that glue holds, as its analysis found it to stand: lines "
-      "from "
-      "body to body as thick as the force, blue where they push, red where glue pulls");
+      "piles: the layers of directed piles, sleeping bodies darker; guide: the guide, dots at held "
+      "bodies, bodies in the colours of the analysis; solver: bodies in the colour of the engine "
+      "that steps them, with a legend, sleeping bodies darker; forces: force chains of a glued "
+      "pile: lines from body to body, as thick as the force, blue where bodies push, red where "
+      "glue pulls");
   command
       ->add_option("--compare-with", options->compare_with,
-                   "Another directory that simulate wrote: drawn on the right of each picture with "
-                   "the same camera, under the directories' names")
+                   "The directory of another run, drawn on the right of each picture with the same "
+                   "camera, with both names")
       ->type_name("DIRECTORY")
       ->check(named(), "")
       ->excludes(overlay);
@@ -98,15 +95,15 @@ void add_render_command(CLI::App& app) {
       ->excludes(sheet);
   add_override_option(*command, options->overrides,
                       "Override a value of the camera or of render: --set /render/samples=8");
-  CLI::Option* resume = command->add_flag(
-      "--resume", options->resume,
-      "Keep the pictures that the same command had drawn when it was interrupted or killed, and "
-      "draw the others; where there are none, begin");
+  CLI::Option* resume =
+      command->add_flag("--resume", options->resume,
+                        "Keep the pictures that the same command had drawn when it was interrupted "
+                        "or killed, and draw the others, or begin if there are none");
   command
       ->add_flag("--keep-films", options->keep_films,
-                 "By rays: keep in films/ what the samples have brought of each picture, up to 48 "
-                 "bytes a pixel. With --resume a picture that was begun goes on, and with more "
-                 "--samples those that are done go on, to the same bytes as if drawn at once")
+                 "Rays: keep the sums of each picture's samples in films/, up to 48 bytes a pixel. "
+                 "With --resume an unfinished picture goes on; with more --samples finished ones "
+                 "go on, too, to the same bytes as if drawn at once")
       ->excludes(sheet)
       ->excludes(command->get_option("--compare-with"));
   add_run_options(*command, options->run);

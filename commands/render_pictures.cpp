@@ -48,7 +48,7 @@ Scene scene_of(const TrajectoryHeader& header, const std::string& directory,
       .scene;
 }
 
-// What --renderer, --quality and --samples are short for.
+// Adds the overrides that --renderer, --quality and --samples abbreviate.
 void add_render_overrides(const TrajectoryHeader& header, RenderArguments& options) {
   Overrides& overrides = options.overrides;
   if (options.renderer) {
@@ -96,7 +96,7 @@ void check_films(const RenderArguments& options, const Scene& scene) {
                                         .remedy = "Add --renderer rays, or leave it out"});
 }
 
-// What one camera shows; without a camera yet.
+// Pictures of one camera; without a camera yet.
 struct CameraWork {
   RenderJob pictures;
   DatasetJob dataset;

@@ -54,26 +54,24 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
   options->direct_piles = text.direct_piles;
   CLI::App* command = app.add_subcommand(text.name, text.description);
   add_scene_options(*command, options->scene);
-  CLI::Option* output = command->add_option(
-      "-o,--output", options->output,
-      "Directory for trajectory.zarr, timing.csv, report.json, report.html; needed but "
-      "for --print-config");
+  CLI::Option* output =
+      command->add_option("-o,--output", options->output,
+                          "Directory for trajectory.zarr, timing.csv, report.json, report.html; "
+                          "required except with --print-config");
   CLI::Option* print =
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");
   print->excludes(output);
   add_report_options(*command, options->report);
-  CLI::Option* from =
-      command
-          ->add_option(
-              "--from", options->from,
-              "A directory that simulate or direct-pile wrote: bodies begin where those with "
-              "their names are at its end")
-          ->type_name("DIRECTORY")
-          ->check(named(), "");
+  CLI::Option* from = command
+                          ->add_option("--from", options->from,
+                                       "The directory of a run of simulate or direct-pile: bodies "
+                                       "begin as the bodies of the same names ended there")
+                          ->type_name("DIRECTORY")
+                          ->check(named(), "");
   add_whole_number(
       *command, "--take", {0, 100'000'000}, [options](uint64_t n) { options->take = n; },
-      "With --from: without the so many bodies that lie highest there; no others are poured")
+      "With --from: remove the N highest bodies; no others are poured")
       ->needs(from);
   add_run_options(*command, options->run);
   add_resume_options(*command, options->resume)->excludes(print);

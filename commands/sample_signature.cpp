@@ -70,7 +70,7 @@ void warn_of_disagreement(const Signature& signature) {
   }
 }
 
-// What one ellipsoid cannot do for this object is said.
+// Limits above which a warning says that one ellipsoid does not suit this object.
 constexpr double kPilesAlike = 0.15;
 
 void warn_of_packing(const Signature& signature) {
@@ -158,8 +158,7 @@ void add_sample_signature_command(CLI::App& app) {
   auto options = std::make_shared<SampleSignatureArguments>();
   SignatureOptions& s = options->sampling;
   CLI::App* command = app.add_subcommand(
-      "sample-signature",
-      "Measure what an object does when it collides, for statistical simulation");
+      "sample-signature", "Measure how an object collides, for statistical simulation");
   command
       ->add_option("mesh", options->mesh,
                    "The object: a mesh (obj, stl, ply, glb, ...); made solid where it is open")
@@ -172,13 +171,14 @@ void add_sample_signature_command(CLI::App& app) {
       {{"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}},
       s.layout, "scale-free (default) or dissertation");
   command->add_flag("--micro", options->micro,
-                    "One impact a trial, not flight and impacts until the body leaves the plane");
+                    "One impact a trial, instead of all impacts until the body leaves the plane");
   add_real_number(
       *command, "--restitution", {0, 1}, [&s](double e) { s.material.restitution = e; },
-      "Of the object against the plane; default " + with_digits(s.material.restitution, 6));
+      "Restitution of the object against the plane; default " +
+          with_digits(s.material.restitution, 6));
   add_real_number(
       *command, "--friction", {}, [&s](double mu) { s.material.friction = mu; },
-      "Of the object against the plane; default " + with_digits(s.material.friction, 6));
+      "Friction of the object against the plane; default " + with_digits(s.material.friction, 6));
   add_real_number(
       *command, "--restitution-threshold", {},
       [&s](double speed) { s.material.restitution_threshold_m_s = speed; },
@@ -187,7 +187,7 @@ void add_sample_signature_command(CLI::App& app) {
       *command, "--scale", {.excludes_least = true}, [&s](double scale) { s.scale = scale; },
       "Metres per unit of the mesh file; default 1");
   add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, s.is_z_up,
-                   "Which axis of the mesh points up: y (default), or z, as in most STL files");
+                   "The mesh's axis that points up: y (default), or z, as in most STL files");
   CLI::Option* collisions =
       command
           ->add_option("--collisions", options->collisions,
@@ -206,24 +206,24 @@ void add_sample_signature_command(CLI::App& app) {
   CLI::Option* target = add_real_number(
       *command, "--target-error", {.excludes_least = true},
       [&s](double error) { s.sampling.target_error = error; },
-      "Go on until no cell's mean has a larger standard error, in units of the speed before");
+      "Sample until no cell's mean has a larger standard error, in units of the speed before the "
+      "collision");
   for (CLI::Option* option : {per_cell, target}) option->excludes(collisions);
   add_whole_number(
       *command, "--exemplars", {0, 1000},
       [options](uint64_t kept) { options->exemplars = static_cast<int>(kept); },
-      "Whole responses to keep a cell, best for long bodies; default " +
+      "Whole responses that each cell keeps, best for long bodies; default " +
           defaults(&TableSampling::exemplars));
   add_whole_number(
       *command, "--rest-drops", {0, 1'000'000},
       [options](uint64_t drops) { options->rest_drops = static_cast<uint32_t>(drops); },
-      "Drop the object so often in a simulation, too, to find its rest poses; the dissertation: "
-      "100");
+      "Drops of the object in a simulation, to find its rest poses; the dissertation has 100");
   add_whole_number(
       *command, "--pours", {0, 1000},
       [options](uint64_t pours) { options->pours = static_cast<uint32_t>(pours); },
       "Pour the object so often in a simulation to find how it packs; default " +
           std::to_string(options->pours) + "; with 0 no simulation takes the signature");
-  command->add_flag("--no-accuracy", options->no_accuracy, "Leave the accuracy report out");
+  command->add_flag("--no-accuracy", options->no_accuracy, "Omit the accuracy report");
   add_whole_number(
       *command, "--seed", {}, [&s](uint64_t seed) { s.seed = seed; },
       "Seed of every random choice; default " + std::to_string(s.seed));
@@ -235,8 +235,8 @@ Examples:
   pilesim sample-signature ring.obj --collisions drops.csv -o measured.sig
   pilesim inspect ring.sig --plot ring-pictures
 
-Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and drops and
-pours anew.)");
+Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and
+repeats drops and pours.)");
   command->callback([options] { sample(*options); });
 }
 

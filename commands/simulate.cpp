@@ -12,7 +12,7 @@ Examples:
   pilesim simulate scene.json -o out/a --resume
   pilesim simulate hit.json -o out/hit --from out/a
 
-Ctrl-C stops between two frames; what was simulated until then is complete and can be rendered, and
+Ctrl-C stops between two frames; the simulated frames are complete and can be rendered, and
 --resume goes on from there.)"});
 }
 

@@ -73,7 +73,7 @@ Examples:
       return;
     }
     const Model model = naming(options->scene.file, [&] { return build_model(loaded.scene); });
-    // What only the mode can tell: signatures that are missing or of another body, hinges.
+    // Checks of the mode: signatures that are missing or of another body, hinges.
     const auto simulator =
         naming(options->scene.file, [&] { return make_simulator(loaded.scene, model); });
     const auto count_of = [&](Role role) {

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a browser moves and draws 30 times a second.
+// Bodies that a browser moves and draws 30 times a second.
 constexpr uint64_t kMostBodies = 10'000;
 
 struct ViewArguments {
@@ -82,8 +82,8 @@ void add_view_command(CLI::App& app) {
   auto options = std::make_shared<ViewArguments>();
   CLI::App* command = app.add_subcommand(
       "view",
-      "Write a page for a browser that plays a trajectory, needs no network and no other file");
-  command->add_option("input", options->input, "What simulate wrote: a directory")
+      "Write a page that plays a trajectory in a browser, without a network or other files");
+  command->add_option("input", options->input, "The directory of a run")
       ->required()
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The page (default: view.html in the input)")
@@ -97,26 +97,25 @@ void add_view_command(CLI::App& app) {
       ->type_name("FIRST-LASTxSTEP");
   command
       ->add_option("--only", options->only,
-                   "Bodies of these names only; * and ? stand for what you like: 'spout/*' "
-                   "(repeatable)")
+                   "Only bodies of these names; * and ? are wildcards: 'spout/*' (repeatable)")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_whole_number(
       *command, "--bodies", {1, 1'000'000}, [options](uint64_t n) { options->bodies = n; },
-      "Show at most so many of the bodies that move (default " + std::to_string(kMostBodies) +
+      "Show at most N moving bodies (default " + std::to_string(kMostBodies) +
           "), spread evenly over all of them; the page says so");
-  CLI::Option* overlaps = command->add_flag(
-      "--overlaps", options->overlaps,
-      "Measure how deep each body is in others, to colour by it; at every frame, or of large and "
-      "long runs at moments spread evenly, which the page says");
+  CLI::Option* overlaps =
+      command->add_flag("--overlaps", options->overlaps,
+                        "Measure the penetration of each body, as a colour; in large and long runs "
+                        "only at evenly spread moments, which the page says");
   command
       ->add_option("--scene", options->scene,
-                   "With --overlaps: the scene file of the run, where it is not where it was")
+                   "With --overlaps: the scene file of the run, if it has moved")
       ->type_name("FILE")
       ->check(named(), "")
       ->needs(overlaps);
   command->add_flag("--quiet,-q", options->quiet, "Print nothing but errors");
-  command->add_flag("--force", options->force, "Replace a page that is there already");
+  command->add_flag("--force", options->force, "Replace a page that exists");
   command->footer(R"(
 Examples:
   pilesim view out/crate

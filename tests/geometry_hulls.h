@@ -1,4 +1,4 @@
-// What every convex hull must be, for the hull tests.
+// Properties of every convex hull, for the hull tests.
 #pragma once
 
 #include <gtest/gtest.h>

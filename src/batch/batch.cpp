@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr char kPlanFile[] = "plan.json";
 constexpr int kVersion = 1;
 constexpr size_t kMostChanges = 20;
-// Of the memory that is free when a batch begins, what its jobs may take.
+// Share of the free memory that the jobs of a batch may take.
 constexpr double kMemoryShare = 0.9;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -39,7 +39,7 @@ std::pair<uint64_t, uint64_t> bounds_of(const BatchRequest& request, uint64_t jo
   return {jobs * index / count, jobs * (index + 1) / count};
 }
 
-// What is there of a batch, beside its plan; all other jobs were tried to the end.
+// State of a batch beside its plan; all other jobs were tried to the end.
 struct Stock {
   std::vector<uint64_t> to_do, changed;
 };
@@ -66,7 +66,7 @@ Stock take_stock(const BatchRequest& request, const BatchPlace& place,
   return stock;
 }
 
-// Of the plan as it was when the batch was last run.
+// Changes to the plan since the batch was last run.
 std::vector<std::string> plan_changes(const fs::path& output, const BatchPlan& plan) {
   const fs::path file = output / kPlanFile;
   if (!fs::exists(file)) return {};
@@ -91,12 +91,12 @@ void refuse_changes(const BatchRequest& request, const BatchPlan& plan, size_t c
     problems.push_back({.file = request.plan_file.string(), .found = line});
   }
   if (problems.empty()) {
-    problems.push_back({.file = plan.scene.string(),
-                        .found = "this scene, or a file that it names, is not what it was"});
+    problems.push_back(
+        {.file = plan.scene.string(), .found = "this scene, or a file that it names, has changed"});
   }
   problems.push_back({.file = request.output.string(),
                       .found = "has " + counted(changed, "job") + " that would be another now",
-                      .remedy = "Give --force to make them anew, or another directory"});
+                      .remedy = "Give --force to make them again, or another directory"});
   throw Error(ErrorKind::usage, std::move(problems));
 }
 

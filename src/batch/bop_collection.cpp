@@ -50,7 +50,7 @@ class BopCollection {
     Json infos = Json::object();
     for (size_t i = 0; i < infos_.size(); ++i) infos[std::to_string(i + 1)] = infos_[i];
     write_file_atomically(root_ / "models" / kInfos, infos.dump(2) + '\n');
-    // Of an earlier collection of more.
+    // Remove the rest of an earlier, larger collection.
     remove_from(infos_.size() + 1, [&](uint64_t i) { return root_ / "models" / model_name(i); });
     remove_from(summary_.scenes, [&](uint64_t i) { return scenes() / six_digits(i); });
     summary_.models = infos_.size();

@@ -62,10 +62,12 @@ void read_own(const fs::path& file, const std::function<void(const Json&)>& use)
   try {
     use(json);
   } catch (const Json::exception&) {
-    throw Error(ErrorKind::input, Problem{.file = file.string(),
-                                          .found = "is not as pilesim writes it",
-                                          .remedy = "Remove the directory of its job, and make it "
-                                                    "anew with the same command"});
+    throw Error(
+        ErrorKind::input,
+        Problem{
+            .file = file.string(),
+            .found = "is not as pilesim writes it",
+            .remedy = "Remove the directory of its job, and make it again with the same command"});
   }
 }
 

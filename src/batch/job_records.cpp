@@ -24,7 +24,7 @@ void JobRecords::add_shard(const fs::path& file) {
   uint64_t offset = 0;
   for (std::string line; std::getline(stream, line); offset += line.size() + 1) {
     const JobRecord record = parse_record(line, file.string());
-    // What failed in a shard may have been done since, in one of another number.
+    // A job that failed in one shard may be done in another.
     if (!record.is_done()) continue;
     lines_.push_back({.job = record.index,
                       .offset = offset,

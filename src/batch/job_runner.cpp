@@ -133,7 +133,7 @@ class Job {
            static_cast<int>(record_.attempts.size()) >= place_.plan.tries;
   }
 
-  // What is there of an earlier process, if it was the same job.
+  // Takes up the results of an earlier process, if it was the same job.
   void begin() {
     const fs::path file = directory_ / kJobFile;
     const std::string key = place_.keys.key(job_);
@@ -178,7 +178,7 @@ class Job {
                     Problem{.file = directory_.string(), .found = result.last_words});
       }
       if (attempt.end == AttemptEnd::failed && was_resumed_) {
-        // What an earlier process left may be of another version of pilesim.
+        // Results of an earlier process may be of another version of pilesim.
         was_resumed_ = false;
         clear(directory_);
         record_.steps_done = 0;

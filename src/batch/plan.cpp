@@ -38,7 +38,7 @@ Json drawn(const Draw& draw, Philox& random) {
 
 std::string file_hash(const std::filesystem::path& file) { return content_hash(read_file(file)); }
 
-// Of a mesh; of a run, by what it is of and how many frames it has.
+// Hash of a mesh, or of a run: of its scene and number of frames.
 std::string input_hash(const std::filesystem::path& input) {
   if (!std::filesystem::is_directory(input)) return file_hash(input);
   const std::filesystem::path store = input / "trajectory.zarr";

@@ -41,7 +41,7 @@ struct WrittenPlan {
   int tar_jobs = 100;
 };
 
-// Of a step: longer than a name.
+// A word of a step, which may be longer than a name.
 Codec<std::string> word() {
   Codec<std::string> codec = text();
   codec.expected = "a string of 1 to " + std::to_string(kLongestWord) + " bytes";
@@ -138,29 +138,28 @@ ObjectDescription<WrittenVariation> variation() {
     field.key.is_required = true;
     return in_group("source", std::move(field));
   };
-  return {
-      .noun = "a variation",
-      .fields = {
-          required_field<V>("set", &V::pointers, pointers(),
-                            "What it sets: a JSON pointer into the scene, the name of what steps "
-                            "have in braces, or several."),
-          source(
-              optional_field<V>("values", &V::values, list(any_value(), 1),
-                                "One after the other; with several pointers arrays of as many.")),
-          source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
-                                   "Numbers from the first to the last, by 1 or the step.")),
-          source(
-              optional_field<V>("files", &V::files, word(),
-                                "Files by name, * and ? for what you like, relative to the plan.")),
-          source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
-                                   "Drawn for each job, evenly.")),
-          source(optional_field<V>("log_uniform", &V::log_uniform, bounds(above(0), false),
-                                   "Drawn for each job, its logarithm evenly.")),
-          source(optional_field<V>("integers", &V::integers,
-                                   integers<2>(-1'000'000'000, 1'000'000'000, "first and last"),
-                                   "Drawn for each job, whole numbers, both ends too.")),
-          source(optional_field<V>("choice", &V::choice, list(any_value(), 1),
-                                   "Drawn for each job, one of these."))}};
+  return {.noun = "a variation",
+          .fields = {
+              required_field<V>("set", &V::pointers, pointers(),
+                                "Target: a JSON pointer into the scene, a name that steps have in "
+                                "braces, or several."),
+              source(optional_field<V>(
+                  "values", &V::values, list(any_value(), 1),
+                  "One after the other; with several pointers arrays of as many.")),
+              source(optional_field<V>("range", &V::range, bounds(kAnyNumber, true),
+                                       "Numbers from the first to the last, by 1 or the step.")),
+              source(optional_field<V>(
+                  "files", &V::files, word(),
+                  "Files by name, with the wildcards * and ?, relative to the plan.")),
+              source(optional_field<V>("uniform", &V::uniform, bounds(kAnyNumber, false),
+                                       "Drawn for each job, evenly.")),
+              source(optional_field<V>("log_uniform", &V::log_uniform, bounds(above(0), false),
+                                       "Drawn for each job, its logarithm evenly.")),
+              source(optional_field<V>("integers", &V::integers,
+                                       integers<2>(-1'000'000'000, 1'000'000'000, "first and last"),
+                                       "Drawn for each job, whole numbers, both ends too.")),
+              source(optional_field<V>("choice", &V::choice, list(any_value(), 1),
+                                       "Drawn for each job, one of these."))}};
 }
 
 const std::vector<std::pair<std::string, Collection>> kCollections = {
@@ -172,24 +171,25 @@ ObjectDescription<WrittenPlan> plan_description() {
       .noun = "a plan",
       .fields = {
           required_field<P>("version", &P::version, integer_choice({1}), "Of the format."),
-          field<P>("name", &P::name, text(), "What it is called in what is printed."),
+          field<P>("name", &P::name, text(), "Name of the plan in messages."),
           field<P>("scene", &P::scene, file_path(), "Relative to the plan."),
           field<P>("seed", &P::seed, unsigned_integer(), "Of all that is drawn."),
           field<P>("count", &P::count, integer(1, 100'000'000),
-                   "Jobs for each combination of what varies in a grid."),
-          field<P>("vary", &P::vary, list(object(variation())), "What differs between jobs."),
+                   "Jobs for each combination of values, ranges and files."),
+          field<P>("vary", &P::vary, list(object(variation())), "Differences between jobs."),
           required_field<P>("steps", &P::steps, list(list(word(), 1), 1),
                             "Commands of pilesim with their options, one after the other."),
           field<P>("tries", &P::tries, integer(1, 1000),
                    "How often a job may be tried, each time with another seed."),
           field<P>("longest_s", &P::longest_s, number(above(0)), "Wall time that a step may take."),
           field<P>("drop", &P::drop, list(word()),
-                   "What is removed of a job that is done: paths below its directory."),
+                   "Paths below the directory of a finished job that are removed."),
           field<P>("collect", &P::collect, list(enumeration(kCollections)),
-                   "What is made of all jobs together."),
+                   "Datasets of all jobs together."),
           field<P>("tar_jobs", &P::tar_jobs, integer(1, 1'000'000), "Jobs in a tar file."),
-          field<P>("drop_packed", &P::drop_packed, list(word()),
-                   "What is removed of a job once it is in a tar file.")}};
+          field<P>(
+              "drop_packed", &P::drop_packed, list(word()),
+              "Paths below a job's directory that are removed once the job is in a tar file.")}};
 }
 
 // `*` and `?` stand for what you like.
@@ -205,7 +205,7 @@ bool matches(std::string_view name, std::string_view pattern) {
          matches(name.substr(1), pattern.substr(1));
 }
 
-// Of regular files, ordered by name, relative to `base`.
+// Rows of regular files, ordered by name, relative to `base`.
 std::vector<std::vector<Json>> file_rows(const std::string& pattern,
                                          const std::filesystem::path& plan,
                                          const std::filesystem::path& base) {
@@ -360,7 +360,7 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   WrittenPlan written;
   object(plan_description()).read(document, Path(), written, context);
 
-  // What follows needs the scene's name, at least.
+  // The next checks need at least the scene's name.
   throw_findings(context.log, text, file.string());
   BatchPlan plan{.name = written.name,
                  .file = std::filesystem::absolute(file).lexically_normal(),
@@ -391,7 +391,7 @@ BatchPlan load_batch_plan(const std::filesystem::path& file) {
   }
   if (!plan.drop_packed.empty() &&
       (plan.collects(Collection::coco) || plan.collects(Collection::bop))) {
-    context.log.report(root / "drop_packed", "would take away what \"coco\" and \"bop\" collect",
+    context.log.report(root / "drop_packed", "would remove files that \"coco\" and \"bop\" collect",
                        "\"tar\" alone in \"collect\"");
   }
   throw_findings(context.log, text, file.string());

@@ -16,10 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a cluster's usual limits on arrays (MaxArraySize 1001).
+// A cluster's usual limit on arrays (MaxArraySize 1001).
 constexpr uint64_t kMostTasks = 1000;
-// Nodes are slower than the machine of the sample, and shared; what takes longer goes on where it
-// was once it is queued again.
+// Nodes are slower than the machine of the sample, and shared; a task that takes longer goes on
+// where it was once it is queued again.
 constexpr double kTimeToSpare = 3;
 constexpr double kMemoryToSpare = 1.5;
 constexpr double kLeastMinutes = 5;

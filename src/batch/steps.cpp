@@ -14,8 +14,8 @@ namespace {
 
 constexpr char kOpening = '{';
 
-// What a step is: the command's name, what it may stand after, and whether the plan's scene is its
-// first word.
+// A command that can be a step: its name, the steps that it may follow, and whether the plan's
+// scene is its first word.
 struct Command {
   std::string_view name;
   bool may_begin = false, may_follow = false;
@@ -103,7 +103,7 @@ Runs runs_before(const BatchPlan& plan, size_t step) {
   return runs;
 }
 
-// Of a render: where it draws.
+// Directory of a render step's pictures.
 std::string pictures_of(const BatchPlan& plan, size_t step) {
   const BatchStep& words = plan.steps[step];
   for (size_t i = 1; i < words.size(); ++i) {
@@ -176,7 +176,7 @@ void check_words(const BatchPlan& plan, size_t i, std::set<std::string>& used, P
   }
 }
 
-// What the first step works on: the scene, or its own first word.
+// Checks the input of the first step: the scene, or its own first word.
 void check_input(const BatchPlan& plan, const Command& first, ProblemLog& log) {
   const Path root, steps = root / "steps", step = steps / size_t{0};
   const BatchStep& words = plan.steps[0];

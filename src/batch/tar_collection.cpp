@@ -67,7 +67,7 @@ class ViewSamples {
   }
 
   void add(const fs::path& picture, const std::string& digits) {
-    // What comes after the first point is what WebDataset tells entries of a sample apart by.
+    // WebDataset tells entries of a sample apart by the part after the first point.
     std::string key = job_.name() + '_' + view_.name + '_' + digits;
     std::ranges::replace_if(
         key, [](char c) { return c == '.' || c == '/'; }, '_');
@@ -156,7 +156,7 @@ class TarFile {
     ++summary.tars;
     summary.samples += samples;
     summary.packed += done;
-    // What is done stays so: nothing will have to be packed again.
+    // Finished jobs stay finished: nothing will have to be packed again.
     if (done == end_ - begin_) drop();
   }
 
@@ -177,12 +177,11 @@ class TarFile {
   void require(const BatchJob& job, const std::string& path) const {
     const fs::path directory = job_directory(place_.directory, job);
     if (fs::exists(directory / path)) return;
-    throw Error(
-        ErrorKind::input,
-        Problem{.file = (directory / path).string(),
-                .found = "is not there: it was packed into a tar file and dropped, and the "
-                         "file is to be made anew",
-                .remedy = "Remove " + directory.string() + ", so that the job is done again"});
+    throw Error(ErrorKind::input, Problem{.file = (directory / path).string(),
+                                          .found = "does not exist: it was packed into a tar file "
+                                                   "and dropped, and the file must be made again",
+                                          .remedy = "Remove " + directory.string() +
+                                                    ", so that the job is done again"});
   }
 
   void drop() const {

@@ -1,4 +1,4 @@
-// What a body is at a moment: in the simulator's state, and in trajectories as it is.
+// Flags of a body at a moment, the same in the simulator's state and in trajectories.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@
 
 namespace pilesim {
 
-// What a state is good for. What differs is named when it is refused.
+// Identifies the run that a state belongs to. A refusal names the difference.
 struct CheckpointKey {
   std::string command;  // "simulate"
   std::string program;  // hash of the executable: states are laid out as it lays them out
@@ -26,7 +26,7 @@ struct CheckpointKey {
   }
 };
 
-// Of the running executable.
+// Hash of the running executable.
 std::string program_hash();
 
 // Throws Error(io); the file before is still there then.

@@ -10,13 +10,13 @@ namespace pilesim {
 
 using Colour = std::array<uint8_t, 3>;  // sRGB
 
-// What is proportional to light, [0, 1].
+// Linear value, proportional to light, in [0, 1].
 inline double linear_from_srgb(uint8_t value) {
   const double s = value / 255.0;
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
-// Of each value, for those who ask often.
+// Table of all values, for frequent use.
 inline const std::array<float, 256>& linear_of_srgb() {
   static const std::array<float, 256> kLinear = [] {
     std::array<float, 256> values{};
@@ -28,7 +28,7 @@ inline const std::array<float, 256>& linear_of_srgb() {
   return kLinear;
 }
 
-// Of any number; what is beyond [0, 1] is cut off.
+// Takes any number and clamps it to [0, 1].
 inline uint8_t srgb_from_linear(double linear) {
   const double l = std::clamp(linear, 0.0, 1.0);
   const double s = l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055;

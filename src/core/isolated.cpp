@@ -32,7 +32,7 @@ namespace {
 
 constexpr int kOutOfMemory = 3, kFailed = 4;
 
-// What sanitizers may take for themselves: freed memory that they keep, red zones.
+// Memory that sanitizers may take: freed memory that they keep, red zones.
 #ifdef PILESIM_SANITIZED
 constexpr uint64_t kSanitizerMemory = uint64_t{512} << 20;
 #else
@@ -53,7 +53,7 @@ void limit(int resource, uint64_t soft, uint64_t hard) {
 
 void prepare_child(const IsolationLimits& limits) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // What the parent does at signals is not for the child to do.
+  // The child does not keep the parent's signal handlers.
   for (const int signal : {SIGHUP, SIGINT, SIGTERM, SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL,
                            SIGXCPU, SIGPIPE, SIGALRM}) {
     std::signal(signal, SIG_DFL);

@@ -7,7 +7,7 @@
 
 namespace pilesim {
 
-// What `work` gives. Of its errors, the problems that name no file name `file`.
+// Returns the result of `work`. Problems in its errors that name no file get `file`.
 template <class Work>
 auto naming(const std::string& file, const Work& work) {
   try {

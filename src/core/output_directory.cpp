@@ -59,7 +59,7 @@ fs::file_type check_place(const fs::path& place) {
     throw refusal(place, "is no place for results: nothing is written to standard output",
                   "A file or directory of that name is ./-");
   }
-  // Of the whole path: it goes into scripts of a cluster and into reports.
+  // The whole path must be valid: it goes into scripts of a cluster and into reports.
   const std::string whole = fs::absolute(place).string();
   if (std::ranges::any_of(whole, [](unsigned char c) { return c < 0x20 || c == 0x7F; })) {
     throw refusal(whole, "has control characters in its name",
@@ -102,7 +102,7 @@ std::vector<fs::path> claim_output(const fs::path& directory, std::span<const st
 }
 
 void claim_output_file(const fs::path& file, bool force) {
-  // What goes beside it, under longer names, must fit too: what is not finished yet, above all.
+  // Temporary files beside it have longer names, which must fit, too.
   constexpr size_t kLongestName = 200;
   if (file.filename().string().size() > kLongestName) throw unusable(file, ENAMETOOLONG);
   const fs::file_type type = check_place(file);

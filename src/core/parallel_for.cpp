@@ -83,7 +83,7 @@ class Team {
 // The one whose loops this thread begins.
 thread_local Team* team_here = nullptr;
 
-// Of this thread, for a while.
+// Sets the team of this thread for a scope.
 class TeamHere {
  public:
   explicit TeamHere(Team* team) : before_(std::exchange(team_here, team)) {}

@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// Who draws. A new user of random numbers takes a new stream; values are part of the file format.
+// Users of random numbers. A new user takes a new stream; values are part of the file format.
 enum class Stream : uint32_t {
   emitter = 1,
   signature = 2,

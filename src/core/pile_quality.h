@@ -5,15 +5,15 @@
 
 namespace pilesim {
 
-// Of the dynamic bodies that are present. Lengths in metres.
+// Quality of the dynamic bodies that are present. Lengths in metres.
 struct PileQuality {
   uint64_t bodies = 0;
   // Over pairs of bodies, at least one of them dynamic, whose collision shapes overlap.
   uint64_t overlapping_pairs = 0;
   double deepest_penetration_m = 0;
   double mean_penetration_m = 0;  // 0 without pairs
-  // Of bodies at rest, to the nearest other body, less than 0 taken as 0. Gaps wider than a tenth
-  // of the mean diameter count as that.
+  // Gaps from bodies at rest to the nearest other body; negative ones count as 0, those wider than
+  // a tenth of the mean diameter as a tenth.
   double largest_gap_m = 0;
   double mean_gap_m = 0;
   uint64_t unsettled = 0;      // still moving; none without gravity, where nothing settles
@@ -22,7 +22,7 @@ struct PileQuality {
   double body_diameter_m = 0;  // mean over dynamic bodies, of the ball about the centre of mass
 };
 
-// Of a pile that is to have the shape of a guide.
+// Quality of a pile in a guide.
 struct GuideQuality {
   double outside_share = 0;  // of the bodies
   double empty_share = 0;    // of the guide's volume; gaps between bodies do not count

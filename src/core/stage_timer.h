@@ -19,7 +19,7 @@ struct StageTimes {
   double total_s = 0;
 
   double of(Stage stage) const { return seconds[static_cast<size_t>(stage)]; }
-  // What no stage claims (>= 0 but for rounding).
+  // Time outside of all stages (>= 0 except for rounding).
   double other_s() const;
   StageTimes& operator+=(const StageTimes& more);
 
@@ -47,7 +47,7 @@ class StageTimer {
     Clock::time_point start_;
   };
 
-  // The times since the last call (or since construction); starts anew.
+  // The times since the last call (or since construction); starts again.
   StageTimes take();
 
  private:

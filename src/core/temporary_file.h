@@ -1,5 +1,5 @@
-// What is not yet whole lies under a name of its own, ".pilesim.PID.N.tmp", beside its place, and
-// is locked while somebody works on it: what nobody holds was left by a process that was killed.
+// An unfinished file has a temporary name, ".pilesim.PID.N.tmp", beside its place, and is locked
+// while a process writes it. A killed process leaves an unlocked one.
 #pragma once
 
 #include <filesystem>

@@ -64,7 +64,7 @@ Gloss plain_gloss() {
   return {static_cast<float>(plain.roughness), static_cast<float>(plain.clear_coat)};
 }
 
-// Of each body. Planes are matt, as pictures have them.
+// Gloss of each body. Planes are matt, as in pictures.
 std::vector<Gloss> glosses_of(const TrajectoryHeader& header) {
   std::vector<Gloss> gloss = header.body_gloss;
   if (gloss.empty()) gloss.assign(header.body_count(), plain_gloss());
@@ -80,7 +80,7 @@ std::vector<Gloss> glosses_of(const TrajectoryHeader& header) {
   return gloss;
 }
 
-// What names of looks end with, where they have another gloss than what nothing is said of.
+// Suffix of a look's name if its gloss is not the default.
 std::string gloss_words(const Gloss& gloss, bool is_plane) {
   if (is_plane || gloss == plain_gloss()) return "";
   std::string text = " roughness ";

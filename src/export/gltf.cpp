@@ -147,7 +147,7 @@ class Document {
     return text + "\n}\n";
   }
 
-  // Of the only buffer.
+  // Size of the only buffer.
   uint64_t buffer_bytes() const {
     uint64_t bytes = 0;
     for (const std::string& data : data_) bytes += in_whole_words(data.size());
@@ -486,7 +486,7 @@ class Document {
   ExportSource& source_;
   const ExportJob& job_;
   ExportFiles* files_;
-  // Of the buffer that is being filled.
+  // Data of the buffer that is being filled.
   std::vector<std::string> data_ = std::vector<std::string>(kImages);
   std::vector<View> begun_;  // those that hold something
   List nodes_, meshes_, materials_, textures_, images_, cameras_, accessors_, samplers_, channels_,

@@ -108,8 +108,8 @@ class Archive {
     uint32_t crc = 0;
   };
 
-  // Of both headers: flags (names in UTF-8), stored, date, checksum, sizes that stand in the extra
-  // field.
+  // Common part of both headers: flags (names in UTF-8), stored, date, checksum, sizes that stand
+  // in the extra field.
   static void append_common(std::string& header, const Entry& entry, uint16_t extra_bytes) {
     append_bytes(header, kVersion);
     append_bytes(header, uint16_t{0x800});

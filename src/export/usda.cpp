@@ -67,7 +67,7 @@ class UsdaWriter {
   void line(const std::string& text) { write_line(*file_, text); }
   std::string code(size_t k) const { return time_code(source_, k); }
 
-  // Of a number as TextureMap has it.
+  // Name of a texture by its number in TextureMap.
   static std::string subset_name(uint32_t number) { return "texture_" + std::to_string(number); }
 
   std::map<std::string, size_t> subsets_of(const ExportMesh& mesh) {

@@ -180,7 +180,7 @@ class UsdaInstancers : public UsdaBodies {
                     const Quatf& q = poses_.orientation[group.bodies[i]];
                     append_rotation(text, unit_halves(q), kDecimalsOfHalf);
                   });
-    // What knows them takes them in place of the halves.
+    // Readers that know floats prefer them to the halves.
     write_samples(file, group, span, place, kFloatOrientations,
                   [&](std::string& text, size_t, size_t i) {
                     const Quatf& q = poses_.orientation[group.bodies[i]];

@@ -7,7 +7,7 @@
 namespace pilesim {
 namespace {
 
-// What `track` is in these frames, with a key in the first one.
+// The part of `track` in these frames, with a key in the first one.
 ExportTrack part_of(const ExportTrack& track, const FrameSpan& span) {
   ExportTrack part;
   for (size_t i = 0; i < track.key.size() && track.key[i] <= span.last; ++i) {
@@ -78,7 +78,7 @@ class UsdaObjects : public UsdaBodies {
     return result;
   }
 
-  // Of those that move or come and go, in these frames.
+  // Motion of bodies that move or come and go, in these frames.
   void write_motion(ExportFile& file, UsdaPlace place, const FrameSpan& span) {
     const std::vector<std::string> names = object_names();
     for (size_t i = 0; i < tracks_.size(); ++i) {

@@ -26,7 +26,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What graphics cards of the last ten years take as a texture's side.
+// Longest side of a texture on graphics cards of the last ten years.
 constexpr size_t kLongestSide = 8192;
 // JavaScript's arrays, and with them most readers, end at 2 GiB.
 constexpr uint64_t kMostBytes = (uint64_t{1} << 31) - 1;

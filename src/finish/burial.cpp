@@ -13,11 +13,11 @@ namespace {
 
 constexpr size_t kGrain = 256;
 constexpr size_t kMostCells = 256;  // a body
-// What lies beyond these shares of all bodies along an axis has rolled away, and is in the open.
+// Bodies beyond these shares of all bodies along an axis have rolled away, and are in the open.
 constexpr double kOutlying = 0.002;
 
-// Of the smallest ball's radius: what is to get through gaps. Into narrower ones one does not see
-// far.
+// Radius of the probe that passes through gaps, in radii of the smallest ball. One does not see far
+// into narrower gaps.
 constexpr double kProbe = 0.5;
 
 using Cell = Eigen::Array3i;
@@ -39,7 +39,7 @@ std::vector<Ball> balls_of(const Model& model, const BodyStates& states) {
   return balls;
 }
 
-// Of all but those that lie far from the others.
+// Bounds of all balls but those far from the others.
 Bounds box_of(const std::vector<Ball>& balls) {
   Bounds box;
   const auto outlying = static_cast<size_t>(kOutlying * static_cast<double>(balls.size()));
@@ -128,8 +128,8 @@ class Air {
     std::ranges::transform(is_closed_, is_open_.begin(), std::logical_not<>());
   }
 
-  // Of each cell to the middle of the nearest open one, squared, in cells: one axis after the
-  // other, by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
+  // Squared distance of each cell to the middle of the nearest open one, in cells: one axis after
+  // the other, by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
   void measure() {
     constexpr float kFar = 1e12F;
     squared_.resize(is_open_.size());
@@ -216,7 +216,7 @@ class Air {
   // In cells, from the corner of the first one; and the cell that is there.
   Eigen::Array3d place_of(const Vec3& point) const { return (point - origin_).array() / side_m_; }
   Cell cell_at(const Eigen::Array3d& place) const {
-    // What is far away stays a number that fits.
+    // Cells far away are clamped to numbers that fit.
     return place.floor().max(-1.0).min(count_.cast<double>()).cast<int>();
   }
   // Calls visit(index, middle) for the cells whose middle is in the box.

@@ -26,7 +26,7 @@ double gravity_of(const Scene& scene) {
   return gravity > 0 ? gravity : kUsualGravity;
 }
 
-// Of the smallest dynamic body; 1 where there is none.
+// Radius of the smallest dynamic body; 1 without any.
 double least_radius_m(const Model& model) {
   double radius = std::numeric_limits<double>::infinity();
   for (const ModelBody& body : model.bodies) {
@@ -315,7 +315,7 @@ void ExactRest::look() {
     Marks meant = around(marks, kRestless, kRings);
     const Marks roused = around(marks, kStirring, 1);
     for (const uint32_t body : movable_) {
-      // What waits goes on to do so unless something stirs at it.
+      // Waiting bodies go on to wait unless a neighbour moves.
       meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
     }
     leave_in_solver(state_.is_at_rest ? Marks(meant.size(), 0)
@@ -325,7 +325,7 @@ void ExactRest::look() {
   begin_to_watch();
 }
 
-// Of the bodies in the solver that are to be sound. What gives way may go on to do so.
+// Marks active bodies that are to be sound by their motion. Bodies that give way may move on.
 ExactRest::Marks ExactRest::restless() const {
   Marks marks(model_.bodies.size(), kStill);
   const double gravity = gravity_of(settling_);

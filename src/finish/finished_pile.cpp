@@ -39,7 +39,7 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
   std::ranges::sort(moved);
   figures.median_moved = moved[moved.size() / 2];
   figures.largest_moved = moved.back();
-  // Of one layer there is no height to speak of: its bodies' own.
+  // The height of a single layer is that of its bodies.
   figures.mean_height_change = rise / count / (height / count - lowest + diameter / 2);
 }
 

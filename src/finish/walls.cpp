@@ -21,7 +21,7 @@ struct Wall {
   Bounds box;  // m, world
 };
 
-// Of a segment from `from`: where it meets a face first.
+// First crossing of a segment from `from` with a face.
 struct Crossing {
   double at = 2;  // 0 .. 1 along it
   Vec3 point = Vec3::Zero();

@@ -110,7 +110,7 @@ const aiVector3D* BaseColours::coordinates(const aiMesh& mesh, const Skin& skin)
              : nullptr;
 }
 
-// Of OBJ and FBX a texture stands in place of the colour.
+// In OBJ and FBX files a texture replaces the colour.
 BaseColours::Linear BaseColours::factor(unsigned material) const {
   return is_linear_ ? material_colour(material) : Linear(Linear::Ones());
 }

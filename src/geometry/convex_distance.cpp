@@ -231,7 +231,7 @@ bool make_solid(Difference& difference, Simplex& simplex) {
   return true;
 }
 
-// Of cores that overlap; `simplex` touches zero.
+// Depth of cores that overlap; `simplex` touches zero.
 double depth_of_cores(Difference& difference, Simplex simplex) {
   if (!make_solid(difference, simplex)) return 0;
   Polytope polytope(simplex.corners);

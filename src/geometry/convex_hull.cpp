@@ -281,7 +281,7 @@ class GreedyHull {
  private:
   using Edge = std::pair<uint32_t, uint32_t>;
 
-  // Of the tetrahedron of a facet and a point, m^3; positive if the point is outside.
+  // Volume of the tetrahedron of a facet and a point, m^3; positive if the point is outside.
   double volume_above(const Triangle& facet, uint32_t point) const {
     const Vec3& a = points_[facet[0]];
     return (points_[facet[1]] - a).cross(points_[facet[2]] - a).dot(points_[point] - a) / 6.0;

@@ -50,7 +50,7 @@ class Partition {
   // Merges the cheapest pairs until the parts are few enough and another merge would cost too much.
   // Gives the excess before each merge, from the most parts on.
   std::vector<double> merge();
-  // Searches the cut between each two neighbours anew.
+  // Searches the cut between each two neighbours again.
   void recut_neighbours();
   // Merges the cheapest pair and cuts another part instead, if that gains.
   bool exchange();

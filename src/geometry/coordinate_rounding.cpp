@@ -6,7 +6,7 @@
 namespace pilesim {
 namespace {
 
-// Of the last of `digits` decimal digits.
+// Unit of the last of `digits` decimal digits.
 double unit(double value, int digits) {
   return std::pow(10.0, std::floor(std::log10(value)) - digits + 1);
 }

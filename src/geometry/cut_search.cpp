@@ -23,7 +23,7 @@ constexpr size_t kReentrantEdges = 12;
 constexpr size_t kStarts = 6;        // candidates that are improved
 constexpr double kClearance = 1e-6;  // of the extent, between a plane and the face it extends
 
-// Of the hulls by which cuts are compared while searching; the last comparison is exact.
+// Coarseness of the hulls that compare cuts during the search; the last comparison is exact.
 constexpr double kSearchCoarseness = 3e-3;
 
 // The solid as the search needs it.
@@ -243,7 +243,7 @@ double after_another_cut(const FacetedSolid& solid, Scratch& scratch) {
   return least;
 }
 
-// Of each cut, when each of its sides is cut once more.
+// Volume after each cut if each of its sides is cut once more.
 std::vector<double> volumes_ahead(const FacetedSolid& solid, const std::vector<Cut>& cuts) {
   std::vector<double> volumes(2 * cuts.size());
   parallel_for(volumes.size(), 1, [&](size_t begin, size_t end) {

@@ -125,7 +125,7 @@ class Decimation {
     }
   }
 
-  // Of the vertices in ring_, those next to `u`.
+  // Number of vertices in ring_ that are next to `u`.
   size_t common_neighbours(uint32_t u) {
     ++count_mark_;
     size_t common = 0;

@@ -135,8 +135,8 @@ std::optional<FastWinding::Border> FastWinding::border_of(const TriangleMesh& me
   return border;
 }
 
-// Of the winding number, a metre, as far as it is no triangle's: its gradient is that of the field
-// of a current along the border (Biot and Savart), an edge's at most length / 4 pi distance^2.
+// Bound on the gradient of the winding number, 1/m, between triangles: that of the field of a
+// current along the border (Biot and Savart), for an edge at most length / (4 pi distance^2).
 // Within `around_m` of the point.
 double FastWinding::fastest_change(const Vec3& point, double around_m) const {
   const std::vector<BoxTree::Node>& nodes = border_->tree.nodes();

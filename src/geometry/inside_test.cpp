@@ -13,8 +13,8 @@ namespace {
 
 using Edge = std::array<uint32_t, 2>;  // vertex indices, directed
 
-// What is left of directed edges when opposite ones cancel: the border of the cluster of triangles
-// they come from. An edge of a tangled cluster may be left several times.
+// Directed edges after opposite ones cancel: the border of their cluster of triangles. A tangled
+// cluster may have an edge several times.
 std::vector<Edge> cancelled(std::vector<Edge> edges) {
   const auto undirected = [](const Edge& e) { return std::minmax(e[0], e[1]); };
   std::sort(edges.begin(), edges.end(),

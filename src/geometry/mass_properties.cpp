@@ -12,7 +12,7 @@ Mat3 inertia_of_second_moments(const Mat3& second) {
   return second.trace() * Mat3::Identity() - second;
 }
 
-// What moving the mass of `volume` by `offset` away from its centre adds to its inertia.
+// Inertia that moving the mass of `volume` by `offset` away from its centre adds.
 Mat3 parallel_axis(double volume, const Vec3& offset) {
   return inertia_of_second_moments(volume * offset * offset.transpose());
 }
@@ -101,7 +101,7 @@ Vec3 most_across(const Vec3& axis) {
   return (unit - unit.dot(axis) * axis).normalized();
 }
 
-// Of the two directions of an axis, the one whose largest component is positive.
+// The direction of an axis whose largest component is positive.
 Vec3 positive_direction(const Vec3& axis) {
   Eigen::Index largest;
   axis.cwiseAbs().maxCoeff(&largest);

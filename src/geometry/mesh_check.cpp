@@ -106,7 +106,7 @@ void find_bad_edges(const TriangleMesh& mesh, std::vector<MeshDefect>& defects) 
     } else if (count > 2) {
       crowded.add([&] {
         return edge_text(mesh, *first) + " has " + std::to_string(count) +
-               " triangles: it is not clear what is inside there";
+               " triangles: the inside is not clear there";
       });
     } else if (first->forward == first[1].forward) {
       inconsistent.add([&] {
@@ -156,8 +156,8 @@ struct Orientation {
   Finding nested{MeshDefectKind::self_touching};
 };
 
-// Of the diagonal: half of the distance within which triangles touch, so that nothing else lies
-// between.
+// Half of the distance within which triangles touch, as a share of the diagonal, so that nothing
+// lies between.
 constexpr double kJustOutside = 5e-13;
 
 Orientation find_orientation(const TriangleMesh& mesh, double diagonal) {

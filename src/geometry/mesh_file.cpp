@@ -25,9 +25,9 @@
 namespace pilesim {
 namespace {
 
-// What assimp may take for reading: compressed and text formats need many times their size.
+// Memory that assimp may take: compressed and text formats need many times their size.
 constexpr uint64_t kBaseMemory = uint64_t{256} << 20, kMemoryPerByte = 64;
-// Of processor time; text is read at some 10 MB/s.
+// Processor time; text is read at some 10 MB/s.
 constexpr int kBaseSeconds = 6;
 constexpr uint64_t kBytesPerSecond = 500'000;
 constexpr int kMostDepth = 1000;  // of nodes
@@ -219,7 +219,7 @@ void put(std::string& bytes, const T* values, size_t count) {
   bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
 }
 
-// Of what put() wrote. That process may have been damaged by what it read.
+// Reads the output of put(), whose process may have been damaged by its input.
 class Parcel {
  public:
   explicit Parcel(std::string_view bytes) : bytes_(bytes) {}
@@ -325,8 +325,8 @@ TriangleMesh unpack(std::string_view bytes) {
   return mesh;
 }
 
-// What is wrong with the head of a PLY file that assimp would read on by for ever, or nearly so;
-// empty for others: no line ends it, or it has more elements than there are bytes.
+// Fault of the head of a PLY file that assimp would read for ever, or nearly so: no line ends it,
+// or it has more elements than there are bytes. Empty for others.
 std::string fault_of_ply_head(std::string_view bytes) {
   constexpr std::string_view kBlank = " \t", kLineEnd = "\r\n";
   const auto is_magic = [](char letter, char magic) { return (letter | 0x20) == magic; };

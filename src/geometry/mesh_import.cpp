@@ -13,7 +13,7 @@
 namespace pilesim {
 namespace {
 
-// What assimp calls the triangles of an OBJ file that stand before any group.
+// Assimp's name for the triangles of an OBJ file before any group.
 constexpr std::string_view kUngrouped = "defaultobject";
 
 // Squares and cubes of lengths up to this, and their sums, are finite.
@@ -81,7 +81,7 @@ class Welder {
   std::unordered_map<uint64_t, uint32_t> last_in_cell_;
 };
 
-// What the triangles span, m.
+// Bounds of the triangles, m.
 Bounds used_bounds(const TriangleMesh& mesh) {
   Bounds used;
   for (const Triangle& triangle : mesh.triangles) {

@@ -94,8 +94,7 @@ class MeshRepair {
     return before - next;
   }
 
-  // Of triangles with the same corners those of one orientation leave one, and pairs that face each
-  // other leave none.
+  // Triangles with the same corners and orientation become one; pairs that face each other go.
   size_t drop_twins() {
     std::map<std::array<uint32_t, 3>, std::vector<uint32_t>> alike;
     for (uint32_t i = 0; i < triangles_.size(); ++i) {
@@ -420,7 +419,7 @@ class MeshRepair {
     }
   }
 
-  // Of connected pieces of surface; piece_of_vertex_ says which a vertex is of.
+  // Diagonals of connected pieces of surface; piece_of_vertex_ has the piece of each vertex.
   std::vector<double> diagonals_of_pieces() {
     std::vector<uint32_t> parent(vertices_.size());
     std::iota(parent.begin(), parent.end(), 0u);

@@ -24,7 +24,7 @@ struct Trim {
 struct Trimmed {
   FacetedSolid hull, part;
 
-  // Of cutting off what is above the plane, m^3: air saved less solid lost.
+  // Gain of a cut at the plane, m^3: air saved less solid lost.
   double gain(const ClipPlane& plane) const {
     return hull.volume_above(plane) - 2 * part.volume_above(plane);
   }
@@ -104,7 +104,7 @@ void trim(Trimmed& trimmed, const PieceFitOptions& options) {
     const ClipPlane plane{best->normal, best->offset};
     best->gain = 0;
     FacetedSolid hull = split(trimmed.hull, plane).below, part = split(trimmed.part, plane).below;
-    // Of a thin shell the hull is nearly all roof: what would leave nothing of it is not cut.
+    // The hull of a thin shell is nearly all air; cuts that would leave nothing are skipped.
     if (hull.vertices.empty() || part.vertices.empty()) continue;
     trimmed.hull = std::move(hull);
     trimmed.part = std::move(part);

@@ -65,7 +65,7 @@ double distance_to_box(const Vector& point, const Vector& half) {
   return beyond.maxCoeff() < 0 ? -beyond.maxCoeff() : beyond.cwiseMax(0).norm();
 }
 
-// Of a point in the primitive's own frame from its surface, m.
+// Distance of a point in the primitive's own frame from its surface, m.
 double distance_to(const FittedPrimitive& primitive, const Vec3& point) {
   const double r = primitive.size.x(), half = primitive.size.y() / 2;
   const Profile profile{point.y(), std::hypot(point.x(), point.z())};

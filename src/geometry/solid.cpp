@@ -21,7 +21,7 @@ namespace {
 constexpr int kMostCells = 384;
 // A sheet's thickness is at least so many cells.
 constexpr double kCellsOfThickness = 2.5;
-// What is thinner on the mean than this, of the mesh's length, encloses nothing.
+// A mesh encloses nothing if its mean thickness is below this share of its length.
 constexpr double kFlat = 1e-6;
 // A wrap that closes more than this share of itself where there are no triangles, or that leaves so
 // much of the mesh outside, is a guess.
@@ -147,7 +147,7 @@ Solid wrap_of(const TriangleMesh& mesh, const Repair& repair,
   }
   Wrap wrap = wrap_mesh(enclosing, sheets, grid);
   const bool may_guess = options.rule == SolidRule::wrap;
-  // What is finer than the grid gets one that is finer.
+  // Parts finer than the grid get a finer grid.
   while (wrap.lost_share > kMostLost && 2 * grid.cells <= kMostCells) {
     grid.cells *= 2;
     wrap = wrap_mesh(enclosing, sheets, grid);

@@ -134,7 +134,7 @@ class SphereFitter {
     }
   }
 
-  // What a sphere is worth: samples inside of the mesh that it alone covers, less those outside.
+  // Gain of a sphere: samples inside of the mesh that it alone covers, less those outside.
   struct Best {
     int worth;
     double radius;

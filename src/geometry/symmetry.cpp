@@ -82,7 +82,7 @@ class SymmetrySearch {
     return (corner(triangle, 0) + corner(triangle, 1) + corner(triangle, 2)) / 3;
   }
 
-  // Of the surface's second moments, which do not depend on its triangles.
+  // Axes of the surface's second moments, which do not depend on its triangles.
   void find_principal_axes() {
     Mat3 moments = Mat3::Zero();
     for (const Triangle& triangle : mesh_.triangles) {

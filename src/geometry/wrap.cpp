@@ -500,7 +500,7 @@ TriangleMesh simplified(const TriangleMesh& mesh, double error_m, double cell_m)
 }
 
 void measure(const TriangleMesh& mesh, const Wrapper& wrapper, Wrap& wrap) {
-  // Of the wrap, by its triangles' middles and corners.
+  // Distances of the wrap, by its triangles' middles and corners.
   double area = 0, closing = 0;
   for (const auto& [ia, ib, ic] : wrap.mesh.triangles) {
     const Vec3 &a = wrap.mesh.vertices[ia], &b = wrap.mesh.vertices[ib],
@@ -512,7 +512,7 @@ void measure(const TriangleMesh& mesh, const Wrapper& wrapper, Wrap& wrap) {
     if (distance > wrap.cell_m) closing += own;
   }
   wrap.closing_share = area > 0 ? closing / area : 0;
-  // Of the triangles: by their middles, which the wrap is to hold or to pass.
+  // Distances of the mesh's triangles, by their middles, which the wrap must hold or pass through.
   const bool is_empty = wrap.mesh.triangles.empty();
   const TriangleTree own_tree(is_empty ? mesh : wrap.mesh);
   double total = 0, lost = 0;

@@ -112,10 +112,9 @@ LoadedScene load_in_mode(const ComparisonJob& job, const ModeSpec& mode,
 
 Plan make_plan(const ComparisonJob& job) {
   if (job.scene_file == kStandardInput) {
-    throw Error(ErrorKind::usage,
-                Problem{.file = "-",
-                        .found = "is standard input, which one run alone can read",
-                        .expected = "a scene file: each mode reads it"});
+    throw Error(ErrorKind::usage, Problem{.file = "-",
+                                          .found = "is standard input, which only one run can read",
+                                          .expected = "a scene file: each mode reads it"});
   }
   Plan plan;
   plan.scene = load_scene(job.scene_file, job.overrides);

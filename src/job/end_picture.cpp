@@ -20,7 +20,7 @@ namespace {
 // Sharp enough for the width of a page, and 0.2 to 0.7 MB of it.
 constexpr double kMostPixels = 800 * 450;
 
-// Of the shape that the scene's pictures have.
+// A small size with the scene's aspect ratio.
 RenderSettings small(RenderSettings settings) {
   const auto [width, height] = settings.size;
   const double scale = std::min(1.0, std::sqrt(kMostPixels / width / height));

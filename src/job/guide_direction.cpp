@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Of what is left: so many that touched the mould alone.
+// Share of the bodies that touched only the mould, above which a hint is printed.
 constexpr double kManyHang = 0.05;
 
 std::string percent(double share) {
@@ -127,9 +127,8 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
              : ""));
     if (filling.hanging > kManyHang * filling.kept) {
       lines.emplace_back(
-          "guide: smaller bodies fill what is so narrow that these jam; a part of it that is in "
-          "the "
-          "air needs something static below it");
+          "guide: smaller bodies fill parts in which these jam; a part in the air needs a static "
+          "body below it");
     }
   }
   if (const std::optional<GlueFigures> glue = simulator.glue_figures()) {
@@ -137,14 +136,14 @@ std::vector<std::string> lines_of(const GuidedSimulator& simulator, const GuideF
                         ? "guide: held by glue of " + percent(glue->weights) +
                               " of the pile's weight, at " + std::to_string(glue->glued_contacts) +
                               " of " + std::to_string(glue->contacts) + " contacts"
-                        : "guide: no glue was found that holds it; it is left to itself");
+                        : "guide: no glue was found that holds it; it may fall");
     if (glue->is_solved && glue->given < 1) {
       lines.push_back("guide: it may have " + percent(glue->given) +
-                      " of that glue (/guide/max_glue): what does not stand with it slumps");
+                      " of that glue (/guide/max_glue): the rest slumps");
     }
     if (glue->hanging > 0) {
       lines.push_back("guide: " + std::to_string(glue->hanging) +
-                      " bodies have no way through others to anything that stands, and fall");
+                      " bodies have no chain of contacts to a fixed body, and fall");
     }
   }
   if (const std::optional<GlueLeft> left = simulator.glue_left()) {

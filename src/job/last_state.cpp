@@ -37,8 +37,8 @@ bool is_same_shape(const ModelShape& shape, const TrajectoryShape& there) {
                                         .expected = std::move(expected)});
 }
 
-// Of bodies that can move: who is among `found` and not among the `take` highest of them. The first
-// of bodies that are level goes first.
+// Movable bodies that are among `found` and not among the `take` highest of them. The first of
+// bodies that are level goes first.
 std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& found, uint64_t take,
                                  const Vec3& gravity) {
   std::vector<std::pair<double, uint32_t>> heights;
@@ -52,7 +52,7 @@ std::vector<bool> left_by_taking(const Model& model, const std::vector<bool>& fo
   return stays;
 }
 
-// What sleeps in another comes out: asleep it would stay there until something hits it.
+// Wakes overlapping bodies: asleep they would keep the overlap until something hits them.
 void wake_overlapping(Model& model) {
   for (const StartOverlap& pair : model.start_overlaps) {
     for (const uint32_t i : {pair.a, pair.b}) {
@@ -83,7 +83,7 @@ LastState begin_from(const std::filesystem::path& directory, const Scene& scene,
   std::vector<bool> is_there;
   for (const uint8_t flags : there.flags) is_there.push_back((flags & kPresent) != 0);
   take_filling(header, is_there, model);
-  // Of a pair of shapes, whether they were compared: bodies share them.
+  // Results for pairs of shapes that were compared: bodies share shapes.
   std::map<std::pair<uint32_t, uint32_t>, bool> same;
   LastState result;
   Hasher hasher;

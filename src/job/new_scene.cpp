@@ -46,7 +46,7 @@ bool is_flat(const TriangleMesh& mesh) {
   }
 }
 
-// What the sizes of a scene follow from.
+// Measures that the sizes of a scene follow from.
 struct Measured {
   double radius_m = 0;  // about the middle of the bounds
   double hull_m3 = 0;   // of its hull: others hardly get into its hollows
@@ -259,7 +259,7 @@ void size_bin(const Measured& body, int count, Values& values) {
   values["height"] = number(height);
   // As low as clears the rim: what falls deep bounces out.
   values["centre"] = number(depth + 3 * r);
-  // What the mouth lets through while a body falls by its diameter.
+  // Bodies that pass the mouth while one falls by its diameter.
   const double leaves_s = std::sqrt(4 * r / kGravity);
   values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
   // The ball about all, bin and what is poured, fills the height of the picture.
@@ -276,7 +276,7 @@ void size_bin(const Measured& body, int count, Values& values) {
 // A cone that about so many bodies fill. Refuses a count that is given and does not make its shape.
 TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& values) {
   constexpr double kTop = 0.3;  // of the base
-  // What a mould takes away from its walls, by the hulls: from 60 on as many boxes and cups as are
+  // Room that a mould loses at its walls, by the hulls: from 60 on as many boxes and cups as are
   // asked for to a third, of rings, which reach through one another, half as many again. Cylinders
   // of length L and diameter D are packed at random to 5.4 D / L (Philipse 1996), which is this of
   // hull and ball.

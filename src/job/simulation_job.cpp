@@ -89,7 +89,7 @@ void copy_states(const BodyStates& states, TrajectoryFrame& frame) {
   frame.state = states.flags;
 }
 
-// What a run writes while it goes on, and what it has come to.
+// Writes the files of a run as it goes on, and keeps its totals.
 class Recorder {
  public:
   // Goes on after `progress.rows.size()` frames; none: begins.
@@ -213,7 +213,7 @@ std::string what_is_safe(const std::filesystem::path& output) {
     const uint64_t frames = TrajectoryReader(output).frame_count();
     return "holds " + counted(frames, "complete frame") + " and is valid";
   } catch (const Error&) {
-    return "is there no more, or no longer whole";
+    return "does not exist any more, or is damaged";
   }
 }
 
@@ -225,7 +225,7 @@ std::string what_is_safe(const std::filesystem::path& output) {
   throw Error(error.kind(), std::move(problems));
 }
 
-// Of a run that was killed before its first checkpoint.
+// Whether a run was killed before its first checkpoint.
 bool has_hardly_begun(const std::filesystem::path& output) {
   if (std::filesystem::exists(output / "report.json")) return false;
   try {
@@ -235,8 +235,8 @@ bool has_hardly_begun(const std::filesystem::path& output) {
   }
 }
 
-// What is there to be resumed; none: nothing has begun. Throws Error(usage) for results without a
-// checkpoint.
+// The checkpoint to resume from; none if no run has begun. Throws Error(usage) for results without
+// a checkpoint.
 std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
   const auto there = claim_output(job.output, kSimulationEntries, true);
   if (there.empty()) return std::nullopt;
@@ -247,7 +247,7 @@ std::optional<RunCheckpoint> find_checkpoint(const SimulationJob& job) {
   throw_nothing_to_resume(job.output);
 }
 
-// Of what is in the directory of a run that is resumed: what its next results replace.
+// Entries in the directory of a resumed run that its next results replace.
 std::vector<std::filesystem::path> outdated(const std::filesystem::path& directory) {
   auto entries = claim_output(directory, kSimulationEntries, true);
   std::erase_if(entries, [](const std::filesystem::path& entry) {
@@ -286,8 +286,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   const GuideFilling filling = fill_guide_of(job.scene_file, scene, model);
   if (filling.floats) {
     warnings.emplace_back(
-        "the guide is in the air: what fills it touches nothing that stands, and falls; move it "
-        "down, or put something static below it");
+        "the guide is in the air: the bodies in it touch no fixed body, and fall; move it down, or "
+        "put a static body below it");
   }
   for (const EmptyPart& part : filling.empty.parts) {
     warnings.push_back("guide: " + describe(part));

@@ -16,8 +16,8 @@ constexpr size_t kLongestPath = 4096;  // bytes; the system's own limit
 
 std::string has_bytes(size_t size) { return "has " + std::to_string(size) + " bytes"; }
 
-// What reads back as a unit vector or quaternion to rounding is left as it is, so that a resolved
-// scene reads back to the same bits.
+// A unit vector or quaternion to rounding is not normalised, so that a resolved scene reads back to
+// the same bits.
 constexpr double kUnitByRounding = 1e-12;
 constexpr double kUnitByIntent = 1e-3;
 
@@ -34,7 +34,7 @@ bool check_array(const Json& json, size_t size, const std::string& expected, con
   return false;
 }
 
-// What should have been in place of `found`: the limit on all numbers is told to who exceeds it.
+// Expectation beside `found`. The limit on all numbers is named only if it is exceeded.
 std::string expected_number(const Range& range, const Json& found) {
   const std::string phrase = range.phrase("a number");
   const bool is_unlimited = range.maximum == kLargestNumber && range.minimum != -kLargestNumber;

@@ -11,7 +11,7 @@
 namespace pilesim {
 namespace {
 
-// Of keys that a file has twice so many are told.
+// Greatest number of repeated keys of a file that are reported.
 constexpr size_t kMostRepeated = 100'000;
 
 }  // namespace
@@ -26,8 +26,8 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
     problem.column = position.column;
     problems.emplace_back(offset, std::move(problem));
   };
-  // Of key and value, where something was found, and above it: all of a file would take many times
-  // its size.
+  // Places of key and value of problems and of the objects above them: those of a whole file would
+  // take many times its size.
   std::map<std::string, std::optional<std::pair<size_t, size_t>>> places;
   for (const Finding& finding : log.findings()) {
     std::string pointer = finding.pointer;
@@ -44,7 +44,7 @@ void throw_findings(const ProblemLog& log, const std::string& text, const std::s
                            .expected = "each key once in an object"});
   });
   for (const Finding& finding : log.findings()) {
-    // What is missing is shown where it should be.
+    // A missing key is shown at the place of its object.
     std::string pointer = finding.pointer;
     while (!places.at(pointer)) pointer.resize(pointer.rfind('/'));
     const auto [key, value] = *places.at(pointer);

@@ -150,8 +150,8 @@ Error translate(const Json::exception& error, const std::string& text, const std
   return syntax_error(text, file, offset, "is no valid JSON: " + found, expected, remedy);
 }
 
-// What the parser would take too much stack or time for, and what it would take for an end: a byte
-// 0 ends a comment, and the whole text.
+// Rejects text that would take the parser too much stack or time, and bytes 0, which end a comment
+// and the whole text for it.
 void check_text(const std::string& text, const std::string& file) {
   if (const size_t at = text.find('\0'); at != text.npos) {
     throw syntax_error(text, file, at, "has a byte 0", "text in UTF-8", "Save the file as UTF-8");

@@ -96,7 +96,7 @@ class Page {
     return found->second;
   }
 
-  // What a value is, in words. `path`: of the value, for the sections of objects in it.
+  // The type of a value in words. `path` is the value's, for the sections of objects in it.
   std::string value_text(const std::string& path, const Json& with_stand_in, bool several = false) {
     const Json schema = without_stand_in(with_stand_in);
     const std::string plural = several ? "s" : "";
@@ -135,7 +135,7 @@ class Page {
         alternatives, [](const Json& one) { return without_stand_in(one).contains("properties"); });
   }
 
-  // Of an object its own section tells it, key by key.
+  // Objects have defaults in their own sections, key by key.
   static std::string default_text(const Json& property) {
     const auto value = property.find("default");
     const bool is_told = value == property.end() || (value->is_object() && !value->empty()) ||
@@ -158,7 +158,7 @@ class Page {
       text_ += "\n" + about->get<std::string>() + "\n";
     }
     if (!object.contains("oneOf")) return write_table(path, object, object["properties"]);
-    // What all kinds have, then what each has.
+    // Keys of all kinds come first, then those of each kind.
     std::vector<Json> kinds;
     for (const Json& kind : object["oneOf"]) kinds.push_back(without_stand_in(kind));
     Json common = Json::object();

@@ -215,7 +215,7 @@ std::vector<std::string> describe_moved_starts(const Model& model) {
   if (model.starts_moved == 0) return {};
   const bool one = model.starts_moved == 1;
   return {counted(model.starts_moved, "body", "bodies") + " would have started inside others and " +
-          (one ? "was" : "were") + " drawn anew, clear of them"};
+          (one ? "was" : "were") + " drawn again, clear of them"};
 }
 
 std::vector<std::string> describe_start_overlaps(const Model& model) {

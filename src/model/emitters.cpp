@@ -16,8 +16,8 @@ namespace pilesim {
 
 namespace {
 
-// What a body draws its random numbers for; each has its own counter, so that one more draw of one
-// of them moves no other.
+// Uses of a body's random numbers. Each has its own counter, so that a further draw of one moves no
+// other.
 enum Draw : uint32_t {
   kPosition,
   kOrientation,

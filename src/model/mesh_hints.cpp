@@ -30,7 +30,7 @@ constexpr double kFlattest = 0.25;    // a thing that stands is no flatter
 
 std::string metres(double length) { return with_digits(length, 3) + " m"; }
 
-// What stands in the scene and is no ground, and what moves.
+// Fixed objects of the scene other than the ground, and moving ones.
 class Surroundings {
  public:
   explicit Surroundings(const Model& model) {
@@ -162,8 +162,8 @@ bool add_unit_hint(const Scene& scene, const Surroundings& around, const ModelSh
   return true;
 }
 
-// Of what is no mesh file's: its author wrote its size, perhaps in another unit. Where the camera
-// is as near as such a thing takes, it is meant.
+// Hint for primitives, whose size may be in another unit. A camera as near as such a small object
+// needs shows that the size is meant.
 void add_size_hint(const Scene& scene, const Surroundings& around, const ModelShape& shape,
                    std::vector<std::string>& hints) {
   if (shape.mesh.vertices.empty() || !around.is_there(shape.source)) return;
@@ -231,7 +231,7 @@ void add_axis_hint(const Scene& scene, const MeshShape& source, const ModelShape
                   "; \"up\": \"z\" turns it, \"up\": \"y\" says that it is right");
 }
 
-// Of a hull that loses much by its vertex limit.
+// Hint for a hull that loses much by its vertex limit.
 void add_hull_hint(const MeshShape& source, const ModelShape& shape,
                    std::vector<std::string>& hints) {
   constexpr double kMostLost = 0.01;  // of the volume of the whole hull
@@ -263,7 +263,7 @@ void add_hull_hint(const MeshShape& source, const ModelShape& shape,
                   (least <= kMostLost ? std::string("no more than 1 %") : percent(least)));
 }
 
-// Of many textures of one file the first few are said.
+// Names only the first few of many textures.
 void add_lost_textures(const MeshShape& source, const TriangleMesh& mesh,
                        std::vector<std::string>& hints) {
   constexpr size_t kMostSaid = 4;

@@ -77,7 +77,7 @@ double volume_error(const TriangleMesh& mesh, const TriangleMesh& solid) {
       for (double j = 0.5; j < counts.y(); ++j) {
         for (double k = 0.5; k < counts.z(); ++k) {
           const Vec3 point = bounds.min() + cell * Vec3(static_cast<double>(i) + 0.5, j, k);
-          // What faces inward encloses, too.
+          // Surfaces that face inward enclose, too.
           const bool in = std::abs(in_mesh.winding_number(point)) > 0.5;
           const bool is_solid = in_solid.contains(point);
           other[i] += in != is_solid ? 1 : 0;
@@ -187,7 +187,7 @@ class ModelBuilder {
     if (volume != nullptr) inside_of(volume->file, volume->scale, emitter_pointer(index));
   }
 
-  // What the mesh of `file` encloses. It has no "solid" or "thickness_m" to set.
+  // The solid of the mesh of `file`, which has no "solid" or "thickness_m" to set.
   const Solid& inside_of(const std::filesystem::path& file, double scale,
                          const std::string& pointer) {
     try {
@@ -195,7 +195,7 @@ class ModelBuilder {
     } catch (const Error& error) {
       std::vector<Problem> problems = in_file(error, file.string()).problems();
       if (error.kind() == ErrorKind::input && !problems.back().remedy.empty()) {
-        problems.back().remedy = "Close its surface: there is no telling what it encloses";
+        problems.back().remedy = "Close its surface: its inside is not clear";
       }
       throw at_pointer(Error(error.kind(), std::move(problems)), pointer);
     }
@@ -428,7 +428,7 @@ class ModelBuilder {
     return found->second;
   }
 
-  // What only the mesh of a volume or a guide tells.
+  // Checks that need the mesh of a volume or a guide.
   void check_emitted(const Emitter& emitter, const std::string& pointer, size_t count) const {
     if (count == 0) {
       throw Error(ErrorKind::input,

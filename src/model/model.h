@@ -1,4 +1,4 @@
-// What simulators step: the scene with geometry loaded, mass computed and emitters unrolled into a
+// Input of simulators: the scene with geometry loaded, mass computed and emitters unrolled into a
 // flat list of bodies. Const during a simulation.
 #pragma once
 
@@ -102,7 +102,7 @@ struct ModelPairRule {
   PairMethod method;
 };
 
-// Of Model::bodies.
+// A range of Model::bodies.
 struct BodyRange {
   uint32_t first = 0, count = 0;
   bool contains(uint32_t body) const { return body - first < count; }
@@ -136,7 +136,7 @@ struct Model {
   std::optional<BodyRange> moulded;          // those that a mould was filled with
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
-  uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
+  uint32_t starts_moved = 0;  // bodies drawn again, so as not to start in others
 };
 
 // As `source` says, but for its bodies: `b` may be ModelJoint::kWorld. They are where they start.
@@ -155,7 +155,7 @@ inline bool may_collide(const Model& model, uint32_t a, uint32_t b) {
 // shape's JSON pointer.
 Model build_model(const Scene& scene);
 
-// Of the dynamic bodies, of the ball about the centre of mass, m; 0 where there are none.
+// Mean diameter of the dynamic bodies' bounding spheres about the centre of mass, m; 0 without any.
 double mean_diameter_m(const Model& model);
 
 }  // namespace pilesim

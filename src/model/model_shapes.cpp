@@ -99,7 +99,7 @@ void finish(ModelShape& shape, const TriangleMesh& solid) {
   }
 }
 
-// Of a shape whose mesh is its solid.
+// Finishes a shape whose mesh is its solid.
 void finish(ModelShape& shape) { finish(shape, shape.mesh); }
 
 class MeshShapeBuilder {
@@ -126,7 +126,7 @@ class MeshShapeBuilder {
       add_pieces();
       shape_.collision_report += note_;
       finish(shape_, solid_);
-      // What stands for a mesh may reach out of it.
+      // Collision pieces may reach out of their mesh.
       for (const CollisionPiece& piece : shape_.pieces) {
         shape_.bounding_radius = std::max(shape_.bounding_radius, reach_of(piece));
       }
@@ -268,7 +268,7 @@ class MeshShapeBuilder {
     return ", " + percent(decomposition.surface_share) + " of its length";
   }
 
-  // What to say of one that misses the error that was asked for.
+  // Advice for a decomposition that misses the asked error.
   std::string offer(const Decomposition& decomposition) const {
     const DecompositionOptions asked = decomposition_options();
     std::string text;
@@ -311,7 +311,7 @@ class MeshShapeBuilder {
     double volume_error, surface_error_m, mean_error_m;
   };
 
-  // Of one convex piece in place of the mesh, as those of a decomposition are measured.
+  // Errors of one convex piece in place of the mesh, measured as those of a decomposition.
   Measured measure(const TriangleMesh& piece) const {
     const SolidDifference difference = solid_difference(solid_, {&piece, 1});
     const SurfaceDistance distance = surface_distance(piece, solid_);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kMostAsked = 256;  // of many, each so manieth
 
-// What the mesh encloses, where it stands.
+// The inside of a mesh at its pose.
 class Inside {
  public:
   Inside(const TriangleMesh& mesh, const Pose& pose)
@@ -22,7 +22,8 @@ class Inside {
   bool has_in_box(const Vec3& place) const {
     return box_.contains(pose_.orientation.conjugate() * (place - pose_.position));
   }
-  // With all that is nearer than `radius_m`: what is only sunk into ground is not in it.
+  // Includes all points nearer than `radius_m`: objects that only reach into the ground are not in
+  // it.
   bool contains(const Vec3& place, double radius_m) {
     const Vec3 at = pose_.orientation.conjugate() * (place - pose_.position);
     if (!box_.contains(at)) return false;
@@ -70,7 +71,7 @@ std::vector<Start> starts_of(const Model& model) {
   return starts;
 }
 
-// Of a guide that is to be filled, the vertices: a little way in, as it may stand on the floor.
+// Vertices of a guide that is to be filled, moved a little inward, since it may stand on the floor.
 std::vector<Start> starts_of_guide(const Model& model) {
   constexpr double kWayIn = 0.05;
   std::vector<Start> starts;
@@ -82,7 +83,7 @@ std::vector<Start> starts_of_guide(const Model& model) {
   return starts;
 }
 
-// Of those within the box of the mesh: others are beside or over it.
+// Starts within the box of the mesh; others are beside or over it.
 std::vector<Start> in_box(const Inside& inside, const std::vector<Start>& starts) {
   std::vector<Start> within;
   std::ranges::copy_if(starts, std::back_inserter(within),

@@ -20,7 +20,8 @@ constexpr double kFilled = 0.8;
 constexpr uint64_t kFramesLookedAt = 48;
 constexpr size_t kBodiesLookedAt = 20'000;  // in each, about; in the last one all
 constexpr int kTurns = 8;                   // places around the scene that are tried
-// Of the positions in each axis: a body that rolls far away does not make all others small.
+// Share of the positions in each axis that is left out: a body that rolls far away does not make
+// all others small.
 constexpr double kLeftOut = 0.02;
 // The bulk is three quarters of the positions in each axis. Farther from it than this share of its
 // greatest extent, and than so many radii, bodies are strays, which nobody looks for. A pile that

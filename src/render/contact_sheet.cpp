@@ -9,7 +9,7 @@ namespace pilesim {
 namespace {
 
 constexpr int kGap = 4;  // pixels
-// Of labels: as many lines as would fit above each other, but pixels enough to read.
+// Height of labels: this many lines fit into a picture, but with enough pixels to read.
 constexpr int kLines = 20;
 constexpr int kLeastLine = 13;
 

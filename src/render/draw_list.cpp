@@ -229,7 +229,7 @@ PackedMaterial RenderScene::material_of(const TrajectoryFrame& frame, size_t bod
       if ((state & kPassed) != 0) return pack_material({60, 90, 200}, kBody);
       break;
     case BodyColours::solver:
-      // What stands, and what is moved by its keys, is stepped by no one.
+      // No engine steps static and kinematic bodies.
       if ((state & (kImpulse | kStatistical)) == 0) break;
       const PackedMaterial told = pack_material(solver_colour(state), kBody);
       return sleeps ? darker(told) : told;
@@ -267,7 +267,8 @@ LightView fit_light_view(const RenderScene& scene, const TrajectoryFrame& frame,
                          const Vec3f& to_light, int resolution) {
   const Eigen::Matrix3f rotation = light_from_world(to_light);
   const ShadowReach shadow_reach(scene, frame, to_light);
-  // What the camera looks at: a landscape is not worth the shadows of what stands in it.
+  // Shadows are for the surroundings of the camera's target: those of a whole landscape would be
+  // too coarse.
   const Vec3f focus = rotation * (view.eye + view.focus_m * view.forward);
   const float reach = 2 * view.focus_m * std::max(view.tan_half_width, view.tan_half_height);
   std::array<std::vector<float>, 3> moving, fixed;
@@ -325,7 +326,7 @@ void list_shadow_casters(const RenderScene& scene, const TrajectoryFrame& frame,
   for (uint32_t body = 0; body < scene.shape.size(); ++body) {
     if (!scene.drawn(frame, body)) continue;
     const Vec3f at = (light.shadow_from_world * scene.place(frame, body).homogeneous()).head<3>();
-    // What lies before or behind the box casts as well.
+    // Bodies before or behind the box cast shadows, too.
     const Eigen::Array2f radii = scene.radius(body) / light.extent.head<2>().array();
     const Eigen::Array2f place = at.head<2>().array();
     if ((place < -radii).any() || (place > 1 + radii).any()) continue;

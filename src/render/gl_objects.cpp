@@ -42,7 +42,7 @@ struct PixelFormat {
   GLenum format, type;
 };
 
-// What glTexImage2D wants to hear of data it does not get.
+// Format that glTexImage2D wants even without data.
 PixelFormat transfer_format(GLenum internal_format) {
   switch (internal_format) {
     case GL_DEPTH_COMPONENT16:

@@ -72,7 +72,7 @@ void draw_dot(Image& image, const Eigen::Vector2f& at, float radius) {
 
 GuideOverlay::GuideOverlay(const std::filesystem::path& file) : guide_(read_guide_file(file)) {}
 
-// What faces the camera, like thin glass: denser where it is seen at a slant.
+// Draws faces towards the camera like thin glass: denser where they are seen at a slant.
 void GuideOverlay::draw_guide(const CameraKey& camera, Image& image) const {
   Surface surface(kSubpixels * image.width, kSubpixels * image.height);
   const auto width = static_cast<float>(surface.width), height = static_cast<float>(surface.height);

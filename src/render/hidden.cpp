@@ -10,10 +10,10 @@ namespace {
 // In front is what lies no more than so many radii behind the nearest in a block that it covers:
 // through the gaps between the nearest those behind them are seen.
 constexpr float kFrontRadii = 4;
-// What is larger than so many typical radii is hollow or flat as likely as not: a crate's middle
-// says nothing of where it is seen.
+// A body larger than this many typical radii may be hollow or flat: a crate's middle does not tell
+// where it is seen.
 constexpr float kLarge = 3;
-// Of its radius, the square that it certainly covers.
+// Side of the rectangle that a body certainly covers, as a share of its sphere's.
 constexpr float kCovered = 0.5f;
 
 struct Blocks {

@@ -16,8 +16,8 @@
 namespace pilesim {
 namespace {
 
-// Who steps how many bodies, as a legend of the colours in the upper left corner: sheets have the
-// time in the lower one.
+// Number of bodies of each engine, as a legend of the colours in the upper left corner: sheets have
+// the time in the lower one.
 class SolverOverlay final : public Overlay {
  public:
   void draw(uint64_t index, const TrajectoryFrame& frame, const CameraKey& camera,
@@ -35,7 +35,7 @@ class SolverOverlay final : public Overlay {
 
 void SolverOverlay::draw(uint64_t, const TrajectoryFrame& frame, const CameraKey&,
                          Image& image) const {
-  // Of the picture's height.
+  // Height of a line, as a share of the picture's.
   constexpr double kLine = 0.03;
   const int line = std::max(8, static_cast<int>(std::lround(kLine * image.height)));
   const int row_height = line + line / 2;

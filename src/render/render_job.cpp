@@ -319,7 +319,7 @@ std::optional<Image> draw_or_stop(Painter& painter, uint64_t frame) {
 // The number of frames drawn; fewer than asked where it was interrupted.
 size_t draw_frames(const RenderJob& job, Painter& painter, VideoWriter* video, RenderProgress& done,
                    Progress& progress) {
-  // The video begins anew, with the pictures that are there.
+  // The video begins again, with the existing pictures.
   size_t drawn = 0;
   for (const uint64_t kept = done.done(); drawn < kept; progress.update(++drawn)) {
     const fs::path file = frame_file(job.output, job.frames[drawn]);
@@ -357,7 +357,7 @@ std::unique_ptr<VideoWriter> start_video(const RenderJob& job, double frame_rate
                                        frame_rate / static_cast<double>(step));
 }
 
-// Of the pictures that were there before, those that this run has not replaced.
+// Removes earlier pictures that this run has not replaced.
 void remove_outdated(std::span<const fs::path> before, const RenderJob& job, size_t drawn) {
   std::set<fs::path> current = {job.output / kVideoFile};
   for (size_t i = 0; i < drawn; ++i) {
@@ -386,7 +386,7 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
   done.write();
   summary.frames = draw_frames(job, painter, video.get(), done, progress);
   if (video && summary.frames > 0) video->finish();
-  // Pictures of fewer samples stay where the work stops before they are drawn anew.
+  // Pictures of fewer samples stay if the work stops before they are drawn again.
   remove_outdated(before, job, job.resume ? job.frames.size() : summary.frames);
   summary.result = (job.output / (video ? kVideoFile : "frames")).string();
   if (summary.frames < job.frames.size()) {
@@ -410,7 +410,7 @@ RenderSummary render_sheet(const RenderJob& job, Painter& painter, ProgressMode 
   return summary;
 }
 
-// What has no room, before any work.
+// Checks sizes before any work.
 void check_sizes(const RenderJob& job) {
   const auto [width, height] = job.settings.size;
   const size_t beside = job.beside != nullptr ? 2 : 1;

@@ -158,8 +158,8 @@ void index_vertices(const CornerMesh& mesh, std::span<const Colour> colours, con
   indices = std::move(remap);
 }
 
-// Of a triangle. Rough simplification joins what differs; shaders take what is flat from the last
-// corner.
+// Texture of a triangle. Rough simplification joins different ones; shaders take flat values from
+// the last corner.
 uint32_t texture_of(const std::vector<RenderVertex>& vertices, const uint32_t* corners) {
   return vertices[corners[2]].texture;
 }
@@ -237,7 +237,7 @@ struct Patch {
   }
 };
 
-// Of all triangles, evenly, for what textures show.
+// Samples for the error of textures, spread evenly over all triangles.
 constexpr size_t kTextureSamples = 1000;
 
 // How far what textures show moves where `simplified` takes the place of `indices`, m: that in the

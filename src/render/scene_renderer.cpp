@@ -33,7 +33,7 @@ constexpr GLuint kSecondUnit = 1;
 constexpr GLuint kThirdUnit = 2;
 constexpr GLuint kFourthUnit = 3;
 constexpr GLuint kFifthUnit = 4;
-// What llvmpipe draws at once.
+// Samples that llvmpipe draws at once.
 constexpr int kDriverSamples = 4;
 
 std::string concatenate(std::initializer_list<std::string_view> parts) {
@@ -185,13 +185,13 @@ struct SceneRenderer::State {
   GlBuffer ground_buffer;
 
   DrawList visible, casters;
-  // Of those, what is in front and what else may be seen.
+  // Bodies in front, and others that may be seen.
   DrawList drawn;
   std::vector<uint8_t> marks;
   FarthestDepths farthest;
   LightView light;
   Image image, pass_image;
-  // What `image` shows: a pile at rest is drawn once.
+  // State that `image` shows: a pile at rest is drawn once.
   std::optional<CameraKey> shown_from;
   TrajectoryFrame shown;
 
@@ -262,7 +262,7 @@ void SceneRenderer::State::draw_shadow_map(const TrajectoryFrame& frame, const V
               programs->shadow.use();
               set(programs->shadow.uniform("clip_from_world"),
                   Eigen::Matrix4f(clip_from_shadow * light.shadow_from_world));
-              // What lies before or behind the box still casts.
+              // Bodies before or behind the box still cast shadows.
               glEnable(GL_DEPTH_CLAMP);
               glEnable(GL_POLYGON_OFFSET_FILL);
               glPolygonOffset(1.5f, 2.0f);

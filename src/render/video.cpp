@@ -26,7 +26,7 @@ struct VideoWriter::State {
 
 namespace {
 
-// What ffmpeg complains of, as a fault of the file that the user knows.
+// Turns ffmpeg's complaints into an error of the user's file.
 Error about(const std::filesystem::path& file, const Error& error) {
   std::vector<Problem> problems = error.problems();
   problems.front().found =

@@ -74,7 +74,7 @@ ComparisonChart pareto_chart(const Json& modes) {
   return draw("Speed-up against error", "pareto", 400, plot);
 }
 
-// What does not overlap at all stands at the chart's least.
+// Overlaps of 0 are drawn at the lower end of the chart.
 constexpr double kLeastOverlap = 1e-5;
 
 ComparisonChart overlap_chart(const Json& modes) {

@@ -35,7 +35,7 @@ Interval mean_of_runs(const ComparedMode& mode, const Value& value) {
   });
 }
 
-// Of the means of two modes, by the same seeds.
+// Ratio of the means of two modes, by the same seeds.
 template <typename Value>
 Interval ratio_of_runs(const ComparedMode& a, const ComparedMode& b, const Value& value) {
   return bootstrap(static_cast<uint32_t>(a.runs.size()), kSeed, [&](const auto& indices) {

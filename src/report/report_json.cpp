@@ -17,7 +17,7 @@ constexpr char kFormat[] = "pilesim report";
 // Readers accept this version only. Raise it with every change that they would misread.
 constexpr int kVersion = 2;
 
-// Of seconds a frame; the start, which takes no steps, is left out.
+// Distribution of the seconds of frames, without the start, which takes no steps.
 Json distribution_ms(std::vector<double> seconds) {
   if (seconds.empty()) return Json::object();
   std::ranges::sort(seconds);

@@ -46,7 +46,7 @@ ShapeFigures shape_figures(const TrajectoryShape& shape) {
   return figures;
 }
 
-// Of the scene that a trajectory holds, which somebody may have edited.
+// Error for the scene in a trajectory, which somebody may have edited.
 Error no_scene(const nlohmann::json::exception& fault) {
   return {ErrorKind::input,
           Problem{.found = std::string("the trajectory's scene is none (") + fault.what() + ')',

@@ -26,14 +26,14 @@ void check_engine(const Scene& scene, ProblemLog& log) {
            "take it out");
   }
   if (!scene.piles.empty()) {
-    refuse(log, root / "piles", beside, "no piles: nothing steers what Bullet simulates",
+    refuse(log, root / "piles", beside, "no piles: Bullet's bodies cannot be steered",
            "take them out");
   }
   const SimulatorMode mode = scene.simulator.mode;
   const Path simulator = root / "simulator";
   if (mode == SimulatorMode::mixed) {
     refuse(log, simulator / "engine", R"(is "bullet", and the mode is "mixed")",
-           "a mode without spheres beside what Bullet solves", R"("mode": "impulse")");
+           "a mode in which Bullet solves all bodies", R"("mode": "impulse")");
   }
   if (mode != SimulatorMode::impulse) return;
   const Path materials = root / "materials";

@@ -7,7 +7,7 @@
 namespace pilesim {
 namespace {
 
-// What is dropped into a guide starts at rest, at places that follow from the guide.
+// Bodies that fill a guide start at rest, at places that follow from the guide.
 void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
   const std::array<std::pair<const char*, bool>, 6> given = {
       {{"asleep", emitter.asleep},
@@ -23,13 +23,13 @@ void check_start(const Emitter& emitter, const Path& path, ProblemLog& log) {
   }
 }
 
-// Section 6.2 as it is written does not have the other keys, and nothing else has alpha.
+// Keys that section 6.2 as written does not have, and alpha, which only it has.
 void check_hold(const Guide& guide, const Path& path, ProblemLog& log) {
   const Guide usual;
   if (guide.hold != HoldKind::nail) {
     if (guide.alpha != usual.alpha) {
       log.report(path / "alpha", R"(stands without "hold": "nail")",
-                 R"("least_spread", which "freeze" has for it)");
+                 R"("least_spread", its counterpart for "freeze")");
     }
     return;
   }
@@ -72,7 +72,7 @@ void check_guide(const Scene& scene, ProblemLog& log) {
                  R"(Name all shapes in its "shapes")");
     }
     if (scene.gravity.isZero(0)) {
-      log.report(root / "gravity", "is zero, and a guide is filled by what falls", "not zero");
+      log.report(root / "gravity", "is zero, and falling bodies fill a guide", "not zero");
     }
     check_start(emitter, place, log);
   }

@@ -53,7 +53,7 @@ Json& entry_of(Json& array, const std::string& token, const std::string& reached
                 size == 1 ? "the index 0" : "an index from 0 to " + std::to_string(size - 1));
 }
 
-// What has names of its author's, under which key of the scene.
+// Objects of the scene whose names the author chooses.
 struct NamedKind {
   const char* key;
   const char* noun;

@@ -21,11 +21,11 @@ struct Material {
   double restitution = 0.3;     // 0 .. 1; of a pair: the product's square root
   double friction = 0.5;        // Coulomb, >= 0; of a pair: the product's square root
   double density_kg_m3 = 1000;  // > 0
-  // What holds back rolling, and spinning about the normal of a contact: a torque of up to this
+  // Resistance to rolling, and to spinning about the normal of a contact: a torque of up to this
   // share of the force along the normal times the radius of the smaller body, as a ball of its
   // volume (simulate/rolling_resistance.h). >= 0; of a pair: the product's square root.
   double rolling_friction = 0, spinning_friction = 0;
-  // Of its surface, in pictures.
+  // Surface in pictures.
   double roughness = 0.45;  // of its gloss, (0, 1]: 0 a mirror, 1 matt
   double clear_coat = 0;    // [0, 1]: how much of a clear layer lies over it
 };
@@ -36,7 +36,7 @@ inline constexpr float kCoatRoughness = 0.08f;  // of that layer
 // scene that was read has none; in one that was not it is the hull.
 enum class CollisionKind { automatic, hull, decomposition, spheres, sphere, mesh };
 
-// What of a mesh has mass and collides: geometry/solid.h.
+// The solid of a mesh that has mass and collides: geometry/solid.h.
 enum class SolidKind { automatic, exact, wrap, hull };
 
 // Which axis of a mesh file points up.
@@ -105,7 +105,7 @@ using Shape =
 
 enum class Role { dynamic, fixed, kinematic };  // scene files say "static" for fixed
 
-// Of the mixed mode: what touches a must-impulse body is solved exactly, the others may be spheres
+// Mixed mode: bodies that touch a must-impulse body are solved exactly, others may be spheres
 // (dissertation 4.2.2).
 enum class Preference { must_impulse, prefer_statistical };
 
@@ -125,8 +125,8 @@ struct MotionKey {
 // Straight from key to key, or without jerks, at rest at the first and the last one.
 enum class Interpolation { linear, smooth };
 
-// What a kinematic body does: it stands at the first key before and at the last one after. See
-// simulate/kinematic_motion.h for what is in between.
+// Motion of a kinematic body: it stands at the first key before it and at the last one after it.
+// simulate/kinematic_motion.h interpolates.
 struct Motion : std::vector<MotionKey> {
   using std::vector<MotionKey>::vector;
   Interpolation interpolation = Interpolation::linear;
@@ -315,7 +315,7 @@ struct LevelOfDetail {
   static std::vector<DetailLevel> table_4_1();
 };
 
-// Who solves the contacts: the engine of our own, or, in the impulse mode, Bullet as a second
+// Engine that solves the contacts: pilesim's own, or, in the impulse mode, Bullet as a second
 // opinion (scene/engine_checks.h).
 enum class EngineKind { exact, bullet };
 
@@ -347,7 +347,7 @@ struct Guide {
   bool control = true;                        // false: bodies are analysed and not held
   HoldKind hold = HoldKind::glue;
   double alpha = 0.5;  // of nails: (6.2), in r^2, >= 0
-  // Of the glue that the analysis asks for, in the pile's weight, >= 0; none: all of it.
+  // Most glue, in the pile's weight, >= 0; none: no limit.
   std::optional<double> max_glue;
   int period_steps = 20;           // of the control, >= 1
   double least_normal_up = -0.5;   // contacts with less of their normal upwards do not support
@@ -386,8 +386,8 @@ struct CameraKey {
   Vec3 position = Vec3::Zero();        // m
   Vec3 target = Vec3::Zero();          // m
   double field_of_view = radians(35);  // vertical, (0, pi)
-  // What field_of_view comes from, where the scene says it so: of the lens, > 0, and of the sensor,
-  // as wide as the picture.
+  // Focal length of the lens, > 0, and width of the sensor, which is as wide as the picture; they
+  // set field_of_view if given.
   std::optional<double> focal_length_mm;
   double sensor_width_mm = 36;
   double roll = 0;  // clockwise about the optical axis, as seen from behind the camera
@@ -423,7 +423,7 @@ struct NamedCamera {
   double field_of_view = radians(35);  // of an orbit and of random views
 };
 
-// Who draws: fast by OpenGL, or by rays.
+// Renderer: OpenGL, which is fast, or rays.
 enum class Renderer : uint8_t { raster, rays };
 
 // How long the renderer by rays takes for a picture. What it does not say follows from `quality`.

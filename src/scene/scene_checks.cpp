@@ -263,7 +263,7 @@ class Checker {
     }
   }
 
-  // What several shapes have beside their names.
+  // Weights, materials and other keys of an emitter with several shapes.
   void check_mix(const Emitter& emitter, const Path& path) {
     const size_t shapes = emitter.shapes.size();
     const auto check_size = [&](const char* key, size_t size) {
@@ -367,8 +367,7 @@ class Checker {
     }
     if (simulator.mode == SimulatorMode::mixed && !scene_.piles.empty()) {
       log_.report(root_ / "piles", R"(stand beside /simulator/method "dissertation")",
-                  "none: contacts that are drawn cannot be steered",
-                  R"(Set /simulator/method to "own")");
+                  "none: sampled contacts cannot be steered", R"(Set /simulator/method to "own")");
     }
   }
 

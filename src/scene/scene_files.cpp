@@ -68,7 +68,7 @@ std::string scene_hash(const LoadedScene& loaded) {
     for (const std::string& name : files_named_by_mesh(file.path)) {
       const fs::path other = file.path.parent_path() / name;
       std::error_code fault;
-      // What is no file readers do without.
+      // Readers ignore other entries than regular files.
       hashes += fs::is_regular_file(other, fault) ? hash_of(other) : "missing";
     }
     scene.at(Json::json_pointer(file.pointer)) = hashes;

@@ -47,7 +47,7 @@ Fields<Scene> document_fields() {
       ignored_schema_field(),
       used_up_field("include",
                     {{"oneOf", Json::array({name, {{"type", "array"}, {"items", name}}})}},
-                    "Scene files that come before this one, relative to it."),
+                    "Scene files that are read before this one, relative to it."),
       used_up_field("variables", {{"type", "object"}},
                     "Values by name, for {\"var\": NAME} in place of any value."),
       version_field(),
@@ -89,14 +89,15 @@ Codec<Material> material_codec() {
            field<Material>("density_kg_m3", &Material::density_kg_m3,
                            number(at_least(kLeastDensity)), "Density, kg/m^3."),
            field<Material>("rolling_friction", &Material::rolling_friction, number(at_least(0)),
-                           "Tangent of the steepest slope that does not set a ball rolling. A pair "
-                           "has the product's square root. Exact contacts only."),
+                           "Tangent of the steepest slope on which a ball stays. A pair has the "
+                           "product's square root. Solved contacts only."),
            field<Material>("spinning_friction", &Material::spinning_friction, number(at_least(0)),
-                           "As rolling_friction, against turning about the contact's normal."),
+                           "As rolling_friction, for turning about the contact's normal."),
            newer(field<Material>("roughness", &Material::roughness, number(between(0, 1)),
-                                 "Of the surface's gloss, from 0, polished, to 1, matt.")),
-           newer(field<Material>("clear_coat", &Material::clear_coat, number(between(0, 1)),
-                                 "How much of a clear, polished layer lies over the surface.")),
+                                 "Roughness of the surface in pictures: 0 polished, 1 matt.")),
+           newer(field<Material>(
+               "clear_coat", &Material::clear_coat, number(between(0, 1)),
+               "Share of a clear, polished layer over the surface in pictures: 0 none, 1 full.")),
        }});
 }
 
@@ -109,41 +110,41 @@ Codec<RaySettings> rays_codec() {
                     enumeration<RayQuality>({{"preview", RayQuality::preview},
                                              {"good", RayQuality::good},
                                              {"final", RayQuality::final}}),
-                    "preview: 1 sample a pixel, no light from surface to surface; good: 4; final: "
-                    "16 samples, 2 bounces."),
+                    "preview: 1 sample a pixel, no indirect light; good: 4 samples; final: 16 "
+                    "samples, 2 bounces of indirect light."),
            optional_field<R>("samples", &R::samples, integer(1, kMostRaySamples),
-                             "Samples a pixel. Default: as the quality has it."),
+                             "Samples a pixel. Default: by quality."),
            optional_field<R>("bounces", &R::bounces, integer(0, kMostRayBounces),
-                             "From how many surfaces light is followed to the next. Default: as "
-                             "the quality has it."),
-           field<R>("denoise", &R::denoise, boolean(), "Take the noise of few samples out."),
+                             "Bounces of indirect light. Default: by quality."),
+           field<R>("denoise", &R::denoise, boolean(), "Remove the noise of few samples."),
            field<R>("sun_angle_deg", &R::sun_angle, angle_deg(between(0, 90)),
-                    "How large the sun is: 0 casts hard shadows; the real one has 0.53."),
+                    "Angular size of the sun: 0 casts hard shadows; the real sun has 0.53."),
            field<R>("shutter", &R::shutter, number(between(0, 1)),
-                    "How long the shutter is open about a frame's time, in frames: 0.5 is a "
-                    "film camera's 180 degrees; 0: nothing is blurred by motion."),
+                    "Time of exposure about a frame's time, in frames: 0.5 is a film camera's 180 "
+                    "degrees; 0: no motion blur."),
            field<R>("lens_diameter_m", &R::lens_diameter_m, number(at_least(0)),
-                    "Of the lens's opening, m: what is out of focus is blurred. 0: all is sharp."),
+                    "Diameter of the lens's opening, m. 0: all depths are sharp."),
            optional_field<R>("focus_distance_m", &R::focus_distance_m, number(above(0)),
-                             "Along the optical axis, m. Default: the camera's target."),
+                             "Distance of sharp focus along the optical axis, m. Default: that of "
+                             "the camera's target."),
        }});
 }
 
 Codec<Light> light_codec() {
   using L = Light;
-  return object<L>(
-      {.noun = "the light",
-       .fields = {
-           field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
-                    "Where the sun is: 0 is in the direction of z, 90 in that of x."),
-           field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
-                    "Height of the sun, degrees."),
-           field<L>("sun", &L::sun, number(between(0, 10)), "How bright, times the usual."),
-           field<L>("sky", &L::sky, number(between(0, 10)),
-                    "How bright what comes from all sides is, times the usual."),
-           field<L>("sun_colour", &L::sun_colour, colour(),
-                    "Colour of the sun's light; white is a little warm already."),
-       }});
+  return object<L>({.noun = "the light",
+                    .fields = {
+                        field<L>("azimuth_deg", &L::azimuth, angle_deg(between(-3600, 3600)),
+                                 "Direction of the sun: 0 is towards z, 90 towards x."),
+                        field<L>("elevation_deg", &L::elevation, angle_deg(between(5, 89)),
+                                 "Height of the sun, degrees."),
+                        field<L>("sun", &L::sun, number(between(0, 10)),
+                                 "Brightness of the sun, times the usual; 0: no shadows."),
+                        field<L>("sky", &L::sky, number(between(0, 10)),
+                                 "Brightness of the sky, times the usual."),
+                        field<L>("sun_colour", &L::sun_colour, colour(),
+                                 "Colour that multiplies the sun's light, which is a little warm."),
+                    }});
 }
 
 Codec<RenderSettings> render_codec() {
@@ -157,17 +158,16 @@ Codec<RenderSettings> render_codec() {
                         "Width and height of a frame, pixels: at most " +
                             std::to_string(kMostPixels) + " in all."),
                field<R>("samples", &R::samples, integer_choice({1, 2, 4, 8}),
-                        "Samples a pixel, against jagged edges; rays/samples is by rays."),
+                        "Samples a pixel, against jagged edges; for rays see rays/samples."),
                field<R>("analysis", &R::analysis, boolean(),
                         "Colour the bodies of a directed pile by their equilibrium: cyan "
                         "passed, blue filtered, red failed."),
                newer(field<R>(
                    "renderer", &R::renderer,
                    enumeration<Renderer>({{"raster", Renderer::raster}, {"rays", Renderer::rays}}),
-                   "raster: fast; rays: slow, with all detail and light from surface to "
-                   "surface.")),
-               newer(field<R>("rays", &R::rays, rays_codec(), "How to draw by rays.")),
-               newer(field<R>("light", &R::light, light_codec(), "What lights the scene.")),
+                   "raster: fast; rays: slow, with full meshes and indirect light.")),
+               newer(field<R>("rays", &R::rays, rays_codec(), "Settings of the renderer rays.")),
+               newer(field<R>("light", &R::light, light_codec(), "Sun and sky.")),
            },
        .finish = [](const Json&, const Path& path, R& settings, ReadContext& context) {
          const auto [width, height] = settings.size;
@@ -182,12 +182,13 @@ Codec<RenderSettings> render_codec() {
 Codec<Finish> finish_codec() {
   return object<Finish>(
       {.noun = "finish",
-       .fields = {optional_field<Finish>("longest_s", &Finish::longest_s, number(above(0)),
-                                         "Longest time to come to rest, simulated s. Default: a "
-                                         "hundred times sqrt(r / g) of the smallest body."),
-                  newer(field<Finish>("visible_only", &Finish::visible_only, boolean(),
-                                      "Leave what lies too deep in the pile to be seen in each "
-                                      "other."))}});
+       .fields = {
+           optional_field<Finish>("longest_s", &Finish::longest_s, number(above(0)),
+                                  "Longest simulated time in which bodies come to rest, s. "
+                                  "Default: a hundred times sqrt(r / g) of the smallest body."),
+           newer(field<Finish>(
+               "visible_only", &Finish::visible_only, boolean(),
+               "Leave overlaps of bodies that lie too deep in the pile to be seen."))}});
 }
 
 // Left out of the resolved scene where it is the default, which is older than the key.
@@ -195,8 +196,8 @@ Field<Scene> until_field() {
   Field<Scene> field = pilesim::field<Scene>(
       "until", &Scene::until,
       enumeration<Until>({{"duration", Until::duration}, {"settled", Until::settled}}),
-      "When the run ends: after duration_s, or as soon as all has come to rest, after duration_s "
-      "at the latest.");
+      "End of the run. duration: after duration_s; settled: once all bodies are at rest, after "
+      "duration_s at the latest.");
   field.write = [write = field.write](const Scene& scene) {
     return scene.until == Until::duration ? std::nullopt : write(scene);
   };
@@ -229,7 +230,7 @@ Codec<std::optional<double>> step_codec() {
 
 Fields<Scene> setting_fields() {
   return {
-      field<Scene>("name", &Scene::name, any_text(), "What the scene is called in reports."),
+      field<Scene>("name", &Scene::name, any_text(), "Name of the scene in reports."),
       field<Scene>("seed", &Scene::seed, unsigned_integer(),
                    "Seed of all random numbers. The same seed gives the same bytes."),
       field<Scene>("duration_s", &Scene::duration_s,
@@ -237,15 +238,15 @@ Fields<Scene> setting_fields() {
                    "Simulated time, s."),
       until_field(),
       field<Scene>("frame_rate", &Scene::frame_rate, number(between(0.001, 100000)),
-                   "Frames stored and drawn in a second."),
+                   "Frames that are stored and drawn a second."),
       field<Scene>(
           "step_s", &Scene::step_s, step_codec(),
-          "Time step, s: a frame takes the fewest equal steps that are no longer. \"auto\": "
-          "the impulse mode chooses each step from the state, long while the pile rests and "
-          "short while something moves fast beside another; other modes take 1/240 s."),
+          "Longest time step, s: a frame takes the fewest equal steps within it. \"auto\": the "
+          "impulse mode chooses each step from the state, long while the pile rests and short "
+          "while bodies that may touch move fast; other modes take 1/240 s."),
       field<Scene>("accuracy", &Scene::accuracy, number(between(1e-5, 0.1)),
-                   "How deep bodies may penetrate at rest, as a share of their size, and 20 times "
-                   "that at an impact: what automatic steps and the solver's substeps follow."),
+                   "Penetration at rest that automatic steps and the solver's substeps allow, as a "
+                   "share of a body's size; 20 times that at an impact."),
       field<Scene>("gravity", &Scene::gravity, vector3(), "Acceleration of gravity, m/s^2."),
   };
 }
@@ -261,23 +262,24 @@ Fields<Scene> content_fields() {
       newer(field<Scene>("chains", &Scene::chains, list(chain_codec()),
                          "Rows of links that are joined end to end.")),
       field<Scene>("events", &Scene::events, list(event_codec()),
-                   "What happens to bodies at given times."),
-      field<Scene>("simulator", &Scene::simulator, simulator_codec(), "How to simulate."),
+                   "Changes to bodies at given times."),
+      field<Scene>("simulator", &Scene::simulator, simulator_codec(),
+                   "Settings of the simulation."),
       optional_field<Scene>("guide", &Scene::guide, guide_codec(),
-                            "Holds a pile in a shape, for pilesim direct-pile."),
+                            "Keeps a pile in a shape, for pilesim direct-pile."),
       field<Scene>("piles", &Scene::piles, list(pile_codec()),
-                   "Piles that direct-pile lets grow to an angle of repose."),
+                   "Piles with an angle of repose, for pilesim direct-pile."),
       optional_field<Scene>("finish", &Scene::finish, finish_codec(),
-                            "Make the pile sound at the end, with the exact engine."),
-      field<Scene>("render", &Scene::render, render_codec(), "How to draw."),
+                            "Take overlaps out of the pile at the end, with the exact engine."),
+      field<Scene>("render", &Scene::render, render_codec(), "Settings of pictures."),
   };
 }
 
 // Left out of the resolved scene where there is none: the renderer frames the action then.
 Field<Scene> camera_field() {
-  Field<Scene> field = derived_field<Scene>(
-      "camera", &Scene::camera, camera_codec(),
-      "A fixed camera, or {\"keys\": [...]} for a moving one. Without: the action is framed.");
+  Field<Scene> field = derived_field<Scene>("camera", &Scene::camera, camera_codec(),
+                                            "A fixed camera, or {\"keys\": [...]} for a moving "
+                                            "one. Default: a view of all moving bodies.");
   field.write = [write = field.write](const Scene& scene) {
     return scene.camera.keys.empty() ? std::nullopt : write(scene);
   };

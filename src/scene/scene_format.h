@@ -39,6 +39,7 @@ Codec<Preference> preference_codec();
 // "an array [least, most] of two numbers", in the file `scale` times as large.
 Codec<std::array<double, 2>> two_numbers(Range range, const std::string& meaning, double scale = 1);
 inline constexpr const char* kPreferenceText =
-    "Mixed mode: whether what touches it must be solved exactly.";
+    "Mixed mode. must_impulse: all contacts of the body are solved exactly; prefer_statistical: "
+    "its level of detail decides.";
 
 }  // namespace pilesim

@@ -12,7 +12,7 @@ Codec<Hinge> hinge_codec() {
       {.noun = "a hinge",
        .fields = {
            required_field<Hinge>("axis", &Hinge::axis, direction(),
-                                 "The axis that stays free, world frame at the start."),
+                                 "Direction of the free axis, world frame at the start."),
            derived_field<Hinge>("anchor", &Hinge::anchor, vector3(),
                                 "A point of the axis, m, world frame. Default: the body's "
                                 "position."),
@@ -58,29 +58,30 @@ Fields<Body> identity_fields() {
 Fields<Body> state_fields() {
   return {
       field<Body>("linear_velocity", &Body::linear_velocity, vector3(),
-                  "Of the centre of mass at the start, m/s."),
+                  "Velocity of the centre of mass at the start, m/s."),
       field<Body>("angular_velocity", &Body::angular_velocity, vector3(),
-                  "At the start, rad/s, world frame."),
-      field<Body>("role", &Body::role,
-                  enumeration<Role>({{"dynamic", Role::dynamic},
-                                     {"static", Role::fixed},
-                                     {"kinematic", Role::kinematic}}),
-                  "Moved by forces, never, or by its motion keys."),
+                  "Angular velocity at the start, rad/s, world frame."),
+      field<Body>(
+          "role", &Body::role,
+          enumeration<Role>({{"dynamic", Role::dynamic},
+                             {"static", Role::fixed},
+                             {"kinematic", Role::kinematic}}),
+          "dynamic: moved by forces; static: never moved; kinematic: moved by its motion keys."),
       field<Body>("held", &Body::held, boolean(),
-                  "A dynamic body that stands still until a release event names it."),
+                  "A dynamic body stands still until a release event names it."),
       field<Body>("asleep", &Body::asleep, boolean(),
-                  "A dynamic body that begins asleep: it stays until something hits it."),
+                  "A dynamic body begins asleep and wakes when something hits it or its support."),
       field<Body>("preference", &Body::preference, preference_codec(), kPreferenceText),
       optional_field<Body>("hinge", &Body::hinge, hinge_codec(),
-                           "Leaves a dynamic body one axis to turn about."),
+                           "Lets a dynamic body turn about one axis only."),
       field<Body>("motion", &Body::motion, list(motion_key_codec()),
                   "Poses of a kinematic body by ascending times."),
       field<Body>(
           "interpolation", [](auto& body) -> auto& { return body.motion.interpolation; },
           enumeration<Interpolation>(
               {{"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}}),
-          "Between motion keys: straight, or without jerks, at rest at the first and the "
-          "last one and never beyond two neighbours."),
+          "Motion between keys: linear, or smooth: at rest at the first and the last key and never "
+          "beyond two neighbouring keys."),
       optional_field<Body>("colour", &Body::colour, colour(),
                            "\"#rrggbb\" in sRGB. Default: from the palette."),
   };
@@ -132,12 +133,13 @@ Codec<Event> event_codec() {
        .alternatives = {
            alternative(ReleaseEvent{}, "release", "Lets held bodies go.", {}),
            alternative(RemoveEvent{}, "remove", "Takes bodies out of the scene.", {}),
-           alternative(ImpulseEvent{}, "impulse", "Hits dynamic bodies.",
-                       {required_field<Event>("impulse", impulse, vector3(),
-                                              "Impulse on each body, N s, world frame."),
-                        optional_field<Event>("point", point, vector3(),
-                                              "Where it acts, m, world frame. Default: the "
-                                              "centre of mass.")}),
+           alternative(
+               ImpulseEvent{}, "impulse", "Applies an impulse to dynamic bodies.",
+               {required_field<Event>("impulse", impulse, vector3(),
+                                      "Impulse on each body, N s, world frame."),
+                optional_field<Event>("point", point, vector3(),
+                                      "Point at which it acts, m, world frame. Default: the "
+                                      "centre of mass.")}),
        }});
 }
 

@@ -22,7 +22,7 @@ Codec<double> view_angle() {
       {.minimum = 0, .maximum = 180, .excludes_minimum = true, .excludes_maximum = true});
 }
 
-// What of the camera is in the picture: by its field of view or by its lens.
+// The view angle, by the field of view or by the lens.
 Fields<CameraKey> lens_fields() {
   using K = CameraKey;
   Field<K> view = field<K>("field_of_view_deg", &K::field_of_view, view_angle(),
@@ -38,8 +38,8 @@ Fields<CameraKey> lens_fields() {
                           "Width of the sensor, which is as wide as the picture, mm.")),
       if_changed(field<K>("lens_shift", &K::lens_shift,
                           two_numbers(between(-10, 10), "[right, up]"),
-                          "How far the picture lies right and up of the optical axis, in widths "
-                          "of the picture.")),
+                          "Distance of the picture from the optical axis, to the right and "
+                          "upwards, in widths of the picture.")),
   };
 }
 
@@ -50,19 +50,20 @@ Codec<CameraKey> key_codec() {
        .fields =
            Fields<K>{
                field<K>("time_s", &K::time_s, number(at_least(0)), "Time of a moving camera, s."),
-               required_field<K>("position", &K::position, vector3(), "Where the eye is, m."),
-               required_field<K>("target", &K::target, vector3(), "What it looks at, m."),
+               required_field<K>("position", &K::position, vector3(), "Position of the camera, m."),
+               required_field<K>("target", &K::target, vector3(),
+                                 "Point that the camera looks at, m."),
            } +
            lens_fields() +
-           Fields<K>{if_changed(
-               field<K>("roll_deg", &K::roll, angle_deg(between(-3600, 3600)),
-                        "Clockwise about the optical axis, as seen from behind the camera."))}});
+           Fields<K>{if_changed(field<K>(
+               "roll_deg", &K::roll, angle_deg(between(-3600, 3600)),
+               "Roll about the optical axis, clockwise as seen from behind the camera."))}});
 }
 
 Field<Camera> keys_field() {
-  return required_field<Camera>("keys", &Camera::keys, list(key_codec(), 1),
-                                "Where the camera is at ascending times; it moves "
-                                "smoothly in between.");
+  return required_field<Camera>(
+      "keys", &Camera::keys, list(key_codec(), 1),
+      "Views at ascending times; the camera moves smoothly between them.");
 }
 
 // One key, as the path of a camera that stands.
@@ -96,10 +97,10 @@ Codec<CameraOrbit> orbit_codec() {
        .fields =
            {
                optional_field<O>("target", &O::target, vector3(),
-                                 "What it looks at, m. Default: the middle of the moving bodies in "
-                                 "the last frame."),
+                                 "Point that the camera looks at, m. Default: the middle of the "
+                                 "moving bodies in the last frame."),
                required_field<O>("distance_m", &O::distance_m, number(above(0)),
-                                 "From the target, m."),
+                                 "Distance from the target, m."),
                field<O>("elevation_deg", &O::elevation,
                         angle_deg({.minimum = -90,
                                    .maximum = 90,
@@ -107,7 +108,7 @@ Codec<CameraOrbit> orbit_codec() {
                                    .excludes_maximum = true}),
                         "Height above the target, degrees."),
                field<O>("azimuth_deg", &O::azimuth, angle_deg(between(-3600, 3600)),
-                        "Where it begins: 0 is in the direction of z, 90 in that of x."),
+                        "Direction at the start: 0 is towards z, 90 towards x."),
                required_field<O>("period_s", &O::period_s, number(),
                                  "Time of a turn, s; negative: clockwise as seen from above."),
            },
@@ -122,12 +123,12 @@ Codec<RandomViews> random_views_codec() {
   return object<V>(
       {.noun = "random views",
        .fields = {
-           required_field<V>("count", &V::count, integer(1, 1000), "How many."),
+           required_field<V>("count", &V::count, integer(1, 1000), "Number of views."),
            optional_field<V>("target", &V::target, vector3(),
-                             "What they look at, m. Default: the middle of the moving bodies in "
-                             "the last frame."),
+                             "Point that the cameras look at, m. Default: the middle of the moving "
+                             "bodies in the last frame."),
            required_field<V>("distance_m", &V::distance_m, two_numbers(above(0), "[least, most]"),
-                             "From the target, m."),
+                             "Distance from the target, m."),
            field<V>("elevation_deg", &V::elevation,
                     two_numbers(between(-90, 90), "[least, most]", degrees(1)),
                     "Height above the target, degrees."),
@@ -184,17 +185,16 @@ Codec<NamedCamera> named_camera_codec() {
   return object<C>(
       {.noun = "a camera of several",
        .fields = {
-           required_field<C>("name", &C::name, text(), "What --camera calls it."),
-           place(input_only(
-               optional_field<C>("view", &C::path, view_codec(), "A camera that stands."))),
-           place(optional_field<C>("keys", &C::path, keys_codec(),
-                                   "Where the camera is at ascending times; it moves smoothly in "
-                                   "between.")),
+           required_field<C>("name", &C::name, text(), "Name for --camera."),
+           place(input_only(optional_field<C>("view", &C::path, view_codec(), "A fixed camera."))),
+           place(optional_field<C>(
+               "keys", &C::path, keys_codec(),
+               "Views at ascending times; the camera moves smoothly between them.")),
            place(optional_field<C>("orbit", &C::orbit, orbit_codec(),
-                                   "A camera that goes around a point.")),
-           place(optional_field<C>("random_views", &C::random_views, random_views_codec(),
-                                   "Cameras that stand, drawn by the scene's seed from a part of a "
-                                   "hemisphere.")),
+                                   "A camera that circles a point.")),
+           place(optional_field<C>(
+               "random_views", &C::random_views, random_views_codec(),
+               "Fixed cameras, drawn by the scene's seed from a part of a hemisphere.")),
            if_changed(field<C>("field_of_view_deg", &C::field_of_view, view_angle(),
                                "Vertical field of view of an orbit and of random views, "
                                "degrees.")),

@@ -20,11 +20,11 @@ Codec<DetailLevel> level_codec() {
       {.noun = "a level of detail",
        .fields = {
            field<L>("near_near", &L::near_near, any_method,
-                    "Of two bodies that are each near a must-impulse body: (I', I')."),
+                    "Method for two bodies that are each near a must-impulse body: (I', I')."),
            field<L>("near_far", &L::near_far, sphere_method(),
-                    "Of such a body and one that is near none: (I', S)."),
+                    "Method for such a body and one that is near none: (I', S)."),
            field<L>("far_far", &L::far_far, sphere_method(),
-                    "Of two bodies that are near none: (S, S)."),
+                    "Method for two bodies that are near none: (S, S)."),
            field<L>("exact", &L::exact, boolean(),
                     "Bodies of this level count as near a must-impulse body wherever they are."),
        }});
@@ -38,7 +38,7 @@ Codec<PairRule> pair_rule_codec() {
            required_field<R>("a", &R::a, text(), "Name of a body or an emitter."),
            required_field<R>("b", &R::b, text(), "Name of a body or an emitter, perhaps the same."),
            required_field<R>("method", &R::method, sphere_method(),
-                             "How pairs of the two are treated at any level."),
+                             "Method for pairs of the two at any level."),
        }});
 }
 
@@ -49,19 +49,19 @@ Codec<LevelOfDetail> detail_codec() {
       {.noun = "the level of detail",
        .fields = {
            field<D>("levels", &D::levels, list(level_codec(), 1),
-                    "What becomes of pairs, from the finest level to the coarsest. A pair has the "
+                    "Methods for pairs, from the finest level to the coarsest. A pair has the "
                     "finer level of its two bodies. Default: Table 4.1 of the dissertation."),
            field<D>("level", &D::level, integer(1, kMostLevels),
                     "The finest level that is used, counted from 1; without the keys below, the "
                     "level of all bodies."),
-           field<D>(
-               "distances_m", &D::distances_m, list(number(above(0))),
-               "From the camera, m, ascending: beyond the first one level 2 holds, and so on."),
+           field<D>("distances_m", &D::distances_m, list(number(above(0))),
+                    "Distances from the camera, m, ascending: beyond the first one level 2 holds, "
+                    "and so on."),
            field<D>("screen_sizes", &D::screen_sizes, list(number(above(0))),
-                    "Diameter on the screen as a share of the picture's height, descending: below "
+                    "Diameters on the screen as shares of the picture's height, descending: below "
                     "the first one level 2 holds, and so on."),
            field<D>("speeds", &D::speeds, list(number(above(0))),
-                    "m/s, ascending: above the first one level 2 holds, and so on."),
+                    "Speeds, m/s, ascending: above the first one level 2 holds, and so on."),
            optional_field<D>("out_of_view", &D::out_of_view, integer(1, kMostLevels),
                              "The level of bodies that the camera does not see."),
            field<D>("hysteresis", &D::hysteresis, number(between(0, 0.9)),
@@ -92,15 +92,14 @@ Codec<SimulatorSettings> simulator_codec() {
                                                 {"statistical", SimulatorMode::statistical},
                                                 {"particle", SimulatorMode::particle},
                                                 {"mixed", SimulatorMode::mixed}}),
-                    "How bodies are moved: impulse solves contacts exactly, statistical draws "
-                    "collisions from the shapes' signatures, particle lets spheres bounce, mixed "
-                    "does each where it is fit."),
-           field<S>(
-               "engine", &S::engine,
-               enumeration<EngineKind>(
-                   {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
-               "Who solves contacts: exact, pilesim's own engine, in the impulse and the mixed "
-               "mode, or bullet, as a second opinion of the impulse mode."),
+                    "impulse: contacts are solved exactly; statistical: collisions are sampled "
+                    "from the shapes' signatures; particle: spheres bounce; mixed: contacts are "
+                    "solved near must-impulse bodies, statistical or particles elsewhere."),
+           field<S>("engine", &S::engine,
+                    enumeration<EngineKind>(
+                        {{"exact", EngineKind::exact}, {"bullet", EngineKind::bullet}}),
+                    "Engine that solves contacts. exact: pilesim's own, for the impulse and the "
+                    "mixed mode; bullet: a second opinion for the impulse mode."),
            field<S>("method", &S::method, method_codec(),
                     "Statistical and mixed mode: pilesim's own method, or dissertation, chapters 3 "
                     "and 4 as they are written, to compare with."),
@@ -108,17 +107,15 @@ Codec<SimulatorSettings> simulator_codec() {
                     "Bodies at rest leave the solver until they are touched."),
            field<S>(
                "rest_control", &S::rest_control, boolean(),
-               "Statistical mode: bodies that lie alone on a floor or a slope turn into a pose of "
-               "their signature in which the object can rest; what lies on others or leans on "
-               "walls turns towards one."),
+               "Statistical mode: bodies that lie alone on a floor or a slope turn into a rest "
+               "pose of their signature; bodies on others or against walls turn towards one."),
            field<S>("solver_iterations", &S::solver_iterations, integer(1, 1000),
                     "Sweeps of the velocity solver in a step: of Bullet, of the statistical and "
-                    "particle "
-                    "mode (8 are enough), and of the mixed mode's exact bodies and spheres in "
-                    "turns; not "
-                    "of the exact engine alone."),
-           field<S>("level_of_detail", &S::detail, detail_codec(),
-                    "Mixed mode: how pairs are treated, and who is at which level."),
+                    "the particle mode (8 are enough) and of the mixed mode. The exact engine "
+                    "alone does not use it."),
+           field<S>(
+               "level_of_detail", &S::detail, detail_codec(),
+               "Mixed mode: the methods for pairs, and the rules that give each body a level."),
        }});
 }
 

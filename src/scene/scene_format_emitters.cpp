@@ -25,7 +25,7 @@ Alternative<Emitter> alternative(std::string name, std::string description,
 
 Field<Emitter> count_field() {
   return required_field<Emitter>("count", &Emitter::count, integer(1, kMostBodies),
-                                 "How many bodies.");
+                                 "Number of bodies.");
 }
 
 Field<Emitter> rate_field() {
@@ -68,11 +68,10 @@ Codec<Sizes> sizes_codec() {
       {.noun = "sizes",
        .fields = {
            required_field<Sizes>("from", &Sizes::from, number({.minimum = 1e-3, .maximum = 1e3}),
-                                 "The smallest, times the shape's own size."),
+                                 "Smallest size, times the shape's own."),
            required_field<Sizes>("to", &Sizes::to, number({.minimum = 1e-3, .maximum = 1e3}),
-                                 "The largest, times the shape's own size."),
-           field<Sizes>("steps", &Sizes::steps, integer(2, 64),
-                        "How many sizes there are, these two among them."),
+                                 "Largest size, times the shape's own."),
+           field<Sizes>("steps", &Sizes::steps, integer(2, 64), "Number of sizes, with these two."),
            field<Sizes>(
                "distribution", &Sizes::distribution,
                enumeration<SizeDistribution>(
@@ -83,26 +82,28 @@ Codec<Sizes> sizes_codec() {
        }});
 }
 
-// What several shapes have beside their names.
+// Weights, materials and other keys of an emitter with several shapes.
 Fields<Emitter> mix_fields() {
   using E = Emitter;
   return {
-      unless(derived_field<E>(
-                 "weights", &E::weights, list(number(at_least(0)), 1),
-                 "A weight for each of shapes: they are drawn by these, not taken in turn."),
+      unless(derived_field<E>("weights", &E::weights, list(number(at_least(0)), 1),
+                              "A weight for each of shapes, by which they are drawn. Without "
+                              "weights they are taken in turn."),
              [](const E& e) { return e.weights.empty(); }),
       in_group("material", unless(required_field<E>("materials", &E::materials, list(text(), 1),
                                                     "Instead of material: one for each of shapes."),
                                   [](const E& e) { return e.materials.empty(); })),
       optional_field<E>("sizes", &E::sizes, sizes_codec(),
-                        "Bodies of several sizes, drawn for each."),
+                        "Range of sizes, one of which is drawn for each body."),
       unless(derived_field<E>("palette", &E::palette, list(colour(), 1),
                               "Colours \"#rrggbb\", one drawn for each body, instead of colour."),
              [](const E& e) { return e.palette.empty(); }),
-      optional_field<E>("roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
-                        "Instead of the material's, drawn for each body."),
-      optional_field<E>("clear_coat", &E::clear_coat, two_numbers(between(0, 1), "[least, most]"),
-                        "Instead of the material's, drawn for each body."),
+      optional_field<E>(
+          "roughness", &E::roughness, two_numbers(between(0, 1), "[least, most]"),
+          "Range from which a value is drawn for each body, instead of the material's."),
+      optional_field<E>(
+          "clear_coat", &E::clear_coat, two_numbers(between(0, 1), "[least, most]"),
+          "Range from which a value is drawn for each body, instead of the material's."),
   };
 }
 
@@ -114,27 +115,28 @@ Fields<Emitter> common_fields() {
                        "\"emitter/3\" for the fourth."),
       in_group("shapes", required_field<E>("shapes", &E::shapes, list(text(), 1),
                                            "Names of the shapes, taken in turn.")),
-      in_group("shapes", input_only(required_field<E>("shape", &E::shapes, single_shape(),
-                                                      "Instead of shapes: the only one."))),
+      in_group("shapes",
+               input_only(required_field<E>("shape", &E::shapes, single_shape(),
+                                            "Instead of shapes: the name of the only one."))),
       in_group("material",
                unless(required_field<E>("material", &E::material, text(), "Name of a material."),
                       [](const E& e) { return !e.materials.empty(); })),
       field<E>("start_s", &E::start_s, number(at_least(0)), "When the first body appears, s."),
       field<E>("asleep", &E::asleep, boolean(),
-               "Every body begins asleep: it stays until something hits it."),
+               "Every body begins asleep and wakes when something hits it or its support."),
       field<E>("preference", &E::preference, preference_codec(), kPreferenceText),
-      field<E>("linear_velocity", &E::linear_velocity, vector3(), "Of every body, m/s."),
-      field<E>("angular_velocity", &E::angular_velocity, vector3(), "Of every body, rad/s."),
+      field<E>("linear_velocity", &E::linear_velocity, vector3(), "Velocity of every body, m/s."),
+      field<E>("angular_velocity", &E::angular_velocity, vector3(),
+               "Angular velocity of every body, rad/s."),
       field<E>("position_jitter_m", &E::position_jitter_m, number(at_least(0)),
                "Each position is moved at random in a cube of this half width, m."),
       field<E>("linear_velocity_jitter", &E::linear_velocity_jitter, number(at_least(0)),
                "Each velocity is changed at random in a ball of this radius, m/s."),
       field<E>("angular_velocity_jitter", &E::angular_velocity_jitter, number(at_least(0)),
                "Each angular velocity is changed at random in a ball of this radius, rad/s."),
-      in_group("orientation",
-               optional_field<E>("orientation", &E::orientation, quaternion(),
-                                 "How every body is turned: a unit quaternion [w, x, y, z]. "
-                                 "Default: uniformly random.")),
+      in_group("orientation", optional_field<E>("orientation", &E::orientation, quaternion(),
+                                                "Orientation of every body: a unit quaternion [w, "
+                                                "x, y, z]. Default: uniformly random.")),
       in_group("orientation",
                input_only(optional_field<E>("rotation_deg", &E::orientation, rotation_deg(),
                                             "Instead of orientation: " + kRotationText + "."))),
@@ -151,7 +153,7 @@ Alternative<Emitter> grid() {
                                integers<3>(1, kMostBodies, "[x, y, z]"),
                                "Bodies along x, y and z."),
        required_field<Emitter>("spacing", of(&GridSource::spacing), vector3(above(0)),
-                               "Distances of neighbours along x, y and z, m."),
+                               "Distances between neighbours along x, y and z, m."),
        rate_field()});
 }
 
@@ -168,11 +170,12 @@ Alternative<Emitter> disk() {
 
 Alternative<Emitter> line() {
   return alternative<LineSource>(
-      "line", "A drop point that moves to and fro.",
-      {required_field<Emitter>("from", of(&LineSource::from), vector3(), "Where it starts, m."),
-       required_field<Emitter>("to", of(&LineSource::to), vector3(), "Where it turns back, m."),
+      "line", "A point that moves from one end of a line to the other and back.",
+      {required_field<Emitter>("from", of(&LineSource::from), vector3(),
+                               "First end of the line, m."),
+       required_field<Emitter>("to", of(&LineSource::to), vector3(), "Second end of the line, m."),
        required_field<Emitter>("period_s", of(&LineSource::period_s), number(above(0)),
-                               "Time of one way there and back, s."),
+                               "Time from the first end to the second and back, s."),
        count_field(), required_rate_field()});
 }
 
@@ -196,20 +199,19 @@ Alternative<Emitter> volume() {
           pose_fields<Emitter>(pose, "the mesh's own frame", "mesh_") +
           Fields<Emitter>{
               required_field<Emitter>("spacing", of(&VolumeSource::spacing), number(above(0)),
-                                      "Distance of neighbours in the lattice, m."),
+                                      "Distance between neighbours in the lattice, m."),
               field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
-                             "Most bodies; 0: as many as fit."),
+                             "Greatest number of bodies; 0: as many as fit."),
               rate_field()});
 }
 
 Alternative<Emitter> guide() {
   return alternative<GuideSource>(
       "upside_down",
-      "Fills the guide: it is turned over, bodies drop in through its base, and it is turned back. "
-      "They wait as they came to lie and are released from the bottom up, from start_s on. Where "
-      "glue holds the guide it is a mould.",
+      "Fills the guide upside down: bodies drop in through its base, then it is turned back. The "
+      "bodies are released from the bottom up, from start_s on. With glue it is a mould.",
       {field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
-                      "Most bodies; 0: as many as fit."),
+                      "Greatest number of bodies; 0: as many as fit."),
        field<Emitter>("rate_hz", &Emitter::rate_hz, number(at_least(0)),
                       "Releases a second; 0: all at start_s.")});
 }
@@ -217,10 +219,10 @@ Alternative<Emitter> guide() {
 Alternative<Emitter> mould() {
   return alternative<MouldSource>(
       "mould",
-      "Fills the guide as a closed mould, right way up, whatever its shape: bodies appear wherever "
-      "there is room and fall, until no more finds any.",
+      "Fills the guide like a closed mould of any shape: bodies appear wherever there is room and "
+      "fall, until no more fit.",
       {field<Emitter>("count", &Emitter::count, integer(0, kMostBodies),
-                      "Most bodies; 0: as many as fit.")});
+                      "Greatest number of bodies; 0: as many as fit.")});
 }
 
 }  // namespace

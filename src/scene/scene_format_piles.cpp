@@ -67,7 +67,7 @@ Codec<Pile> pile_codec() {
            field<P>("method", &P::method, method_codec(),
                     "pilesim's own method, or dissertation, section 5.2 as it is written, to "
                     "compare with."),
-           field<P>("base_m", &P::base_m, number(), "Height y of what the pile stands on, m."),
+           field<P>("base_m", &P::base_m, number(), "Height y of the pile's base, m."),
            in_group("place", optional_field<P>("centre", &P::centre, ground_point(),
                                                "Middle [x, z] of the pile, m. Without centre and "
                                                "footprint: where the first bodies land.")),

@@ -59,36 +59,35 @@ Fields<Shape> mesh_fields() {
       in_group("size", scale_field()),
       in_group("size",
                optional_field<Shape>("size_m", of(&M::size_m), number(at_least(kSmallestLength)),
-                                     "How long its longest side is to be, in place of a "
-                                     "scale.")),
-      optional_field<Shape>("up", of(&M::up), up_codec(),
-                            "Which axis of the file points up: y (default), or z, as in most STL "
-                            "and PLY files; then its x, z and -y are the shape's x, y and z."),
-      field<Shape>("collision", of(&M::collision), collision_codec(),
-                   "How it collides: auto, as the mesh itself where only static and kinematic "
-                   "bodies have it, else as the ball, box, cylinder or capsule that it is, or as "
-                   "its convex hull; as that hull, as a decomposition into "
-                   "convex pieces, as "
-                   "fitted spheres, as one sphere of equal volume, or as the mesh itself (static "
-                   "and kinematic bodies only)."),
+                                     "Length of its longest side, m, instead of a scale.")),
+      optional_field<Shape>(
+          "up", of(&M::up), up_codec(),
+          "The file's axis that points up: y (default), or z, as in most STL and PLY files. With z "
+          "the file's x, z and -y become the shape's x, y and z."),
+      field<Shape>(
+          "collision", of(&M::collision), collision_codec(),
+          "Collision shape. auto: the triangles if only static and kinematic bodies have it, else "
+          "the ball, box, cylinder or capsule that the mesh is, else the hull; hull: the convex "
+          "hull; decomposition: convex pieces; spheres: fitted spheres; sphere: one sphere of "
+          "equal volume; mesh: the triangles, for static and kinematic bodies only."),
       field<Shape>("hull_max_vertices", of(&M::hull_max_vertices), integer(4, 255),
-                   "Most vertices of the hull, or of each piece of a decomposition."),
+                   "Greatest number of vertices of the hull, or of each piece of a decomposition."),
       field<Shape>("decomposition_max_pieces", of(&M::decomposition_max_pieces), integer(1, 256),
-                   "Most pieces of a decomposition."),
+                   "Greatest number of pieces of a decomposition."),
       field<Shape>("decomposition_max_volume_error", of(&M::decomposition_max_volume_error),
                    number({.minimum = 0, .maximum = 1, .excludes_minimum = true}),
                    "A decomposition stops once its error is below this share of the volume."),
       field<Shape>("sphere_count", of(&M::sphere_count), integer(1, 64),
-                   "Spheres of a collision by spheres."),
+                   "Number of spheres for collision spheres."),
       optional_field<Shape>("signature", of(&M::signature), file_path(),
                             "Signature file of the mesh, for the statistical mode (pilesim "
                             "sample-signature), relative to the scene file."),
-      field<Shape>(
-          "solid", of(&M::solid), solid_codec(),
-          "What has mass and collides: auto, the mesh if it is closed, mended if it can be, "
-          "else wrapped; exact, the mesh or an error; wrap, what it encloses; hull."),
+      field<Shape>("solid", of(&M::solid), solid_codec(),
+                   "The solid that has mass and collides. auto: the mesh if it is closed, else the "
+                   "mended mesh, else a wrap; exact: the mesh, or an error if it is not closed; "
+                   "wrap: a closed surface around the mesh; hull: its convex hull."),
       field<Shape>("thickness_m", of(&M::thickness_m), number(at_least(0)),
-                   "How thick parts are that are sheets; 0: there are to be none."),
+                   "Thickness of parts that are sheets, m; 0: the mesh has no sheets."),
   };
 }
 
@@ -109,24 +108,25 @@ std::vector<Alternative<Shape>> furniture() {
       alternative<BinShape>(
           "bin", "An open box of walls; its origin is below the middle of its floor.",
           {required_field<Shape>("size", of(&BinShape::size), vector3(at_least(kSmallestLength)),
-                                 "Of its inside [x, y, z], m."),
-           thickness<BinShape>("Of floor and walls, m.")}),
+                                 "Size of its inside [x, y, z], m."),
+           thickness<BinShape>("Thickness of floor and walls, m.")}),
       alternative<TableShape>(
           "table", "A top on four legs; its origin is on the floor in their middle.",
-          {outer_size<TableShape>(), thickness<TableShape>("Of the top, m."),
+          {outer_size<TableShape>(), thickness<TableShape>("Thickness of the top, m."),
            field<Shape>("leg", of(&TableShape::leg), number(at_least(kSmallestLength)),
                         "Edge of a leg, m.")}),
       alternative<ShelfShape>(
           "shelf", "Boards between two sides, open to +z; its origin is below their middle.",
           {outer_size<ShelfShape>(),
            field<Shape>("boards", of(&ShelfShape::boards), integer(2, 100),
-                        "How many, the lowest and the highest among them."),
-           thickness<ShelfShape>("Of all boards, m."),
-           field<Shape>("back", of(&ShelfShape::has_back), boolean(), "It has a back at -z.")}),
+                        "Number of boards, with the lowest and the highest."),
+           thickness<ShelfShape>("Thickness of all boards, m."),
+           field<Shape>("back", of(&ShelfShape::has_back), boolean(),
+                        "Whether it has a back at -z.")}),
       alternative<StairsShape>(
           "stairs", "Solid steps that rise from +z to -z; the origin is below their middle.",
           {outer_size<StairsShape>(),
-           field<Shape>("steps", of(&StairsShape::steps), integer(1, 1000), "How many.")}),
+           field<Shape>("steps", of(&StairsShape::steps), integer(1, 1000), "Number of steps.")}),
       alternative<TerrainShape>(
           "terrain", "The surface over a grey picture, about its origin; for static bodies.",
           {required_field<Shape>("file", of(&TerrainShape::file), file_path(),
@@ -134,10 +134,10 @@ std::vector<Alternative<Shape>> furniture() {
                                  "+x, its lower edge +z."),
            required_field<Shape>("size", of(&TerrainShape::size),
                                  two_numbers(at_least(kSmallestLength), "[x, z]"),
-                                 "Along x and z, m."),
+                                 "Size along x and z, m."),
            required_field<Shape>("height", of(&TerrainShape::height),
                                  two_numbers(kAnyNumber, "[of black, of white]"),
-                                 "y of black and of white, m.")}),
+                                 "Heights y of black and of white, m.")}),
   };
 }
 
@@ -173,7 +173,7 @@ Codec<Shape> shape_codec() {
       alternative<CompoundShape>(
           "compound", "Shapes joined rigidly; they should not overlap.",
           {required_field<Shape>("parts", of(&CompoundShape::parts), list(part_codec(), 1),
-                                 "The shapes and where they stand.")}),
+                                 "The shapes and their poses.")}),
   };
   for (Alternative<Shape>& each : furniture()) alternatives.push_back(std::move(each));
   return object<Shape>(
@@ -196,7 +196,7 @@ void choose_collisions(Scene& scene) {
   for (auto& [name, shape] : scene.shapes) {
     auto* mesh = std::get_if<MeshShape>(&shape);
     if (mesh == nullptr || mesh->collision != CollisionKind::automatic) continue;
-    // Who says what its solid is to be wants that to collide.
+    // A scene that sets the solid wants the solid to collide.
     const bool asks_for_solid = mesh->solid != SolidKind::automatic || mesh->thickness_m > 0;
     const bool only_stands = stands.contains(name) && !moves.contains(name);
     if (only_stands && !asks_for_solid) mesh->collision = CollisionKind::mesh;

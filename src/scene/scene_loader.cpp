@@ -100,7 +100,7 @@ class Locator {
   std::vector<Offsets> offsets_;  // by file: of key and value, by pointer
 };
 
-// Of keys that a file has twice so many are told.
+// Greatest number of repeated keys of a file that are reported.
 constexpr size_t kMostRepeated = 100'000;
 
 std::vector<Problem> repeated_keys(const std::string& text, const std::string& file) {

@@ -180,7 +180,7 @@ void SceneSources::join(Part part, Part& whole) {
       continue;
     }
     whole.document[key] = std::move(value);
-    // What was there had other entries, if it had any.
+    // Places of the replaced value's entries are dropped.
     std::erase_if(whole.places,
                   [&](const auto& known) { return known.first.starts_with(pointer + '/'); });
     for (const auto& [entry, where] : part.places) {

@@ -70,7 +70,7 @@ class Resolver {
     if (const auto seed = document_.find("seed"); seed != document_.end()) {
       const Path place = root / "seed";
       if (seed->is_object() && seed->contains("random")) {
-        log_.report(place, "is to be drawn", "a number: the seed is what all draws come from",
+        log_.report(place, "is a random value", "a number: all draws come from the seed",
                     "Give another with --seed");
         *seed = 1;
       }
@@ -303,7 +303,7 @@ Json with_stand_ins(Json schema) {
   }
   if (schema.contains("properties")) {
     for (auto& [name, property] : schema["properties"].items()) {
-      // What chooses the kind of thing is said out.
+      // The key that chooses the kind is written out: no variable may replace it.
       if (property.contains("const")) continue;
       Json wrapped = wrap(property);
       for (const char* key : {"description", "default"}) {

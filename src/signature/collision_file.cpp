@@ -158,7 +158,7 @@ class Reader {
     const double approach = collision.velocity_before.dot(collision.normal);
     if (!(approach <= -kSlowestApproach)) {
       return say("the velocity before is " + with_digits(approach, 6) + " m/s along the normal",
-                 "a number below 0: the body comes towards the plane",
+                 "a number below 0: the body approaches the plane",
                  "The normal points from the plane to the body");
     }
     result_.collisions.push_back(collision);

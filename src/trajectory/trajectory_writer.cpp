@@ -138,9 +138,8 @@ void write_header(const fs::path& store, const TrajectoryHeader& header, const T
   }
 }
 
-// Of each body, m: to multiples of what its positions are rounded, so that they are stored in few
-// bytes. A power of two, at most a ten-millionth of the body's size; 0 of planes, which are stored
-// as they are.
+// Rounding of each body's positions, m, so that they take few bytes: a power of two, at most a
+// ten-millionth of the body's size; 0 for planes, which are stored as they are.
 std::vector<double> position_steps(const TrajectoryHeader& header) {
   constexpr double kOfSize = 1e-7;
   std::vector<double> of_shape;

@@ -64,7 +64,8 @@ ordered_json metadata(const ZarrArray& array) {
   return json;
 }
 
-// Its parent is there: one that was removed meanwhile is not made anew, without what else it held.
+// Its parent must exist: one that was removed meanwhile is not made again, without its other
+// content.
 void make_directory(const fs::path& directory) {
   std::error_code fault;
   fs::create_directory(directory, fault);

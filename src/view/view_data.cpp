@@ -13,9 +13,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-// What a page can hold: half a minute of 10,000 bodies that all move.
+// Most keys of a page: half a minute of 10,000 bodies that all move.
 constexpr size_t kMostKeys = 9'000'000;
-// What machines without a graphics card of their own draw 30 times a second, twice.
+// Twice the triangles that machines without a graphics card draw 30 times a second.
 constexpr size_t kMostTriangles = 1'200'000;
 constexpr size_t kMoments = 240;           // of the curve of moving bodies
 constexpr float kStepOfRadius = 5e-4f;     // finer than what is seen
@@ -29,7 +29,7 @@ bool moves(const ExportSource& source, size_t body) {
   return source.header().body_moves[source.bodies()[body].id] != 0;
 }
 
-// Of those that move every n-th by number, so that what they are a sample of is the whole pile.
+// Every n-th moving body by number, as a sample of the whole pile.
 void choose_bodies(const ExportSource& source, uint64_t most, ViewData& data) {
   std::vector<uint32_t> moving;
   for (uint32_t i = 0; i < source.bodies().size(); ++i) {

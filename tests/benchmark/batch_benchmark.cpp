@@ -1,5 +1,5 @@
-// What a batch itself costs: jobs whose steps do nothing but leave the files of a small picture,
-// through the code that runs and collects real ones; time, and the most memory, of each part.
+// Cost of a batch itself: jobs whose steps only leave the files of a small picture, through the
+// code that runs and collects real ones. Time and greatest memory of each part.
 //
 //   batch_benchmark [JOBS] [DIRECTORY]
 #include <chrono>

@@ -1,4 +1,4 @@
-// What the programs of this folder do with errors: one line on stderr, and 1 for the shell.
+// Reports errors of the programs in this folder: one line on stderr, and exit code 1.
 #pragma once
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What signatures are worth in scenes (docs/dissertation.md): pilesim's own, its fit of 5 KB, the
+"""Errors of signatures in scenes (docs/dissertation.md): pilesim's own, its fit of 5 KB, the
 dissertation's tables and their fit, each against the same runs of the impulse mode.
 
     tests/benchmark/signature_table.py build/release/commands/pilesim OUT [scene ...] [--batches N] [--runs N]

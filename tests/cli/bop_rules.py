@@ -1,4 +1,4 @@
-"""What the format of BOP asks of a dataset, as its description has it (bop_datasets_format.md of
+"""Rules of the BOP format for a dataset, by its description (bop_datasets_format.md of
 the BOP toolkit, and calc_gt_info.py for boxes and counts), tried on files alone."""
 
 import json

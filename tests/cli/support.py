@@ -1,4 +1,4 @@
-"""What the command-line tests share: running the program, small scenes, scratch directories."""
+"""Shared by the command-line tests: running the program, small scenes, scratch directories."""
 
 import copy
 import json

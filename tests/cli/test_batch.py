@@ -151,7 +151,7 @@ def times_left_out(directory):
 
 
 class CollectionTest(CommandTest):
-    """What is made of all jobs together."""
+    """Datasets of all jobs together."""
 
     def setUp(self):
         super().setUp()

@@ -1,4 +1,4 @@
-"""What several processes make of the same mesh at the same time: solids, decompositions, signatures."""
+"""Several processes use the same mesh at the same time: solids, decompositions, signatures."""
 
 import os
 import subprocess

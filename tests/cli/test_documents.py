@@ -15,7 +15,7 @@ DOCUMENTS = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/**/*.md"))]
 USER_PAGES = [SOURCE / "README.md", *sorted(SOURCE.glob("docs/*.md")), SOURCE / "docs/gallery/README.md"]
 # test_pages.py does all that these say, in their order: their blocks belong together.
 WALKED = ("tutorial_artist.md", "tutorial_blender.md", "tutorial_dataset.md", "tutorial_researcher.md")
-# What a fragment of a scene is put into to become one.
+# A fragment of a scene is put into this to become a scene.
 BASE = {
     "version": 1,
     "materials": {"wood": {}},
@@ -44,7 +44,7 @@ def commands(document):
                 command = command.strip()
                 for name, value in re.findall(r"(?:^|; )([A-Z]+)=(\S+)", command):
                     variables[name] = value.rstrip(";")
-                # What a loop goes through is a number.
+                # Variables of loops are numbers.
                 command = re.sub(r"\$(\w+)", lambda m: variables.get(m[1], "1"), command)
                 command = re.sub(r"^[\w./]+/pilesim ", "pilesim ", command)
                 if command.startswith("pilesim "):

@@ -1,4 +1,4 @@
-"""What other programs get of a trajectory: the Zarr store itself, and the files of pilesim export."""
+"""Trajectories for other programs: the Zarr store itself, and the files of pilesim export."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""What tests/benchmark/ratchet.py makes of counts of instructions. The counting itself takes minutes."""
+"""The judgement of tests/benchmark/ratchet.py on counts of instructions. The counting itself takes minutes."""
 
 import sys
 import unittest

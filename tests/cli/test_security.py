@@ -1,4 +1,4 @@
-"""What a stranger's scene, mesh or plan may take, read and write."""
+"""Bounds on memory, reads and writes of a stranger's scene, mesh or plan."""
 
 import json
 import os

@@ -1,5 +1,5 @@
 // Every mode and every director gives the bytes that it gave before, at 1, 2 and 4 threads.
-// pinned_hashes.txt has them, and says how they are pinned anew.
+// pinned_hashes.txt has them, and says how to pin them again.
 #include <gtest/gtest.h>
 
 #include <filesystem>

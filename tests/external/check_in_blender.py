@@ -1,4 +1,4 @@
-"""What an export has become in Blender, against the trajectory; by hand, no part of the test suite.
+"""Compares an export in Blender with the trajectory; by hand, no part of the test suite.
 
     blender -b --factory-startup --python tests/external/check_in_blender.py -- FILE OUT [FORM]
 

@@ -1,4 +1,4 @@
-// What the targets share: files of their own, and which errors are answers.
+// Shared by the targets: their files, and the errors that count as answers.
 #pragma once
 
 #include <unistd.h>
@@ -48,7 +48,7 @@ inline fs::path file_of(const std::string& name, std::string_view bytes) {
   return file;
 }
 
-// What the program may throw at bad input: the kinds of exit codes 3 and 4.
+// Errors that the program may throw at bad input: the kinds of exit codes 3 and 4.
 template <typename Action>
 void accept_errors(const Action& action) {
   try {

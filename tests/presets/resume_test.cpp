@@ -60,7 +60,7 @@ const std::map<std::string, test::PresetSize> kSizes = {
     {"statistical/rabbits_100000", kFromFarUp},
 };
 
-// What tests of one process share.
+// Shared by the tests of one process.
 struct Scratch {
   Scratch() { setenv("XDG_CACHE_HOME", directory.path().c_str(), 1); }
 

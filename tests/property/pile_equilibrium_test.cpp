@@ -1,4 +1,4 @@
-// What holds of any body on any contacts.
+// Properties of any body on any contacts.
 
 #include "pile/guide/equilibrium.h"
 

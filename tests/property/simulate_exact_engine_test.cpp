@@ -752,7 +752,7 @@ TEST(ExactEngine, TheSameBytesAtAnyNumberOfThreads) {
   set_thread_count(available_threads());
 }
 
-// Friction acts in the blow too: a ball that is thrown flat at the ground leaves it spinning.
+// Friction acts in the impact, too: a ball that is thrown flat at the ground leaves it spinning.
 TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   SmallModel m;
   m.scene.gravity = Vec3::Zero();
@@ -763,12 +763,12 @@ TEST(ExactEngine, ABallThatBouncesTakesUpSpin) {
   m.body(m.sphere(0.1), material, {0, 0.3, 0}).linear_velocity = {3, -2, 0};
   const auto simulator = simulate(m);
   run(*simulator, 30);
-  // Sliding all the while: the blow's friction is 0.2 of it.
+  // Sliding all the while: the impact's friction is 0.2 of it.
   const double blow = 2 * (1 + 0.5);
   const Vec3& velocity = simulator->states().linear_velocity[1];
   EXPECT_NEAR(velocity.y(), 1, 1e-5);
   EXPECT_NEAR(velocity.x(), 3 - 0.2 * blow, 1e-5);
-  // The blow falls where the ball is when the step begins, so its lever is longer by half the gap.
+  // The impact acts where the ball is when the step begins, so its lever is longer by half the gap.
   const double spin = -0.2 * blow * 2.5 / 0.1;
   EXPECT_NEAR(simulator->states().angular_velocity[1].z(), spin, 0.05 * std::abs(spin));
 }

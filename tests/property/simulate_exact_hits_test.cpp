@@ -1,4 +1,4 @@
-// What the exact engine makes of hits that are hard.
+// Hard impacts in the exact engine.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What the exact engine lets sleep.
+// Bodies that the exact engine lets sleep.
 #include <gtest/gtest.h>
 
 #include "simulate/modes/make_simulator.h"
@@ -26,7 +26,7 @@ int frames_awake(double gap_m) {
   return 0;
 }
 
-// However still it is. What is sunk a little is given time to come out.
+// However still it is. Bodies that penetrate a little get time to separate.
 TEST(ExactRest, WhatIsSunkStaysAwake) {
   const int apart = frames_awake(0.2), wedged = frames_awake(0.19);  // by 0.025 on either side
   EXPECT_GT(apart, 0);

@@ -1,5 +1,4 @@
-// What a scene may say, a simulator can run: values from all of their ranges, sizes and speeds that
-// nobody means among them.
+// Simulators run all valid scenes: values from their whole ranges, with extreme sizes and speeds.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What is drawn for collisions against the distribution that the signature states.
+// Sampled responses against the distribution of the signature.
 
 #include "signature/response_draw.h"
 

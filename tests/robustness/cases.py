@@ -1,4 +1,4 @@
-"""What is killed and filled: each command of pilesim on a scene of a second, and its inputs."""
+"""Commands that are killed or run out of space: each command of pilesim on a scene of a second, and its inputs."""
 
 import copy
 import dataclasses

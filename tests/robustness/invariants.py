@@ -1,4 +1,4 @@
-"""What must hold of a directory after any accident: whole files, and nobody else's touched."""
+"""Invariants of a directory after any accident: whole files, and no other file touched."""
 
 import csv
 import json

@@ -183,7 +183,7 @@ class Places(CommandTest):
         shutil.rmtree(self.dir / "out")
         errors = self.go_on(process)
         self.assertRegex(errors, r"^pilesim: out/.*: cannot be (created|written): No such file")
-        self.assertIn("out/trajectory.zarr: is there no more, or no longer whole", errors)
+        self.assertIn("out/trajectory.zarr: does not exist any more, or is damaged", errors)
         self.assertFalse((self.dir / "out").exists())
 
     def test_a_limit_on_file_sizes_is_a_full_disk(self):

@@ -49,7 +49,7 @@ inline EquilibriumInstance random_instance(uint64_t index) {
   return instance;
 }
 
-// Of exact cones. Empty: the verdict is proved to `slack`. Otherwise what is wrong with it.
+// Fault of a verdict on exact cones. Empty: the verdict is proved to `slack`.
 inline std::string find_fault(const EquilibriumInstance& instance,
                               const EquilibriumVerdict& verdict,
                               std::span<const ContactForce> forces, double tolerance = 1e-3,

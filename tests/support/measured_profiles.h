@@ -63,8 +63,8 @@ struct ProfileDifference {
   int points = 0;
 };
 
-// Of porosities in rings of one width (diameters of the body) from the wall inwards, as far as
-// `reach`, between the rings' middles.
+// Profile of porosities in rings of one width (diameters of the body) from the wall inwards, as far
+// as `reach`, between the rings' middles.
 inline ProfileDifference difference(const MeasuredProfile& measured,
                                     const std::vector<double>& porosity, double ring,
                                     double reach) {

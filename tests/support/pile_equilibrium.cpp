@@ -154,7 +154,7 @@ PileVerdict analyse_pile(std::span<const PileBody> bodies, std::span<const PileC
       force[c] = stepped;
       ahead[c] = stepped + (momentum - 1) / next * way;
     }
-    // Where the momentum carries uphill it starts anew (O'Donoghue and Candes 2015).
+    // Where the momentum carries uphill it starts again (O'Donoghue and Candes 2015).
     momentum = next;
     if (uphill > 0) {
       momentum = 1;

@@ -18,7 +18,7 @@ namespace pilesim::test {
 
 using PresetJson = nlohmann::ordered_json;
 
-// What the rule makes of a preset.
+// Size that the rule gives a preset.
 struct PresetSize {
   size_t bodies = 24;      // of all emitters together, and as many of its own
   double simulated_s = 1;  // of half the run

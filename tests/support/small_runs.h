@@ -112,7 +112,7 @@ inline std::vector<std::byte> saved(const Simulator& simulator) {
   return {writer.bytes().begin(), writer.bytes().end()};
 }
 
-// Of what goes into reports, without times.
+// Figures that go into reports, without times.
 inline std::vector<double> figures_of(const FrameStatistics& s) {
   return {static_cast<double>(s.steps),
           static_cast<double>(s.bodies_present),
@@ -123,7 +123,7 @@ inline std::vector<double> figures_of(const FrameStatistics& s) {
           s.potential_energy_j};
 }
 
-// What a run is made of.
+// Input of a run.
 struct RunScene {
   RunScene(const SmallRun& run, const std::vector<std::string>& overrides)
       : scene(load_scene(PILESIM_SOURCE_DIR "/tests/determinism/scenes/" + run.scene + ".json",

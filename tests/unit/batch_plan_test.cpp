@@ -151,7 +151,7 @@ TEST_F(BatchPlanTest, SaysWhatIsWrongAndWhere) {
               HasSubstr("/vary/0/set: is \"a b\"; expected a JSON pointer"));
   EXPECT_THAT(fault(R"(, "drop_packed": ["run"])"), HasSubstr("expected \"tar\" in \"collect\""));
   EXPECT_THAT(fault(R"(, "collect": ["tar", "bop"], "drop_packed": ["run"])"),
-              HasSubstr("/drop_packed: would take away what \"coco\" and \"bop\" collect"));
+              HasSubstr("/drop_packed: would remove files that \"coco\" and \"bop\" collect"));
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/seed"}])"),
               HasSubstr("has no \"values\" or \"range\""));
   EXPECT_THAT(fault(R"(, "vary": [{"set": "/seed", "range": [3, 1]}])"),

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What each folder may include besides itself.
+// Folders that each folder may include besides itself.
 const std::map<std::string, std::set<std::string>> kAllowed = {
     {"core", {}},
     {"json", {"core"}},

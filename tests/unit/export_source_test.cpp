@@ -1,4 +1,4 @@
-// What exporters are given: chosen bodies and frames, and where something changes.
+// Input of exporters: chosen bodies and frames, and where something changes.
 #include "export/export_source.h"
 
 #include <gmock/gmock.h>

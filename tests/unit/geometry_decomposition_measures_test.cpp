@@ -1,5 +1,5 @@
-// What decompositions are made and judged with: hull volumes, volume differences, surface
-// distances and fitted pieces.
+// Parts of decompositions and their judge: hull volumes, volume differences, surface distances and
+// fitted pieces.
 #include <gmock/gmock.h>
 
 #include "../geometry_shapes.h"

@@ -1,4 +1,4 @@
-// What fills a guide, taken over from a run in place of filling the guide anew.
+// Bodies of a guide, taken over from a run instead of filling the guide again.
 #include "job/run_filling.h"
 
 #include <gtest/gtest.h>

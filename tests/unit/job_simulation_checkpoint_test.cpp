@@ -1,4 +1,4 @@
-// What other builds of pilesim left: finish asks it for the scene, --from for the bodies.
+// Checkpoints of other builds of pilesim: finish reads the scene from them, --from the bodies.
 #include "job/simulation_checkpoint.h"
 
 #include <gmock/gmock.h>

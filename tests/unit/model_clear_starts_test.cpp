@@ -1,4 +1,4 @@
-// What starts inside something else is moved or reported, and nothing else changes.
+// Bodies that start inside others are moved or reported, and nothing else changes.
 
 #include "model/clear_starts.h"
 
@@ -60,7 +60,7 @@ TEST(ClearStarts, DisksAtOnePlaceKnowEachOther) {
     EXPECT_LE(std::hypot(body.pose.position.x(), body.pose.position.z()), 0.6);
     EXPECT_LE(std::abs(body.pose.position.y() - 1), 0.5);
   }
-  EXPECT_THAT(describe_moved_starts(both), ElementsAre(HasSubstr("drawn anew")));
+  EXPECT_THAT(describe_moved_starts(both), ElementsAre(HasSubstr("drawn again")));
 }
 
 TEST(ClearStarts, BodiesThatAreClearStayToTheLastBit) {

@@ -1,4 +1,4 @@
-// What an emitter mixes: shapes, sizes, materials, colours. And shapes that are made of boxes.
+// Emitters of several shapes, sizes, materials and colours. And shapes that are made of boxes.
 
 #include <gmock/gmock.h>
 

@@ -57,7 +57,7 @@ TEST(PileAsWritten, ALayerThatBecomesTooDenseWakesAllOnce) {
   for (int i = 0; i < 8; ++i) centres.push_back({0.01 * i, kEdge / 2, 0});
   Boxes boxes(centres);
   boxes.scene.piles[0].angle = radians(80);
-  boxes.scene.piles[0].tau = 0.999;  // nothing sleeps anew
+  boxes.scene.piles[0].tau = 0.999;  // nothing else falls asleep
   ConstructedWorld world(boxes);
   std::ranges::fill(world.asleep, 1);
   ReposeDirector director(boxes.scene, boxes.model);

@@ -1,4 +1,4 @@
-// What bodies cover of the ground.
+// The ground that bodies cover.
 #include <gtest/gtest.h>
 
 #include "geometry/primitives.h"

@@ -358,7 +358,7 @@ TEST(PileWaking, WhatLiesUnderTheSurfaceSleepsOn) {
     const double outflow = pile.ideal.outflow(distance_m, round);
     const double over_m = 2.5 * kEdge - pile.ideal.height_m(distance_m, round);
     const double under_m = pile.ideal.surplus_m(distance_m, round) - over_m;
-    // Under the skin that the haste of the outflow makes, yet within a body of the surface.
+    // Below the layer that the speed of the outflow makes, yet within a body of the surface.
     if (outflow < 0.5 || under_m < (0.5 * outflow + 0.02) * kEdge || under_m > 0.75 * kEdge)
       continue;
     ++under;

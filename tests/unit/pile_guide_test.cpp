@@ -1,4 +1,4 @@
-// What a guide does to piles.
+// Effects of a guide on piles.
 
 #include <gtest/gtest.h>
 

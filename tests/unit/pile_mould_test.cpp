@@ -257,7 +257,7 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));
 }
 
-// A guide of 0.6 m over the ground or sunk into it, in a world that has something fixed, too.
+// A guide of 0.6 m over the ground or reaching into it, in a world that has a fixed body, too.
 struct Standing : SmallModel {
   template <typename Fixed>
   Standing(double low_m, const Fixed& fixed) {

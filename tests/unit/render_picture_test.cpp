@@ -1,4 +1,4 @@
-// What pictures show, without golden files: colours where they belong.
+// Pictures without golden files: colours where they belong.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -113,7 +113,7 @@ TEST(Picture, IsTheSameFarFromTheOrigin) {
   }
 }
 
-// A pile at rest is drawn once; anything else is drawn anew, whatever was drawn before.
+// A pile at rest is drawn once; anything else is drawn again, whatever was drawn before.
 TEST(SceneRenderer, DrawsAnewWhatDiffersInAnything) {
   const DrawnScene first = red_sphere(true);
   const CameraKey camera = test::front_camera({0, 0.5, 0}, 4);

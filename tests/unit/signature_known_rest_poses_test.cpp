@@ -1,4 +1,4 @@
-// What a signature keeps of poses found by geometry and by drops, and whether the two agree.
+// Rest poses in a signature, found by geometry and by drops, and whether the two agree.
 #include "signature/rest/known_rest_poses.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What sleeps is in balance: slowness alone does not put a body to sleep.
+// Sleeping bodies are in balance: slowness alone does not put a body to sleep.
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ TEST(Balance, ABallRollsDownTheSlightestSlope) {
   EXPECT_NEAR(simulator->states().position[1].x(), way, 0.02 * way);
 }
 
-// What is true rest sleeps in time: a little more than the time that it takes to tip over, thrice.
+// True rest sleeps in time: a little more than three times the time that tipping over takes.
 TEST(Balance, WhatRestsSleeps) {
   for (const double degrees : {0.0, 10.0, 30.0}) {
     for (const double friction : {1.02, 1.5}) {

@@ -1,5 +1,5 @@
-// What a director may do: in the impulse mode, and in the mixed mode to bodies that are solved, to
-// spheres, and to those that are both.
+// Control by a director: in the impulse mode, and in the mixed mode of solved bodies, of spheres,
+// and of those that are both.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -377,7 +377,7 @@ TEST(ImpulseControl, ATurningNailDrivesNothing) {
   EXPECT_NEAR(states.angular_velocity[2].dot(axis), 0, 0.1);
 }
 
-// By the impulse of the whole step, which a blow gives at its beginning.
+// By the impulse of the whole step, which an impact gives at its beginning.
 TEST(ImpulseControl, ABlowBreaksANailThatItIsStrongerThan) {
   for (const double share : {0.5, 2.0}) {
     Balls balls;

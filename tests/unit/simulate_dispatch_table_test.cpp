@@ -1,4 +1,4 @@
-// Who is treated how: Table 4.1 and the rules of a scene.
+// Methods for pairs: Table 4.1 and the rules of a scene.
 
 #include "simulate/sphere/dispatch_table.h"
 

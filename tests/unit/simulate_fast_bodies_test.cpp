@@ -1,4 +1,4 @@
-// What moves farther in a step than it is thick.
+// Bodies that move farther in a step than they are thick.
 
 #include <gtest/gtest.h>
 

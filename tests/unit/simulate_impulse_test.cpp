@@ -259,8 +259,8 @@ TEST(Impulse, ACollisionKeepsMomentumAndTheEnergyThatRestitutionLeaves) {
   }
 }
 
-// What lies on the ground has nowhere to go, so a blow goes through it: what falls on it leaves it
-// as it would the ground. When it moved under the blow, and the ground stopped it afterwards,
+// A body on the ground has nowhere to go, so an impact passes through it: a body that falls on it
+// bounces as off the ground. When it moved under the impact, and the ground stopped it afterwards,
 // nothing of the bounce was left.
 TEST(Impulse, ABoxBouncesOffWhatLiesAsOffTheGround) {
   constexpr double kDrop = 0.5, kRestitution = 0.6;  // m, 1
@@ -283,7 +283,7 @@ TEST(Impulse, ABoxBouncesOffWhatLiesAsOffTheGround) {
     // Two steps' way: where it is met, and which of its corners come first.
     expect_error("height_m_on_" + std::to_string(lying), top - kRestitution * kRestitution * kDrop,
                  0.02);
-    // A blow beside its middle lifts it by some millimetres, as sweeps end.
+    // An impact beside its middle lifts it by some millimetres, as sweeps end.
     EXPECT_NEAR(simulator->states().position[1].y(), 0.1, 0.01);
   }
 }

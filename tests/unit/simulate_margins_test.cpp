@@ -19,8 +19,8 @@
 namespace pilesim {
 namespace {
 
-// The largest gap at rest, and what a contact may be sunk in, as a share of the smaller body's
-// smallest extent; a ten-thousandth of it more for rounding.
+// The largest gap at rest, and the penetration that a contact may have, as a share of the smaller
+// body's smallest extent; a ten-thousandth of it more for rounding.
 constexpr double kGap = 1.0001e-3;
 
 enum class Ground { room, terrain, hulls, box };

@@ -293,7 +293,7 @@ TEST_F(Mixed, WhatIsNearStandsOnTheGroundAsItIs) {
 TEST_F(Mixed, SpheresThatLieOnANearBodyDoNotPushItIntoWhatCarriesIt) {
   add("slab", {0, -0.2, 0}, kExact, Role::fixed);
   add("cube", {0, kSide / 2, 0}, kSphere);
-  // Comes when that one lies, sunk 0.1 m into it.
+  // Appears when that one rests, 0.1 m deep in it.
   Emitter& upper = add_grid("cube", {1, 1, 1}, {1, 1, 1}, {0, kSide / 2 + 0.15, 0});
   upper.start_s = 0.1;
   model_ = build_model(scene_);

@@ -1,5 +1,5 @@
-// What simulate/sphere/sphere_constants.h says of spheres, measured on a few of them: within a
-// third or so, so that half or twice a constant is noticed.
+// Measures the statements of simulate/sphere/sphere_constants.h on a few spheres, within a third or
+// so, so that half or twice a constant is noticed.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// What the page of `pilesim view` holds, where a run is too large to see it by.
+// Content of the page of `pilesim view` for large runs.
 #include <gtest/gtest.h>
 
 #include "view/view_data.h"

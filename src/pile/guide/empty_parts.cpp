@@ -377,8 +377,7 @@ EmptyParts empty_parts_of_filling(const Scene& scene, const Model& model,
     const double narrow_m = sizes.thickness_m - cells.cell_m();
     if (had_bodies > kHadBodies * static_cast<double>(found.cells[i].size())) {
       part.reason =
-          "what filled it touched nothing that stands, and would fall; something static has to "
-          "stand below it";
+          "the bodies in it touched no fixed body, and would fall; put a static body below it";
     } else if (part.width_m < narrow_m) {
       part.reason = too_narrow(part.width_m, sizes);
     } else if (facts.all_in) {
@@ -388,7 +387,7 @@ EmptyParts empty_parts_of_filling(const Scene& scene, const Model& model,
                     " thick do not pass its neck of " + metres(neck_m) + "; a \"mould\" needs none";
     } else if (facts.through_base) {
       part.reason =
-          "what falls in through the base does not come there; a \"mould\" fills every part";
+          "bodies that fall in through the base do not reach it; a \"mould\" fills every part";
     } else if (part.width_m > 4 * sizes.radius_m) {
       part.reason = "no more bodies found room there by chance: smaller ones fill it closer";
     } else {

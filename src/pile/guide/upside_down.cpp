@@ -97,7 +97,7 @@ Fill::Fill(const Scene& scene, const Model& model)
                         .pointer = "/guide",
                         .found = "has no level base for bodies to be dropped in through",
                         .expected = "triangles in the mesh's lowest level",
-                        .remedy = "Cut it off level where the pile is to stand"});
+                        .remedy = "Cut it off level at the base of the pile"});
   }
   upside_down_ = scene;
   upside_down_.gravity = -scene.gravity;

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMillimetres = 1000;
-// Of the diameter: what comes back to itself so closely is symmetric.
+// A turned shape that matches itself within this share of the diameter is symmetric.
 constexpr double kSymmetric = 0.01;
 
 std::string number(uint64_t value) {

@@ -137,7 +137,7 @@ void run_dataset(TrajectoryReader& trajectory, const DatasetJob& job, ProgressMo
                         .found = "interrupted; has passes and annotations of the first " +
                                  std::to_string(done) + " of " + std::to_string(job.frames.size()) +
                                  " frames",
-                        .remedy = "Draw them anew with the same command and --force"});
+                        .remedy = "Draw them again with the same command and --force"});
   }
 }
 

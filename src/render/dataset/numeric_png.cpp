@@ -15,7 +15,7 @@ namespace {
 
 // PNG specification (ISO/IEC 15948), section 11.2.2.
 constexpr uint8_t kGrey = 0, kColour = 2;
-// Of section 9.2: each byte less that of the pixel to the left.
+// Filter of section 9.2: each byte less that of the pixel to the left.
 constexpr uint8_t kDifferenceFilter = 1;
 constexpr int kCompression = 3;
 

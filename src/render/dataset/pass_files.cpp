@@ -132,7 +132,7 @@ void write_passes(const TrajectoryHeader& header, const std::vector<Pass>& passe
     write_png16(file_of(directory, "depth", frame, "png"), images.width, images.height,
                 depth.values);
   }
-  // Of more bodies than 16 bits tell apart the EXR file alone has the ids.
+  // Only the EXR file has ids of more bodies than 16 bits can number.
   if (has(passes, Pass::ids) && header.body_count() <= kMost16) {
     write_ids(images, images.instance, file_of(directory, "ids", frame, "png"));
   }

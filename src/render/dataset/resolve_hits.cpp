@@ -107,7 +107,7 @@ class Resolver {
                        now_.camera.in_camera(now_.frame.position[body]), ray);
   }
 
-  // Of the body's point that is at `seen` in the camera frame.
+  // Motion of the body's point that is at `seen` in the camera frame.
   std::array<float, 2> motion_of(size_t body, const Vec3& seen, int column, int row) const {
     if (next_ == nullptr || (next_->frame.state[body] & kPresent) == 0) {
       return {kNothing, kNothing};

@@ -22,7 +22,7 @@ constexpr float kAlbedos = 8;       // of the difference of albedos
 constexpr float kLights = 2.5f;     // standard deviations
 constexpr float kOtherBody = 0.4f;  // weight of pixels of another body
 
-// What a tap compares and adds, of the pixels of a row.
+// Values of the pixels of a row that a tap compares and adds.
 struct Row {
   const float *normal_x, *normal_y, *normal_z, *nearness;
   const float *albedo_red, *albedo_green, *albedo_blue;
@@ -61,7 +61,7 @@ void Denoiser::begin(const Film& film) {
       light_.green[i] = film.green[i] / std::max(film.albedo_green[i], least);
       light_.blue[i] = film.blue[i] / std::max(film.albedo_blue[i], least);
       const float mean = luminance(light_.red[i], light_.green[i], light_.blue[i]);
-      // Of the mean of the samples. One sample alone says nothing: about as much as its own size.
+      // Variance of the mean of the samples. One sample alone has none: its own size is taken.
       light_.variance[i] = film.samples > 1
                                ? std::max(0.0f, film.squares[i] / n - mean * mean) / (n - 1)
                                : mean * mean + 0.02f;
@@ -69,7 +69,7 @@ void Denoiser::begin(const Film& film) {
   });
 }
 
-// Of few samples the variance is as noisy as what it is of: 3 x 3 of it.
+// The variance of few samples is as noisy as they are: take the mean of 3 x 3.
 void Denoiser::smooth_variance() {
   const auto width = static_cast<size_t>(width_);
   parallel_for(static_cast<size_t>(height_), kRowsPerTask, [&](size_t first, size_t end) {

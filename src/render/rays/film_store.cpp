@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of sums of samples little but their exponents repeats: higher levels gain a percent.
+// Only exponents repeat in sums of samples: higher levels gain a percent.
 constexpr int kZstdLevel = 1;
 
 // The first bytes of all numbers, then all second ones, and so on: like stands by like.
@@ -111,7 +111,7 @@ void FilmStore::load(const DrawnFrame& drawn, uint32_t samples, Film& film) cons
                       .found = "holds " + std::to_string(film.samples) + " samples a pixel",
                       .expected = "at most " + std::to_string(samples) + ", as was asked for",
                       .remedy = "Ask for --samples " + std::to_string(film.samples) +
-                                " or more, or begin anew with --force in place of --resume"});
+                                " or more, or begin again with --force in place of --resume"});
 }
 
 void FilmStore::save(const DrawnFrame& drawn, const Film& film) const {

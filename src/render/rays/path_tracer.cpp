@@ -11,12 +11,12 @@ namespace pilesim {
 namespace {
 
 constexpr int kTileSide = 16;  // pixels, a multiple of a packet's 4 x 2
-// Of rays that leave the inside of closed meshes, in which the eye may be.
+// Most surfaces that a ray passes to leave closed meshes around the camera.
 constexpr int kMostSkins = 64;
-// Where surfaces around take the place of the sky and no light is followed to them: this share of
-// the sky's light, in the colour of the surface itself.
+// Where surfaces around hide the sky and no light is followed to them: this share of the sky's
+// light, in the colour of the surface itself.
 constexpr float kFromNeighbours = 0.35f;
-// Of textures that light comes from on its way, nobody sees more than their rough colours.
+// Indirect light needs only the rough colours of textures.
 constexpr float kBounceSpread = 0.1f;
 // Share of a plane that the sun is taken to reach there.
 constexpr float kSunnyPlane = 0.6f;
@@ -33,7 +33,7 @@ struct Path {
 struct TilePixel {
   int column, row;
   PixelSeeds seeds;
-  // Of the sample under way.
+  // The current sample.
   Vec3f radiance = Vec3f::Zero(), albedo = Vec3f::Zero(), normal = Vec3f::Zero();
   float nearness = 0;
   uint32_t body = 0;
@@ -149,7 +149,7 @@ class Tile {
     }
   }
 
-  // What the eye sees; leaves the paths whose light is still to be found.
+  // First hits of the camera's rays; leaves the paths whose light is still to be found.
   void see() {
     paths_.clear();
     for (uint32_t i = 0; i < pixels_.size(); ++i) {

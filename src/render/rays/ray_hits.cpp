@@ -20,12 +20,12 @@ struct Span {
   int first = 0, last = 0;
 };
 
-// Of pixels whose middles a sphere at (aside, z) may cover, within [low, high). `centre` and
-// `focal` in pixels.
+// Pixels whose middles a sphere at (aside, z) may cover, within [low, high). `centre` and `focal`
+// in pixels.
 Span covered_span(double aside, double z, double radius, double focal, double centre, int low,
                   int high) {
   if (z - radius <= 0) return {low, high};
-  // Of the box about the sphere.
+  // Bounds by the box about the sphere.
   const double nearest = focal / (z - radius), farthest = focal / (z + radius);
   const auto project = [&](double at) { return at * (at > 0 ? nearest : farthest) + centre; };
   const auto project_low = [&](double at) { return at * (at > 0 ? farthest : nearest) + centre; };

@@ -80,7 +80,7 @@ Vec3f Gloss::facet(const Vec3f& normal, const Vec3f& view, const Eigen::Vector2f
   const float r = std::sqrt(point.x());
   const float turn = kTurn * point.y();
   const float a = r * std::cos(turn);
-  // Of the disc's half that lies behind as much as the hemisphere shows of it.
+  // The disc's rear half is scaled to the part that the hemisphere shows.
   const Vec3f up = (Vec3f(0, 0, 1) - v.z() * v);
   const Vec3f second = up.squaredNorm() > 1e-8f ? Vec3f(up.normalized()) : around.along;
   const Vec3f first = second.cross(v);

@@ -82,7 +82,7 @@ struct TracedPlane {
   Vec3f point, normal;
 };
 
-// Of a shape: the triangles of the full mesh, shared with Embree.
+// Triangles of a shape's full mesh, shared with Embree.
 struct TracedMesh {
   std::vector<RenderVertex> vertices;
   std::vector<uint32_t> indices;
@@ -144,7 +144,7 @@ void find_blocked(const TracedScene& scene, std::span<const Ray> rays, std::span
 
 Vec3f at(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
-// What a triangle's texture shows, of what is `width_m` wide there.
+// Colour of a triangle's texture over a spot `width_m` wide.
 Vec3f shown(const MipMap& texture, const std::array<const RenderVertex*, 3>& corner,
             const std::array<float, 3>& weight, float width_m) {
   std::array<Eigen::Vector2f, 3> uv;
@@ -361,7 +361,7 @@ RaySurface RayScene::surface(const Ray& ray, const RayHit& hit) const {
   const State& s = *state_;
   RaySurface result;
   result.position = ray.origin + hit.distance * ray.direction;
-  // What floats leave out of places of this size.
+  // Rounding of floats at positions of this size.
   const float rounding =
       4e-6f * (result.position.cwiseAbs().maxCoeff() + ray.origin.cwiseAbs().maxCoeff());
   const uint32_t shape = s.scene.shape[hit.body];

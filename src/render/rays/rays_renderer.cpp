@@ -28,7 +28,7 @@ float alpha_of(double roughness) {
   return static_cast<float>(r * r);
 }
 
-// Of a material.
+// Look of a material.
 struct Look {
   float alpha, clear_coat;
 };
