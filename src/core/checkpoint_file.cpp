@@ -13,9 +13,9 @@ namespace {
 
 // A line of text, so that whoever looks into the file knows what it is.
 constexpr std::string_view kMagic = "pilesim checkpoint\n";
-// Of the frame, the key, and what RunCheckpoint reads of runs of other builds, too: whether it is
-// done, its scene file and its bodies. Raise it with every change of those, to 15 next: some builds
-// wrote 14. What a program saves for itself alone is guarded by its hash in the key.
+// Version of the frame, the key, and the parts that RunCheckpoint also reads of runs of other
+// builds: whether it is done, its scene file and its bodies. Raise it with every change of those.
+// What a program saves for itself alone is guarded by its hash in the key.
 constexpr uint32_t kVersion = 16;
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::string found, std::string expected,
