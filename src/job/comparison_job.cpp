@@ -17,6 +17,7 @@
 #include "core/temporary_file.h"
 #include "inspect/pile_inspection.h"
 #include "job/end_picture.h"
+#include "job/measured_signatures.h"
 #include "job/mode_spec.h"
 #include "json/json_text.h"
 #include "model/model.h"
@@ -85,10 +86,12 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
   return modes;
 }
 
-// Throws what the run would throw at its start: a mode that misses a signature, say.
-void require_simulator(const Scene& scene) {
+// Throws what the run would throw at its start: a mode with another mesh's signature, say. Measures
+// the signatures that it would measure, so that each run finds them in the cache.
+void require_simulator(const Scene& scene, ProgressMode progress) {
   Model model = build_model(scene);
   fill_guide(scene, model);
+  measure_signatures(scene, model, progress);
   make_simulator(scene, model);
 }
 
@@ -140,7 +143,7 @@ Plan make_plan(const ComparisonJob& job) {
       const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
       if (i == 0) {
-        naming(job.scene_file.string(), [&] { require_simulator(loaded.scene); });
+        naming(job.scene_file.string(), [&] { require_simulator(loaded.scene, job.progress); });
       }
       run.key = run_key(program_hash, loaded);
       plan.runs.push_back(std::move(run));

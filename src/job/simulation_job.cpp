@@ -11,12 +11,14 @@
 #include "core/naming.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "core/text.h"
 #include "inspect/pile_inspection.h"
 #include "job/direction.h"
 #include "job/end_picture.h"
 #include "job/finish_stage.h"
 #include "job/guide_direction.h"
 #include "job/last_state.h"
+#include "job/measured_signatures.h"
 #include "job/run_report.h"
 #include "job/settling.h"
 #include "job/simulation_checkpoint.h"
@@ -292,6 +294,8 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   for (const EmptyPart& part : filling.empty.parts) {
     warnings.push_back("guide: " + describe(part));
   }
+  const double signatures_s =
+      naming(scene_file, [&] { return measure_signatures(scene, model, job.progress); });
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
                        : no_direction(scene, model);
@@ -325,6 +329,7 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   }
   const size_t frames_before = before.rows.size();
   report.setup_s = watch.seconds();
+  report.signatures_s = signatures_s;
 
   // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
   install_interrupt_handler();
@@ -413,6 +418,9 @@ SimulationSummary run_simulation(const SimulationJob& job) {
         " begin where they lay" +
         (begun_from.taken > 0 ? ", " + std::to_string(begun_from.taken) + " were taken from the top"
                               : ""));
+  }
+  if (signatures_s > 0) {
+    summary.beginning.push_back("signatures measured in " + with_digits(signatures_s, 3) + " s");
   }
   for (std::string& line : describe_moved_starts(model)) summary.beginning.push_back(line);
   if (frames_before > 0) {

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/mass_properties.h"
@@ -15,6 +18,8 @@
 #include "scene/scene.h"
 
 namespace pilesim {
+
+struct Signature;
 
 // One convex piece of a collision shape, in the body frame (origin at the centre of mass).
 struct CollisionPiece {
@@ -41,7 +46,7 @@ struct ModelShape {
   double bounding_radius = 0;            // about the centre of mass, m
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
-  std::filesystem::path signature_file;  // empty: none
+  std::filesystem::path signature_file;  // empty: it is measured
   double file_scale = 1;                 // metres per unit of the mesh file
   UpAxis file_up = UpAxis::y;            // of the mesh file
   std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
@@ -106,6 +111,9 @@ struct StartOverlap {
   double depth_m = 0;     // the shortest way that parts them
 };
 
+// A shape and a material of it: indices into Model::shapes and Model::materials.
+using ObjectKey = std::pair<uint32_t, uint32_t>;
+
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
@@ -120,6 +128,8 @@ struct Model {
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn anew, so as not to start in others
+  // Of objects whose shape names no file of one, where the mode needs it; null: not measured yet.
+  std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
 };
 
 // Loads meshes and builds collision shapes (solids and decompositions are cached under the user's

@@ -32,11 +32,14 @@ class MeshLibrary {
   std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 
+// How the mesh of `shape` becomes a solid.
+SolidOptions solid_options(const MeshShape& shape);
+
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);
 
-// All shapes of a scene together have no more, drawn and collided with: parts of compounds and sizes
-// of emitters multiply what files hold.
+// All shapes of a scene together have no more, drawn and collided with: parts of compounds and
+// sizes of emitters multiply what files hold.
 inline constexpr size_t kMostTriangles = 20'000'000;
 size_t triangles_of(const ModelShape& shape);
 // The error at the shape's `pointer` that exceeds it.

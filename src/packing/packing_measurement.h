@@ -13,18 +13,20 @@ namespace pilesim {
 
 struct PackingSettings {
   uint32_t pours = 3;  // of each kind, by the exact engine
+  // Of spheres: rounds of the search, pours of each kind in one, and of what comes of it.
+  uint32_t rounds = 16, pours_a_round = 3, pours_of_result = 6;
   uint64_t seed = 1;
   ProgressMode progress = ProgressMode::automatic;
 };
 
-// The object of a signature that was sampled so.
+// The object of a signature that was sampled so, which collides by a decomposition. Throws as
+// build_model() does.
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
 // Pours the object onto a plane and into a column by the exact engine, and then spheres that
 // collide by its signature, whose radius and resistance to rolling are changed until heap and
 // column lie as those of the object do, by their heights, the spread of the heap and the solid
-// share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C, and as
-// build_model() does.
+// share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/parallel_for.h"
+#include "job/measured_signatures.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
@@ -66,7 +67,8 @@ Measured measure(const std::string& argument) {
     overrides.insert(overrides.begin(), rest.substr(at + 1));
   }
   const Scene scene = load_scene(rest, overrides).scene;
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  measure_signatures(scene, model, ProgressMode::none);
   const std::unique_ptr<Simulator> simulator = make_simulator(scene, model);
   Measured measured{argument, scene.steps_per_frame(), {}};
   Costs before{};
