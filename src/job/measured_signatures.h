@@ -15,7 +15,7 @@ struct MeasuringEffort {
   uint32_t trials_per_cell = 20;
   uint32_t rest_drops = 100;
   uint32_t pours = 1;  // as in PackingSettings
-  uint32_t rounds = 10, pours_a_round = 1, pours_of_result = 1;
+  uint32_t rounds = 16, pours_a_round = 1, pours_of_result = 1;
 };
 
 // Puts the signatures into `model` that its bodies collide by in the scene's mode and that no shape
