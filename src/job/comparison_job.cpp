@@ -53,6 +53,7 @@ struct Plan {
   std::vector<ModeSpec> modes;   // the reference first
   std::vector<PlannedRun> runs;  // seed by seed
   Scene reference_scene;
+  std::string warning;  // empty: none
 };
 
 std::vector<std::string> joined(std::vector<std::string> first,
@@ -87,12 +88,19 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
 }
 
 // Throws what the run would throw at its start: a mode with another mesh's signature, say. Measures
-// the signatures that it would measure, so that each run finds them in the cache.
-void require_simulator(const Scene& scene, ProgressMode progress) {
+// the signatures that it would measure, so that each run finds them in the cache; where there is
+// none, that is told.
+std::string require_simulator(const Scene& scene, ProgressMode progress) {
   Model model = build_model(scene);
   fill_guide(scene, model);
-  measure_signatures(scene, model, progress);
+  std::string unkept = describe_unkept_signatures(scene, model);
+  if (unkept.empty()) {
+    measure_signatures(scene, model, progress);
+  } else {
+    find_signatures(scene, model);
+  }
   make_simulator(scene, model);
+  return unkept;
 }
 
 // Problems that come from the mode name it: the user has not written its overrides.
@@ -143,7 +151,9 @@ Plan make_plan(const ComparisonJob& job) {
       const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
       if (i == 0) {
-        naming(job.scene_file.string(), [&] { require_simulator(loaded.scene, job.progress); });
+        std::string unkept = naming(job.scene_file.string(),
+                                    [&] { return require_simulator(loaded.scene, job.progress); });
+        if (!unkept.empty()) plan.warning = std::move(unkept);
       }
       run.key = run_key(program_hash, loaded);
       plan.runs.push_back(std::move(run));
@@ -331,8 +341,8 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const std::string no_charts = write_comparison(comparison, job.output);
   const std::string no_pictures = put_pictures(plan, job.output / "compare.html");
   ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
-  for (const std::string& missing : {no_charts, no_pictures}) {
-    if (!missing.empty()) summary.warnings.push_back(missing);
+  for (const std::string& line : {plan.warning, no_charts, no_pictures}) {
+    if (!line.empty()) summary.warnings.push_back(line);
   }
   return summary;
 }

@@ -32,9 +32,9 @@ constexpr double kStep = 1.0 / 32;
 
 constexpr uint32_t kBody = 1;  // index in the model; the plane comes first
 
-ModelShape shape_of(const TriangleMesh& mesh, const MassProperties& mass) {
+ModelShape shape_of(const TriangleMesh& mesh) {
   ModelShape shape{.name = "body"};
-  shape.mass = mass;
+  shape.mass = mass_properties(mesh);
   shape.origin_offset = shape.mass.centre_of_mass;
   shape.mass.centre_of_mass = Vec3::Zero();
   TriangleMesh hull = simplified_hull(mesh.vertices, kMostHullVertices);
@@ -49,13 +49,12 @@ ModelShape shape_of(const TriangleMesh& mesh, const MassProperties& mass) {
   return shape;
 }
 
-Model make_model(const TriangleMesh& mesh, const MassProperties& mass,
-                 const ContactMaterial& material) {
+Model make_model(const TriangleMesh& mesh, const ContactMaterial& material) {
   Model model;
   model.materials.push_back(
       {.restitution = material.restitution, .friction = material.friction, .density_kg_m3 = 1000});
   model.shapes.push_back({.name = "ground", .is_plane = true});
-  model.shapes.push_back(shape_of(mesh, mass));
+  model.shapes.push_back(shape_of(mesh));
   const ModelBody at_rest{.linear_velocity = Vec3::Zero(), .angular_velocity = Vec3::Zero()};
   ModelBody& ground = model.bodies.emplace_back(at_rest);
   ground.name = "ground";
@@ -92,12 +91,7 @@ std::optional<ObservedRest> drop(const Scene& scene, Model model, const Quat& or
 }  // namespace
 
 RestDrops drop_to_rest(const TriangleMesh& mesh, const RestDropSettings& settings) {
-  return drop_to_rest(mesh, mass_properties(mesh), settings);
-}
-
-RestDrops drop_to_rest(const TriangleMesh& hull, const MassProperties& mass,
-                       const RestDropSettings& settings) {
-  const Model model = make_model(hull, mass, settings.material);
+  const Model model = make_model(mesh, settings.material);
   Scene scene;
   const ModelShape& shape = model.shapes[model.bodies[kBody].shape];
   scene.frame_rate = 1 / (kFrame * time_of_size_s(scene, shape.bounding_radius));

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/progress.h"
-#include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/trial/contact_body.h"
@@ -29,8 +28,5 @@ struct RestDrops {
 // result depends on nothing but mesh and settings. Steps and times scale with the body, as its
 // motion does. Throws Error(interrupted) after Ctrl-C.
 RestDrops drop_to_rest(const TriangleMesh& mesh, const RestDropSettings& settings);
-// The same for a hull and the mass, of unit density, of the body that has it.
-RestDrops drop_to_rest(const TriangleMesh& hull, const MassProperties& mass,
-                       const RestDropSettings& settings);
 
 }  // namespace pilesim

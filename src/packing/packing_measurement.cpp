@@ -22,8 +22,7 @@ namespace {
 // that are about those of all objects; each round has starts of its own. From kSureRounds on its
 // steps become smaller, and the mean of the last ones is the result: piles of one seed differ
 // by some per cent.
-constexpr uint32_t kSureRounds = 5;
-constexpr double kAveraged = 3.0 / 8;  // of the rounds
+constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 
 // What is sought, as logarithms: the radius, the resistance to rolling, how far blows turn bodies,
 // how fast they turn against walls, and the rebound.
@@ -203,10 +202,10 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings) {
   const Trials trials = {PourTrial(object, PourKind::heap), PourTrial(object, PourKind::large_heap),
                          PourTrial(object, PourKind::column), PourTrial(object, PourKind::alone)};
-  const uint32_t sphere_pours = settings.rounds * settings.pours_a_round + settings.pours_of_result;
-  const auto averaged = static_cast<uint32_t>(std::ceil(kAveraged * settings.rounds));
-  Progress progress(settings.progress, "pouring", trials.size() * (settings.pours + sphere_pours),
-                    "pours");
+  const uint32_t a_round = settings.sphere_pours, of_result = 2 * a_round;
+  const uint32_t sphere_pours = kRounds * a_round + of_result;
+  Progress progress(settings.progress, settings.stage,
+                    trials.size() * (settings.pours + sphere_pours), "pours");
   std::mutex progress_mutex;
   uint32_t done = 0;
   const auto poured = [&] {
@@ -245,15 +244,14 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
                       .array()
                       .log(),
          mean = Sought::Zero();
-  for (uint32_t round = 0; round < settings.rounds; ++round) {
+  for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
-    const Spread now = pour_spheres(sought, round * settings.pours_a_round, settings.pours_a_round);
+    const Spread now = pour_spheres(sought, round * a_round, a_round);
     const Sought step = step_towards(exact.mean, now.mean, sought, limits) / (1 + late / 2);
     sought = moved(sought, step, limits);
-    if (round + averaged >= settings.rounds) mean += sought / averaged;
+    if (round + kAveraged >= kRounds) mean += sought / kAveraged;
   }
-  const Spread spheres =
-      pour_spheres(mean, settings.rounds * settings.pours_a_round, settings.pours_of_result);
+  const Spread spheres = pour_spheres(mean, kRounds * a_round, of_result);
   Packing packing = packing_of(mean);
   packing.pours = settings.pours;
   packing.measured = exact.mean;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "core/progress.h"
 #include "packing/pour_trial.h"
@@ -12,11 +13,11 @@
 namespace pilesim {
 
 struct PackingSettings {
-  uint32_t pours = 3;  // of each kind, by the exact engine
-  // Of spheres: rounds of the search, pours of each kind in one, and of what comes of it.
-  uint32_t rounds = 16, pours_a_round = 3, pours_of_result = 6;
+  uint32_t pours = 3;         // of each kind, by the exact engine
+  uint32_t sphere_pours = 3;  // of each kind in a round of the search, and twice as many at its end
   uint64_t seed = 1;
   ProgressMode progress = ProgressMode::automatic;
+  std::string stage = "pouring";  // of the progress line
 };
 
 // The object of a signature that was sampled so, which collides by a decomposition. Throws as

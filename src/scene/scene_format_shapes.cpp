@@ -47,7 +47,7 @@ Codec<std::optional<std::filesystem::path>> signature_codec() {
   const Codec<std::filesystem::path> file = file_path();
   Codec<std::optional<std::filesystem::path>> codec;
   codec.expected = "\"auto\" or " + file.expected;
-  codec.schema = {{"anyOf", {{{"const", kAutomatic}}, file.schema}}};
+  codec.schema = file.schema;
   codec.read = [file, expected = codec.expected](const Json& json, const Path& path,
                                                  std::optional<std::filesystem::path>& value,
                                                  ReadContext& context) {

@@ -105,7 +105,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
   take_up(options, print, sampler);
 
   // In percent: how many trials a target error needs is known only when it is met.
-  Progress progress(options.progress, "sampling", 100, "%");
+  Progress progress(options.progress, options.stage, 100, "%");
   Stopwatch since_saved;
   const bool complete = sampler.run([&](uint64_t done, uint64_t expected) {
     progress.update(100 * done / std::max<uint64_t>(1, expected));
@@ -118,9 +118,6 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
     return go_on;
   });
   if (!complete) {
-    if (options.partial_file.empty()) {
-      throw Error(ErrorKind::interrupted, {.found = "interrupted while a signature was measured"});
-    }
     throw Error(ErrorKind::interrupted, {.file = options.partial_file.string(),
                                          .found = "interrupted; what was measured is kept there",
                                          .remedy = "The same command goes on from it"});

@@ -37,6 +37,7 @@ struct SignatureOptions {
   std::filesystem::path partial_file;
   bool discard_partial = false;  // start again even so
   ProgressMode progress = ProgressMode::automatic;
+  std::string stage = "sampling";  // of the progress line
 };
 
 struct SignatureRun {
