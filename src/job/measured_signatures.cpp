@@ -62,6 +62,8 @@ ModelShape poured_shape(const MeasuredObject& object) {
   Scene decomposed;
   MeshShape mesh = *object.mesh;
   mesh.collision = CollisionKind::decomposition;
+  mesh.decomposition_max_pieces = MeshShape().decomposition_max_pieces;
+  mesh.decomposition_max_volume_error = MeshShape().decomposition_max_volume_error;
   decomposed.shapes[object.shape.source] = mesh;
   MeshLibrary meshes;
   return build_shape(decomposed, object.shape.source, meshes);
@@ -78,10 +80,8 @@ std::string cache_key(const MeasuredObject& object) {
   const std::array numbers{mass.volume_m3, object.material.restitution, object.material.friction};
   key.add_values(std::span<const double>(numbers));
   if (object.mesh != nullptr) {
-    const std::array options{static_cast<double>(object.mesh->hull_max_vertices),
-                             static_cast<double>(object.mesh->decomposition_max_pieces),
-                             object.mesh->decomposition_max_volume_error};
-    key.add_values(std::span<const double>(options));
+    const std::array most_vertices{object.mesh->hull_max_vertices};
+    key.add_values(std::span<const int>(most_vertices));
     return key.digest();
   }
   for (const CollisionPiece& piece : object.shape.pieces) {

@@ -179,6 +179,12 @@ TEST_F(MeasuredSignatures, OfMeshesFollowFromTheMesh) {
   make_simulator(scene_, model_)->step_frame();
   scene_.shapes["brick"] = MeshShape{.file = directory_ / "same.obj"};
   EXPECT_EQ(measure(), 0);
+  // However the scene has it collide.
+  MeshShape coarse{.file = directory_ / "same.obj"};
+  coarse.collision = CollisionKind::decomposition;
+  coarse.decomposition_max_pieces = 2;
+  scene_.shapes["brick"] = coarse;
+  EXPECT_EQ(measure(), 0);
   scene_.shapes["brick"] = MeshShape{.file = directory_ / "longer.obj"};
   EXPECT_EQ(measure(), 1);
 }
