@@ -18,10 +18,9 @@ install(FILES ${reference}/pilesim.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bas
         RENAME pilesim)
 install(FILES ${reference}/pilesim.zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions
         RENAME _pilesim)
-# Presets name their meshes by ../../assets/: the two stay side by side. Signatures where they were
-# measured (ninja signatures).
+# Presets name their meshes by ../../assets/: the two stay side by side.
 install(DIRECTORY presets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
-        FILES_MATCHING PATTERN *.json PATTERN *.obj PATTERN *.mtl PATTERN *.sig)
+        FILES_MATCHING PATTERN *.json PATTERN *.obj PATTERN *.mtl)
 install(DIRECTORY assets DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim
         FILES_MATCHING PATTERN *.obj PATTERN generate EXCLUDE)
 install(FILES ${PROJECT_BINARY_DIR}/import_pilesim.py DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim)

@@ -114,13 +114,6 @@ std::map<std::string, fs::path> files_of(const fs::path& preset) {
     for (const std::string& part : files_named_by_mesh(file)) {
       files.emplace(part, file.parent_path() / part);
     }
-    if (named.extension() == ".sig" && !fs::exists(file)) {
-      throw Error(ErrorKind::io,
-                  Problem{.file = file.string(),
-                          .found = "is not there: signatures are measured",
-                          .expected = "a file of pilesim sample-signature",
-                          .remedy = "Build the target signatures, or copy another preset"});
-    }
   });
   return files;
 }

@@ -6,6 +6,7 @@
 #include "core/counted.h"
 #include "core/naming.h"
 #include "core/text.h"
+#include "job/measured_signatures.h"
 #include "model/clear_starts.h"
 #include "model/mesh_hints.h"
 #include "model/model.h"
@@ -72,10 +73,12 @@ Examples:
       print("%s\n", loaded.resolved.c_str());
       return;
     }
-    const Model model = naming(options->scene.file, [&] { return build_model(loaded.scene); });
+    Model model = naming(options->scene.file, [&] { return build_model(loaded.scene); });
     // Checks of the mode: signatures that are missing or of another body, hinges.
-    const auto simulator =
-        naming(options->scene.file, [&] { return make_simulator(loaded.scene, model); });
+    const auto simulator = naming(options->scene.file, [&] {
+      find_signatures(loaded.scene, model);
+      return make_simulator(loaded.scene, model);
+    });
     const auto count_of = [&](Role role) {
       return static_cast<uint64_t>(std::ranges::count(model.bodies, role, &ModelBody::role));
     };

@@ -2,7 +2,7 @@
 """Makes the gallery, of all presets but those in LEFT_OUT: docs/gallery/make.py [PILESIM [WORK]]
 
 PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/gallery); what is there already is kept,
-with its times. Needs ffmpeg, and the signatures: ninja -C build/release signatures. About twenty minutes on two cores.
+with its times. Needs ffmpeg. About twenty minutes on two cores.
 """
 
 import json

@@ -43,7 +43,7 @@ ffmpeg -loglevel error -y -i "$work/things_on_a_table.png" -q:v 5 docs/pictures/
 ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
   -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
 
-# The same fall, as it was simulated and as it was made sound. Needs ninja -C build/release signatures.
+# The same fall, as it was simulated and as it was made sound.
 run simulate statistical/rabbits_10000
 run simulate finish/rabbits_10000 rabbits_10000_finished
 near='{"position": [2.2, 2.3, 3.4], "target": [0.6, 1.25, 0.6], "field_of_view_deg": 14}'

@@ -17,6 +17,7 @@
 #include "core/temporary_file.h"
 #include "inspect/pile_inspection.h"
 #include "job/end_picture.h"
+#include "job/measured_signatures.h"
 #include "job/mode_spec.h"
 #include "json/json_text.h"
 #include "model/model.h"
@@ -52,6 +53,7 @@ struct Plan {
   std::vector<ModeSpec> modes;   // the reference first
   std::vector<PlannedRun> runs;  // seed by seed
   Scene reference_scene;
+  std::string warning;  // empty: none
 };
 
 std::vector<std::string> joined(std::vector<std::string> first,
@@ -85,11 +87,20 @@ std::vector<ModeSpec> resolve_modes(const ComparisonJob& job, const Scene& scene
   return modes;
 }
 
-// Throws what the run would throw at its start: a mode that misses a signature, say.
-void require_simulator(const Scene& scene) {
+// Throws what the run would throw at its start: a mode with another mesh's signature, say. Measures
+// the signatures that it would measure, so that each run finds them in the cache; where there is
+// none, that is told.
+std::string require_simulator(const Scene& scene, ProgressMode progress) {
   Model model = build_model(scene);
   fill_guide(scene, model);
+  std::string unkept = describe_unkept_signatures(scene, model);
+  if (unkept.empty()) {
+    measure_signatures(scene, model, progress);
+  } else {
+    find_signatures(scene, model);
+  }
   make_simulator(scene, model);
+  return unkept;
 }
 
 // Problems that come from the mode name it: the user has not written its overrides.
@@ -139,7 +150,9 @@ Plan make_plan(const ComparisonJob& job) {
       const LoadedScene loaded = load_in_mode(job, mode, run.overrides);
       if (&mode == &plan.modes[0]) plan.reference_scene = loaded.scene;
       if (i == 0) {
-        naming(job.scene_file.string(), [&] { require_simulator(loaded.scene); });
+        std::string unkept = naming(job.scene_file.string(),
+                                    [&] { return require_simulator(loaded.scene, job.progress); });
+        if (!unkept.empty()) plan.warning = std::move(unkept);
       }
       run.key = run_key(program_hash, loaded);
       plan.runs.push_back(std::move(run));
@@ -327,8 +340,8 @@ ComparisonSummary run_comparison(const ComparisonJob& job) {
   const std::string no_charts = write_comparison(comparison, job.output);
   const std::string no_pictures = put_pictures(plan, job.output / "compare.html");
   ComparisonSummary summary = summarise(read_json_file(job.output / "compare.json"));
-  for (const std::string& missing : {no_charts, no_pictures}) {
-    if (!missing.empty()) summary.warnings.push_back(missing);
+  for (const std::string& line : {plan.warning, no_charts, no_pictures}) {
+    if (!line.empty()) summary.warnings.push_back(line);
   }
   return summary;
 }

@@ -11,12 +11,14 @@
 #include "core/naming.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "core/text.h"
 #include "inspect/pile_inspection.h"
 #include "job/direction.h"
 #include "job/end_picture.h"
 #include "job/finish_stage.h"
 #include "job/guide_direction.h"
 #include "job/last_state.h"
+#include "job/measured_signatures.h"
 #include "job/run_report.h"
 #include "job/settling.h"
 #include "job/simulation_checkpoint.h"
@@ -292,34 +294,39 @@ SimulationSummary run_simulation(const SimulationJob& job) {
   for (const EmptyPart& part : filling.empty.parts) {
     warnings.push_back("guide: " + describe(part));
   }
+  if (std::string line = describe_unkept_signatures(scene, model); !line.empty()) {
+    warnings.push_back(std::move(line));
+  }
   const std::unique_ptr<Direction> direction =
       job.direct_piles ? direction_of(job.scene_file, scene, model, filling)
                        : no_direction(scene, model);
-  const std::unique_ptr<Simulator> simulator =
-      naming(scene_file, [&] { return direction->make_simulator(); });
   SimulationReport report =
       begin_report(job.direct_piles ? "direct-pile" : "simulate", job.scene_file, loaded, model);
-  report.signatures = simulator->signatures();
+  const CheckpointKey key{.command = report.command,
+                          .program = program_hash(),
+                          .scene = report.scene_hash,
+                          .start = begun_from.hash};
+  if (checkpoint) checkpoint->require(key);
   report.notes = describe_moved_starts(model);
   for (const std::string& line : warnings) {
     report.notes.push_back(line);
     if (job.warn) job.warn(line);
   }
-  const CheckpointKey key{.command = report.command,
-                          .program = program_hash(),
-                          .scene = report.scene_hash,
-                          .start = begun_from.hash};
+  if (checkpoint && checkpoint->is_done()) {
+    require_whole_run(job.output);
+    forget_finishing(job.output);
+    SimulationSummary nothing_left{.was_complete = true};
+    if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, scene));
+    require_gates(job.output, job.gates);
+    return nothing_left;
+  }
+  report.signatures_s =
+      naming(scene_file, [&] { return measure_signatures(scene, model, job.progress); });
+  const std::unique_ptr<Simulator> simulator =
+      naming(scene_file, [&] { return direction->make_simulator(); });
+  report.signatures = simulator->signatures();
   RunProgress before;
   if (checkpoint) {
-    checkpoint->require(key);
-    if (checkpoint->is_done()) {
-      require_whole_run(job.output);
-      forget_finishing(job.output);
-      SimulationSummary nothing_left{.was_complete = true};
-      if (job.picture) nothing_left.warn(put_missing_end_picture(job.output, scene));
-      require_gates(job.output, job.gates);
-      return nothing_left;
-    }
     restore_simulated(job.output);
     before = checkpoint->load(*simulator);
   }
@@ -413,6 +420,10 @@ SimulationSummary run_simulation(const SimulationJob& job) {
         " begin where they lay" +
         (begun_from.taken > 0 ? ", " + std::to_string(begun_from.taken) + " were taken from the top"
                               : ""));
+  }
+  if (report.signatures_s > 0) {
+    summary.beginning.push_back("signatures measured in " + with_digits(report.signatures_s, 3) +
+                                " s");
   }
   for (std::string& line : describe_moved_starts(model)) summary.beginning.push_back(line);
   if (frames_before > 0) {

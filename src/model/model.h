@@ -6,9 +6,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/mass_properties.h"
@@ -17,6 +20,8 @@
 #include "scene/scene.h"
 
 namespace pilesim {
+
+struct Signature;
 
 // One convex piece of a collision shape, in the body frame (origin at the centre of mass).
 struct CollisionPiece {
@@ -43,7 +48,7 @@ struct ModelShape {
   double bounding_radius = 0;            // about the centre of mass, m
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
-  std::filesystem::path signature_file;  // empty: none
+  std::filesystem::path signature_file;  // empty: it is measured
   double file_scale = 1;                 // metres per unit of the mesh file
   UpAxis file_up = UpAxis::y;            // of the mesh file
   std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
@@ -121,6 +126,9 @@ struct StartOverlap {
   double depth_m = 0;     // the shortest way that parts them
 };
 
+// A shape and a material of it: indices into Model::shapes and Model::materials.
+using ObjectKey = std::pair<uint32_t, uint32_t>;
+
 struct Model {
   std::vector<Material> materials;
   std::vector<ModelShape> shapes;
@@ -137,6 +145,8 @@ struct Model {
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn again, so as not to start in others
+  // Signatures of objects whose shape names no file, where the mode needs it; null: not measured yet.
+  std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
 };
 
 // As `source` says, but for its bodies: `b` may be ModelJoint::kWorld. They are where they start.

@@ -145,13 +145,7 @@ class MeshShapeBuilder {
 
   // Throws where the mesh has none by the scene's rule.
   void prepare_solid() {
-    static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
-                                           SolidRule::hull};
-    Solid solid = make_solid(shape_.mesh,
-                             {.rule = kRules[static_cast<size_t>(source_.solid)],
-                              .thickness_m = source_.thickness_m,
-                              .hull_max_vertices = source_.hull_max_vertices},
-                             user_cache_directory());
+    Solid solid = make_solid(shape_.mesh, solid_options(source_), user_cache_directory());
     if (!solid.note.empty()) note_ = "; solid: " + solid.note;
     solid_ = std::move(solid.mesh);
     if (solid.way == SolidWay::as_it_is) note_overlap_of_groups();
@@ -481,6 +475,14 @@ ModelShape resized(const ModelShape& shape, double size) {
   }
   other.collision_report = shape.source + " at " + with_digits(other.size, 4) + " of its size";
   return other;
+}
+
+SolidOptions solid_options(const MeshShape& shape) {
+  static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
+                                         SolidRule::hull};
+  return {.rule = kRules[static_cast<size_t>(shape.solid)],
+          .thickness_m = shape.thickness_m,
+          .hull_max_vertices = shape.hull_max_vertices};
 }
 
 std::string shape_pointer(const std::string& name) {

@@ -32,6 +32,9 @@ class MeshLibrary {
   std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 
+// How the mesh of `shape` becomes a solid.
+SolidOptions solid_options(const MeshShape& shape);
+
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);
 

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/interrupt.h"
 #include "core/parallel_for.h"
+#include "model/model_shapes.h"
 #include "simulate/modes/make_simulator.h"
 #include "simulate/sphere/sphere_simulator.h"
 #include "simulate/sphere/sphere_world.h"
@@ -19,10 +20,9 @@ namespace {
 
 // The search is Gauss and Newton's, by the logarithms of figures and of what is sought, with slopes
 // that are about those of all objects; each round has starts of its own. From kSureRounds on its
-// steps become smaller, and the mean of the last ones is what comes of it: piles of one seed differ
+// steps become smaller, and the mean of the last ones is the result: piles of one seed differ
 // by some per cent.
 constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
-constexpr uint32_t kPoursARound = 3, kPoursOfResult = 6;  // of each kind
 
 // What is sought, as logarithms: the radius, the resistance to rolling, how far blows turn bodies,
 // how fast they turn against walls, and the rebound.
@@ -185,10 +185,13 @@ Packing packing_of(const Sought& sought) {
 }  // namespace
 
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature) {
-  MeshShape shape{.file = sampling.mesh, .scale = sampling.scale};
-  shape.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
-  shape.collision = CollisionKind::decomposition;
-  return {.shape = shape,
+  MeshShape mesh{.file = sampling.mesh, .scale = sampling.scale};
+  mesh.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
+  mesh.collision = CollisionKind::decomposition;
+  Scene scene;
+  scene.shapes["object"] = mesh;
+  MeshLibrary meshes;
+  return {.shape = build_shape(scene, "object", meshes),
           .material = {.restitution = sampling.material.restitution,
                        .friction = sampling.material.friction},
           .outer_radius_m = signature.body.outer_radius_m,
@@ -199,9 +202,10 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings) {
   const Trials trials = {PourTrial(object, PourKind::heap), PourTrial(object, PourKind::large_heap),
                          PourTrial(object, PourKind::column), PourTrial(object, PourKind::alone)};
-  const uint32_t sphere_pours = kRounds * kPoursARound + kPoursOfResult;
-  Progress progress(settings.progress, "pouring", trials.size() * (settings.pours + sphere_pours),
-                    "pours");
+  const uint32_t a_round = settings.sphere_pours, of_result = 2 * a_round;
+  const uint32_t sphere_pours = kRounds * a_round + of_result;
+  Progress progress(settings.progress, settings.stage,
+                    trials.size() * (settings.pours + sphere_pours), "pours");
   std::mutex progress_mutex;
   uint32_t done = 0;
   const auto poured = [&] {
@@ -226,8 +230,8 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
   const auto pour_spheres = [&](const Sought& sought, uint32_t first, uint32_t pours) {
     const BodySignature body = body_signature(shared, packing_of(sought));
     const auto make = [&](const PourTrial& trial, const Model& model) {
-      std::vector<BodySignature> objects(model.shapes.size());
-      objects[trial.shape()] = body;
+      const ModelBody& poured_body = model.bodies.back();
+      BodySignatures objects = {{{poured_body.shape, poured_body.material}, body}};
       return std::make_unique<SphereSimulator<SphereWorld>>(
           scenes[static_cast<size_t>(&trial - trials.data())], model, std::move(objects));
     };
@@ -242,12 +246,12 @@ Packing measure_packing(const PouredObject& object, const Signature& signature,
          mean = Sought::Zero();
   for (uint32_t round = 0; round < kRounds; ++round) {
     const double late = round < kSureRounds ? 0 : round - kSureRounds + 1;
-    const Spread now = pour_spheres(sought, round * kPoursARound, kPoursARound);
+    const Spread now = pour_spheres(sought, round * a_round, a_round);
     const Sought step = step_towards(exact.mean, now.mean, sought, limits) / (1 + late / 2);
     sought = moved(sought, step, limits);
     if (round + kAveraged >= kRounds) mean += sought / kAveraged;
   }
-  const Spread spheres = pour_spheres(mean, kRounds * kPoursARound, kPoursOfResult);
+  const Spread spheres = pour_spheres(mean, kRounds * a_round, of_result);
   Packing packing = packing_of(mean);
   packing.pours = settings.pours;
   packing.measured = exact.mean;

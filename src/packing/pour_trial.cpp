@@ -50,7 +50,8 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
   scene_.frame_rate = 1 / (kFrame * time_s_);
   scene_.step_s = kStep * time_s_;
   scene_.materials["stuff"] = object.material;
-  scene_.shapes["object"] = object.shape;
+  // In the object's place: it need not be a shape that a scene has.
+  scene_.shapes["object"] = SphereShape{radius_m_};
   const bool alone = kind == PourKind::alone;
   const int side = kind == PourKind::heap ? kHeapSide : kLargeHeapSide;
   std::array<int, 3> count = {side, side, side};
@@ -88,8 +89,11 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
   for (uint32_t i = 0; i < model_.bodies.size(); ++i) {
     if (model_.bodies[i].role == Role::dynamic) poured_.push_back(i);
   }
-  shape_ = model_.bodies[poured_.front()].shape;
-  for (const Vec3& corner : convex_hull(model_.shapes[shape_].mesh.vertices).vertices) {
+  model_.shapes[model_.bodies[poured_.front()].shape] = object.shape;
+  for (const uint32_t body : poured_) {
+    model_.bodies[body].mass_kg = object.shape.mass.volume_m3 * object.material.density_kg_m3;
+  }
+  for (const Vec3& corner : convex_hull(object.shape.mesh.vertices).vertices) {
     corners_.push_back(corner / radius_m_);
   }
 }

@@ -14,8 +14,8 @@
 namespace pilesim {
 
 struct PouredObject {
-  MeshShape shape;    // its file, scale, axis and solid, and how it collides where it is solved
-  Material material;  // of it, of the ground and of the walls
+  ModelShape shape;           // with pieces, by which it collides where it is solved
+  Material material;          // of it, of the ground and of the walls
   double outer_radius_m = 0;  // R
   double volume_m3 = 0;
 };
@@ -36,11 +36,9 @@ struct PourFigures {
 
 class PourTrial {
  public:
-  // Loads the mesh. Throws as build_model() does.
   PourTrial(const PouredObject& object, PourKind kind);
 
   const Scene& scene() const { return scene_; }  // of the impulse mode
-  uint32_t shape() const { return shape_; }      // of the object, in the model
   // A model with new starts of its bodies, keyed by the seed.
   Model starts(uint64_t seed) const;
   // Steps a simulator of such a model until it is at rest, or the time is up.
@@ -57,7 +55,6 @@ class PourTrial {
   PourKind kind_;
   double half_width_ = 0;  // R, of the column
   Model model_;
-  uint32_t shape_ = 0;
   std::vector<uint32_t> poured_;  // bodies
   std::vector<Vec3> places_;      // m, at which they start
   std::vector<Vec3> corners_;     // R, of the object's convex hull, body frame

@@ -174,6 +174,7 @@ Json report_json(const SimulationReport& report) {
       {"signatures", report.signatures},
       {"time",
        {{"setup_s", report.setup_s},
+        {"signatures_s", report.signatures_s},
         {"inspection_s", report.inspection_s},
         {"checkpoint_s", report.checkpoint_s},
         {"total_s", report.total_s},

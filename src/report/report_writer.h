@@ -65,6 +65,7 @@ struct SimulationReport {
   std::vector<FrameQuality> inspections;  // while it ran, where that was asked for
   std::vector<GateResult> gates;
   double setup_s = 0;       // loading, decomposition, building, wall
+  double signatures_s = 0;  // of setup_s, for measuring them
   double inspection_s = 0;  // of the pile at the end, wall
   double total_s = 0;       // whole command, wall
   double checkpoint_s = 0;  // of total_s, for checkpoints

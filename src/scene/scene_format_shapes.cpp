@@ -32,6 +32,8 @@ Codec<CollisionKind> collision_codec() {
                                      {"mesh", CollisionKind::mesh}});
 }
 
+constexpr char kAutomatic[] = "auto";
+
 Codec<SolidKind> solid_codec() {
   return enumeration<SolidKind>({{"auto", SolidKind::automatic},
                                  {"exact", SolidKind::exact},
@@ -40,6 +42,28 @@ Codec<SolidKind> solid_codec() {
 }
 
 Codec<UpAxis> up_codec() { return enumeration<UpAxis>({{"y", UpAxis::y}, {"z", UpAxis::z}}); }
+
+Codec<std::optional<std::filesystem::path>> signature_codec() {
+  const Codec<std::filesystem::path> file = file_path();
+  Codec<std::optional<std::filesystem::path>> codec;
+  codec.expected = "\"auto\" or " + file.expected;
+  codec.schema = file.schema;
+  codec.read = [file, expected = codec.expected](const Json& json, const Path& path,
+                                                 std::optional<std::filesystem::path>& value,
+                                                 ReadContext& context) {
+    if (json == kAutomatic) {
+      value.reset();
+    } else if (json.is_string()) {
+      file.read(json, path, value.emplace(), context);
+    } else {
+      context.log.report(path, describe_value(json), expected);
+    }
+  };
+  codec.write = [file](const std::optional<std::filesystem::path>& value) {
+    return value ? file.write(*value) : Json(kAutomatic);
+  };
+  return codec;
+}
 
 // Left out where the size says it.
 Field<Shape> scale_field() {
@@ -79,9 +103,10 @@ Fields<Shape> mesh_fields() {
                    "A decomposition stops once its error is below this share of the volume."),
       field<Shape>("sphere_count", of(&M::sphere_count), integer(1, 64),
                    "Number of spheres for collision spheres."),
-      optional_field<Shape>("signature", of(&M::signature), file_path(),
-                            "Signature file of the mesh, for the statistical mode (pilesim "
-                            "sample-signature), relative to the scene file."),
+      field<Shape>("signature", of(&M::signature), signature_codec(),
+                   "Signature of the mesh, for the statistical and the mixed mode. auto: measured "
+                   "when it is needed; or a file of pilesim sample-signature, relative to the scene "
+                   "file."),
       field<Shape>("solid", of(&M::solid), solid_codec(),
                    "The solid that has mass and collides. auto: the mesh if it is closed, else the "
                    "mended mesh, else a wrap; exact: the mesh, or an error if it is not closed; "

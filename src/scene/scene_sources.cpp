@@ -31,7 +31,8 @@ void move_path(Json& object, const char* key, const fs::path& directory) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_string()) return;
   const fs::path path = found->get<std::string>();
-  if (!path.empty() && path.is_relative()) {
+  const bool is_word = std::string_view(key) == "signature" && path == "auto";
+  if (!path.empty() && !is_word && path.is_relative()) {
     *found = (directory / path).lexically_normal().generic_string();
   }
 }

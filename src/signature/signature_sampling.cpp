@@ -50,13 +50,13 @@ void check_options(const SignatureOptions& options) {
   }
 }
 
-SignatureBody describe(const SignatureOptions& options, const TriangleMesh& mesh,
+SignatureBody describe(const std::string& name, double scale, double volume_m3,
                        const ContactBody& body) {
-  return {.mesh = options.mesh.filename().string(),
+  return {.mesh = name,
           .mesh_hash = body.mesh_hash,
-          .scale = options.scale,
+          .scale = scale,
           .hull_vertices = static_cast<uint32_t>(body.vertex_count()),
-          .volume_m3 = mass_properties(mesh).volume_m3,
+          .volume_m3 = volume_m3,
           .centre_of_mass = body.centre_of_mass,
           .inertia_m2 = body.inertia_m2,
           .principal_axes = body.principal_axes,
@@ -105,7 +105,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
   take_up(options, print, sampler);
 
   // In percent: how many trials a target error needs is known only when it is met.
-  Progress progress(options.progress, "sampling", 100, "%");
+  Progress progress(options.progress, options.stage, 100, "%");
   Stopwatch since_saved;
   const bool complete = sampler.run([&](uint64_t done, uint64_t expected) {
     progress.update(100 * done / std::max<uint64_t>(1, expected));
@@ -157,27 +157,15 @@ AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup
   return measure_accuracy(setup, signature.heights, models, *options.accuracy);
 }
 
-}  // namespace
-
-TableSampling default_sampling(TableLayout layout) {
-  if (layout == TableLayout::dissertation) return {.trials_per_cell = 30};
-  return {.trials_per_cell = 60, .exemplars = 60};
-}
-
-SignatureRun sample_signature(const SignatureOptions& options) {
-  check_options(options);
-  const std::string name = options.mesh.string();
-  TriangleMesh given = import_mesh(options.mesh, options.scale);
-  if (options.is_z_up) turn_z_up_to_y_up(given);
-  SignatureRun run;
-  const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &run.solid); });
-  ContactBody body = make_contact_body(mesh, name);
-  body.mesh_hash = mesh_hash(given);  // scenes know it by this
+// `mesh` lies in the frame that body.principal_axes and body.centre_of_mass tell of.
+SignatureRun sample_body(const SignatureOptions& options, const TriangleMesh& mesh,
+                         const ContactBody& body, SignatureBody described) {
   const TrialSetup setup{&body, options.material, options.kind, options.seed,
                          spin_measure(options.layout)};
   const uint32_t height_trials =
       options.layout == TableLayout::dissertation ? kDissertationHeightTrials : kHeightTrials;
 
+  SignatureRun run;
   CollisionFile measured;
   std::optional<ResponseTable> responses;
   std::optional<CollisionSource> source;
@@ -196,7 +184,7 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   run.drops_s = watch.seconds();
   watch.restart();
   run.signature = {
-      .body = describe(options, mesh, body),
+      .body = std::move(described),
       .material = options.material,
       .kind = options.kind,
       .seed = options.seed,
@@ -211,6 +199,37 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   if (options.accuracy) run.signature.accuracy = sample_accuracy(options, setup, run.signature);
   run.accuracy_s = watch.seconds();
   return run;
+}
+
+}  // namespace
+
+TableSampling default_sampling(TableLayout layout) {
+  if (layout == TableLayout::dissertation) return {.trials_per_cell = 30};
+  return {.trials_per_cell = 60, .exemplars = 60};
+}
+
+SignatureRun sample_signature(const SignatureOptions& options) {
+  check_options(options);
+  const std::string name = options.mesh.string();
+  TriangleMesh given = import_mesh(options.mesh, options.scale);
+  if (options.is_z_up) turn_z_up_to_y_up(given);
+  std::string note;
+  const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &note); });
+  ContactBody body = make_contact_body(mesh, name);
+  body.mesh_hash = mesh_hash(given);  // scenes know it by this
+  SignatureRun run = sample_body(options, mesh, body,
+                                 describe(options.mesh.filename().string(), options.scale,
+                                          mass_properties(mesh).volume_m3, body));
+  run.solid = std::move(note);
+  return run;
+}
+
+SignatureRun sample_signature(const SignatureOptions& options, const SampledObject& object) {
+  check_options(options);
+  const ContactBody body =
+      make_contact_body(object.hull, object.mass.inertia_m5 / object.mass.volume_m3);
+  return sample_body(options, object.hull, body,
+                     describe(object.name, 1, object.mass.volume_m3, body));
 }
 
 }  // namespace pilesim

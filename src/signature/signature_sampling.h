@@ -7,6 +7,8 @@
 #include <string>
 
 #include "core/progress.h"
+#include "geometry/mass_properties.h"
+#include "geometry/mesh.h"
 #include "signature/collision_file.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/signature.h"
@@ -35,6 +37,7 @@ struct SignatureOptions {
   std::filesystem::path partial_file;
   bool discard_partial = false;  // start again even so
   ProgressMode progress = ProgressMode::automatic;
+  std::string stage = "sampling";  // of the progress line
 };
 
 struct SignatureRun {
@@ -47,6 +50,13 @@ struct SignatureRun {
   double drops_s = 0;     // of the drops
 };
 
+// An object that is sampled without a file of its own.
+struct SampledObject {
+  std::string name;     // for errors, and in the signature
+  TriangleMesh hull;    // convex, m, about the centre of mass
+  MassProperties mass;  // of unit density, about the centre of mass
+};
+
 // The defaults of a layout: trials a cell (the dissertation's 30) and exemplars.
 TableSampling default_sampling(TableLayout layout);
 
@@ -55,5 +65,7 @@ TableSampling default_sampling(TableLayout layout);
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
 // `partial_file`.
 SignatureRun sample_signature(const SignatureOptions& options);
+// The same for an object; the options' mesh, scale and axis are not used.
+SignatureRun sample_signature(const SignatureOptions& options, const SampledObject& object);
 
 }  // namespace pilesim

@@ -5,8 +5,7 @@
 // finite, the energy never rises above its start (but for what undoing overlaps lifts), momentum is
 // kept where nothing takes it, nothing gets through a wall or the ground, penetration at the end
 // stays below the case's bound, what should stand stands, what should rest rests, and the same run
-// twice gives the same bytes (at 1/60 s). The signatures must be there: ninja -C build/release
-// signatures.
+// twice gives the same bytes (at 1/60 s).
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,6 +27,7 @@
 #include "geometry/obj_writer.h"
 #include "geometry/primitives.h"
 #include "inspect/pile_inspection.h"
+#include "job/measured_signatures.h"
 #include "pile/guide/guided_simulator.h"
 #include "pile/repose/repose_director.h"
 #include "report/machine_info.h"
@@ -96,8 +96,7 @@ const std::vector<Case> kCases = {
      .most_drift = 0.05,
      .ways = {Way::mixed, Way::freeze, Way::nail, Way::glue},
      .mixed_set = {kGroundIsExact, "/emitters/0/asleep=true",
-                   R"(/shapes/box={"type": "mesh", "file": "../../assets/box.obj",)"
-                   R"( "signature": "../statistical/box.sig"})",
+                   R"(/shapes/box={"type": "mesh", "file": "../../assets/box.obj"})",
                    R"(/materials/stone={"restitution": 0.2, "friction": 0.5})"}},
     {.name = "iron_on_gravel"},
     {.name = "heavy_on_light", .most_drift = 0.05, .ways = kStructure},
@@ -214,7 +213,8 @@ struct Run {
 Outcome run(const Case& one, const LoadedScene& loaded) {
   Outcome outcome;
   const Scene& scene = loaded.scene;
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  measure_signatures(scene, model, ProgressMode::none);
   const Clock::time_point start_time = Clock::now();
   try {
     const Run run(scene, model);

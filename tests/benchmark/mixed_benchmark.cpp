@@ -18,6 +18,7 @@
 #include "core/atomic_file.h"
 #include "core/output_directory.h"
 #include "core/parallel_for.h"
+#include "job/measured_signatures.h"
 #include "job/mode_spec.h"
 #include "report/charts.h"
 #include "report/machine_info.h"
@@ -43,6 +44,7 @@ class Run {
     overrides.insert(overrides.end(), mode.overrides.begin(), mode.overrides.end());
     scene_ = load_scene(file, overrides).scene;
     model_ = build_model(scene_);
+    measure_signatures(scene_, model_, ProgressMode::none);
     simulator_ = make_simulator(scene_, model_);
   }
 

@@ -26,6 +26,7 @@
 
 #include "core/error.h"
 #include "core/subprocess.h"
+#include "job/measured_signatures.h"
 #include "pile/repose/repose_director.h"
 #include "report/machine_info.h"
 #include "report_errors.h"
@@ -108,6 +109,7 @@ std::unique_ptr<Run> start(const std::string& preset, Kind kind, int64_t most_fr
   run->scene =
       load_scene(PILESIM_SOURCE_DIR "/presets/repose/" + preset + ".json", overrides).scene;
   run->model = build_model(run->scene);
+  measure_signatures(run->scene, run->model, ProgressMode::none);
   if (kind == Kind::piles) {
     run->director = std::make_unique<ReposeDirector>(run->scene, run->model);
     run->measuring =

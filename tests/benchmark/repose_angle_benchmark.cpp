@@ -1,7 +1,7 @@
 // Angles of repose asked and got, of bodies poured onto one place (presets/repose/pour.json):
 //   repose_angle_benchmark [BODIES [SEEDS [SHAPE,... [ANGLE,... [MODE]]]]]
-// With MODE, impulse or mixed, bodies have the materials of their signatures (ninja signatures); in
-// the mixed mode all of them are spheres.
+// With MODE, impulse or mixed, bodies have materials of their own;
+// in the mixed mode all of them are spheres.
 // One line a run, then the mean over the seeds with the standard deviation of a run. Measured at
 // the end, as `pilesim direct-pile` does (docs/direct_pile.md). Times are user CPU times of the
 // whole run.
@@ -17,6 +17,7 @@
 #include <sys/resource.h>
 
 #include "core/error.h"
+#include "job/measured_signatures.h"
 #include "pile/repose/repose_director.h"
 #include "report_errors.h"
 #include "scene/scene_loader.h"
@@ -55,23 +56,20 @@ class MeasuredAtTheEnd final : public StepDirector {
   int64_t frames_, frame_ = 0;
 };
 
-// Of the signatures that presets/CMakeLists.txt measures.
-void use_signature(const std::string& shape, std::vector<std::string>& overrides) {
-  struct Measured {
+void use_material(const std::string& shape, std::vector<std::string>& overrides) {
+  struct Known {
     double restitution, friction;
   };
-  static const std::map<std::string, Measured> signatures = {{"box", {0.2, 0.5}},
-                                                             {"l_shape", {0.25, 0.45}},
-                                                             {"rabbit", {0.25, 0.5}},
-                                                             {"ring", {0.3, 0.3}}};
-  const Measured& material = signatures.at(shape);
+  static const std::map<std::string, Known> materials = {{"box", {0.2, 0.5}},
+                                                         {"l_shape", {0.25, 0.45}},
+                                                         {"rabbit", {0.25, 0.5}},
+                                                         {"ring", {0.3, 0.3}}};
+  const Known& material = materials.at(shape);
   overrides.push_back("/materials/plastic/restitution=" + std::to_string(material.restitution));
   overrides.push_back("/materials/plastic/friction=" + std::to_string(material.friction));
-  // Boxes without mesh have no signature.
   overrides.push_back(
       "/shapes/box=" +
       std::string(R"({"type":"mesh","file":"../../assets/box.obj","collision":"hull"})"));
-  overrides.push_back("/shapes/" + shape + "/signature=../statistical/" + shape + ".sig");
 }
 
 Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
@@ -90,12 +88,13 @@ Run pour(const std::string& shape, double angle_deg, int bodies, int seed,
       "/emitters/0/linear_velocity=[0," + std::string(many ? "-8" : "-6") + ",0]",
       "/duration_s=" + std::to_string(bodies / rate_hz + 2.5)};
   if (!mode.empty()) {
-    use_signature(shape, overrides);
+    use_material(shape, overrides);
     overrides.push_back("/simulator/mode=" + mode);
     overrides.push_back("/simulator/level_of_detail/level=2");
   }
   const Scene scene = load_scene(kPour, overrides).scene;
-  const Model model = build_model(scene);
+  Model model = build_model(scene);
+  measure_signatures(scene, model, ProgressMode::none);
   MeasuredAtTheEnd measured(scene, model);
   const auto simulator = make_directed_simulator(scene, model, measured);
   const double start_s = cpu_now_s();

@@ -186,7 +186,7 @@ class Compare(CommandTest):
         self.assertIn("twice", self.refuse(2, "--modes", "impulse,impulse"))
         self.assertIn("--runs", self.refuse(2, "--modes", "impulse", "--runs", "2"))
         self.assertIn("magic", self.refuse(3, "--modes", "impulse,magic"))
-        self.assertIn("signature", self.refuse(3, "--modes", "statistical"))
+        self.assertIn("none.sig", self.refuse(3, "--modes", "statistical", "--set", '/shapes/box/signature="none.sig"'))
         errors = self.refuse(3, "--modes", "mixed+/simulator/engine=bullet")
         self.assertIn('mode "mixed+/simulator/engine=bullet"', errors)
         self.assertIn('Use "engine": "exact"', errors)

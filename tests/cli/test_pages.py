@@ -134,7 +134,7 @@ class Pages(CommandTest):
         plan = {"version": 1, "scene": "scene.json", "steps": [["simulate"]]}
         (work / "plan.json").write_text(json.dumps(plan))
         self.shell("pilesim batch plan.json -o out/jobs -q", "set-up")
-        self.walk("troubleshooting.md", [("--rest-drops 400", "--rest-drops 2 --trials 2 --no-accuracy --pours 1")])
+        self.walk("troubleshooting.md", [])
 
     def run_commands(self, page, smaller=(), left_out=()):
         """Those of the page. `smaller`: what is added to commands that have these words. `left_out`: words of commands that do not run."""

@@ -1,10 +1,11 @@
 """Signatures as a user makes and inspects them."""
 
+import os
 import re
 import signal
 import unittest
 
-from support import SOURCE, CommandTest
+from support import SOURCE, CommandTest, tree_bytes
 
 BOX = SOURCE / "assets" / "box.obj"
 BRIEF = ["--trials", "4", "--exemplars", "2", "--no-accuracy"]
@@ -35,6 +36,37 @@ def write_fine_cube(file, n):
                 faces.append([vertex(u, v, far) for u, v in corners])
     lines += ["f %d %d %d %d" % tuple(face) for face in faces]
     file.write_text("\n".join(lines) + "\n")
+
+
+class MeasuredWhenNeeded(CommandTest):
+    """A scene that names none: it is measured once, and the cache has it from then on."""
+
+    def test_simulate_mixed_and_compare(self):
+        def change(scene):
+            scene["simulator"] = {"mode": "statistical"}
+            scene["duration_s"] = 0.4
+            scene["emitters"][0].update(centre=[0, 0.5, 0], count=[2, 1, 2])
+
+        scene = self.write_scene(change)
+        cache = os.environ | {"XDG_CACHE_HOME": str(self.dir / "cache")}
+        first = self.succeed("simulate", scene, "-o", "first", "--no-picture", env=cache)
+        self.assertRegex(first.stdout, "signatures measured in .* s")
+        self.assertIn("box: measured for restitution 0.2 and friction 0.6, tables", first.stdout)
+        self.assertEqual(first.stderr, "")  # no progress where there is no terminal
+        (kept,) = (self.dir / "cache/pilesim").glob("signature-*")
+        bytes_kept = kept.read_bytes()
+
+        again = self.succeed("simulate", scene, "-o", "again", "--no-picture", env=cache)
+        self.assertNotIn("measured in", again.stdout)
+        self.assertEqual(tree_bytes(self.dir / "first/trajectory.zarr"), tree_bytes(self.dir / "again/trajectory.zarr"))
+        self.assertIn("box: measured for", self.succeed("validate", scene, env=cache).stdout)
+
+        mixed = ["--set", "/simulator/mode=mixed", "--set", "/simulator/level_of_detail/level=2"]
+        mixed = self.succeed("simulate", scene, "-o", "mixed", "--no-picture", *mixed, env=cache)
+        self.assertIn("box: measured for", mixed.stdout)
+        self.succeed("compare", scene, "-o", "compared", "--modes", "statistical", "--reference", "impulse", "--runs",
+                     "3", "--times", "2", env=cache | {"PATH": "/nowhere"})
+        self.assertEqual([file.read_bytes() for file in (self.dir / "cache/pilesim").glob("signature-*")], [bytes_kept])
 
 
 class SampleSignature(CommandTest):

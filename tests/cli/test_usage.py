@@ -248,13 +248,14 @@ class Validate(CommandTest):
         for line in lines:
             self.assertRegex(line, r"scene\.json:\d+:\d+: /")
 
-    def test_validate_knows_what_the_mode_needs(self):
-        def spoil(scene):
+    def test_validate_says_what_is_to_be_measured(self):
+        def change(scene):
             scene["simulator"] = {"mode": "statistical"}
 
-        result = self.expect_exit(3, "validate", self.write_scene(spoil))
-        self.assertIn("has no signature", result.stderr)
-        self.assertIn("sample-signature", result.stderr)
+        cache = self.dir / "cache"
+        result = self.succeed("validate", self.write_scene(change), env=os.environ | {"XDG_CACHE_HOME": str(cache)})
+        self.assertIn("box: its signature for restitution 0.2 and friction 0.6 is to be measured", result.stdout)
+        self.assertEqual(list(cache.glob("**/signature-*")), [])
 
     def test_what_only_the_model_shows_names_the_scene(self):
         def no_body(scene):
@@ -262,9 +263,6 @@ class Validate(CommandTest):
                 "name": "cloud", "type": "volume", "file": str(SOURCE / "assets/ring.obj"),
                 "spacing": 100, "shape": "box", "material": "wood",
             }
-
-        def no_signature(scene):
-            scene["simulator"] = {"mode": "statistical"}
 
         def hinge(scene):
             scene["simulator"] = {"mode": "particle"}
@@ -275,15 +273,13 @@ class Validate(CommandTest):
             scene["events"] = [{"time_s": 0.1, "type": "remove", "bodies": ["boxes/99"]}]
 
         for spoil, where in ((no_body, ": /emitters/0: emits no body"),
-                             (no_signature, ": /shapes/box: the shape of"),
                              (hinge, ": 'flap' has a hinge"),
                              (missed_target, ":")):
             scene = self.write_scene(spoil)
             for command, more in (("validate", []), ("simulate", ["-o", "out"]),
                                   ("compare", ["-o", "cmp", "--modes", "impulse"])):
-                if command == "compare" and spoil in (no_signature, hinge):
-                    more = ["-o", "cmp", "--modes", "statistical" if spoil is no_signature
-                            else "particle"]
+                if command == "compare" and spoil is hinge:
+                    more = ["-o", "cmp", "--modes", "particle"]
                 stderr = self.expect_exit(3, command, scene, *more).stderr
                 self.assertIn(f"scene.json{where}", stderr, command)
 

@@ -6,18 +6,19 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "core/parallel_for.h"
 #include "core/state_stream.h"
-#include "geometry/mesh_import.h"
+#include "geometry/convex_hull.h"
 #include "job/direction.h"
 #include "model/mesh_hints.h"
 #include "scene/scene_loader.h"
-#include "signature/signature_file.h"
 #include "signature/signature_sampling.h"
+#include "simulate/modes/make_simulator.h"
 #include "support/plain_packing.h"
 #include "support/scratch_directory.h"
 #include "support/small_preset.h"
@@ -48,41 +49,37 @@ const test::PresetSize kAsleepSoon = {.simulated_s = 0.25};
 const test::PresetSize kFromFarUp = {.simulated_s = 1.5};
 const test::PresetSize kOfWraps = {.as_hulls = true};
 const std::map<std::string, test::PresetSize> kSizes = {
-    {"artist/things_on_a_table", kOfWraps},
-    {"equilibrium/wedged_crates", kAsleepSoon},
-    {"hard/contact_on_edge", kAsleepSoon},
-    {"hard/heavy_on_light", kAsleepSoon},
-    {"hard/iron_on_gravel", kFromFarUp},
-    {"hard/plates", kAsleepSoon},
-    {"hard/pyramid", kAsleepSoon},
-    {"hard/rings", kAsleepSoon},
-    {"hard/spikes_and_wedges", kAsleepSoon},
-    {"statistical/rabbits_100000", kFromFarUp},
+    {"artist/things_on_a_table", kOfWraps},  {"equilibrium/wedged_crates", kAsleepSoon},
+    {"hard/contact_on_edge", kAsleepSoon},   {"hard/heavy_on_light", kAsleepSoon},
+    {"hard/iron_on_gravel", kFromFarUp},     {"hard/plates", kAsleepSoon},
+    {"hard/pyramid", kAsleepSoon},           {"hard/rings", kAsleepSoon},
+    {"hard/spikes_and_wedges", kAsleepSoon}, {"statistical/rabbits_100000", kFromFarUp},
 };
 
 // Shared by the tests of one process.
 struct Scratch {
   Scratch() { setenv("XDG_CACHE_HOME", directory.path().c_str(), 1); }
 
-  // Measured coarsely, once.
-  std::string signature_file(const test::SmallPreset::Measured& wanted) {
-    std::string& file =
-        files[{wanted.mesh.filename(), wanted.scale, wanted.restitution, wanted.friction}];
-    if (!file.empty()) return file;
-    SignatureOptions options{.mesh = wanted.mesh, .scale = wanted.scale};
-    options.material = {.restitution = wanted.restitution, .friction = wanted.friction};
+  // Measured coarsely, once for each geometry and material.
+  std::shared_ptr<const Signature> signature(const ModelShape& shape, const Material& material) {
+    std::shared_ptr<const Signature>& known =
+        signatures[{shape.mesh_hash, material.restitution, material.friction}];
+    if (known) return known;
+    SignatureOptions options;
+    options.material = {.restitution = material.restitution, .friction = material.friction};
     options.sampling = {.trials_per_cell = 2, .exemplars = 2};
     options.accuracy.reset();
     options.progress = ProgressMode::none;
-    file = (directory / (std::to_string(files.size()) + ".sig")).string();
-    Signature measured = sample_signature(options).signature;
-    measured.packing = test::plain_packing(measured, import_mesh(wanted.mesh, wanted.scale));
-    write_signature(measured, file);
-    return file;
+    const TriangleMesh hull = convex_hull(shape.mesh.vertices);
+    Signature measured =
+        sample_signature(options, {.name = shape.name, .hull = hull, .mass = shape.mass}).signature;
+    measured.packing = test::plain_packing(measured, hull);
+    known = std::make_shared<const Signature>(std::move(measured));
+    return known;
   }
 
   test::ScratchDirectory directory;
-  std::map<std::tuple<fs::path, double, double, double>, std::string> files;
+  std::map<std::tuple<std::string, double, double>, std::shared_ptr<const Signature>> signatures;
 };
 
 class PresetResume : public testing::TestWithParam<std::string> {
@@ -93,17 +90,10 @@ class PresetResume : public testing::TestWithParam<std::string> {
 
   fs::path file() const { return kPresets / (GetParam() + ".json"); }
 
-  // With signatures of its own.
   test::SmallPreset small() const {
     const auto size = kSizes.find(GetParam());
-    test::SmallPreset preset =
-        test::PresetShrinker(file(), size == kSizes.end() ? test::PresetSize{} : size->second)
-            .result();
-    for (const auto& [shape, wanted] : preset.signatures) {
-      preset.overrides.push_back("/shapes/" + shape +
-                                 "/signature=" + scratch_->signature_file(wanted));
-    }
-    return preset;
+    return test::PresetShrinker(file(), size == kSizes.end() ? test::PresetSize{} : size->second)
+        .result();
   }
 
   static std::unique_ptr<Scratch> scratch_;
@@ -138,6 +128,10 @@ TEST_P(PresetResume, EndsWithTheSameBytes) {
   const Scene scene = load_scene(file(), preset.overrides).scene;
   Model model = build_model(scene);
   const GuideFilling filling = fill_guide(scene, model);
+  for (const ObjectKey& object : objects_to_measure(scene, model)) {
+    model.signatures[object] =
+        scratch_->signature(model.shapes[object.first], model.materials[object.second]);
+  }
 
   set_thread_count(1);
   const PresetRun whole(scene, model, filling, preset.is_directed);

@@ -21,8 +21,8 @@ class Response : public test::StatisticalScene {
     objects_ = load_signatures(model_);
   }
   Collider random_body(Philox& random) {
-    const size_t shape = model_.bodies[random.index(2)].shape;
-    return {&objects_[shape], static_cast<float>(random.uniform(0.01, 10)),
+    const ModelBody& body = model_.bodies[random.index(2)];
+    return {&objects_.at({body.shape, body.material}), static_cast<float>(random.uniform(0.01, 10)),
             test::random_arrow(random, 0, 5).cast<float>(),
             test::random_arrow(random, 0, 30).cast<float>()};
   }
@@ -41,7 +41,7 @@ class Response : public test::StatisticalScene {
            (body.velocity.cast<double>().squaredNorm() +
             k * k * body.spin.cast<double>().squaredNorm());
   }
-  std::vector<BodySignature> objects_;
+  BodySignatures objects_;
 };
 
 TEST_F(Response, PairsKeepMomentumLoseEnergyAndSeparate) {

@@ -32,12 +32,6 @@ struct SmallPreset {
   std::vector<std::string> overrides;
   size_t half = 0;  // of the frames
   bool is_directed = false;
-  // Signatures to be measured: shape -> mesh file, material.
-  struct Measured {
-    std::filesystem::path mesh;
-    double scale, restitution, friction;
-  };
-  std::map<std::string, Measured> signatures;
 };
 
 // `count` of a grid: one less of its largest dimension until it is few enough.
@@ -63,7 +57,7 @@ class PresetShrinker {
     drop_bodies();
     shrink_emitters();
     hasten_events();
-    coarsen_shapes(file.parent_path(), mode == "statistical" || mode == "mixed");
+    coarsen_shapes();
   }
 
   SmallPreset result() const { return preset_; }
@@ -135,7 +129,7 @@ class PresetShrinker {
     set("/events", events);
   }
 
-  void coarsen_shapes(const std::filesystem::path& directory, bool collides_by_signatures) {
+  void coarsen_shapes() {
     for (const auto& [name, shape] : scene_["shapes"].items()) {
       if (shape.value("collision", "hull") == "decomposition") {
         if (size_.as_hulls) {
@@ -145,24 +139,7 @@ class PresetShrinker {
           set("/shapes/" + name + "/decomposition_max_pieces", size_.most_pieces);
         }
       }
-      if (!collides_by_signatures || !shape.contains("signature")) continue;
-      const PresetJson& material = scene_["materials"][material_of(name)];
-      preset_.signatures[name] = {.mesh = directory / shape["file"].get<std::string>(),
-                                  .scale = shape.value("scale", 1.0),
-                                  .restitution = material.value("restitution", 0.3),
-                                  .friction = material.value("friction", 0.5)};
     }
-  }
-
-  std::string material_of(const std::string& shape) const {
-    for (const char* part : {"bodies", "emitters"}) {
-      for (const PresetJson& each : list(part)) {
-        const PresetJson shapes =
-            each.contains("shapes") ? each["shapes"] : PresetJson{each["shape"]};
-        if (std::find(shapes.begin(), shapes.end(), shape) != shapes.end()) return each["material"];
-      }
-    }
-    return "";
   }
 
   PresetJson list(const char* name) const { return scene_.value(name, PresetJson::array()); }

@@ -51,7 +51,7 @@ uint32_t nearest_pose(const std::vector<RestTarget>& targets, const Quatf& orien
 
 }  // namespace
 
-DrawnWorld::DrawnWorld(const Model& model, const std::vector<BodySignature>& objects,
+DrawnWorld::DrawnWorld(const Model& model, const BodySignatures& objects,
                        const SphereWorldSettings& settings)
     : model_(model, objects, settings), surfaces_(model) {
   state_.bodies.resize(model.bodies.size());

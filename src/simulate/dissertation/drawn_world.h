@@ -55,7 +55,7 @@ struct DrawnState {
 
 class DrawnWorld {
  public:
-  DrawnWorld(const Model& model, const std::vector<BodySignature>& objects,
+  DrawnWorld(const Model& model, const BodySignatures& objects,
              const SphereWorldSettings& settings);
   DrawnWorld(const DrawnWorld&) = delete;
   DrawnWorld& operator=(const DrawnWorld&) = delete;

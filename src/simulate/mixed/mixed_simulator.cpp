@@ -48,7 +48,7 @@ std::vector<uint32_t> never_solved(const Model& model, const DispatchTable& disp
   return bodies;
 }
 
-std::vector<BodySignature> make_objects(const Model& model, const DispatchTable& dispatch) {
+BodySignatures make_objects(const Model& model, const DispatchTable& dispatch) {
   for (const ModelBody& body : model.bodies) {
     if (!body.hinge || !prefers_spheres(body)) continue;
     throw Error(ErrorKind::input,
@@ -158,7 +158,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   Lifecycle life_;
   LifeHandlers handlers_;
   DispatchTable dispatch_;
-  std::vector<BodySignature> objects_;
+  BodySignatures objects_;
   World spheres_;
   std::unique_ptr<ExactEngine> engine_;
   ExactEngine& exact_;
@@ -708,6 +708,12 @@ void MixedSimulator<World, Coupling>::load(StateReader& reader) {
 }
 
 }  // namespace
+
+std::vector<ObjectKey> mixed_objects_to_measure(const Scene& scene, const Model& model) {
+  const DispatchTable dispatch(scene.simulator.detail, model, scene.simulator.method);
+  if (!dispatch.uses(PairMethod::statistical)) return {};
+  return objects_to_measure(model, prefers_spheres);
+}
 
 std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
                                                 std::unique_ptr<ExactEngine> engine,

@@ -9,9 +9,12 @@
 
 namespace pilesim {
 
+// The prefer-statistical objects that need a signature and whose shapes name none.
+std::vector<ObjectKey> mixed_objects_to_measure(const Scene& scene, const Model& model);
+
 // Scene, model and director must outlive it; `director` may be null. `engine`: of the same scene
 // and model, without bodies. Throws Error(input) if a prefer-statistical dynamic body has a hinge
-// or a material with rolling friction, or needs a signature that it does not have.
+// or a material with rolling friction, or another's signature.
 std::unique_ptr<Simulator> make_mixed_simulator(const Scene& scene, const Model& model,
                                                 std::unique_ptr<ExactEngine> engine,
                                                 StepDirector* director = nullptr);

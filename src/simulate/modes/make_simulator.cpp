@@ -7,6 +7,7 @@
 #include "simulate/exact/engine.h"
 #include "simulate/impulse_simulator.h"
 #include "simulate/mixed/mixed_simulator.h"
+#include "simulate/sphere/body_signature.h"
 #include "simulate/sphere/statistical_simulator.h"
 
 namespace pilesim {
@@ -19,6 +20,19 @@ std::unique_ptr<ExactEngine> own_engine(const Scene& scene, const Model& model) 
 }
 
 }  // namespace
+
+std::vector<ObjectKey> objects_to_measure(const Scene& scene, const Model& model) {
+  switch (scene.simulator.mode) {
+    case SimulatorMode::statistical:
+      return objects_to_measure(model, [](const ModelBody&) { return true; });
+    case SimulatorMode::mixed:
+      return mixed_objects_to_measure(scene, model);
+    case SimulatorMode::impulse:
+    case SimulatorMode::particle:
+      return {};
+  }
+  return {};
+}
 
 std::unique_ptr<Simulator> make_simulator(const Scene& scene, const Model& model) {
   switch (scene.simulator.mode) {

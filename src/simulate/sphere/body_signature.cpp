@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 
 #include "core/error.h"
@@ -54,6 +55,15 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
+// Of a program that has measured none for it (job/measured_signatures.h).
+Error no_signature(const ModelShape& shape, const ModelBody& body) {
+  return {ErrorKind::input,
+          Problem{.pointer = shape_pointer(shape.name),
+                  .found = "the shape of '" + body.name + "' has no signature",
+                  .expected = "one, since it collides by it in this /simulator/mode",
+                  .remedy = "Measure one with pilesim sample-signature"}};
+}
+
 void set_sphere(BodySignature& body, double radius_m, double rolling) {
   body.packing_radius_m = static_cast<float>(radius_m);
   body.rolling = static_cast<float>(rolling);
@@ -87,11 +97,12 @@ BodySignature particle(const ModelShape& shape) {
 
 }  // namespace
 
-std::vector<BodySignature> particle_spheres(const Model& model) {
-  std::vector<BodySignature> result(model.shapes.size());
+BodySignatures particle_spheres(const Model& model) {
+  BodySignatures result;
   for (const ModelBody& body : model.bodies) {
-    if (body.role != Role::dynamic || result[body.shape].outer_radius_m > 0) continue;
-    result[body.shape] = particle(model.shapes[body.shape]);
+    if (body.role != Role::dynamic) continue;
+    const auto [object, is_new] = result.try_emplace({body.shape, body.material});
+    if (is_new) object->second = particle(model.shapes[body.shape]);
   }
   return result;
 }
@@ -113,24 +124,37 @@ BodySignature body_signature(std::shared_ptr<const Signature> signature, const P
   return body;
 }
 
-std::vector<BodySignature> load_signatures(const Model& model) {
+BodySignatures load_signatures(const Model& model) {
   return load_signatures(model, [](const ModelBody&) { return true; });
 }
 
-std::vector<BodySignature> load_signatures(const Model& model,
-                                           const std::function<bool(const ModelBody&)>& collides) {
-  std::vector<BodySignature> result(model.shapes.size());
-  std::map<std::string, std::shared_ptr<const Signature>> files;
+std::vector<ObjectKey> objects_to_measure(const Model& model,
+                                          const std::function<bool(const ModelBody&)>& collides) {
+  std::set<ObjectKey> objects;
   for (const ModelBody& body : model.bodies) {
     if (body.role != Role::dynamic || !collides(body)) continue;
+    if (model.shapes[body.shape].signature_file.empty()) {
+      objects.emplace(body.shape, body.material);
+    }
+  }
+  return {objects.begin(), objects.end()};
+}
+
+BodySignatures load_signatures(const Model& model,
+                               const std::function<bool(const ModelBody&)>& collides) {
+  BodySignatures result;
+  std::map<std::string, std::shared_ptr<const Signature>> files;
+  for (const ModelBody& body : model.bodies) {
+    if (body.role != Role::dynamic) continue;
+    BodySignature& object = result[{body.shape, body.material}];
+    if (!collides(body) || object.outer_radius_m > 0) continue;
     const ModelShape& shape = model.shapes[body.shape];
     if (shape.signature_file.empty()) {
-      throw Error(ErrorKind::input,
-                  {.pointer = shape_pointer(shape.name),
-                   .found = "the shape of '" + body.name + "' has no signature",
-                   .expected = "one, since it collides by it in this /simulator/mode",
-                   .remedy = "Measure one with pilesim sample-signature and name it in the shape: "
-                             "\"signature\": \"FILE.sig\" (shapes of type mesh have it)"});
+      const auto measured = model.signatures.find({body.shape, body.material});
+      if (measured == model.signatures.end()) throw no_signature(shape, body);
+      object = measured->second ? body_signature(measured->second, *measured->second->packing)
+                                : particle(shape);
+      continue;
     }
     if (!std::filesystem::exists(shape.signature_file)) {
       throw Error(ErrorKind::input,
@@ -138,36 +162,42 @@ std::vector<BodySignature> load_signatures(const Model& model,
                    .pointer = shape_pointer(shape.name) + "/signature",
                    .found = "no such file",
                    .expected = "a signature of the shape's mesh",
-                   .remedy = "Measure it with pilesim sample-signature (those of the presets: "
-                             "ninja -C build/release signatures)"});
+                   .remedy = "Leave \"signature\" out, and it is measured when it is needed"});
     }
     std::shared_ptr<const Signature>& signature = files[shape.signature_file.string()];
     if (!signature) {
       signature = std::make_shared<const Signature>(read_signature(shape.signature_file));
     }
     check(shape, model.materials[body.material], *signature);
-    if (result[body.shape].signature) continue;
-    result[body.shape] = body_signature(signature, *signature->packing);
+    object = body_signature(signature, *signature->packing);
   }
   return result;
 }
 
-std::vector<std::string> describe_signatures(const Model& model,
-                                             const std::vector<BodySignature>& objects) {
+std::vector<std::string> describe_signatures(const Model& model, const BodySignatures& objects) {
   std::vector<std::string> lines;
-  for (size_t shape = 0; shape < objects.size(); ++shape) {
-    const BodySignature& object = objects[shape];
-    if (!object.signature) continue;
+  for (const auto& [key, object] : objects) {
+    const ModelShape& shape = model.shapes[key.first];
+    const Material& material = model.materials[key.second];
+    const std::string of_material = "restitution " + with_digits(material.restitution, 6) +
+                                    " and friction " + with_digits(material.friction, 6);
+    if (!object.signature) {
+      if (!model.signatures.contains(key)) continue;  // a particle
+      lines.push_back(shape.name + ": its signature for " + of_material +
+                      " is to be measured when it is simulated");
+      continue;
+    }
     const ResponseTable& table = object.signature->responses;
     const std::string kind =
         object.signature->fit ? "fitted splines"
         : table.exemplar_count > 0
             ? "tables, " + std::to_string(table.exemplar_count) + " exemplars a cell"
             : "tables";
-    lines.push_back(model.shapes[shape].name + ": " +
-                    model.shapes[shape].signature_file.filename().string() + ", " + kind +
-                    "; as large as a ball of " + with_digits(object.packing_radius_m, 3) +
-                    " m among other bodies");
+    lines.push_back(shape.name + ": " +
+                    (shape.signature_file.empty() ? "measured for " + of_material
+                                                  : shape.signature_file.filename().string()) +
+                    ", " + kind + "; as large as a ball of " +
+                    with_digits(object.packing_radius_m, 3) + " m among other bodies");
   }
   return lines;
 }

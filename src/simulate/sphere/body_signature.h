@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,22 +51,30 @@ struct BodySignature {
   }
 };
 
-// One for each shape of `model` that dynamic bodies have for which `collides` holds, in the order
-// of shapes. Throws Error(input) for a shape without signature, and for a signature of another
+// By shape and material.
+using BodySignatures = std::map<ObjectKey, BodySignature>;
+
+// The objects of dynamic bodies for which `collides` holds, and whose shapes name no signature: to
+// be put into Model::signatures.
+std::vector<ObjectKey> objects_to_measure(const Model& model,
+                                          const std::function<bool(const ModelBody&)>& collides);
+
+// Those of dynamic bodies for which `collides` holds, and nothing for the other ones. An object
+// that is not measured yet is a particle, until when nothing may be simulated. Throws Error(input)
+// for an object without signature that is not in Model::signatures, for a signature of another
 // mesh, another scale or another material, and for one that does not say how its object packs.
-std::vector<BodySignature> load_signatures(const Model& model,
-                                           const std::function<bool(const ModelBody&)>& collides);
+BodySignatures load_signatures(const Model& model,
+                               const std::function<bool(const ModelBody&)>& collides);
 // The same for all dynamic bodies.
-std::vector<BodySignature> load_signatures(const Model& model);
+BodySignatures load_signatures(const Model& model);
 
 // For reports: a line a shape that collides by its signature.
-std::vector<std::string> describe_signatures(const Model& model,
-                                             const std::vector<BodySignature>& objects);
+std::vector<std::string> describe_signatures(const Model& model, const BodySignatures& objects);
 
 // For a body that packs as `packing` says, in place of its signature's packing.
 BodySignature body_signature(std::shared_ptr<const Signature> signature, const Packing& packing);
 
-// The spheres of particles, by geometry alone: one for each shape, without signatures.
-std::vector<BodySignature> particle_spheres(const Model& model);
+// The spheres of particles, by geometry alone, without signatures.
+BodySignatures particle_spheres(const Model& model);
 
 }  // namespace pilesim

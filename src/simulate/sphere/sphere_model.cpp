@@ -92,7 +92,7 @@ SphereKind kind_of_body(const Model& model, const SphereWorldSettings& settings,
 
 }  // namespace
 
-SphereModel::SphereModel(const Model& of_model, const std::vector<BodySignature>& objects,
+SphereModel::SphereModel(const Model& of_model, const BodySignatures& objects,
                          const SphereWorldSettings& with_settings)
     : model(of_model), settings(with_settings) {
   const float gravity = settings.gravity.norm();
@@ -106,8 +106,8 @@ SphereModel::SphereModel(const Model& of_model, const std::vector<BodySignature>
     const auto [kind, is_new] =
         known.try_emplace({body.shape, body.material, body.mass_kg, dynamic}, kinds.size());
     if (is_new) {
-      kinds.push_back(
-          kind_of_body(model, settings, body, dynamic ? &objects[body.shape] : nullptr));
+      kinds.push_back(kind_of_body(model, settings, body,
+                                   dynamic ? &objects.at({body.shape, body.material}) : nullptr));
     }
     kind_of.push_back(kind->second);
     stretched.push_back(dynamic && !body.asleep && !kinds[kind->second].is_round ? 1 : 0);

@@ -51,8 +51,8 @@ struct SphereKind {
 };
 
 struct SphereModel {
-  // All three must outlive it. `objects`: by shape.
-  SphereModel(const Model& model, const std::vector<BodySignature>& objects,
+  // All three must outlive it.
+  SphereModel(const Model& model, const BodySignatures& objects,
               const SphereWorldSettings& settings);
 
   const SphereKind& kind(uint32_t body) const { return kinds[kind_of[body]]; }

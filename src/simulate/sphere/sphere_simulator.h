@@ -26,7 +26,7 @@ class SphereSimulator final : public Simulator {
  public:
   // `scene` and `model` must outlive it. Throws Error(input) for what spheres cannot be: see
   // refuse_what_spheres_lack().
-  SphereSimulator(const Scene& scene, const Model& model, std::vector<BodySignature> objects)
+  SphereSimulator(const Scene& scene, const Model& model, BodySignatures objects)
       : scene_(scene),
         model_(model),
         life_(scene, model),
@@ -79,7 +79,7 @@ class SphereSimulator final : public Simulator {
   const Model& model_;
   Lifecycle life_;
   LifeHandlers handlers_;
-  std::vector<BodySignature> objects_;
+  BodySignatures objects_;
   std::vector<uint32_t> moving_surfaces_;  // bodies
   World world_;
   StageTimer timer_;

@@ -10,7 +10,7 @@ namespace pilesim {
 
 using namespace sphere_constants;
 
-SphereWorld::SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
+SphereWorld::SphereWorld(const Model& model, const BodySignatures& objects,
                          const SphereWorldSettings& settings)
     : model_(model, objects, settings),
       surfaces_(model),

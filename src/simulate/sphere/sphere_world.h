@@ -29,7 +29,7 @@ class SphereWorld {
  public:
   static constexpr int kSweepsAtOnce = SphereSolver::kSweepsAtOnce;
 
-  SphereWorld(const Model& model, const std::vector<BodySignature>& objects,
+  SphereWorld(const Model& model, const BodySignatures& objects,
               const SphereWorldSettings& settings);
   SphereWorld(const SphereWorld&) = delete;
   SphereWorld& operator=(const SphereWorld&) = delete;
