@@ -103,10 +103,11 @@ Fields<Shape> mesh_fields() {
                    "A decomposition stops once its error is below this share of the volume."),
       field<Shape>("sphere_count", of(&M::sphere_count), integer(1, 64),
                    "Number of spheres for collision spheres."),
-      field<Shape>("signature", of(&M::signature), signature_codec(),
-                   "Signature of the mesh, for the statistical and the mixed mode. auto: measured "
-                   "when it is needed; or a file of pilesim sample-signature, relative to the scene "
-                   "file."),
+      field<Shape>(
+          "signature", of(&M::signature), signature_codec(),
+          "Signature of the mesh, for the statistical and the mixed mode. auto: measured "
+          "when it is needed; or a file of pilesim sample-signature, relative to the scene "
+          "file."),
       field<Shape>("solid", of(&M::solid), solid_codec(),
                    "The solid that has mass and collides. auto: the mesh if it is closed, else the "
                    "mended mesh, else a wrap; exact: the mesh, or an error if it is not closed; "
