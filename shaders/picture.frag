@@ -2,6 +2,7 @@
 uniform sampler2D key_light;  // visible share, nearness
 uniform sampler2D occlusion;  // half size: visible share, nearness
 uniform int samples;
+uniform float exposure;       // times the light
 
 out vec4 display;
 
@@ -83,7 +84,7 @@ void main() {
     float away = view_distance(pixel, i);
     float near = nearness(away);
     // Tone mapped before the average, so that edges against bright parts stay smooth.
-    sum += tone_mapped(radiance(normal, material, ray, away * ray_length,
+    sum += tone_mapped(exposure * radiance(normal, material, ray, away * ray_length,
                                            key_share(pixel, last, near), share_at(open, near)));
   }
   vec3 colour = sum / float(count);

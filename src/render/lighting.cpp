@@ -28,4 +28,6 @@ Lighting make_lighting(const Light& light) {
   return lighting;
 }
 
+float exposure_factor(double stops) { return static_cast<float>(std::exp2(stops)); }
+
 }  // namespace pilesim

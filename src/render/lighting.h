@@ -17,4 +17,7 @@ struct Lighting {
 };
 Lighting make_lighting(const Light& light = {});
 
+// Factor of the light of a picture. `stops`: RenderSettings::exposure.
+float exposure_factor(double stops);
+
 }  // namespace pilesim

@@ -172,6 +172,7 @@ void average(Image& a, const Image& b) {
 struct SceneRenderer::State {
   RenderScene scene;
   Lighting lighting;
+  float exposure;
   int width, height;
   int samples;  // of the multisample targets, 0: none
   // Each is drawn with its own offset of the picture (pixels): more samples than the driver has.
@@ -218,6 +219,7 @@ SceneRenderer::State::State(const TrajectoryHeader& header, const RenderSettings
                             BodyColours colours, uint64_t triangles_worth_hiding)
     : scene(header, settings.analysis ? BodyColours::analysis : colours),
       lighting(make_lighting(settings.light)),
+      exposure(exposure_factor(settings.exposure)),
       width(settings.size[0]),
       height(settings.size[1]),
       samples(settings.samples > 1 ? std::min(settings.samples, kDriverSamples) : 0),
@@ -443,6 +445,7 @@ void SceneRenderer::State::draw_picture(const TrajectoryFrame& frame, const View
   glUniform1i(program.uniform("key_light"), kFourthUnit);
   glUniform1i(program.uniform("occlusion"), kFifthUnit);
   glUniform1i(program.uniform("samples"), std::max(1, samples));
+  glUniform1f(program.uniform("exposure"), exposure);
   bind_texture(kFourthUnit, GL_TEXTURE_2D, targets->key_light);
   bind_texture(kFifthUnit, GL_TEXTURE_2D, targets->half_blurred);
   draw_over_target(targets->display_frame, width, height);

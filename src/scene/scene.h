@@ -457,6 +457,7 @@ struct RenderSettings {
   Renderer renderer = Renderer::raster;
   RaySettings rays;
   Light light;
+  double exposure = 0;  // stops: each doubles the light of the picture
 };
 
 // The pile is made sound at the end of a run, and its motion is eased to end so (docs/finish.md).

@@ -168,6 +168,9 @@ Codec<RenderSettings> render_codec() {
                    "raster: fast; rays: slow, with full meshes and indirect light.")),
                newer(field<R>("rays", &R::rays, rays_codec(), "Settings of the renderer rays.")),
                newer(field<R>("light", &R::light, light_codec(), "Sun and sky.")),
+               newer(field<R>("exposure", &R::exposure, number(between(-10, 10)),
+                              "Exposure in stops: each doubles the brightness of the picture. At 0 "
+                              "a surface that faces the usual light has the colour of the scene.")),
            },
        .finish = [](const Json&, const Path& path, R& settings, ReadContext& context) {
          const auto [width, height] = settings.size;

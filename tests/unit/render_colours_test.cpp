@@ -128,5 +128,16 @@ TEST_P(ColourCards, RollOffInStrongLight) {
   }
 }
 
+// A stop is twice the light, by both renderers.
+TEST_P(ColourCards, AreTwiceAsBrightByOneStop) {
+  const std::vector<Colour> one_stop = draw({.exposure = 1}), less = draw({.exposure = -2}),
+                            twice = draw({.light = {.sun = 2, .sky = 2}}),
+                            quarter = draw({.light = {.sun = 0.25, .sky = 0.25}});
+  for (size_t i = 0; i < one_stop.size(); ++i) {
+    EXPECT_LT((one_stop[i] - twice[i]).cwiseAbs().maxCoeff(), 0.01F);
+    EXPECT_LT((less[i] - quarter[i]).cwiseAbs().maxCoeff(), 0.01F);
+  }
+}
+
 }  // namespace
 }  // namespace pilesim

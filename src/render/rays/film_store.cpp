@@ -69,6 +69,7 @@ FilmStore::FilmStore(FilmPlace place, const TrajectoryHeader& header,
   light.rays.samples.reset();
   // Which are done to a film that is complete.
   light.rays.denoise = true;
+  light.exposure = 0;
   StateWriter work;
   work(header.scene_hash, header.resolved_scene, settings_text(light), static_cast<int>(colours));
   work_ = content_hash(work.bytes());

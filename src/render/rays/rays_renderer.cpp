@@ -175,11 +175,13 @@ const Image& RaysRenderer::draw(const DrawnFrame& drawn) {
   } else {
     trace_paths(scene, settings, s.plan.samples, s.film);
   }
+  const float exposure = exposure_factor(s.settings.exposure);
   if (s.plan.denoise) {
     const LightPlanes& clean = s.denoiser.filter(s.film);
-    develop(clean.red, clean.green, clean.blue, 1, s.image);
+    develop(clean.red, clean.green, clean.blue, exposure, s.image);
   } else {
-    develop(s.film.red, s.film.green, s.film.blue, 1 / static_cast<float>(s.film.samples), s.image);
+    develop(s.film.red, s.film.green, s.film.blue, exposure / static_cast<float>(s.film.samples),
+            s.image);
   }
   return s.image;
 }
