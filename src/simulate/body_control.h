@@ -1,6 +1,6 @@
-// What directs a simulation from outside the solver: bodies put to sleep and woken, slowed, made
-// slippery, and the contacts that tell when. Of the modes whose bodies have contacts: impulse and
-// mixed.
+// The interface that directs a simulation from outside the solver: bodies put to sleep and woken,
+// slowed, made slippery, and the contacts that tell when. Of the modes whose bodies have contacts:
+// impulse and mixed.
 #pragma once
 
 #include <cstdint>
@@ -56,12 +56,12 @@ class BodyControl {
   // By put_to_sleep(), or by the simulator's own rule (then it also wakes by a touch).
   virtual bool is_asleep(uint32_t body) const = 0;
 
-  // Of a body that is awake.
+  // The body is awake.
   virtual void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;
   // Coulomb friction in place of the material's, >= 0; a pair has the product's square root.
   virtual void set_friction(uint32_t body, double friction) = 0;
 
-  // Of the last step, in an order that depends on the scene alone; `contacts` is overwritten.
+  // Contacts of the last step, in an order that depends on the scene alone; overwrites `contacts`.
   virtual void read_contacts(std::vector<BodyContact>& contacts) const = 0;
 };
 

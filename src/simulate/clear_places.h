@@ -12,7 +12,8 @@
 
 namespace pilesim {
 
-// Of a moment. What stands still is no matter of time: model/clear_starts.h judges it beforehand.
+// Places of a moment. Bodies that stand still are no matter of time: model/clear_starts.h judges
+// them beforehand.
 class ClearPlaces {
  public:
   using PoseOf = std::function<Pose(uint32_t)>;  // of the body frame, now

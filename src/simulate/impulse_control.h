@@ -1,5 +1,5 @@
-// What only the impulse mode offers a director beside BodyControl: bodies nailed or glued together,
-// blows seen before they are struck, and marks on bodies.
+// Control that only the impulse mode offers a director beside BodyControl: bodies nailed or glued
+// together, blows seen before they are struck, and marks on bodies.
 #pragma once
 
 #include <cstdint>
@@ -55,8 +55,8 @@ class ImpulseDirector {
   virtual ~ImpulseDirector() = default;
   // Before every step of a simulation that it directs.
   virtual void direct(ImpulseControl& control) = 0;
-  // Within a step, before its contacts are solved: what is woken here takes the blow, what sleeps
-  // on stands it like a wall.
+  // Within a step, before its contacts are solved: bodies woken here take the impact, those that
+  // sleep on stands it like a wall.
   virtual void take_hits(ImpulseControl& /*control*/, std::span<const Hit> /*hits*/) {}
   // Called at the end of every frame.
   virtual void end_frame(ImpulseControl& /*control*/) {}

@@ -15,12 +15,12 @@
 
 namespace pilesim {
 
-// What a simulator does for a body. Its flags are already as they are to be.
+// Actions of a simulator for a body. Its flags are already as they are to be.
 struct LifeHandlers {
   std::function<void(uint32_t)> add;                      // where states() has it: its start
   std::function<void(uint32_t)> remove;                   // of one that was present
   std::function<void(uint32_t, const ModelEvent&)> push;  // of one that is_in_world()
-  // Of one that is present: where it is now, which states() need not have before the frame's end.
+  // Where a present body is now, which states() need not have before the frame's end.
   std::function<Pose(uint32_t)> pose;
 };
 
@@ -61,7 +61,7 @@ class Lifecycle {
   // waits until no other that moves is in its place; bodies that fill a guide do not.
   void bring_bodies(const LifeHandlers& handlers);
   // The events whose time has come happen, in order. A body that is let go leaves, where it is
-  // present, and comes anew. One that is removed before it appears never will.
+  // present, and comes again. One that is removed before it appears never will.
   void bring_events(const LifeHandlers& handlers);
   void set_step(double step_s) { step_s_ = step_s; }
   void end_step();

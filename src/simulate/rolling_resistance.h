@@ -20,7 +20,7 @@
 
 namespace pilesim {
 
-// Of a pair of bodies: the torque for a force, m.
+// Torque arms of a pair of bodies: the torque for a force, m.
 struct TorqueArms {
   double rolling_m = 0, spinning_m = 0;
 };
@@ -31,8 +31,8 @@ class RollingResistance {
 
   // No two bodies have any.
   bool is_none() const { return bodies_.empty(); }
-  // Of two bodies by their indices in the model: the square root of the product of their materials'
-  // coefficients, times the radius of the smaller one.
+  // For two bodies by their indices in the model: the square root of the product of their
+  // materials' coefficients, times the radius of the smaller one.
   TorqueArms between(uint32_t a, uint32_t b) const;
 
  private:

@@ -13,7 +13,7 @@
 
 namespace pilesim {
 
-// Of the state at the end of a frame; times are of the whole frame.
+// Figures of the state at the end of a frame; times are of the whole frame.
 struct FrameStatistics {
   StageTimes times;
   int steps = 0;  // steps taken in this frame (more than asked where a fast body
@@ -38,7 +38,7 @@ class Simulator {
   // the frame if a state stops being finite.
   virtual FrameStatistics step_frame() = 0;
   virtual const BodyStates& states() const = 0;
-  // Of the state as it is, with zero times: for frame 0.
+  // Figures of the state as it is, with zero times: for frame 0.
   virtual FrameStatistics statistics() const = 0;
   // For the report: the signatures that bodies collide by, if they do; a line a shape.
   virtual std::vector<std::string> signatures() const { return {}; }
@@ -50,7 +50,7 @@ class Simulator {
 
   // Between frames: all that the frames to come depend on, its director's state with it.
   virtual void save(StateWriter& writer) const = 0;
-  // Of a simulator of the same scene, model and director, made anew: goes on as the one that was
+  // Called on a new simulator of the same scene, model and director: goes on as the one that was
   // saved, to the last bit. Throws Error(input) where the bytes are of no such state; it is not to
   // be used then.
   virtual void load(StateReader& reader) = 0;

@@ -63,8 +63,8 @@ class BulletShape {
   std::unique_ptr<btCollisionShape> collision_;
 };
 
-// Of all shapes of a model, in their order. Those that no dynamic body has may be as large as a
-// landscape: their margins are those of the smallest dynamic body.
+// Collision shapes of all shapes of a model, in their order. Those that no dynamic body has may be
+// as large as a landscape: their margins are those of the smallest dynamic body.
 std::vector<BulletShape> bullet_shapes(const Model& model);
 
 }  // namespace pilesim

@@ -12,7 +12,7 @@
 namespace pilesim {
 namespace {
 
-// What the dissertation names without a figure; g is gravity, r the outer radius of the body.
+// Numbers that the dissertation leaves open; g is gravity, r the outer radius of the body.
 constexpr float kLow = 0.4F;      // sqrt(g r): momentum low enough for resting conditions
 constexpr float kStill = 0.05F;   // sqrt(g r): the even smaller threshold, and a step's gravity
 constexpr float kHit = 0.4F;      // sqrt(g r): what comes faster ends its rest
@@ -209,7 +209,7 @@ DrawnWorld::Response DrawnWorld::respond(uint32_t i) const {
     const Vec3f apart = body.position - partner.position;
     const float distance = apart.norm(), gap_m = distance - body.radius_m - partner.radius_m;
     if (gap_m > 0) return;
-    // Of two in one place the order decides.
+    // For two in one place the order decides.
     const Vec3f normal =
         distance > 0 ? Vec3f(apart / distance) : Vec3f((i < other ? 1.0F : -1.0F) * Vec3f::UnitY());
     meet({normal, partner.velocity, gap_m}, i, other, random, response);
@@ -232,7 +232,7 @@ void DrawnWorld::meet(const Contact& contact, uint32_t i, uint32_t other, Philox
   response.deepest_m = std::max(response.deepest_m, -contact.gap_m);
   const Vec3f velocity = response.velocity - contact.other_velocity;
   const float closing = -velocity.dot(contact.normal);
-  // What is at rest stays so until it is hit.
+  // A body at rest stays so until it is hit.
   if (closing <= 0 || (body.asleep && closing < kHit * fall_speed(kind))) return;
   response.is_hit = true;
   const BodySignature& object = *kind.object;

@@ -66,7 +66,7 @@ void MixedCoupling::get_ready() {
     shared.solved = false;
     shared.pushed = shared.turned = Vec3::Zero();
     if (sphere.asleep) continue;
-    // What it lies on is as far below as the body reaches.
+    // Its support is as far below as the body reaches.
     sphere.surface_radius_m =
         static_cast<float>(exact_.reach_below_m(bodies_[i], shared.motion.orientation));
     sphere.propped = !shared.load.isZero();

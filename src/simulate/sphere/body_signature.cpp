@@ -55,7 +55,7 @@ void check(const ModelShape& shape, const Material& material, const Signature& s
   }
 }
 
-// Of a program that has measured none for it (job/measured_signatures.h).
+// For a program that has measured none for it (job/measured_signatures.h).
 Error no_signature(const ModelShape& shape, const ModelBody& body) {
   return {ErrorKind::input,
           Problem{.pointer = shape_pointer(shape.name),

@@ -23,10 +23,10 @@ void draw(const Vec3f& normal, Philox& random, Collider& body) {
   body.spin = response.spin;
 }
 
-// What both must be scaled by to keep the energy at `most`.
+// The factor of both that keeps the energy at `most`.
 float energy_scale(float now, float most) { return now > most ? std::sqrt(most / now) : 1.0F; }
 
-// Of what nothing moves they are zero.
+// They are zero for a body that nothing moves.
 struct Inverses {
   float mass = 0, inertia = 0;  // 1/kg, 1/(kg m^2)
 };
@@ -36,7 +36,7 @@ Inverses inverses(const Collider& body) {
   return {1 / body.mass_kg, 1 / (body.mass_kg * k * k)};
 }
 
-// What a bounce and Coulomb friction do to two spheres that touch. Momentum is kept, and angular
+// A bounce with Coulomb friction of two spheres that touch. Momentum is kept, and angular
 // momentum but for what the spheres' overlap moves the point where they touch.
 void bounce(const Collision& collision, const Inverses& inverse_a, const Inverses& inverse_b,
             Vec3f& velocity_a, Vec3f& spin_a, Vec3f& velocity_b, Vec3f& spin_b) {

@@ -16,7 +16,7 @@ using Lanes = hn::FixedTag<float, kLanes>;
 
 constexpr uint32_t kNone = KeptImpulse::kLast;
 
-// Of the outer radius: a hull that is farther from a surface than all but this much of its reach
+// In outer radii: a hull that is farther from a surface than all but this much of its reach
 // is looked for in a later step, however the surface moves. Speed alone.
 constexpr float kSurelyNear = 0.75F;
 
@@ -76,7 +76,7 @@ void ContactFinder::touch_sleepers(uint32_t p) {
       });
 }
 
-// What is large or fast meets its like and all that is smaller.
+// A large or fast body is tested against its like and all that are smaller.
 void ContactFinder::find_of_coarse_levels() {
   for (size_t level = 1; level < step_.levels.size(); ++level) {
     const SphereStep::Level& here = step_.levels[level];
@@ -212,7 +212,7 @@ void ContactFinder::note_left(uint32_t p, const Partner& partner, const Vec3f& n
   }
 }
 
-// What was put to sleep stands like a surface.
+// A body that was put to sleep stands like a surface.
 void ContactFinder::note_impact(uint32_t p, const Partner& partner, const SphereImpact& impact,
                                 float closing) {
   const uint32_t body = impact.body_a, other = impact.other;
@@ -309,7 +309,7 @@ void ContactFinder::meet_surfaces(uint32_t p, float reach, std::span<const uint3
     const float radius = has_extent ? contact.reach_m : body.surface_radius_m;
     const float gap = contact.gap - radius;
     if (gap > std::max(closing, 0.0F) * model_.settings.step_s + kNearby * radius) continue;
-    // What leans on a wall flies still.
+    // A body that leans on a wall still flies.
     if (std::abs(contact.normal.y()) > kWall) {
       if (!touches) body.surface_radius_m = radius;
       touches = true;
@@ -371,7 +371,7 @@ ContactImpulse ContactFinder::former_impulse(uint32_t p, const Partner& partner,
   return impulse;
 }
 
-// What the contact with `other` did in the step before, of those of the body that kept it.
+// The impulses of the contact with `other` in the last step, among those that the body kept.
 ContactImpulse ContactFinder::former_impulse(uint32_t kept, uint32_t other,
                                              const Vec3f& normal) const {
   for (; kept != kNone; kept = input_.kept[kept].next) {

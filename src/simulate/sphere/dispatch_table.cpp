@@ -136,7 +136,7 @@ PairMethod DispatchTable::by_level(Behaviour a, uint32_t level_a, Behaviour b,
   }
   if (a == exact) return b == statistical ? PairMethod::none : PairMethod::impulse;
   const DetailLevel& finer = levels_[b == standing ? level_a : std::min(level_a, level_b)];
-  // What an exact contact carries at one end would rock for ever on a sphere at the other.
+  // A body on an exact contact at one end would rock for ever on a sphere at the other.
   if (has_exceptions_ && a == near_exact && b == standing &&
       finer.near_near == PairMethod::statistical) {
     return PairMethod::impulse;

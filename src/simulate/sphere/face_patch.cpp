@@ -10,7 +10,8 @@ namespace {
 
 using namespace sphere_constants;
 
-// Of the nearest face of `block`, as seen along `normal` from outside: against it.
+// The normal of the face of `block` that is nearest, as seen along `normal` from outside: against
+// it.
 struct NearestFace {
   Vec3f outward;  // unit
   Vec3f middle;   // m
@@ -81,7 +82,7 @@ std::optional<FacePatch> patch_between(const PlacedBlock& a, const PlacedBlock& 
   patch.along = base.axes.col((axis + 1) % 3);
   patch.half_along_m = half[0];
   patch.half_across_m = half[1];
-  // What turns the upper one's outward normal to -up; of b, a is to turn the other way.
+  // The turn of the upper one's outward normal to -up; if that is b, a turns the other way.
   patch.tilt = (on_b ? 1.0F : -1.0F) * face.outward.cross(-up);
   patch.twist_m = mean_lever(half[0], half[1]);
   return patch;

@@ -78,7 +78,7 @@ void SphereContactSearch::gather(const Input& input, SphereStep& step) const {
       step.centre[p] = body.position;
       step.radius_m[p] = input.radius_m[index];
       step.ellipsoid[p] = model_.ellipsoid(index, body.orientation, input.radius_m[index]);
-      // What is solved exactly beside turns as it does there.
+      // A body that is also solved exactly turns as it does there.
       const bool by_energy = kind.object != nullptr && !body.shared;
       step.motion[p] = {body.velocity, body.asleep ? 0 : kind.inverse_mass,
                         by_energy ? kind.object->spin_of(body.orientation, body.spin) : body.spin,

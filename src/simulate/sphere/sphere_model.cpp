@@ -41,7 +41,7 @@ void set_form(const Mat3& inertia_m5, SphereKind& kind) {
                static_cast<float>(std::sqrt(squares.minCoeff()))};
 }
 
-// What cannot roll on over what is long or wide of it.
+// A body cannot roll on over its long or wide sides.
 float control_speed(const BodySignature& object, float gravity) {
   float lowest_m = object.outer_radius_m;
   for (const RestTarget& target : object.rest_targets) {

@@ -71,7 +71,7 @@ void SphereRest::move_body(const SphereStep& step, uint32_t p, SphereBody& body)
   body.orientation = turned(body.orientation, model_.settings.step_s * body.spin);
 }
 
-// What has left its place in a structure becomes as wide as in a heap.
+// A body that has left its place in a structure becomes as wide as in a heap.
 // Blocks stay as long as they lie face to face with something.
 void SphereRest::widen(const SphereStep& step, uint32_t p, SphereBody& body,
                        float& radius_m) const {
@@ -104,7 +104,7 @@ bool SphereRest::control_rest(const SphereStep& step, uint32_t p, SphereBody& bo
   const float steepness = normal.dot(model_.up);
   const bool leans = std::abs(steepness) <= kWall && surface_push > 0;
   const Vec3f& up = leans || steepness > kWall ? normal : model_.up;
-  // What spins about the upright tips over all the same.
+  // A body that spins about the vertical tips over, too.
   const Vec3f& spin = step.motion[p].spin;
   const Vec3f rolling = spin - spin.dot(up) * up;
   const float speed = body.velocity.norm() + kind.object->gyration_m * rolling.norm();

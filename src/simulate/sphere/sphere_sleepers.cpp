@@ -74,8 +74,8 @@ void SphereSleepers::wake_near(uint32_t body, const SurfaceGeometry& surfaces,
   }
 }
 
-// Of structures, nearest first: what stands on the body, or all that it touches, and so on until
-// `most_kg` are awake.
+// Bodies of structures, nearest first: those that stand on the body, or all that it touches, and so
+// on until `most_kg` are awake.
 void SphereSleepers::wake_structure(uint32_t first, float steepness, float most_kg,
                                     SphereState& state) {
   std::span<const SphereBody> bodies = state.bodies;
@@ -152,7 +152,7 @@ bool SphereSleepers::wake_by_contacts(const SphereStep& step, SphereState& state
   return true;
 }
 
-// To sort all sleepers anew costs more the more there are: when those among the awake have cost as
+// Sorting all sleepers again costs more the more there are: when those among the awake have cost as
 // much.
 bool SphereSleepers::is_crowded(size_t awake, SphereState& state) {
   const size_t asleep = state.active.size() - awake;
@@ -169,7 +169,7 @@ void SphereSleepers::lay_down(SphereState& state) {
                         [](const SphereBody& body) { return body.asleep && !body.changed; });
   lying_.sort(state.sleepers);
   for (const uint32_t body : state.members) state.bodies[body].still = false;
-  // What is much larger than most stays active.
+  // A body much larger than most stays active.
   for (const uint32_t body : lying_.bodies) {
     state.bodies[body].still = true;
     state.bodies[body].kept = SphereBody::kKeepsNone;

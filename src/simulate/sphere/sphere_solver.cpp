@@ -30,7 +30,7 @@ void SphereSolver::collide(const Input& input, SphereStep& step) {
 }
 
 void SphereSolver::collide(const Input& input, const SphereImpact& impact, SphereStep& step) const {
-  // What slept until now stays where it is in this step, and goes on with its new motion.
+  // A body that slept until now stays where it is in this step, and goes on with its new motion.
   const auto sleeps = [&](uint32_t row) {
     return (row & ContactGroups::kFixed) != 0 || step.motion[row].inverse_mass == 0;
   };
@@ -72,7 +72,7 @@ void SphereSolver::collide(const Input& input, const SphereImpact& impact, Spher
     a.velocity -= still_to_fall;
     collide_with_surface(collision(input, impact), impact.surface_velocity, random_a, a);
     a.velocity += still_to_fall;
-    // What does not leave the surface is carried by it.
+    // The surface carries a body that does not leave it.
     const float into = (impact.surface_velocity - a.velocity).dot(impact.normal);
     if (into > 0 && !still_to_fall.isZero()) a.velocity += into * impact.normal;
     return after(a, impact.body_a, impact.a, share_s);
@@ -91,7 +91,7 @@ Vec3f SphereSolver::falls_after(const SphereImpact& impact, const Vec3f& closing
                                 bool sleeps) const {
   if (impact.method != PairMethod::particle || sleeps) return Vec3f::Zero();
   const Vec3f change = (model_.settings.step_s - share_s) * model_.settings.gravity;
-  // What comes so slowly that it would not come without it is at rest but for this step.
+  // A body that approaches by the gravity of this step alone is at rest.
   return (closing + change).dot(impact.normal) > 0 ? change : Vec3f::Zero();
 }
 
@@ -166,7 +166,7 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
   }
 }
 
-// Of several surfaces the one that pushes most counts as such.
+// Of several surfaces, the one with the greatest normal impulse counts as such.
 void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
                                 SphereStep& step) const {
   float& most_ns = step.surface_push[touch.a];
@@ -188,8 +188,8 @@ void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const V
   step.surface_normal[touch.a] = normal;
 }
 
-// What another solver moves may be pushed in the midst of a step: what sleeps there stands like a
-// wall until it is over, and feels the blow then.
+// A body that another solver moves may be pushed in the midst of a step: sleeping bodies stand like
+// a wall until it is over, and feel the impact then.
 void SphereSolver::note_push(std::span<const SphereBody> bodies, const SphereTouch& touch,
                              float push_ns, const SphereStep& step, SphereBatch& batch) const {
   const uint32_t a = step.body[touch.a];
@@ -212,7 +212,7 @@ void SphereSolver::separate(std::span<const SphereBody> bodies, SphereStep& step
         step.shift[p] = {dt * step.motion[p].velocity, 0};
       } else if (step.motion[p].inverse_mass > 0) {
         step.shift[p].way += dt * step.motion[p].velocity;
-        // What flies goes by its mean velocity: along the parabola, whatever the step.
+        // A flying body moves by its mean velocity: along the parabola, whatever the step.
         const bool flies =
             step.surface_push[p] + step.body_push[p] == 0 && !bodies[step.body[p]].shared;
         if (flies) step.shift[p].way -= 0.5F * dt * dt * model_.settings.gravity;

@@ -14,7 +14,7 @@ namespace pilesim {
 
 class SphereSolver {
  public:
-  // Of a round: sweeps over a block of the grid before the next one: its contacts are in the cache.
+  // In a round: sweeps over a block of the grid before the next one: its contacts are in the cache.
   static constexpr int kSweepsAtOnce = 2;
 
   explicit SphereSolver(const SphereModel& model)
