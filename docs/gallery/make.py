@@ -18,6 +18,7 @@ PRESETS = ROOT / "presets"
 
 LEFT_OUT = {
     "batch/bins.plan": "is a plan of many runs, not a scene",
+    "finish/rabbits_100000": "takes minutes",
     "hard/contact_on_edge": "is a test of few bodies, as all of `hard/` that is left out",
     "hard/friction_0": "",
     "hard/friction_2": "",

@@ -370,7 +370,9 @@ class ModelBuilder {
   void join(const Joint& source, uint32_t a, uint32_t b) {
     model_.joints.push_back(joint_between(source, model_.bodies, a, b));
     const bool collide = source.collide.value_or(source.breaking_force_n.has_value());
-    if (!collide && b != ModelJoint::kWorld) model_.kept_apart.push_back(pair_key(a, b));
+    if (collide || b == ModelJoint::kWorld) return;
+    const bool is_plane = model_.shapes[model_.bodies[b].shape].is_plane;
+    if (!is_plane) model_.kept_apart.push_back(pair_key(a, b));  // nothing is to fall through it
   }
 
   void add_chain(const Chain& chain, size_t index) {

@@ -54,6 +54,7 @@ const std::map<std::string, test::PresetSize> kSizes = {
     {"hard/iron_on_gravel", kFromFarUp},     {"hard/plates", kAsleepSoon},
     {"hard/pyramid", kAsleepSoon},           {"hard/rings", kAsleepSoon},
     {"hard/spikes_and_wedges", kAsleepSoon}, {"statistical/rabbits_100000", kFromFarUp},
+    {"finish/rabbits_100000", kFromFarUp},
 };
 
 // Shared by the tests of one process.
