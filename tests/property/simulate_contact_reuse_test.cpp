@@ -68,7 +68,7 @@ class ContactReuse : public testing::Test {
 
 TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
   const double extent = smaller_extent(shapes_[0], shapes_[1]);
-  const double most_m = exact_constants::kReused * extent;
+  const double most_m = exact_constants::kResolution * extent;
   int compared = 0;
   for (int i = 0; i < 300; ++i) {
     const PosedBody a = posed(0, 100 * any_direction(), any_turn(1.1 * i));
@@ -102,7 +102,7 @@ TEST_F(ContactReuse, AreWrongByNoMoreThanTheMotionSince) {
 }
 
 TEST_F(ContactReuse, IsRefusedBeyondThatMotionAndAheadOfAFastOne) {
-  const double most_m = exact_constants::kReused * smaller_extent(shapes_[0], shapes_[1]);
+  const double most_m = exact_constants::kResolution * smaller_extent(shapes_[0], shapes_[1]);
   const PosedBody a = posed(0, Vec3::Zero(), Quat::Identity());
   const Vec3 at(0, 0.28, 0);
   Pair pair{0, 1};

@@ -78,7 +78,7 @@ void ContactSolver::converge() {
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     std::ranges::fill(has_changed, 0);
     const auto begin = static_cast<uint32_t>(static_cast<size_t>(sweep) * (blocks_.size() + 1) + 1);
-    const bool is_to_combine = sweep >= kPlainSweeps && sweep + 1 < kImpactSweeps;
+    const bool is_to_combine = sweep > 0 && sweep + 1 < kImpactSweeps;
     for_blocks([&](size_t batch, Block& block) {
       const auto now = begin + static_cast<uint32_t>(&block - blocks_.data());
       if (is_to_visit(block) && collide(block, now)) has_changed[batch] = 1;
@@ -389,7 +389,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), h(static_cast<T>(settings.step_s));
   const L restitution = L::load(block.restitution.data());
-  const L hard = L(static_cast<T>(kHard / kSlop)) * L::load(block.slop.data());
+  const L hard = L(static_cast<T>(kContactMargin / kResolution)) * L::load(block.slop.data());
   const L substep(static_cast<T>(settings.step_s / settings.substeps));
   const auto may_bounce = hn::Or(min(weights.mass_a, weights.mass_b) > zero,
                                  hn::Not(L::load(block.bounced.data()) > zero));

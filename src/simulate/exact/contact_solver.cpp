@@ -130,7 +130,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
           Lanes<T>::load(block.force_scale.data()) /
           max(Lanes<T>::load(block.mass_scale.data()) * Lanes<T>::load(block.rate.data()), least);
       const Lanes<T> slop = Lanes<T>::load(block.slop.data());
-      const Lanes<T> most_loaded = slop * Lanes<T>(static_cast<T>(kLoaded / kSlop));
+      const Lanes<T> most_loaded = slop * Lanes<T>(static_cast<T>(kLoaded / kResolution));
       const Lanes3<T> fall = fall_between(weights);
       for (size_t p = 0; p < points.size(); ++p) {
         Point& point = points[p];
@@ -265,8 +265,8 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
-  const L deeper =
-      fastest * L(static_cast<T>(kDeeper * kSlop)) / max(L::load(block.slop.data()), L(kLeast<T>));
+  const L deeper = fastest * L(static_cast<T>(kDeeper * kResolution)) /
+                   max(L::load(block.slop.data()), L(kLeast<T>));
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());

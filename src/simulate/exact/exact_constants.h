@@ -28,26 +28,19 @@ inline constexpr double kListMargin = 0.1;
 
 // --- Separations, in extents.
 
-// Pieces this near have contact points, whether or not they can touch within the step.
+// The resolution of contacts. Depths and gaps below it are nothing: it is the penetration slop, the
+// motion for which contacts are reused, and how flush shapes lie. A scene's accuracy is
+// stated in it.
+inline constexpr double kResolution = 1e-3;
+// The margin of contacts. Pieces this near have contact points, whether or not they can touch
+// within the step; points that approach by more in a step collide, and are solved as an impact; a
+// piece deeper in a closed surface leaves it as it came.
 inline constexpr double kContactMargin = 0.01;
-// Pieces that may approach by more in a step use continuous collision.
-inline constexpr double kFast = 0.1;
-// A body that turns by more until it touches is advanced to there, rad.
-inline constexpr double kTurnAhead = 0.02;
-// Contacts are reused while the relative motion since is no more.
-inline constexpr double kReused = 1e-3;
 // Penetrating pieces are tested after a shift to this distance.
 inline constexpr double kShift = 0.02;
-// At a penetration depth above this a face may be a better direction than that of the last step.
-inline constexpr double kDeep = 1e-3;
-// But not against a fixed body beyond this depth: a body that all but went through a thin wall is
-// to come back the way it went.
+// A face may be a better direction than that of the last step, but not against a fixed body beyond
+// this depth: a body that all but went through a thin wall is to come back the way it went.
 inline constexpr double kTooDeep = 0.2;
-// Static shapes no farther apart lie flush, and a ledge no higher is none: resting bodies penetrate
-// by as much.
-inline constexpr double kFlush = 1e-3;
-// A piece deeper than this in a closed surface leaves it as it came.
-inline constexpr double kInside = 0.01;
 
 // --- The reference face, and the points over it. Tried on crossed sticks
 // (ExactEngine.CrossedSticksTouchWithTheirFaces, presets/stick_tower) and hulls of 40 vertices.
@@ -65,8 +58,6 @@ inline constexpr double kNearlyFacing = 1 - 1e-4;
 inline constexpr double kSameDepth = 1e-4;
 // A point beside a face by less, in extents, counts as over it.
 inline constexpr double kBeside = 0.02;
-// Contact points on a plane are at most this much higher than the lowest, in extents.
-inline constexpr double kBand = 1e-3;
 // A cylinder whose axis is nearer to the direction (cosine) touches with its flat face, else with
 // its round side. Round sides touch along a line if their axes are parallel to this cosine: 8
 // degrees.
@@ -74,10 +65,9 @@ inline constexpr double kOnItsFace = 0.7;
 inline constexpr double kParallel = 0.99;
 // Points whose normals differ by less than this cosine have one plane.
 inline constexpr double kSamePlane = 0.999;
-// An edge beyond which a surface turns down is not touched from behind (a cosine).
-inline constexpr double kBehind = 0.5;
-// A piece nearest to a face within 60 degrees of its normal is on that side of it (cosine).
-inline constexpr double kBefore = 0.5;
+// A piece nearest to a face within 60 degrees of its normal is on that side of it, and an edge
+// beyond which a surface turns down by more is not touched from behind (cosine).
+inline constexpr double kOnThatSide = 0.5;
 // A contact inherits the force of one this near, in extents, whose normal is this near (cosine).
 inline constexpr double kSamePlace = 0.1;
 inline constexpr double kSameNormal = 0.7;
@@ -107,7 +97,6 @@ inline constexpr double kContactDamping = 10;
 // by no more than this in a step, in extents; but no step is shorter than this share of that at
 // rest on Earth. Tried on 1,000 hulls and 1,000 rabbits that fall (docs/lab/steps.md); all for an
 // accuracy of kUsualAccuracy.
-inline constexpr double kUsualAccuracy = 1e-3;
 inline constexpr double kStepAtRest = 0.12;
 inline constexpr double kMotionInStep = 0.1;
 inline constexpr double kShortestStep = 0.1;
@@ -120,8 +109,6 @@ inline constexpr int kLeastSubsteps = 4, kMostSubsteps = 64;
 inline constexpr double kAlmost = 0.99;  // of the substeps that are needed is as good
 // Relaxations of a substep. With 3 flat pyramids of 136 boxes creep.
 inline constexpr int kRelaxations = 4;
-// Points that approach by more in a step, in extents, collide: they are solved as an impact.
-inline constexpr double kHard = 0.01;
 // Impacts: at most so many sweeps a round, and so many iterations over the points of a pair, until
 // no velocity changes by more than this share of the impulse on the heavier body, or of g h. Tried
 // on 225 boxes that fall on a corner each, against the equations of their impacts, and on boxes
@@ -131,17 +118,14 @@ inline constexpr int kImpactSweeps = 20;
 inline constexpr int kImpactIterations = 8;
 inline constexpr double kSameImpulse = 1e-4;
 inline constexpr double kSameAsFall = 0.02;
-// From this sweep on the sweeps of an island are combined.
-inline constexpr int kPlainSweeps = 1;
 // Rounds of impacts in a step: a row of so many bodies passes an impulse on in one.
 inline constexpr int kImpactRounds = 32;
 // A contact that has carried such a share of the weight of the lighter body passes impulses on.
 inline constexpr double kSupport = 0.1;
 // A point that comes this near to another within the step, as a share of its motion, hits it.
 inline constexpr double kAsGood = 0.01;
-// The penetration slop, in extents. Depth beyond it falls by e in this time, in sqrt(r / g) of the
-// smallest body, and no faster than this, in sqrt(g r): bodies that start in others do not burst.
-inline constexpr double kSlop = 1e-3;
+// Depth beyond the slop falls by e in this time, in sqrt(r / g) of the smallest body, and no faster
+// than this, in sqrt(g r): bodies that start in others do not burst.
 // The slop grows with the load to this depth: 1,000 kg on 1 kg.
 inline constexpr double kLoaded = 3e-3;
 inline constexpr double kPushTime = 0.3;
@@ -155,7 +139,8 @@ inline constexpr double kUsualPushTime = 0.02;
 inline constexpr double kUsualPushSpeed = 0.1;
 // Cosine of half the turn since the step began, beyond which corners are elsewhere: 0.5 rad.
 inline constexpr double kLeastCosine = 0.969;
-// A turn of less than this in a substep leaves the axis of rotation as it is, rad.
+// A turn of less than this leaves the axis of rotation, and the places of corners, as they are,
+// rad.
 inline constexpr double kLeastTurn = 0.02;
 
 // --- Rest. Tried on slopes, turntables and tilting boards (unit_simulate, Balance*) and on 300
@@ -183,7 +168,5 @@ inline constexpr double kAtLimit = 1 - 1e-4;
 // A body as fast as this share of the speed of a hit comes along with the one that hits. Tried on
 // presets/equilibrium/rough_crates.json.
 inline constexpr double kComesAlong = 0.5;
-// Bodies that are as near, in extents, touch.
-inline constexpr double kTouch = 1e-3;
 
 }  // namespace pilesim::exact_constants

@@ -334,7 +334,7 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
   } else {
     for (const Vec3& vertex : piece.vertices()) add(vertex);
   }
-  keep_lowest(points, first, kBand * piece.smallest_extent_m(),
+  keep_lowest(points, first, kResolution * piece.smallest_extent_m(),
               kSameDepth * piece.smallest_extent_m());
 }
 

@@ -219,7 +219,7 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
           const Body& body = bodies_[i];
           const double displacement = body.velocity.norm() * time_s;
           const bool stays = displacement <= shapes_[body.shape].own_extent();
-          if (!body.is_awake() || (stays && body.spin.norm() * time_s < kTurnAhead)) continue;
+          if (!body.is_awake() || (stays && body.spin.norm() * time_s < kLeastTurn)) continue;
           advanced_s_[i] = advanced_s_[i] > 0 ? std::min(advanced_s_[i], time_s) : time_s;
           any = true;
         }
@@ -248,7 +248,7 @@ void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
   if (contacts.empty()) return;
   const double step_s = settings_.step_s;
   const double restitution = std::sqrt(a.restitution * b.restitution);
-  const double hard = kHard * smaller_extent(*a.shape, *b.shape);
+  const double hard = kContactMargin * smaller_extent(*a.shape, *b.shape);
   const double pull = step_s * settings_.gravity;
   const double fastest = (a.velocity - b.velocity).norm() + a.turning_m_s + b.turning_m_s;
   if (fastest * step_s <= hard && restitution * fastest <= pull) return;

@@ -150,7 +150,7 @@ class Finder {
 
   // Along the normal, a's frame, they may come nearer in the step by much.
   bool is_fast(const Vec3& normal) const {
-    return reach_.along(normal) > (kContactMargin + kFast) * small_;
+    return reach_.along(normal) > (kContactMargin + kMotionInStep) * small_;
   }
 
   // Contacts of one pair of pieces as bodies stand, and their distance. `look(relative, reach)`
@@ -342,7 +342,7 @@ class Finder {
           Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
               pieces.known);
-          if (!is_solid && separation.distance_m < -kInside * small_) {
+          if (!is_solid && separation.distance_m < -kContactMargin * small_) {
             leave_wrong_side(pieces, triangle, b, relative, reach, separation);
           }
           guess = separation.normal;
@@ -355,7 +355,7 @@ class Finder {
         });
     pieces.bound_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
-    is_inside_ = is_inside_ || distance < -kInside * small_;
+    is_inside_ = is_inside_ || distance < -kContactMargin * small_;
   }
 
   // Deep in a sheet as seen from its side, a piece may yet be apart from it: it has come round.
@@ -367,7 +367,7 @@ class Finder {
     if (apart.distance_m <= 0) return;
     separation = apart;
     const double cosine = apart.normal.dot(triangle.faces()[0].normal);
-    if (std::abs(cosine) > kBefore) pieces.side = cosine > 0 ? 1 : -1;
+    if (std::abs(cosine) > kOnThatSide) pieces.side = cosine > 0 ? 1 : -1;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
@@ -394,9 +394,9 @@ class Finder {
     KnownVertices none;
     const Separation apart = find_separation(ConvexPiece(face.corners), b, b_in_a_, Vec3::Zero(),
                                              std::numeric_limits<double>::infinity(), none);
-    if (apart.distance_m < -kInside * small_) return of_centre;
+    if (apart.distance_m < -kContactMargin * small_) return of_centre;
     const double cosine = apart.normal.dot(face.normal);
-    return cosine > kBefore ? 1 : cosine < -kBefore ? -1 : of_centre;
+    return cosine > kOnThatSide ? 1 : cosine < -kOnThatSide ? -1 : of_centre;
   }
 
   // A sheet has two sides. On which one of a triangle a piece is that has just come to it, those
@@ -414,7 +414,7 @@ class Finder {
       });
     };
     while (settle([&](const PiecePair& pieces) {
-             return side_of_neighbours(pieces, -kInside * small_);
+             return side_of_neighbours(pieces, -kContactMargin * small_);
            }) > 0) {
     }
     settle([&](const PiecePair& pieces) -> int8_t {
@@ -424,7 +424,7 @@ class Finder {
           find_separation(ConvexPiece(face.corners), shape_b_.pieces[pieces.b], b_in_a_,
                           Vec3::Zero(), std::numeric_limits<double>::infinity(), none);
       const double cosine = apart.normal.dot(face.normal);
-      if (apart.distance_m <= 0 || std::abs(cosine) <= kBefore) return 0;
+      if (apart.distance_m <= 0 || std::abs(cosine) <= kOnThatSide) return 0;
       return cosine > 0 ? 1 : -1;
     });
     while (settle([&](const PiecePair& pieces) { return side_of_neighbours(pieces, reach_m_); }) >
@@ -462,7 +462,7 @@ class Finder {
       if (allowed.isZero(0)) return;
     }
     // The edge of what goes down on the other side is not touched from behind.
-    if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kBehind)) return;
+    if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kOnThatSide)) return;
     const size_t first = scratch_.all.size();
     const bool is_corrected = (allowed - separation.normal).norm() > kSameWay;
     if (is_corrected) {
@@ -668,7 +668,7 @@ class Finder {
         taken[j] = 1;
         kept.push_back(all[j]);
       }
-      keep_lowest(kept, first, kBand * small_, kSameDepth * small_);
+      keep_lowest(kept, first, kResolution * small_, kSameDepth * small_);
     }
     std::swap(all, kept);
   }
@@ -731,7 +731,7 @@ bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
                     std::vector<Contact>& contacts) {
   if (pair.found_margin_m < 0) return false;
   const double h = settings.step_s;
-  const double most_m = kReused * smaller_extent(*a.shape, *b.shape);
+  const double most_m = kResolution * smaller_extent(*a.shape, *b.shape);
   const Vec3 apart = b.position - a.position;
   const Vec3 moved = a.turn.transpose() * apart - pair.found_shift;
   const Quat since =

@@ -142,7 +142,7 @@ bool may_touch(Pair& pair, const MotionBound& a, const MotionBound& b,
 
 // Appends to `contacts` the `former` ones where the bodies have come to, if they have hardly moved
 // against each other since those were found: no contact is then missed or wrong by more than
-// kReused of the smaller extent. False: they are to be found again.
+// kResolution of the smaller extent. False: they are to be found again.
 bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
                     const NarrowSettings& settings, std::span<const Contact> former,
                     std::vector<Contact>& contacts);

@@ -43,7 +43,8 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
 // Whether they do, or will within the step.
 bool Rest::touches(const Pair& pair, std::span<const Contact> contacts) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-  const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
+  const auto near =
+      static_cast<float>(kResolution * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
   return std::ranges::any_of(contacts, [&](const Contact& contact) {
     if (contact.distance_m <= near || contact.normal_force_n > 0) return true;
     const Vec3 normal = contact.normal.cast<double>();

@@ -292,7 +292,7 @@ class Pair {
     Outcome outcome = climb(start, apart, small, reach, found);
     if (outcome == Outcome::beyond) return found;
     const double depth = radii_ - found.distance_m;
-    if (depth > kDeep * small && !(known_.is_wall && depth > kTooDeep * small)) {
+    if (depth > kResolution * small && !(known_.is_wall && depth > kTooDeep * small)) {
       Vec3 face = found.normal;
       double better = kGainByFace * small - depth;
       best_face(found.on_a, found.on_b, face, better);

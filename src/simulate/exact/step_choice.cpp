@@ -16,7 +16,7 @@ StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState
       state_(state),
       active_(active),
       gravity_(gravity),
-      scale_(accuracy / kUsualAccuracy) {}
+      scale_(accuracy / kResolution) {}
 
 double StepChoice::at_rest_s(double gravity) const {
   double extent = std::numeric_limits<double>::infinity();

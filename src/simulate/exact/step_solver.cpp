@@ -195,7 +195,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
 
 // Its loads, and what a body that carries nothing needs to be stopped well.
 double StepSolver::rate2(uint32_t body) const {
-  const double scale = accuracy_ / kUsualAccuracy;
+  const double scale = accuracy_ / kResolution;
   const double of_size = settings_.gravity.norm() /
                          (kSubstepOfSize * kSubstepOfSize * shape_of(body).smallest_extent_m);
   return std::max(
@@ -294,7 +294,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
       const bool is_joined =
           !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
       const TorqueArms arms = resistance_.between(pair.a, pair.b);
-      const double slop = kSlop * smaller_extent(shape_of(pair.a), shape_of(pair.b));
+      const double slop = kResolution * smaller_extent(shape_of(pair.a), shape_of(pair.b));
       // Contacts of one range were found at one time.
       const std::span<Contact> contacts = state_.contacts_of(pair);
       const auto count = static_cast<uint32_t>(contacts.size());

@@ -108,7 +108,7 @@ class Surroundings::Search {
         piece_(own_.shape->surface ? nullptr : &own_.shape->pieces[piece]),
         side_(side),
         small_m_(small_m),
-        tolerance_m_(kFlush * small_m) {
+        tolerance_m_(kResolution * small_m) {
     if (own_.shape->surface) triangle_.emplace(own_.shape->surface->face(piece));
   }
 
@@ -392,7 +392,7 @@ Bounds Surroundings::box_of(const Thing& thing, uint32_t piece) const {
   const Bounds& own = piece == kWhole ? thing.shape->box : thing.shape->pieces[piece].box();
   const Vec3 half = thing.turn.cwiseAbs() * (own.sizes() / 2);
   const Vec3 centre = thing.position + thing.turn * own.center();
-  const Vec3 wide = half + Vec3::Constant(kFlush * half.maxCoeff());
+  const Vec3 wide = half + Vec3::Constant(kResolution * half.maxCoeff());
   return {Vec3(centre - wide), Vec3(centre + wide)};
 }
 
