@@ -96,7 +96,7 @@ inline constexpr double kContactDamping = 10;
 // body: a body that loses its support falls 1.5 % of its extent in one. Bodies that may touch move
 // by no more than this in a step, in extents; but no step is shorter than this share of that at
 // rest on Earth. Tried on 1,000 hulls and 1,000 rabbits that fall (docs/lab/steps.md); all for an
-// accuracy of kUsualAccuracy.
+// accuracy of kResolution.
 inline constexpr double kStepAtRest = 0.12;
 inline constexpr double kMotionInStep = 0.1;
 inline constexpr double kShortestStep = 0.1;
