@@ -188,6 +188,11 @@ PouredObject poured_object(const SignatureOptions& sampling, const Signature& si
   MeshShape shape{.file = sampling.mesh, .scale = sampling.scale};
   shape.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
   shape.collision = CollisionKind::decomposition;
+  static constexpr SolidKind kKinds[] = {SolidKind::automatic, SolidKind::exact, SolidKind::wrap,
+                                         SolidKind::hull};
+  shape.solid = kKinds[static_cast<size_t>(sampling.solid.rule)];
+  shape.thickness_m = sampling.solid.thickness_m;
+  shape.hull_max_vertices = sampling.solid.hull_max_vertices;
   return {.shape = shape,
           .material = {.restitution = sampling.material.restitution,
                        .friction = sampling.material.friction},

@@ -170,7 +170,8 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   TriangleMesh given = import_mesh(options.mesh, options.scale);
   if (options.is_z_up) turn_z_up_to_y_up(given);
   SignatureRun run;
-  const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &run.solid); });
+  const TriangleMesh mesh =
+      naming(name, [&] { return solid_to_sample(given, options.solid, &run.solid); });
   ContactBody body = make_contact_body(mesh, name);
   body.mesh_hash = mesh_hash(given);  // scenes know it by this
   const TrialSetup setup{&body, options.material, options.kind, options.seed,

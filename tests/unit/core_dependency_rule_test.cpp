@@ -62,9 +62,9 @@ const std::map<std::string, std::set<std::string>> kAllowed = {
     {"batch", {"core", "json", "scene"}},
     {"view", {"core", "scene", "trajectory", "render", "export"}},
     {"job",
-     {"core", "json", "geometry", "scene", "model", "signature/rest", "signature/trial", "simulate",
-      "simulate/modes", "inspect", "pile/repose", "pile/guide", "trajectory", "finish", "report",
-      "render"}},
+     {"core", "json", "geometry", "scene", "model", "signature", "signature/rest",
+      "signature/trial", "simulate", "simulate/modes", "packing", "inspect", "pile/repose",
+      "pile/guide", "trajectory", "finish", "report", "render"}},
 };
 
 std::vector<std::string> included_folders(const fs::path& file) {
