@@ -75,6 +75,7 @@ void add_export_command(CLI::App& app) {
       "export", "Write a trajectory as a file of USD, glTF, Blender, numpy or a table");
   command->add_option("input", options->input, "What simulate wrote: a directory")
       ->required()
+      ->type_name("DIRECTORY")
       ->check(named(), "");
   command
       ->add_option("-o,--output", options->output,

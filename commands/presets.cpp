@@ -167,8 +167,11 @@ void add_presets_command(CLI::App& app) {
   CLI::App* copy = command->add_subcommand(
       "copy", "Copy a preset and the files that it names, so that it runs where it then is");
   copy->add_option("name", options->name, "What the list says: impulse/rabbits_in_a_crate")
-      ->required();
-  copy->add_option("directory", options->directory, "Where to (default: here)")->check(named(), "");
+      ->required()
+      ->type_name("NAME");
+  copy->add_option("directory", options->directory, "Where to (default: here)")
+      ->type_name("DIRECTORY")
+      ->check(named(), "");
   copy->add_flag("--force", options->force, "Replace files that are there already");
   copy->callback([options] { copy_preset(*options); });
   command->footer(R"(

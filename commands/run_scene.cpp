@@ -54,10 +54,12 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
   options->direct_piles = text.direct_piles;
   CLI::App* command = app.add_subcommand(text.name, text.description);
   add_scene_options(*command, options->scene);
-  CLI::Option* output = command->add_option(
-      "-o,--output", options->output,
-      "Directory for trajectory.zarr, timing.csv, report.json, report.html; needed but "
-      "for --print-config");
+  CLI::Option* output =
+      command
+          ->add_option("-o,--output", options->output,
+                       "Directory for trajectory.zarr, timing.csv, report.json, report.html; "
+                       "needed but for --print-config")
+          ->type_name("DIRECTORY");
   CLI::Option* print =
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");

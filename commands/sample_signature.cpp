@@ -293,7 +293,7 @@ Examples:
   pilesim sample-signature assets/ring.obj -o ring.sig
   pilesim sample-signature rabbit.obj -o rabbit.sig --restitution 0.5 --target-error 0.01
   pilesim sample-signature ring.obj --collisions drops.csv -o measured.sig
-  pilesim sample-signature --scene presets/statistical/rings_1000.json --shape ring -o ring.sig
+  pilesim sample-signature --scene presets/statistical/rabbits_100.json --shape rabbit -o rabbit.sig
   pilesim inspect ring.sig --plot ring-pictures
 
 Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and drops and

@@ -85,6 +85,7 @@ void add_view_command(CLI::App& app) {
       "Write a page for a browser that plays a trajectory, needs no network and no other file");
   command->add_option("input", options->input, "What simulate wrote: a directory")
       ->required()
+      ->type_name("DIRECTORY")
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The page (default: view.html in the input)")
       ->type_name("FILE")
