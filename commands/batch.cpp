@@ -89,6 +89,7 @@ void add_batch_command(CLI::App& app) {
       app.add_subcommand("batch", "Make many runs of a scene that varies, here or on a cluster");
   command->add_option("plan", options->plan, "The plan (JSON): docs/batch.md")
       ->required()
+      ->type_name("FILE")
       ->check(named(), "");
   command
       ->add_option(

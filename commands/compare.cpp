@@ -53,7 +53,8 @@ void add_compare_command(CLI::App& app) {
   command
       ->add_option("-o,--output", options->output,
                    "Directory for compare.json, compare.html, charts and runs/")
-      ->required();
+      ->required()
+      ->type_name("DIRECTORY");
   command
       ->add_option(
           "--modes", job.modes,

@@ -75,6 +75,7 @@ void add_export_command(CLI::App& app) {
       "export", "Write a trajectory for USD, glTF, Blender, numpy or as a table");
   command->add_option("input", options->input, "The directory of a run")
       ->required()
+      ->type_name("DIRECTORY")
       ->check(named(), "");
   command
       ->add_option("-o,--output", options->output,

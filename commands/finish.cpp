@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "numbers.h"
 #include "options.h"
 #include "print_summary.h"
 
@@ -49,18 +50,18 @@ void add_finish_command(CLI::App& app) {
   command
       ->add_option("-o,--output", options->output,
                    "Directory for trajectory.zarr, timing.csv, report.json, report.html")
-      ->required();
+      ->required()
+      ->type_name("DIRECTORY");
   command
       ->add_option("--scene", options->scene,
                    "The scene file of the run, if it has moved; its meshes are read relative to it")
       ->type_name("FILE")
       ->check(named(), "");
-  command
-      ->add_option("--longest", options->longest_s,
-                   "Longest simulated time in which bodies come to rest (default: 100 sqrt(r / g) "
-                   "of the smallest body)")
-      ->type_name("SECONDS")
-      ->check(CLI::Range(1e-3, 1e6), "");
+  add_real_number(
+      *command, "--longest", {1e-3, 1e6},
+      [options](double longest_s) { options->longest_s = longest_s; },
+      "Longest simulated time in which bodies come to rest, s (default: 100 sqrt(r / g) of the "
+      "smallest body)");
   command->add_flag("--visible-only", options->visible_only,
                     "Leave overlaps of bodies that lie too deep in the pile to be seen");
   add_report_options(*command, options->report);

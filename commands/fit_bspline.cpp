@@ -82,12 +82,15 @@ void add_fit_bspline_command(CLI::App& app) {
       "fit-bspline", "Make a signature a thousand times smaller: B-splines in place of its tables");
   command->add_option("signature", f.signature, "A file of pilesim sample-signature")
       ->required()
+      ->type_name("FILE.sig")
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The fitted signature to write, NAME.fit.sig")
-      ->required();
+      ->required()
+      ->type_name("FILE.sig");
   command
       ->add_option("--mesh", f.mesh,
                    "The mesh that was sampled, to measure the fit against fresh true responses")
+      ->type_name("MESH")
       ->check(named(), "");
   auto* bytes = add_whole_number(
       *command, "--max-bytes", {1, 1'000'000'000}, [&f](uint64_t most) { f.max_bytes = most; },

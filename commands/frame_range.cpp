@@ -117,6 +117,14 @@ FramePoint parse_frame_point(const std::string& text, const std::string& option)
   throw refusal(option, "'" + text + "' is not a frame such as 7, last, -2 or 2.5s");
 }
 
+double parse_seconds(const std::string& text, const std::string& option) {
+  constexpr double kMost_s = 3600;
+  std::string_view rest = text;
+  const std::optional<double> time_s = take_seconds(rest);
+  if (time_s && rest.empty() && *time_s > 0 && *time_s <= kMost_s) return *time_s;
+  throw refusal(option, "'" + text + "' is not a time such as 6s, above 0 and at most 3600s");
+}
+
 std::vector<uint64_t> selected_frames(const FrameRange& range, uint64_t count, double frame_rate,
                                       const std::string& option) {
   if (count == 0) {

@@ -32,6 +32,8 @@ FrameRange parse_frame_range(const std::string& text, const std::string& option 
 // Several of them with commas in between; at least one.
 std::vector<FrameRange> parse_frame_ranges(const std::string& text);
 FramePoint parse_frame_point(const std::string& text, const std::string& option);
+// A time above 0 and at most an hour: "6s". Throws CLI::ValidationError naming `option`.
+double parse_seconds(const std::string& text, const std::string& option);
 
 // The frames of `range`, out of 0 .. count - 1, `frame_rate` of them a second. Throws
 // CLI::ValidationError if the range goes beyond them or backwards and Error(input) if there are

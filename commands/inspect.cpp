@@ -5,7 +5,9 @@
 #include <optional>
 #include <string_view>
 
+#include "core/error.h"
 #include "core/output_directory.h"
+#include "core/printable.h"
 #include "options.h"
 #include "print.h"
 #include "render/image_output.h"
@@ -53,6 +55,16 @@ fs::path draw_rest_poses(const Signature& signature, const TriangleMesh& mesh,
 }
 
 void inspect(const InspectArguments& options) {
+  std::error_code fault;
+  if (fs::exists(fs::path(options.file) / "trajectory.zarr", fault)) {
+    throw Error(ErrorKind::input,
+                Problem{.file = options.file,
+                        .found = "is a run",
+                        .expected = "a signature",
+                        .remedy = "Open " + (fs::path(options.file) / "report.html").string() +
+                                  " to judge the run, or play it: pilesim view " +
+                                  shell_word(options.file)});
+  }
   const Signature signature = read_signature(options.file);
   std::optional<TriangleMesh> mesh;
   if (!options.mesh.empty()) mesh = import_sampled_mesh(options.mesh, signature.body);
@@ -77,6 +89,7 @@ void add_inspect_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("inspect", "Print the content of a signature");
   command->add_option("signature", options->file, "A file of pilesim sample-signature")
       ->required()
+      ->type_name("FILE.sig")
       ->check(named(), "");
   CLI::Option* plot = command
                           ->add_option("--plot", options->plots,

@@ -174,7 +174,7 @@ int run(int argc, char** argv) {
       app.exit(error);
     } else {
       // The arguments that are wrong are in what it says.
-      std::fprintf(stderr, "%s\nRun with --help for more information.\n",
+      std::fprintf(stderr, "pilesim: %s\nRun with --help for more information.\n",
                    pilesim::printable(pilesim::misuse_text(app, error, argc, argv)).c_str());
       return static_cast<int>(pilesim::ErrorKind::usage);
     }

@@ -26,12 +26,13 @@ void add_new_command(CLI::App& app) {
       app.add_subcommand("new", "Write a scene to start from, sized to a mesh, that runs as it is");
   command
       ->add_option("kind", options->kind,
-                   "pile: on the ground; bin: poured into a bin; guide: a cone that keeps its "
+                   "pile: poured in a heap; bin: poured into a bin; guide: a cone that keeps its "
                    "shape, for direct-pile; dataset: a bin that differs with each seed")
       ->required()
       ->type_name("pile|bin|guide|dataset");
   command->add_option("mesh", options->mesh, "The mesh of a body (obj, stl, ply, glb, ...)")
       ->required()
+      ->type_name("MESH")
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The scene file (default: scene.json)")
       ->type_name("FILE")
@@ -39,8 +40,9 @@ void add_new_command(CLI::App& app) {
   add_whole_number(
       *command, "--count", {1, 100'000},
       [options](uint64_t count) { options->job.count = static_cast<int>(count); },
-      "Number of bodies (default: 60); in a guide about this number, and enough to make it three "
-      "bodies wide");
+      "Number of bodies (default: 120 of a pile, else 60); in a guide about this number, and "
+      "enough "
+      "to make it three bodies wide");
   add_real_number(
       *command, "--scale", {.least = 0, .excludes_least = true},
       [options](double scale) { options->job.scale = scale; },
@@ -67,8 +69,9 @@ Examples:
     options->job.output = options->output;
     const NewSceneSummary summary = write_new_scene(options->job);
     if (options->quiet) return;
-    print("%s: a body is %.3g m across; if it should not be, say --scale\n",
-          options->output.c_str(), summary.diameter_m);
+    print("%s: a body is %.3g m across%s\n", options->output.c_str(), summary.diameter_m,
+          summary.questions.empty() ? "; if it should not be, say --scale" : "");
+    for (const std::string& question : summary.questions) print_line(question);
     if (summary.guided > 0) print("about %d of them fill the guide\n", summary.guided);
     const bool directed = options->job.kind == NewSceneKind::guide;
     print("next: pilesim %s %s -o out && pilesim render out\n",

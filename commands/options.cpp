@@ -19,6 +19,7 @@ std::function<std::string(const std::string&)> named() {
 
 CLI::Option* add_word(CLI::App& command, const std::string& name, std::vector<std::string> words,
                       std::function<void(size_t)> take, const std::string& description) {
+  const std::string type = CLI::detail::join(words, "|");
   const auto read = [name, words = std::move(words),
                      take = std::move(take)](const std::string& text) {
     const auto found = std::ranges::find(words, text);
@@ -26,7 +27,7 @@ CLI::Option* add_word(CLI::App& command, const std::string& name, std::vector<st
     throw CLI::ValidationError(name,
                                "'" + text + "' is not one of " + CLI::detail::join(words, ", "));
   };
-  return command.add_option_function<std::string>(name, read, description)->type_name("WORD");
+  return command.add_option_function<std::string>(name, read, description)->type_name(type);
 }
 
 void Overrides::add(const std::string& text, const std::string& option, const std::string& value) {
@@ -66,6 +67,7 @@ void add_override_option(CLI::App& command, Overrides& overrides, const std::str
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("scene", options.file, "The scene file (JSON)")
       ->required()
+      ->type_name("FILE")
       ->check(named(), "");
   add_override_option(command, options.overrides,
                       "Override a value: --set /simulator/sleeping=false (repeatable)");
@@ -109,12 +111,12 @@ void add_run_options(CLI::App& command, RunOptions& options) {
 }
 
 CLI::Option* add_resume_options(CLI::App& command, ResumeOptions& options) {
-  command
-      .add_option("--checkpoint", options.checkpoint_period_s,
-                  "Wall time between two checkpoints for --resume (default: 5); they take at most "
-                  "2 % of the time. 0: one after each frame, whatever it takes")
-      ->type_name("SECONDS")
-      ->check(CLI::Range(0.0, 1e9), "");
+  add_real_number(
+      command, "--checkpoint", {},
+      [&options](double period_s) { options.checkpoint_period_s = period_s; },
+      "Wall time between two checkpoints for --resume, s (default: 5); they take at most 2 % of "
+      "the "
+      "time. 0: one after each frame, whatever it takes");
   return command
       .add_flag("--resume", options.resume,
                 "Go on where the run in the output directory was interrupted or killed, or begin "
@@ -133,12 +135,10 @@ void add_report_options(CLI::App& command, ReportOptions& options) {
                   "diameters, 0.02D, or metres, 0.004m), unsettled>N, escaped>N, floating>N, and "
                   "with a guide's mesh empty>SHARE, outside>SHARE; several with commas")
       ->type_name("GATES");
-  command
-      .add_option(
-          "--inspect-every", options.inspect_every,
-          "Judge the pile in every N-th frame, not only at the end: quality_of_run in report.json")
-      ->type_name("N")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 32), "");
+  add_whole_number(
+      command, "--inspect-every", {1, uint64_t{1} << 32},
+      [&options](uint64_t n) { options.inspect_every = n; },
+      "Judge the pile in every N-th frame, not only at the end: quality_of_run in report.json");
   command.add_flag("--no-picture", options.no_picture, "Write report.html without its picture");
 }
 

@@ -159,8 +159,10 @@ void add_presets_command(CLI::App& app) {
       "presets", "List the scenes that come with pilesim, or copy one to start from");
   CLI::App* copy = command->add_subcommand("copy", "Copy a preset with the files that it names");
   copy->add_option("name", options->name, "A name of the list: impulse/rabbits_in_a_crate")
-      ->required();
+      ->required()
+      ->type_name("NAME");
   copy->add_option("directory", options->directory, "Directory of the copy (default: here)")
+      ->type_name("DIRECTORY")
       ->check(named(), "");
   copy->add_flag("--force", options->force, "Replace files that exist");
   copy->callback([options] { copy_preset(*options); });

@@ -29,7 +29,7 @@ std::vector<const CLI::Option*> shown_options(const CLI::App& command) {
   return options;
 }
 
-// Without the checks that CLI11 adds: "SECONDS:FLOAT in [0 - 1e+09]".
+// Without the checks that CLI11 adds behind a colon.
 std::string type_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   return type.substr(0, type.find(':'));

@@ -15,13 +15,19 @@ void add_render_command(CLI::App& app) {
       app.add_subcommand("render", "Draw a trajectory to PNG frames and an MP4, off screen");
   command->add_option("input", options->input, "The directory of a run")
       ->required()
+      ->type_name("DIRECTORY")
       ->check(named(), "");
-  command->add_option("-o,--output", options->output,
-                      "Directory for frames/, video.mp4 and sheet.png (default: the input)");
+  command
+      ->add_option("-o,--output", options->output,
+                   "Directory for frames/, video.mp4 and sheet.png (default: the input)")
+      ->type_name("DIRECTORY");
   command
       ->add_option_function<std::string>(
           "--frames",
-          [options](const std::string& text) { options->frames = parse_frame_ranges(text); },
+          [options](const std::string& text) {
+            options->frames = parse_frame_ranges(text);
+            options->all_frames = false;
+          },
           std::string("Frames to draw: ") + kFramesHelp +
               "; several with commas: 0,45,last (default: all)")
       ->type_name("FIRST-LASTxSTEP");
@@ -88,8 +94,26 @@ void add_render_command(CLI::App& app) {
           "each into cameras/NAME/ of the output")
       ->type_name("NAME")
       ->check(named(), "");
+  CLI::Option* orbit =
+      command
+          ->add_option_function<std::string>(
+              "--orbit",
+              [options](const std::string& text) {
+                options->orbit_s = parse_seconds(text, "--orbit");
+              },
+              "Turn the camera once about its target in so many seconds, while the bodies stand "
+              "still as in one frame: the last one, or that of --frames")
+          ->type_name("TIME");
+  const auto add_names = [&](const char* name, std::vector<std::string>& names,
+                             const std::string& description) {
+    command->add_option(name, names, description)->type_name("NAME")->allow_extra_args(false);
+  };
+  add_names("--only", options->only,
+            "Draw bodies of these names only; * and ? stand for what you like: 'spout/*' "
+            "(repeatable)");
+  add_names("--hide", options->hide, "Leave bodies of these names out, likewise (repeatable)");
   for (CLI::Option* option : add_dataset_options(*command, options->dataset)) {
-    option->excludes(sheet)->excludes(command->get_option("--compare-with"));
+    option->excludes(sheet)->excludes(orbit)->excludes(command->get_option("--compare-with"));
   }
   command->add_flag("--no-video", options->no_video, "Write the PNG frames only; needs no ffmpeg")
       ->excludes(sheet);
@@ -122,6 +146,8 @@ Examples:
   pilesim render out/crate -o out/close --frames 30-90x2 --size 1920x1080 --samples 8
   pilesim render out/crate --passes depth,ids,normals --annotations coco,bop -o out/dataset
   pilesim render out/crate --camera all -o out/views
+  pilesim render out/crate --orbit 6s -o out/turned
+  pilesim render out/crate --hide crate -o out/without
   pilesim render out/statistical --compare-with out/impulse -o out/both
   pilesim render out/crate --set '/camera={"position": [3, 2, 4], "target": [0, 0.5, 0]}')");
   command->callback(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 #include <vector>
 
 #include "core/atomic_file.h"
@@ -15,7 +16,9 @@
 #include "render/rays/rays_renderer.h"
 #include "render/render_job.h"
 #include "report/html.h"
+#include "scene/camera_path.h"
 #include "scene/scene_loader.h"
+#include "trajectory/named_bodies.h"
 
 namespace pilesim {
 namespace {
@@ -96,6 +99,58 @@ void check_films(const RenderArguments& options, const Scene& scene) {
                                         .remedy = "Add --renderer rays, or leave it out"});
 }
 
+// Hides the bodies that --only does not name and that --hide names.
+void hide_bodies(const RenderArguments& options, TrajectoryReader& trajectory) {
+  if (options.only.empty() && options.hide.empty()) return;
+  const std::vector<std::string>& names = trajectory.header().body_name;
+  std::vector<uint8_t> hidden = bodies_named(options.hide, names, "--hide");
+  if (!options.only.empty()) {
+    const std::vector<uint8_t> shown = bodies_named(options.only, names, "--only");
+    for (size_t body = 0; body < names.size(); ++body)
+      if (shown[body] == 0) hidden[body] = 1;
+  }
+  trajectory.hide(std::move(hidden));
+}
+
+std::vector<uint64_t> frames_of(const RenderArguments& options, uint64_t count, double frame_rate) {
+  if (!options.orbit_s || !options.all_frames) {
+    return selected_frames(options.frames, count, frame_rate);
+  }
+  return selected_frames(parse_frame_ranges("last"), count, frame_rate);
+}
+
+// The turn of --orbit begins where the camera is in the frame that it shows.
+struct Orbit {
+  uint64_t still = 0;  // frame of the trajectory
+  uint64_t pictures = 0;
+  double frame_rate = 1;
+
+  Camera around(const Camera& camera) const {
+    return turned_about(camera_at(camera, static_cast<double>(still) / frame_rate), pictures,
+                        frame_rate);
+  }
+};
+
+// `frames`, what was selected, become the numbers of the pictures.
+std::optional<Orbit> orbit_of(const RenderArguments& options, double frame_rate,
+                              std::vector<uint64_t>& frames) {
+  if (!options.orbit_s) return std::nullopt;
+  if (frames.size() != 1) {
+    throw Error(ErrorKind::usage,
+                Problem{.file = "--orbit",
+                        .found = std::to_string(frames.size()) + " frames are selected",
+                        .expected = "one, in which the bodies stand still",
+                        .remedy = "Say --frames last, or leave --frames out"});
+  }
+  const Orbit orbit{
+      .still = frames.front(),
+      .pictures = std::max<uint64_t>(1, static_cast<uint64_t>(*options.orbit_s * frame_rate + 0.5)),
+      .frame_rate = frame_rate};
+  frames.resize(orbit.pictures);
+  std::iota(frames.begin(), frames.end(), uint64_t{0});
+  return orbit;
+}
+
 // Pictures of one camera; without a camera yet.
 struct CameraWork {
   RenderJob pictures;
@@ -135,7 +190,8 @@ CameraWork work_of(const RenderArguments& options, const Scene& scene,
 bool shows_end(const TrajectoryReader& trajectory, const RenderJob& job) {
   constexpr int64_t kMostReportPixels = 1920 * 1080;
   const auto [width, height] = job.settings.size;
-  return job.beside == nullptr && job.frames.back() + 1 == trajectory.frame_count() &&
+  return job.beside == nullptr && !job.still && trajectory.hidden().empty() &&
+         job.frames.back() + 1 == trajectory.frame_count() &&
          int64_t{width} * height <= kMostReportPixels;
 }
 
@@ -163,22 +219,30 @@ void render(RenderArguments& options) {
   add_render_overrides(trajectory.header(), options);
   const Scene scene = scene_of(trajectory.header(), options.input, options.overrides.texts);
   check_films(options, scene);
-  const std::vector<uint64_t> frames = selected_frames(
-      options.frames,
+  hide_bodies(options, trajectory);
+  if (beside) hide_bodies(options, *beside);
+  const double frame_rate = trajectory.header().frame_rate;
+  std::vector<uint64_t> frames = frames_of(
+      options,
       beside ? std::min(trajectory.frame_count(), beside->frame_count()) : trajectory.frame_count(),
-      trajectory.header().frame_rate);
+      frame_rate);
+  const std::optional<Orbit> orbit = orbit_of(options, frame_rate, frames);
+  const auto as_asked = [&](const Camera& camera) {
+    return orbit ? orbit->around(camera) : camera;
+  };
   const std::filesystem::path output = options.output.value_or(options.input);
   std::vector<CameraWork> work;
   if (options.camera) {
     for (const ChosenCamera& chosen : choose_cameras(trajectory, scene, *options.camera)) {
       work.push_back(work_of(options, scene, frames, output / "cameras" / chosen.name));
-      work.back().set_camera(chosen.camera);
+      work.back().set_camera(as_asked(chosen.camera));
     }
   } else {
     work.push_back(work_of(options, scene, frames, output));
   }
   for (size_t i = 0; i < work.size(); ++i) {
     work[i].pictures.beside = beside.get();
+    if (orbit) work[i].pictures.still = orbit->still;
     if (options.dataset.bop) {
       work[i].dataset.bop = output / "bop";
       work[i].dataset.bop_scene = static_cast<int>(i);
@@ -187,7 +251,7 @@ void render(RenderArguments& options) {
     claim_dataset(work[i].dataset, options.run.force || options.resume);
   }
   // Which reads the trajectory: only now, when nothing is refused.
-  if (!options.camera) work.front().set_camera(main_camera(trajectory, scene));
+  if (!options.camera) work.front().set_camera(as_asked(main_camera(trajectory, scene)));
   for (const CameraWork& each : work) draw(trajectory, options, each);
 }
 

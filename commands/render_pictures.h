@@ -24,6 +24,9 @@ struct RenderArguments {
   Overrides overrides;
   DatasetOptions dataset;
   std::vector<FrameRange> frames = std::vector<FrameRange>(1);
+  bool all_frames = true;               // no --frames
+  std::optional<double> orbit_s;        // of one turn about a still frame
+  std::vector<std::string> only, hide;  // names of bodies
   std::optional<std::array<int, 2>> sheet;
   bool no_video = false;
   bool resume = false;

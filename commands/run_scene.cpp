@@ -55,9 +55,11 @@ void add_run_scene_command(CLI::App& app, const RunSceneText& text) {
   CLI::App* command = app.add_subcommand(text.name, text.description);
   add_scene_options(*command, options->scene);
   CLI::Option* output =
-      command->add_option("-o,--output", options->output,
-                          "Directory for trajectory.zarr, timing.csv, report.json, report.html; "
-                          "required except with --print-config");
+      command
+          ->add_option("-o,--output", options->output,
+                       "Directory for trajectory.zarr, timing.csv, report.json, report.html; "
+                       "required except with --print-config")
+          ->type_name("DIRECTORY");
   CLI::Option* print =
       command->add_flag("--print-config", options->print_config,
                         "Print the scene as it would run, with every default, and stop");

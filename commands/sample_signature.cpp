@@ -9,6 +9,7 @@
 #include "core/temporary_file.h"
 #include "core/text.h"
 #include "job/rest_drops.h"
+#include "job/signature_source.h"
 #include "numbers.h"
 #include "options.h"
 #include "packing/packing_measurement.h"
@@ -25,6 +26,7 @@ struct SampleSignatureArguments {
   SignatureOptions sampling;
   RunOptions run;
   std::string mesh;
+  std::string scene, shape;  // in place of the mesh
   std::string output;
   std::string collisions;        // to read
   std::string write_collisions;  // to write
@@ -105,6 +107,26 @@ void warn_of_collisions(const SignatureRun& run) {
   }
 }
 
+// Errors of meshes that enclose nothing name keys of a scene: here they are options.
+SignatureRun with_solid_options_named(const std::function<SignatureRun()>& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    std::vector<Problem> problems = error.problems();
+    for (Problem& problem : problems) {
+      const auto replace = [&](const std::string& key, const std::string& option) {
+        const size_t at = problem.remedy.find(key);
+        if (at != std::string::npos) problem.remedy.replace(at, key.size(), option);
+      };
+      replace("(\"thickness_m\")", "(--thickness)");
+      replace("\"solid\": \"hull\"", "--solid hull");
+      replace("\"solid\": \"wrap\"", "--solid wrap");
+      replace("leave \"solid\" at \"auto\"", "leave --solid at auto");
+    }
+    throw Error(error.kind(), std::move(problems));
+  }
+}
+
 void sample(SampleSignatureArguments& options) {
   const std::filesystem::path output = options.output;
   claim_output_file(output, options.run.force);
@@ -113,7 +135,11 @@ void sample(SampleSignatureArguments& options) {
   }
   SignatureOptions& s = options.sampling;
   const double target_error = s.sampling.target_error;
-  s.mesh = options.mesh;
+  if (options.scene.empty()) {
+    s.mesh = options.mesh;
+  } else {
+    take_from_scene(options.scene, options.shape, s);
+  }
   s.kind = options.micro ? TrialKind::micro : TrialKind::macro;
   s.sampling = default_sampling(s.layout);
   s.sampling.target_error = target_error;
@@ -128,7 +154,7 @@ void sample(SampleSignatureArguments& options) {
   if (options.rest_drops > 0) {
     s.drop_to_rest = [&](const TriangleMesh& mesh) { return drop(options, mesh); };
   }
-  SignatureRun run = sample_signature(s);
+  SignatureRun run = with_solid_options_named([&] { return sample_signature(s); });
   const Stopwatch watch;
   if (options.pours > 0) {
     run.signature.packing =
@@ -159,13 +185,29 @@ void add_sample_signature_command(CLI::App& app) {
   SignatureOptions& s = options->sampling;
   CLI::App* command = app.add_subcommand(
       "sample-signature", "Measure how an object collides, for statistical simulation");
+  CLI::Option* mesh =
+      command
+          ->add_option("mesh", options->mesh,
+                       "The object: a mesh (obj, stl, ply, glb, ...); made solid where it is open")
+          ->type_name("MESH")
+          ->check(named(), "");
+  CLI::Option* scene =
+      command
+          ->add_option("--scene", options->scene,
+                       "Take the mesh, its scale, its upward axis, how it becomes solid, and its "
+                       "material from this scene")
+          ->type_name("SCENE")
+          ->check(named(), "")
+          ->excludes(mesh);
   command
-      ->add_option("mesh", options->mesh,
-                   "The object: a mesh (obj, stl, ply, glb, ...); made solid where it is open")
-      ->required()
-      ->check(named(), "");
+      ->add_option("--shape", options->shape,
+                   "With --scene: the name of the shape; needed where several meshes move there")
+      ->type_name("NAME")
+      ->check(named(), "")
+      ->needs(scene);
   command->add_option("-o,--output", options->output, "The signature to write, NAME.sig")
-      ->required();
+      ->required()
+      ->type_name("FILE.sig");
   add_choice<TableLayout>(
       *command, "--layout",
       {{"scale-free", TableLayout::scale_free}, {"dissertation", TableLayout::dissertation}},
@@ -188,15 +230,33 @@ void add_sample_signature_command(CLI::App& app) {
       "Metres per unit of the mesh file; default 1");
   add_choice<bool>(*command, "--up", {{"y", false}, {"z", true}}, s.is_z_up,
                    "The mesh's axis that points up: y (default), or z, as in most STL files");
+  add_choice<SolidRule>(*command, "--solid",
+                        {{"auto", SolidRule::automatic},
+                         {"exact", SolidRule::exact},
+                         {"wrap", SolidRule::wrap},
+                         {"hull", SolidRule::hull}},
+                        s.solid.rule,
+                        "How a mesh that is no solid becomes one: auto (default), exact, wrap or "
+                        "hull, as in a scene");
+  add_real_number(
+      *command, "--thickness", {.excludes_least = true},
+      [&s](double thickness_m) { s.solid.thickness_m = thickness_m; },
+      "Metres, of parts of the mesh that are sheets");
+  for (const char* name :
+       {"--scale", "--up", "--solid", "--thickness", "--restitution", "--friction"}) {
+    command->get_option(name)->excludes(scene);
+  }
   CLI::Option* collisions =
       command
           ->add_option("--collisions", options->collisions,
                        "Take the responses from these collisions, FILE.csv, measured or simulated, "
                        "instead of sampling them")
+          ->type_name("FILE.csv")
           ->check(named(), "");
   command
       ->add_option("--write-collisions", options->write_collisions,
                    "Write the sampled collisions as such a file, too; scale-free layout only")
+      ->type_name("FILE.csv")
       ->check(named(), "")
       ->excludes(collisions);
   CLI::Option* per_cell = add_whole_number(
@@ -233,11 +293,17 @@ Examples:
   pilesim sample-signature assets/ring.obj -o ring.sig
   pilesim sample-signature rabbit.obj -o rabbit.sig --restitution 0.5 --target-error 0.01
   pilesim sample-signature ring.obj --collisions drops.csv -o measured.sig
+  pilesim sample-signature --scene presets/statistical/rabbits_100.json --shape rabbit -o rabbit.sig
   pilesim inspect ring.sig --plot ring-pictures
 
 Ctrl-C keeps the trials so far in NAME.sig.partial; the same command goes on from there, and
 repeats drops and pours.)");
-  command->callback([options] { sample(*options); });
+  command->callback([options] {
+    if (options->mesh.empty() && options->scene.empty()) {
+      throw CLI::RequiredError("mesh, or --scene with --shape");
+    }
+    sample(*options);
+  });
 }
 
 }  // namespace pilesim

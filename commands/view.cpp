@@ -85,6 +85,7 @@ void add_view_command(CLI::App& app) {
       "Write a page that plays a trajectory in a browser, without a network or other files");
   command->add_option("input", options->input, "The directory of a run")
       ->required()
+      ->type_name("DIRECTORY")
       ->check(named(), "");
   command->add_option("-o,--output", options->output, "The page (default: view.html in the input)")
       ->type_name("FILE")

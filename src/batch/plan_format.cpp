@@ -356,6 +356,19 @@ void check_drop(const char* key, const std::vector<std::string>& drop, ProblemLo
 BatchPlan load_batch_plan(const std::filesystem::path& file) {
   const std::string text = read_file(file, kMostJsonBytes);
   const Json document = parse_json(text, file.string());
+  const bool is_scene =
+      document.is_object() && !document.contains("steps") &&
+      (document.contains("shapes") || document.contains("bodies") || document.contains("emitters"));
+  if (is_scene) {
+    throw Error(ErrorKind::input,
+                Problem{.file = file.string(),
+                        .found = "is a scene",
+                        .expected = "a plan, which names a scene and has \"steps\"",
+                        .remedy = "Run the scene with pilesim simulate, or name it in a plan: "
+                                  "{\"version\": 1, \"scene\": \"" +
+                                  file.filename().string() +
+                                  "\", \"count\": 10, \"steps\": [[\"simulate\"]]}"});
+  }
   ReadContext context{.directory = std::filesystem::absolute(file).parent_path()};
   WrittenPlan written;
   object(plan_description()).read(document, Path(), written, context);

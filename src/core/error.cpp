@@ -1,6 +1,7 @@
 #include "core/error.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <utility>
 
@@ -48,8 +49,17 @@ Error::Error(ErrorKind kind, Problem problem)
     : Error(kind, std::vector<Problem>{std::move(problem)}) {}
 
 Error io_error(const std::string& path, const std::string& action, int error_number) {
-  return {ErrorKind::io,
-          Problem{.file = path, .found = action + ": " + std::strerror(error_number)}};
+  Problem problem{.file = path, .found = action + ": " + std::strerror(error_number)};
+  if (action == "cannot be read") {
+    if (error_number == EISDIR) problem.expected = "a file";
+  } else if (error_number == EACCES || error_number == EPERM || error_number == EROFS) {
+    problem.remedy = "Name a place that you may write to";
+  } else if (error_number == ENOENT) {
+    problem.remedy = "Make its directory first";
+  } else if (error_number == ENOSPC || error_number == EDQUOT) {
+    problem.remedy = "Make room, or name another place";
+  }
+  return {ErrorKind::io, std::move(problem)};
 }
 
 Error in_file(const Error& error, const std::string& file) {

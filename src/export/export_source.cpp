@@ -1,7 +1,5 @@
 #include "export/export_source.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -17,6 +15,7 @@
 #include "export/export_text.h"
 #include "render/view.h"
 #include "scene/camera_path.h"
+#include "trajectory/named_bodies.h"
 
 namespace pilesim {
 namespace {
@@ -28,28 +27,6 @@ constexpr float kLeastPlane_m = 1, kMostPlane_m = 1000;
 // with no other: more pairs than these are rounded.
 constexpr size_t kMostGlosses = 64;
 constexpr float kRoughnessSteps = 10, kCoatSteps = 5;
-
-std::vector<uint8_t> chosen_by(const std::vector<std::string>& patterns,
-                               const std::vector<std::string>& names) {
-  std::vector<uint8_t> chosen(names.size(), patterns.empty() ? 1 : 0);
-  for (const std::string& pattern : patterns) {
-    bool fits = false;
-    for (size_t i = 0; i < names.size(); ++i) {
-      if (fnmatch(pattern.c_str(), names[i].c_str(), 0) != 0) continue;
-      chosen[i] = 1;
-      fits = true;
-    }
-    if (fits) continue;
-    throw Error(ErrorKind::usage,
-                Problem{.file = "--only " + pattern,
-                        .found = "fits the name of no body",
-                        .expected = names.empty() ? "a trajectory that has bodies"
-                                                  : "a name such as " + names.back() +
-                                                        ", or a pattern with * and ?",
-                        .remedy = "Put patterns in quotes"});
-  }
-  return chosen;
-}
 
 std::string hex(const Colour& colour) {
   std::array<char, 8> text;
@@ -117,7 +94,9 @@ ExportSource::ExportSource(TrajectoryReader& trajectory, ExportChoice choice)
 
 void ExportSource::choose_bodies() {
   const TrajectoryHeader& all = header();
-  const std::vector<uint8_t> chosen = chosen_by(choice_.only, all.body_name);
+  const std::vector<uint8_t> chosen = choice_.only.empty()
+                                          ? std::vector<uint8_t>(all.body_count(), 1)
+                                          : bodies_named(choice_.only, all.body_name, "--only");
   const std::vector<Gloss> gloss = glosses_of(all);
   std::map<std::tuple<uint32_t, bool, Gloss, Colour>, uint32_t> look_of;
   for (uint32_t id = 0; id < all.body_count(); ++id) {

@@ -15,6 +15,7 @@
 #include "geometry/obj_writer.h"
 #include "geometry/solid.h"
 #include "json/json_text.h"
+#include "render/scene_renderer.h"
 #include "scene/scene.h"
 
 namespace pilesim {
@@ -23,13 +24,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kNearlyConvex = 0.9;  // share of the hull's volume from which the hull will do
-constexpr double kInTheAir = 0.2;      // share of an emitter that bounding balls fill
-constexpr double kInABin = 0.42;       // of a bin, when all has come to lie
 constexpr double kGravity = 9.81;
 constexpr double kThicknessOfFlat = 0.02;  // of the diameter
 // In sqrt(r / g), a step; what is so small that the usual one is longer gets its own.
 constexpr double kLongestStep = 0.5;
-constexpr int kUsualCount = 60;  // of bodies
+constexpr int kUsualCount = 60, kUsualHeap = 120;  // bodies
 
 std::string number(double value) { return with_digits(value, 3); }
 
@@ -118,11 +117,13 @@ constexpr const char* kPile = R"(  "materials": {
     {"name": "ground", "shape": "ground", "material": "ground", "role": "static"}
   ],
   "emitters": [
-    // $count bodies in an upright cylinder, clear of one another
+    // poured from just above the heap, so many a second; a body waits until its place is clear
     {"name": "heap", "type": "disk", "shape": "body", "material": "body", "count": $count,
-     "centre": [0, $centre, 0], "radius": $radius, "height": $height}
-  ],
-$camera}
+     "rate_hz": $rate, "centre": [0, $centre, 0], "radius": $radius, "height": $height}
+  ]
+  // without a "camera" the pictures show the heap as large as it is; to set one:
+  // "camera": {"position": [2, 1.5, 3], "target": [0, 0.5, 0]}
+}
 )";
 
 constexpr const char* kBin = R"(  "materials": {
@@ -196,25 +197,21 @@ constexpr const char* kGuide = R"(  "materials": {
     {"name": "heap", "type": "mould", "shape": "body", "material": "body"$most}
   ],
   // the shape that the heap is to keep: any closed mesh with a level base
-  "guide": {"file": $guide},
-$camera}
+  "guide": {"file": $guide}
+}
 )";
 
-// A place of the camera, and what it looks at.
-std::string view(double away, double above, double target) {
-  return "\"position\": [" + number(0.5 * away) + ", " + number(above) + ", " + number(away) +
-         "], \"target\": [0, " + number(target) + ", 0]";
+// Room that a body takes among others of its kind, m^3, where their hulls fill `packed` of it.
+// Cylinders of length L and diameter D are packed at random to 5.4 D / L (Philipse 1996), which is
+// this of hull and ball.
+double room_of_each(const Measured& body, double packed) {
+  constexpr double kLongPacked = 4.4;
+  const double ball_m3 = 4 / 3.0 * kPi * std::pow(body.radius_m, 3);
+  return std::max(body.hull_m3 / packed, std::sqrt(ball_m3 * body.hull_m3) / kLongPacked);
 }
 
-std::string camera(double away, double above, double target) {
-  return "  \"camera\": {" + view(away, above, target) + "}\n";
-}
-
-// From what falls to where it comes to lie.
-std::string camera(const std::string& first, const std::string& last, double until_s) {
-  return "  \"camera\": {\"keys\": [{\"time_s\": 0, " + first + "},\n" +
-         "                      {\"time_s\": " + number(until_s) + ", " + last + "}]}\n";
-}
+// Balls that are poured: random loose packing.
+constexpr double kPoured = 0.55;
 
 // A cone without its tip, its base on the ground.
 TriangleMesh cone(double base_m, double top_m, double height_m) {
@@ -231,64 +228,76 @@ TriangleMesh cone(double base_m, double top_m, double height_m) {
 
 using Values = std::map<std::string, std::string>;
 
-// Radius and height of a cylinder three times as high as its radius with room for all.
-void size_pile(const Measured& body, int count, Values& values) {
+// Bodies start at random in a cylinder of the height of a body. Sets how many a second: as many as
+// the mouth lets through while a body falls by its diameter.
+void set_mouth(const Measured& body, double radius, double centre, Values& values) {
   const double r = body.radius_m;
-  const double room_m3 = count * 4 / 3.0 * kPi * r * r * r / kInTheAir;
-  const double radius = std::max(std::cbrt(room_m3 / (3 * kPi)), 0.5 * r), height = 3 * radius;
   values["radius"] = number(radius);
-  values["height"] = number(height);
-  values["centre"] = number(height / 2 + 1.5 * r);
-  const double far = 1.8 * (height + 3 * r), near = 2 * (radius + 3 * r);
-  // Twice as long as the highest falls.
-  values["camera"] = camera(view(far, 0.45 * far, 0.4 * height), view(near, 0.6 * near, r),
-                            2 * std::sqrt(2 * (height + r) / kGravity));
+  values["height"] = number(2 * r);
+  values["centre"] = number(centre);
+  const double leaves_s = std::sqrt(4 * r / kGravity);
+  values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
 }
 
+// A cone of `count` bodies at 30 degrees, and a mouth above its tip.
+void size_pile(const Measured& body, int count, Values& values) {
+  constexpr double kMouth = 2.5;  // radii of a body
+  const double slope = std::tan(radians(30));
+  const double height = std::cbrt(3 / kPi * slope * slope * count * room_of_each(body, kPoured));
+  set_mouth(body, kMouth * body.radius_m, height + 2 * body.radius_m, values);
+}
+
+// A bin that the bodies fill a little more than half, so that few lie above its rim, at least so
+// large that a body can turn over in it.
 void size_bin(const Measured& body, int count, Values& values) {
-  const double r = body.radius_m;
-  // Between what long bodies need, their balls, and what compact ones do.
-  const double room_m3 = count * std::sqrt(4 / 3.0 * kPi * r * r * r * body.hull_m3) / kInABin;
-  const double side = std::max(std::cbrt(room_m3 / 0.7), 4 * r), depth = 0.7 * side;
-  const double radius = 0.5 * side - 1.2 * r, height = 2 * r, wall = 0.05 * side;
-  const double top = depth + 3 * r + height / 2 + r;  // of what is poured
+  constexpr double kFull = 0.55, kDepth = 0.6;           // depth by side
+  constexpr double kLeastSide = 2.6, kLeastDepth = 0.6;  // radii of a body
+  const double r = body.radius_m, room_m3 = count * room_of_each(body, kPoured) / kFull;
+  const double side = std::max(std::cbrt(room_m3 / kDepth), kLeastSide * r);
+  const double depth = std::max(room_m3 / (side * side), kLeastDepth * r);
+  const double wall = 0.05 * side, centre = depth + 2 * r;
   values["bin"] = number(side);
   values["depth"] = number(depth);
   values["wall"] = number(wall);
-  values["radius"] = number(radius);
-  values["height"] = number(height);
-  // As low as clears the rim: what falls deep bounces out.
-  values["centre"] = number(depth + 3 * r);
-  // Bodies that pass the mouth while one falls by its diameter.
-  const double leaves_s = std::sqrt(4 * r / kGravity);
-  values["rate"] = number(std::max(1.0, 0.5 * (radius / r) * (radius / r)) / leaves_s);
-  // The ball about all, bin and what is poured, fills the height of the picture.
-  const double ball = Vec3(0.5 * side + wall, 0.5 * top, 0.5 * side + wall).norm();
-  const double distance = ball / std::sin(CameraKey().field_of_view / 2);
-  const double slant = std::hypot(0.8, 0.9);
-  values["away"] = number(0.8 / slant * distance);
-  values["above"] = number(0.5 * top + 0.9 / slant * distance);
-  values["target"] = number(0.5 * top);
-  const double away = distance / Vec3(0.5, 1.2, 1).norm();
-  values["camera"] = camera(away, 0.5 * top + 1.2 * away, 0.5 * top);
+  // As low as clears the rim: bodies that fall deep bounce out.
+  set_mouth(body, 0.5 * side - 1.2 * r, centre, values);
+  // From so high that the near wall hides little. All of the bin and of the mouth is in the
+  // picture.
+  const Vec3 direction = Vec3(0.45, 1.4, 0.9).normalized();
+  std::vector<Vec3> corners;
+  for (const double x : {-1, 1}) {
+    for (const double z : {-1, 1}) {
+      const double outside = 0.5 * side + wall, mouth = 0.5 * side - 0.2 * r;
+      corners.emplace_back(x * outside, 0, z * outside);
+      corners.emplace_back(x * outside, depth, z * outside);
+      corners.emplace_back(x * mouth, centre + 2 * r, z * mouth);
+    }
+  }
+  const auto [width, height] = RenderSettings().size;
+  const CameraKey key = frame_places(direction, corners, 0, static_cast<double>(width) / height);
+  const auto place = [](const Vec3& at) {
+    return "[" + number(at.x()) + ", " + number(at.y()) + ", " + number(at.z()) + "]";
+  };
+  values["camera"] = "  \"camera\": {\"position\": " + place(key.position) +
+                     ", \"target\": " + place(key.target) + "}\n";
+  values["away"] = number(std::hypot(key.position.x(), key.position.z()));
+  values["above"] = number(key.position.y());
+  values["target"] = number(key.target.y());
 }
 
 // A cone that about so many bodies fill. Refuses a count that is given and does not make its shape.
 TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& values) {
   constexpr double kTop = 0.3;  // of the base
   // Room that a mould loses at its walls, by the hulls: from 60 on as many boxes and cups as are
-  // asked for to a third, of rings, which reach through one another, half as many again. Cylinders
-  // of length L and diameter D are packed at random to 5.4 D / L (Philipse 1996), which is this of
-  // hull and ball.
-  constexpr double kPacked = 0.7, kLongPacked = 4.4;
-  const double wall = body.radius_m;       // as wide as what is empty beside the walls
-  const double least = 3 * body.radius_m;  // radius of a base that is three bodies wide
+  // asked for to a third, of rings, which reach through one another, half as many again.
+  constexpr double kPacked = 0.7;
+  const double each_m3 = room_of_each(body, kPacked);
+  const double wall = body.radius_m;  // as wide as what is empty beside the walls
+  // Radius of a base that is three bodies wide beside the wall, each as a ball of the room that it
+  // takes, and in which the longest body can lie anywhere.
+  const double least = std::max(wall + 3 * std::cbrt(3 / (4 * kPi) * each_m3), 2 * body.radius_m);
   // Volume of a cone of height 1.4 R whose top is kTop of its base, in R^3.
   const double share = kPi * 1.4 / 3 * (1 + kTop + kTop * kTop);
-  const double ball_m3 = 4 / 3.0 * kPi * std::pow(body.radius_m, 3);
-  const double compact_m3 = body.hull_m3 / kPacked;
-  const double long_m3 = std::sqrt(ball_m3 * body.hull_m3) / kLongPacked;
-  const double each_m3 = std::max(compact_m3, long_m3);
   const auto fewest = static_cast<int>(std::ceil(share * std::pow(least - wall, 3) / each_m3));
   if (job.count && *job.count < fewest) {
     throw Error(ErrorKind::usage,
@@ -300,14 +309,44 @@ TriangleMesh size_guide(const Measured& body, const NewSceneJob& job, Values& va
   const int count = std::max(job.count.value_or(kUsualCount), fewest);
   values["count"] = std::to_string(count);
   // Among long ones there is room for a few more for long, one beside the other.
-  const bool is_long = long_m3 > compact_m3;
+  const bool is_long = each_m3 > body.hull_m3 / kPacked;
   values["limit"] = is_long ? ": about so many long ones fill it, more lie denser"
                             : ": as many as fit, about " + values.at("count");
   values["most"] = is_long ? ", \"count\": " + values.at("count") : "";
   const double base = wall + std::cbrt(count * each_m3 / share);
-  const double away = 4.5 * base;
-  values["camera"] = camera(away, 0.4 * away, 0.6 * base);
   return cone(base, kTop * base, 1.4 * base);
+}
+
+// Questions about a file of meshes that may not be in metres, or whose z may be up.
+std::vector<std::string> doubts(const NewSceneJob& job, const Eigen::AlignedBox3d& bounds,
+                                double diameter_m) {
+  constexpr double kLarge = 5, kSmall = 0.001;  // m
+  std::vector<std::string> questions;
+  const auto scaled = [&](double by) {
+    return "--scale " + with_digits(by * job.scale, 6) + ", " + with_digits(by * diameter_m, 3) +
+           " m across";
+  };
+  if (diameter_m > kLarge) {
+    questions.push_back("is the file in millimetres (" + scaled(0.001) + "), or in centimetres (" +
+                        scaled(0.01) + ")?");
+  } else if (diameter_m < kSmall && job.scale < 1) {
+    questions.push_back("is the file in metres? Then leave --scale out: " +
+                        with_digits(diameter_m / job.scale, 3) + " m across");
+  }
+  if (job.is_z_up) return questions;
+  // A body that was made to stand on the ground stands on 0 of its upward axis.
+  const Vec3 size = bounds.sizes(), low = bounds.min();
+  const auto stands_on = [&](int axis) {
+    return std::abs(low[axis]) < 1e-3 * size.norm() && size[axis] > 0.05 * size.norm();
+  };
+  if (stands_on(1)) return questions;
+  const std::string ending = job.mesh.extension();
+  if (stands_on(2) && low.y() < -0.1 * size.y()) {
+    questions.emplace_back("it stands on z = 0: does z point up? Then say --up z");
+  } else if (ending == ".stl" || ending == ".STL") {
+    questions.emplace_back("z points up in most STL files: here, too? Then say --up z");
+  }
+  return questions;
 }
 
 void refuse_what_is_there(const fs::path& file, bool force) {
@@ -328,18 +367,20 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     summary.guide = fs::path(job.output).replace_extension(".guide.obj");
     refuse_what_is_there(summary.guide, job.force);
   }
-  const int count = job.count.value_or(kUsualCount);
   TriangleMesh mesh = import_mesh(job.mesh, job.scale);
-  if (job.is_z_up) turn_z_up_to_y_up(mesh);
+  const auto bounds = mesh.bounds();
+  const bool is_z_up = job.is_z_up.value_or(false);
+  if (is_z_up) turn_z_up_to_y_up(mesh);
   const Measured body = naming(job.mesh.string(), [&] { return measure(mesh); });
   summary.diameter_m = 2 * body.radius_m;
+  summary.questions = doubts(job, bounds, summary.diameter_m);
   const fs::path directory = fs::absolute(job.output).parent_path();
   const fs::path relative = fs::absolute(job.mesh).lexically_proximate(directory);
   Values values = {
       {"name", quoted(job.mesh.stem().string())},
       {"file", quoted(relative.generic_string())},
       {"scale", with_digits(job.scale, 15)},
-      {"up", job.is_z_up ? " \"up\": \"z\"," : ""},
+      {"up", is_z_up ? " \"up\": \"z\"," : ""},
       {"collision", !body.is_convex ? "decomposition" : "hull"},
       {"solid", body.thickness_m > 0 ? ",\n             // the mesh is flat\n"
                                        "             \"thickness_m\": " +
@@ -348,13 +389,13 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
                                   : ",\n             // the mesh is open: or give its sheets a "
                                     "\"thickness_m\"\n"
                                     "             \"solid\": \"hull\""},
-      {"count", std::to_string(count)},
-      {"fewest", std::to_string(std::max(1, count / 3))},
       {"until",
        has_guide ? "" : "  \"until\": \"settled\",  // the run ends as soon as all is at rest\n"}};
   double busy_s = 0;
   const char* text = kPile;
+  int count = 0;
   if (job.kind == NewSceneKind::pile) {
+    count = job.count.value_or(kUsualHeap);
     size_pile(body, count, values);
   } else if (has_guide) {
     text = kGuide;
@@ -363,7 +404,12 @@ NewSceneSummary write_new_scene(const NewSceneJob& job) {
     values["guide"] = quoted(summary.guide.filename().generic_string());
   } else {
     text = job.kind == NewSceneKind::bin ? kBin : kDataset;
+    count = job.count.value_or(kUsualCount);
     size_bin(body, count, values);
+    values["fewest"] = std::to_string(std::max(1, count / 3));
+  }
+  if (!has_guide) {
+    values["count"] = std::to_string(count);
     busy_s = 2 * count / std::stod(values.at("rate"));
   }
   // Long enough for what rocks and rolls: times go with the root of the size.

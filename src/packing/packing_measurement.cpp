@@ -188,6 +188,11 @@ PouredObject poured_object(const SignatureOptions& sampling, const Signature& si
   MeshShape mesh{.file = sampling.mesh, .scale = sampling.scale};
   mesh.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
   mesh.collision = CollisionKind::decomposition;
+  static constexpr SolidKind kKinds[] = {SolidKind::automatic, SolidKind::exact, SolidKind::wrap,
+                                         SolidKind::hull};
+  mesh.solid = kKinds[static_cast<size_t>(sampling.solid.rule)];
+  mesh.thickness_m = sampling.solid.thickness_m;
+  mesh.hull_max_vertices = sampling.solid.hull_max_vertices;
   Scene scene;
   scene.shapes["object"] = mesh;
   MeshLibrary meshes;

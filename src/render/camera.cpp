@@ -31,14 +31,18 @@ constexpr double kStray = 0.5;
 constexpr double kStrayRadii = 2;
 constexpr int kRounds = 4;  // in which the camera finds the middle
 
+std::vector<uint8_t> solids(const TrajectoryHeader& header) {
+  std::vector<uint8_t> solid;
+  for (const uint32_t shape : header.body_shape) solid.push_back(!header.shapes[shape].is_plane);
+  return solid;
+}
+
 // Which bodies the picture is about: those that move or, without any, all that are not planes.
 std::vector<uint8_t> of_interest(const TrajectoryHeader& header) {
   if (std::ranges::any_of(header.body_moves, [](uint8_t m) { return m != 0; })) {
     return header.body_moves;
   }
-  std::vector<uint8_t> solid;
-  for (const uint32_t shape : header.body_shape) solid.push_back(!header.shapes[shape].is_plane);
-  return solid;
+  return solids(header);
 }
 
 double largest_radius(const TrajectoryHeader& header, const std::vector<uint8_t>& included) {
@@ -136,9 +140,10 @@ size_t planes_behind(const TrajectoryHeader& header, const TrajectoryFrame& fram
   return count;
 }
 
-// From `direction`, with all `places` in the picture and as much room on either side of them, and
-// below as above.
-CameraKey look_from(const Vec3& direction, const Places& places, double radius, double aspect) {
+}  // namespace
+
+CameraKey frame_places(const Vec3& direction, const std::vector<Vec3>& places, double radius,
+                       double aspect) {
   const Vec3 forward = -direction;
   const Vec3 right = forward.cross(Vec3::UnitY()).normalized();
   const Vec3 up = right.cross(forward);
@@ -171,13 +176,12 @@ CameraKey look_from(const Vec3& direction, const Places& places, double radius, 
           .field_of_view = kFieldOfView};
 }
 
-}  // namespace
-
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect) {
   const TrajectoryHeader& header = trajectory.header();
   const std::vector<uint8_t> included = of_interest(header);
   const double radius = std::max(1e-6, largest_radius(header, included));
   Places places = places_to_see(trajectory, included, radius);
+  if (places.empty()) places = places_to_see(trajectory, solids(header), radius);
   if (places.empty()) places.emplace_back(Vec3::Zero());
 
   // A plane is not drawn from behind: walk around the scene to where most are seen.
@@ -187,7 +191,7 @@ CameraKey frame_action(TrajectoryReader& trajectory, double aspect) {
   size_t fewest_behind = std::numeric_limits<size_t>::max();
   for (int turn = 0; turn < kTurns && fewest_behind > 0; ++turn) {
     const Eigen::AngleAxisd around(2 * kPi * turn / kTurns, Vec3::UnitY());
-    const CameraKey key = look_from(around * kViewDirection, places, radius, aspect);
+    const CameraKey key = frame_places(around * kViewDirection, places, radius, aspect);
     const size_t behind = planes_behind(header, first, key.position);
     if (behind >= fewest_behind) continue;
     fewest_behind = behind;

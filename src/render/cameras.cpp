@@ -137,6 +137,19 @@ std::vector<ChosenCamera> choose_cameras(TrajectoryReader& trajectory, const Sce
                                         .expected = "one of " + quoted_list(names)});
 }
 
+Camera turned_about(const CameraKey& key, uint64_t count, double frame_rate) {
+  Camera camera;
+  for (uint64_t i = 0; i < count; ++i) {
+    const double angle = 2 * kPi * static_cast<double>(i) / static_cast<double>(count);
+    const Eigen::AngleAxisd turn(angle, Vec3::UnitY());
+    CameraKey turned = key;
+    turned.time_s = static_cast<double>(i) / frame_rate;
+    turned.position = key.target + turn * (key.position - key.target);
+    camera.keys.push_back(turned);
+  }
+  return camera;
+}
+
 void write_cameras_file(const std::filesystem::path& file, const Camera& camera,
                         const std::vector<uint64_t>& frames, double frame_rate,
                         std::array<int, 2> size) {

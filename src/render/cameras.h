@@ -29,6 +29,10 @@ std::vector<ChosenCamera> choose_cameras(TrajectoryReader& trajectory, const Sce
 // The scene's own camera, or one that frames the action.
 Camera main_camera(TrajectoryReader& trajectory, const Scene& scene);
 
+// One turn of `key`, counterclockwise as seen from above, about the upright line through its
+// target: a key at each of `count` pictures, `frame_rate` a second.
+Camera turned_about(const CameraKey& key, uint64_t count, double frame_rate);
+
 // Intrinsics and extrinsics of each frame (docs/datasets.md). Throws Error(io).
 void write_cameras_file(const std::filesystem::path& file, const Camera& camera,
                         const std::vector<uint64_t>& frames, double frame_rate,

@@ -128,7 +128,9 @@ std::unique_ptr<FrameRenderer> renderer_of(const RenderJob& job, const Trajector
 class Side {
  public:
   Side(TrajectoryReader& trajectory, const RenderJob& job, BodyColours colours)
-      : trajectory_(trajectory), renderer_(renderer_of(job, trajectory.header(), colours)) {}
+      : trajectory_(trajectory),
+        still_(job.still),
+        renderer_(renderer_of(job, trajectory.header(), colours)) {}
 
   const Image& draw(uint64_t index, const Camera& camera) {
     const auto camera_of = [&](uint64_t frame) {
@@ -141,7 +143,7 @@ class Side {
         drawn.camera_before = camera_of(index - 1);
       }
       drawn.frame = &frame(index);
-      if (index + 1 < trajectory_.frame_count()) {
+      if (still_ || index + 1 < trajectory_.frame_count()) {
         drawn.after = &frame(index + 1);
         drawn.camera_after = camera_of(index + 1);
       }
@@ -150,8 +152,9 @@ class Side {
     }
     return renderer_->draw(drawn);
   }
-  // One of the last three that were asked for.
-  const TrajectoryFrame& frame(uint64_t index) {
+  // What a picture shows: one of the last three that were asked for.
+  const TrajectoryFrame& frame(uint64_t picture) {
+    const uint64_t index = still_.value_or(picture);
     Kept& kept = kept_[index % kept_.size()];
     if (kept.index != index) {
       kept.index.reset();
@@ -167,6 +170,7 @@ class Side {
     TrajectoryFrame frame;
   };
   TrajectoryReader& trajectory_;
+  std::optional<uint64_t> still_;
   std::unique_ptr<FrameRenderer> renderer_;
   std::array<Kept, 3> kept_;
 };
@@ -186,7 +190,8 @@ class Painter {
   Image draw(uint64_t frame, bool on_sheet) {
     Image picture = side_->draw(frame, job_.camera);
     if (overlay_) {
-      overlay_->draw(frame, side_->frame(frame), camera_at(job_.camera, time_s(frame)), picture);
+      overlay_->draw(job_.still.value_or(frame), side_->frame(frame),
+                     camera_at(job_.camera, time_s(frame)), picture);
     }
     if (!side_beside_) return picture;
     return contact_sheet(
@@ -232,7 +237,7 @@ std::array<int, 2> picture_size(const RenderJob& job) {
 CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   StateWriter work;
   const auto add_trajectory = [&](const TrajectoryReader& reader) {
-    work(reader.header().scene_hash, reader.header().resolved_scene);
+    work(reader.header().scene_hash, reader.header().resolved_scene, reader.hidden());
   };
   add_trajectory(trajectory);
   work(job.beside != nullptr);
@@ -244,7 +249,7 @@ CheckpointKey key_of(const TrajectoryReader& trajectory, const RenderJob& job) {
   if (job.film_samples) settings.rays.samples.reset();  // RenderProgress looks at them
   work(job.frames, settings_text(settings),
        job.overlay.has_value() ? static_cast<int>(*job.overlay) : -1, job.labels, job.video,
-       job.film_samples.has_value());
+       job.film_samples.has_value(), job.still.has_value(), job.still.value_or(0));
   return {.command = "render",
           .program = program_hash(),
           .scene = content_hash(work.bytes()),

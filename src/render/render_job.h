@@ -34,6 +34,8 @@ struct RenderJob {
   RenderSettings settings;
   MakeRenderer make_renderer;  // none: SceneRenderer
   Camera camera;               // with keys: cameras.h
+  // All pictures show this frame of the trajectory: `frames` are then the numbers of the pictures.
+  std::optional<uint64_t> still;
   // Drawn over the pictures, from the files in `overlay_source`. Not `beside`.
   std::optional<OverlayKind> overlay;
   std::filesystem::path overlay_source;  // directory
@@ -55,7 +57,7 @@ std::filesystem::path frame_file(const std::filesystem::path& output, uint64_t f
 std::filesystem::path film_file(const std::filesystem::path& output, uint64_t frame);
 
 struct RenderSummary {
-  std::string result;  // what to look at: the video, the frames or the sheet
+  std::string result;                  // what to look at: the video, the frames or the sheet
   std::filesystem::path last_picture;  // of the frames; empty: a sheet
   size_t frames = 0;
   size_t kept = 0;  // of them, drawn before the work was resumed

@@ -16,6 +16,12 @@ namespace pilesim {
 // A camera that sees where the moving bodies of `trajectory` spend the time, from slightly above.
 CameraKey frame_action(TrajectoryReader& trajectory, double aspect);
 
+// A camera that looks from `direction` (a unit vector, not up or down) and has balls of `radius`,
+// m, about all `places` in the picture, with as much room left as right of them, and below as
+// above.
+CameraKey frame_places(const Vec3& direction, const std::vector<Vec3>& places, double radius,
+                       double aspect);
+
 // Triangles from which on looking for hidden bodies pays (docs/lab/rendering.md).
 inline constexpr uint64_t kWorthHiding = 1'000'000;
 

@@ -15,7 +15,9 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kColours[] = {"#333333", "#4c78a8", "#e45756", "#54a24b",
                                     "#f2b155", "#9467bd", "#72b7b2", "#9d755d"};
 
-constexpr const char* kKey = "set key outside right top reverse Left\n";
+// Below: names of modes are long. Powers of ten short enough to stand side by side.
+constexpr const char* kKey = "set key below left reverse Left\nset format '%g'\n";
+constexpr int kKeyRow = 19;  // pixels, one a mode
 
 std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }
 
@@ -25,8 +27,9 @@ bool is_known(const Json& interval) {
   return interval.is_object() && interval["value"].is_number() && interval["low"].is_number();
 }
 
-ComparisonChart draw(const std::string& title, const std::string& name, int height,
+ComparisonChart draw(const std::string& title, const std::string& name, int height, size_t modes,
                      const Plot& plot) {
+  height += kKeyRow * static_cast<int>(modes);
   const std::string script = kKey + plot.script();
   const std::string svg = draw_svg(script, 760, height);
   return {.chart = {title, svg},
@@ -71,7 +74,7 @@ ComparisonChart pareto_chart(const Json& modes) {
              text_of(x["value"]) + " " + text_of(y["value"]) + " " + text_of(x["low"]) + " " +
                  text_of(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
   }
-  return draw("Speed-up against error", "pareto", 400, plot);
+  return draw("Speed-up against error", "pareto", 400, modes.size() + 1, plot);
 }
 
 // Overlaps of 0 are drawn at the lower end of the chart.
@@ -96,7 +99,7 @@ ComparisonChart overlap_chart(const Json& modes) {
              shown(x["value"]) + " " + text_of(y["value"]) + " " + shown(x["low"]) + " " +
                  shown(x["high"]) + " " + text_of(y["low"]) + " " + text_of(y["high"]) + "\n");
   }
-  return draw("Speed-up against overlap", "overlap", 400, plot);
+  return draw("Speed-up against overlap", "overlap", 400, modes.size(), plot);
 }
 
 ComparisonChart error_chart(const Json& modes) {
@@ -129,7 +132,7 @@ ComparisonChart error_chart(const Json& modes) {
                  "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), plot);
+  return draw("Errors by quantity", "errors", 60 + 40 * static_cast<int>(row), modes.size(), plot);
 }
 
 ComparisonChart energy_chart(const Json& figures) {
@@ -149,7 +152,7 @@ ComparisonChart energy_chart(const Json& figures) {
     plot.add("with lines lw 1.6 lc rgb '" + colour_of(i) + "' title " + quoted(modes[i]["name"]),
              block);
   }
-  return draw("Energy of the first seed", "energy", 300, plot);
+  return draw("Energy of the first seed", "energy", 300, modes.size(), plot);
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ td, th { border-bottom: 1px solid #8883; padding: 5px 14px 5px 0; vertical-align
 td:last-child, th:last-child { padding-right: 2px; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n + td.n, td.n:has(+ td.n) { white-space: nowrap; }
+.modes { width: max-content; min-width: 100%; max-width: calc(100vw - 32px); margin-left: 50%; transform: translateX(-50%); }
 .modes td, .modes th { padding-right: 10px; } .modes th.n { font-size: .85em; }
 .modes td:first-child, .modes th:first-child { position: sticky; left: 0; background: Canvas; min-width: 7em; max-width: 11em; }
 .modes small { display: block; }

@@ -182,6 +182,14 @@ LoadedScene read_scene(const std::string& text, const std::filesystem::path& fil
                        std::span<const std::string> overrides, MeshFiles mesh_files) {
   const SceneSources sources(text, file);
   const Json& document = sources.document();
+  const bool is_plan =
+      document.is_object() && document.contains("steps") && !document.contains("shapes");
+  if (is_plan) {
+    throw Error(ErrorKind::input, Problem{.file = file.string(),
+                                          .found = "is a plan of many runs",
+                                          .expected = "a scene",
+                                          .remedy = "Run the plan with pilesim batch"});
+  }
   std::vector<Problem> problems;
   for (const SceneSources::File& source : sources.files()) {
     const std::vector<Problem> repeated = repeated_keys(source.text, source.name);

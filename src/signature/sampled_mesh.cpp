@@ -3,14 +3,15 @@
 #include "core/error.h"
 #include "geometry/cache_file.h"
 #include "geometry/mesh_import.h"
-#include "geometry/solid.h"
 #include "signature/trial/contact_body.h"
 
 namespace pilesim {
 
-TriangleMesh solid_to_sample(const TriangleMesh& mesh, std::string* note) {
-  if (has_mass_and_hull(mesh)) return mesh;
-  Solid solid = make_solid(mesh, {}, user_cache_directory());
+TriangleMesh solid_to_sample(const TriangleMesh& mesh, const SolidOptions& options,
+                             std::string* note) {
+  const bool may_stay = options.rule == SolidRule::automatic || options.rule == SolidRule::exact;
+  if (may_stay && has_mass_and_hull(mesh)) return mesh;
+  Solid solid = make_solid(mesh, options, user_cache_directory());
   if (note != nullptr) *note = solid.note;
   return std::move(solid.mesh);
 }

@@ -79,6 +79,15 @@ Error damaged_file(const std::filesystem::path& file, const std::string& found,
 template <typename Parse>
 auto read_sealed(const std::filesystem::path& file, const char* format, const Parse& parse) {
   const std::string bytes = read_file(file);
+  // All begin with a map of CBOR; text, meshes and pictures do not.
+  const bool is_map = bytes.empty() || (static_cast<uint8_t>(bytes[0]) & 0xe0) == 0xa0;
+  if (!is_map) {
+    throw Error(ErrorKind::input,
+                {.file = file.string(),
+                 .found = "is no signature",
+                 .expected = "a file that pilesim sample-signature or fit-bspline wrote",
+                 .remedy = "Measure one with pilesim sample-signature MESH -o NAME.sig"});
+  }
   try {
     const auto content = unsealed(bytes);
     if (!content && has_seal(bytes)) {

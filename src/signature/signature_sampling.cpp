@@ -214,7 +214,8 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   TriangleMesh given = import_mesh(options.mesh, options.scale);
   if (options.is_z_up) turn_z_up_to_y_up(given);
   std::string note;
-  const TriangleMesh mesh = naming(name, [&] { return solid_to_sample(given, &note); });
+  const TriangleMesh mesh =
+      naming(name, [&] { return solid_to_sample(given, options.solid, &note); });
   ContactBody body = make_contact_body(mesh, name);
   body.mesh_hash = mesh_hash(given);  // scenes know it by this
   SignatureRun run = sample_body(options, mesh, body,

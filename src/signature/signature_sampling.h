@@ -9,6 +9,7 @@
 #include "core/progress.h"
 #include "geometry/mass_properties.h"
 #include "geometry/mesh.h"
+#include "geometry/solid.h"
 #include "signature/collision_file.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/signature.h"
@@ -19,6 +20,7 @@ struct SignatureOptions {
   std::filesystem::path mesh;
   double scale = 1;      // metres per unit of the mesh file
   bool is_z_up = false;  // the mesh file
+  SolidOptions solid;    // how a mesh that is none becomes a solid
   ContactMaterial material;
   TableLayout layout = TableLayout::scale_free;
   TrialKind kind = TrialKind::macro;  // or micro

@@ -128,6 +128,10 @@ class TrajectoryReader {
   // `index` < frame_count(). Keeps the last chunk decoded: reading in order is cheap. Throws like
   // the constructor. Not for several threads at once.
   void read(uint64_t index, TrajectoryFrame& frame);
+  // From now on bodies with 1 are read as not present; one value a body, or none: all are as they
+  // are.
+  void hide(std::vector<uint8_t> bodies);
+  const std::vector<uint8_t>& hidden() const;
 
  private:
   struct State;

@@ -245,6 +245,7 @@ struct TrajectoryReader::State {
   TrajectoryHeader header;
   FrameArray position, orientation, state;
   uint64_t frame_count = 0;
+  std::vector<uint8_t> hidden;  // a value a body, or none
 };
 
 TrajectoryReader::TrajectoryReader(const fs::path& directory) : state_(std::make_unique<State>()) {
@@ -268,6 +269,13 @@ const TrajectoryHeader& TrajectoryReader::header() const { return state_->header
 
 uint64_t TrajectoryReader::frame_count() const { return state_->frame_count; }
 
+void TrajectoryReader::hide(std::vector<uint8_t> bodies) {
+  assert(bodies.empty() || bodies.size() == header().body_count());
+  state_->hidden = std::move(bodies);
+}
+
+const std::vector<uint8_t>& TrajectoryReader::hidden() const { return state_->hidden; }
+
 void TrajectoryReader::read(uint64_t index, TrajectoryFrame& frame) {
   State& s = *state_;
   assert(index < s.frame_count);
@@ -280,6 +288,9 @@ void TrajectoryReader::read(uint64_t index, TrajectoryFrame& frame) {
   std::memcpy(static_cast<void*>(frame.position.data()), s.position.frame(index),
               bodies * sizeof(Vec3));
   std::memcpy(frame.state.data(), s.state.frame(index), bodies);
+  for (size_t body = 0; body < s.hidden.size(); ++body) {
+    if (s.hidden[body] != 0) frame.state[body] &= static_cast<uint8_t>(~kPresent);
+  }
   const std::byte* wxyz = s.orientation.frame(index);
   for (size_t body = 0; body < bodies; ++body, wxyz += 4 * sizeof(float)) {
     float q[4];

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import unittest
@@ -30,6 +31,17 @@ class Compare(CommandTest):
             *arguments,
             env={**os.environ, "PATH": str(self.dir)},
         )
+
+    def expect_labels_apart(self, svg):
+        """Labels that stand side by side: letters are 6.5 pixels wide in the mean."""
+        rows = {}
+        for x, y, text in re.findall(r'translate\(([\d.]+),([\d.]+)\)"[^>]*text-anchor="middle"[^>]*>\s*'
+                                     r"<text><tspan[^>]*>\s*([^<]*?)\s*</tspan>", svg):
+            rows.setdefault(y, []).append((float(x), text))
+        self.assertGreater(max(map(len, rows.values())), 2)
+        for row in map(sorted, rows.values()):
+            for (x, text), (other_x, other) in zip(row, row[1:]):
+                self.assertGreater(other_x - x, 6.5 * (len(text) + len(other)) / 2, (text, other))
 
     def figures(self):
         return json.loads((self.dir / "out/compare.json").read_text())
@@ -59,7 +71,9 @@ class Compare(CommandTest):
         for outside in ('src="http', 'href="http', "<link", "<script src"):
             self.assertNotIn(outside, page)
         for chart in ("pareto", "overlap", "errors", "energy"):
-            self.assertIn("<svg", (self.dir / f"out/compare.{chart}.svg").read_text())
+            svg = (self.dir / f"out/compare.{chart}.svg").read_text()
+            self.assertIn("<svg", svg)
+            self.expect_labels_apart(svg)
             png = (self.dir / f"out/compare.{chart}.png").read_bytes()
             self.assertTrue(png.startswith(b"\x89PNG"))
         self.succeed("render", "out/runs/impulse_spheres3/seed4", "--frames", "0", "--no-video")

@@ -86,6 +86,7 @@ class New(CommandTest):
         self.assertNotIn('"count"', (self.dir / "boxes.json").read_text())
         said = self.succeed("new", "guide", "stick.obj", "-o", "sticks.json").stdout
         count = int(re.search(r"about (\d+) of them", said)[1])
+        self.assertLess(count, 150)
         self.assertIn(f'"count": {count}', (self.dir / "sticks.json").read_text())
         self.succeed("direct-pile", "sticks.json", "-o", "sticks", "--set", "/duration_s=0.5")
         filling = json.loads((self.dir / "sticks/report.json").read_text())["piles"]["guide"]["filling"]
@@ -121,7 +122,9 @@ class New(CommandTest):
             position, present = trajectory["position"][:], trajectory["state"][:] & 1
             last = position[-1, 2:]
             self.assertLess(numpy.abs(last[:, [0, 2]]).max(), half)
-            self.assertLess(last[:, 1].max(), depth)
+            self.assertLess(last[:, 1].max(), depth + 0.06)  # with the radius of a cup
+            if count == 30:  # it is seen to be full
+                self.assertGreater(numpy.quantile(last[:, 1], 0.9), 0.6 * depth)
             # Everything there is, at any time, is within the picture, with the radius of a cup.
             key = scene["camera"]["keys"][0]
             eye = numpy.array(key["position"])
@@ -136,6 +139,38 @@ class New(CommandTest):
                 # Distance from the side planes of the picture.
                 beside = (most * (places @ ahead) - abs(places @ axis)) / math.hypot(1, most)
                 self.assertGreater(beside.min(), 0.06)
+            # The near wall hides less than half of the bottom.
+            self.assertLess(depth * numpy.hypot(eye[0], eye[2]) / eye[1], half)
+
+    def test_a_pile_is_a_heap(self):
+        """It rises from its edge to its middle, in several layers."""
+        self.succeed("new", "pile", ASSETS / "box.obj", "--count", "80")
+        self.succeed("simulate", "scene.json", "-o", "out", "--fail-on", "unsettled>0,escaped>0", "--no-picture")
+        end = zarr.open(str(self.dir / "out/trajectory.zarr"), mode="r")["position"][-1, 1:]
+        beside = numpy.hypot(end[:, 0], end[:, 2])
+        width = numpy.quantile(beside, 0.9)
+        self.assertGreater(end[:, 1].max(), 3 * 0.2)
+        self.assertGreater(end[:, 1].max() / width, 0.35)
+        self.assertGreater(end[beside < width / 3, 1].max(), 2 * end[beside > width * 0.8, 1].mean())
+
+    def test_units_and_axes_that_are_unlikely_are_asked_about(self):
+        def said(obj, *options, name="a.obj"):
+            (self.dir / name).write_text(obj)
+            return self.succeed("new", "pile", name, "--force", *options).stdout
+
+        def scaled(by, shift=(0, 0, 0)):
+            return "".join("v {} {} {}\n".format(*(by * float(x) + d for x, d in zip(line.split()[1:], shift)))
+                           if line.startswith("v ") else line + "\n" for line in BOX_OBJ.splitlines())
+
+        text = said(scaled(100))
+        self.assertIn("in millimetres (--scale 0.001, 0.145 m across), or in centimetres (--scale 0.01, 1.45 m", text)
+        self.assertNotIn("millimetres", said(scaled(100), "--scale", "0.01"))
+        self.assertIn("is the file in metres? Then leave --scale out: 0.145 m", said(scaled(0.1), "--scale", "0.001"))
+        self.assertNotIn("--up z", text)
+        upright = scaled(1, (0, -0.45, 0.4))  # its middle on y = 0, its base on z = 0
+        self.assertIn("it stands on z = 0: does z point up? Then say --up z", said(upright))
+        self.assertNotIn("--up z", said(upright, "--up", "z"))
+        self.assertNotIn("--up z", said(upright, "--up", "y"))
 
     def test_a_pile_settles_before_its_time_is_over(self):
         (self.dir / "box.obj").write_text(BOX_OBJ)

@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import unittest
 
+import numpy
+
 from support import CommandTest, tree_bytes
 
 
@@ -142,6 +144,60 @@ class Render(CommandTest):
                 result = self.expect_exit(3, "render", "out", *given)
                 self.assertIn(f"{given[0]} {given[1]}: ", result.stderr)
                 self.assertIn("1, 2, 4, 8", result.stderr)
+
+    def test_an_orbit_turns_a_still_frame(self):
+        self.succeed("render", "out", "--orbit", "0.2s", "-o", "turned", "--renderer", "raster")
+        cameras = json.loads((self.dir / "turned/cameras.json").read_text())["frames"]
+        self.assertEqual([camera["time_s"] for camera in cameras], [i / 30 for i in range(6)])
+        eyes = [-numpy.array(camera["R"]).T @ camera["t"] for camera in cameras]
+        self.assertAlmostEqual(numpy.ptp([eye[1] for eye in eyes]), 0)  # at one height
+        middle = numpy.mean(eyes, axis=0)
+        radii = [numpy.linalg.norm(eye - middle) for eye in eyes]
+        numpy.testing.assert_allclose(radii, radii[0])
+        numpy.testing.assert_allclose(eyes[3] - middle, middle - eyes[0], atol=1e-9)  # half a turn
+        video = probe(self.dir / "turned/video.mp4")
+        self.assertEqual((video["r_frame_rate"], video["nb_read_frames"]), ("30/1", "6"))
+        # It begins as the last frame is seen without it, and the others differ.
+        self.succeed("render", "out", "--frames", "last", "--no-video", "-o", "last")
+        turned = self.pictures("turned")
+        self.assertEqual(turned["frame.0000.png"], self.pictures("last")["frame.0015.png"])
+        self.assertEqual(len(set(turned.values())), 6)
+        self.succeed("render", "out", "--orbit", "0.1s", "--frames", "0", "--no-video", "-o", "first")
+        self.succeed("render", "out", "--frames", "0", "--no-video", "-o", "plain")
+        self.assertEqual(self.pictures("first")["frame.0000.png"], self.pictures("plain")["frame.0000.png"])
+
+    def test_an_orbit_is_of_one_frame_and_any_camera(self):
+        result = self.expect_exit(2, "render", "out", "--orbit", "1s", "--frames", "0-3", "-o", "none")
+        self.assertIn("--orbit: 4 frames are selected; expected one", result.stderr)
+        for wrong in ("6", "0s", "-1s", "last", "4000s"):
+            result = self.expect_exit(2, "render", "out", f"--orbit={wrong}", "-o", "none")
+            self.assertIn("is not a time such as 6s", result.stderr, wrong)
+        self.assertFalse((self.dir / "none").exists())
+        camera = '/cameras=[{"name": "top", "view": {"position": [0, 4, 1], "target": [0, 0, 0]}}]'
+        self.succeed("render", "out", "--orbit", "0.1s", "--camera", "all", "--set", camera, "-o", "all")
+        for name in ("camera", "top"):
+            self.assertTrue((self.dir / "all/cameras" / name / "video.mp4").exists())
+            self.assertEqual(len(self.pictures(f"all/cameras/{name}")), 3)
+        self.succeed("render", "out", "--orbit", "0.1s", "--renderer", "rays", "--quality", "preview", "--no-video",
+                     "--set", "/render/rays/shutter=0.5", "-o", "rays")
+        self.assertEqual(len(set(self.pictures("rays").values())), 3)
+
+    def test_bodies_that_are_left_out(self):
+        view = ("--frames", "last", "--no-video", "--set", '/camera={"position": [1, 2, 3], "target": [0, 0, 0]}')
+        for renderer in ("raster", "rays"):
+            drawn = {}
+            for name, options in (("all", []), ("one", ["--only", "boxes/3", "--only", "ground"]),
+                                  ("rest", ["--hide", "boxes/[!3]"]), ("none", ["--hide", "boxes/*"])):
+                self.succeed("render", "out", *view, "--renderer", renderer, *options, "-o", f"{renderer}_{name}")
+                drawn[name] = self.pictures(f"{renderer}_{name}")["frame.0015.png"]
+            self.assertEqual(drawn["one"], drawn["rest"])
+            self.assertEqual(len(set(drawn.values())), 3, renderer)
+        result = self.expect_exit(2, "render", "out", "--hide", "boxs/*", "-o", "nothing")
+        self.assertIn("--hide boxs/*: fits the name of no body", result.stderr)
+        # Ids of the passes know nothing of them either.
+        self.succeed("render", "out", *view, "--hide", "boxes/3", "--annotations", "coco", "-o", "set")
+        coco = json.loads((self.dir / "set/coco.json").read_text())
+        self.assertEqual(len(coco["annotations"]), 7)
 
     def pictures(self, name):
         return {path.name: path.read_bytes() for path in (self.dir / name / "frames").iterdir()}

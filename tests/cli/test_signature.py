@@ -1,5 +1,6 @@
 """Signatures as a user makes and inspects them."""
 
+import json
 import os
 import re
 import signal
@@ -77,6 +78,39 @@ class SampleSignature(CommandTest):
         self.assertIn("rest poses:", inspected)
         self.assertEqual(inspected.count("by geometry"), 6)
         self.assertFalse((self.dir / "box.sig.partial").exists())
+
+    def test_a_scene_gives_mesh_scale_and_material(self):
+        scene = {"version": 1, "materials": {"oak": {"restitution": 0.4, "friction": 0.3}, "ice": {"friction": 0}},
+                 "shapes": {"ground": {"type": "plane"}, "block": {"type": "mesh", "file": str(BOX), "size_m": 0.5}},
+                 "bodies": [{"shape": "ground", "material": "ice", "role": "static"}],
+                 "emitters": [{"type": "stream", "shape": "block", "material": "oak", "count": 2, "rate_hz": 1}]}
+        (self.dir / "scene.json").write_text(json.dumps(scene))
+        quick = ["--trials", "2", "--exemplars", "0", "--no-accuracy", "--pours", "0"]
+        self.succeed("sample-signature", "--scene", "scene.json", "-o", "taken.sig", *quick)
+        self.succeed("sample-signature", BOX, "--scale", "2.5", "--restitution", "0.4", "--friction", "0.3",
+                     "-o", "told.sig", *quick)
+        self.assertEqual((self.dir / "taken.sig").read_bytes(), (self.dir / "told.sig").read_bytes())
+        for options, text in (
+            (["--shape", "blok"], 'scene.json: --shape "blok" is no shape; expected one of "block"'),
+            (["--shape", "ground"], '--shape "ground" is not the mesh of a body that moves; expected one of "block"'),
+            (["--scale", "2"], "--scale"),
+        ):
+            result = self.expect_exit(2, "sample-signature", "--scene", "scene.json", "-o", "no.sig", *options)
+            self.assertIn(text, result.stderr)
+        self.assertIn("--scene", self.expect_exit(2, "sample-signature", "-o", "no.sig").stderr)
+        scene["bodies"].append({"shape": "block", "material": "ice"})
+        (self.dir / "scene.json").write_text(json.dumps(scene))
+        result = self.expect_exit(2, "sample-signature", "--scene", "scene.json", "-o", "no.sig")
+        self.assertIn('is used with the materials "ice", "oak"', result.stderr)
+
+    def test_what_a_message_advises_is_an_option(self):
+        (self.dir / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0.5 0.3 0.5\n"
+                                            "f 1 2 5\nf 2 3 5\n")
+        quick = ["--trials", "2", "--exemplars", "0", "--no-accuracy", "--pours", "0"]
+        result = self.expect_exit(3, "sample-signature", "sheet.obj", "-o", "a.sig", *quick)
+        self.assertIn("(--thickness), or --solid hull takes its convex hull", result.stderr)
+        self.succeed("sample-signature", "sheet.obj", "-o", "hull.sig", "--solid", "hull", *quick)
+        self.succeed("sample-signature", "sheet.obj", "-o", "thick.sig", "--thickness", "0.05", *quick)
 
     def test_the_help_names_the_defaults_that_are_taken(self):
         text = " ".join(self.succeed("sample-signature", "--help").stdout.split())

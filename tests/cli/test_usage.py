@@ -21,6 +21,25 @@ class Usage(CommandTest):
             text = self.succeed(command, "--help").stdout
             self.assertRegex(text, r"Examples?[,:]", command)
 
+    def test_help_names_types_in_words(self):
+        for command in ("simulate", "direct-pile", "finish", "validate", "new", "render", "export", "view", "inspect",
+                        "sample-signature", "fit-bspline", "compare", "batch", "schema", "presets"):
+            text = self.succeed(command, "--help").stdout
+            self.assertNotRegex(text, r"\b(TEXT|UINT|INT|FLOAT|WORD|ENUM)\b", command)
+        self.assertIn("--progress auto|bar|json|none", self.succeed("render", "--help").stdout)
+
+    def test_a_run_is_no_signature(self):
+        (self.dir / "run/trajectory.zarr").mkdir(parents=True)
+        result = self.expect_exit(3, "inspect", "run")
+        self.assertEqual(result.stderr, "pilesim: run: is a run; expected a signature. Open run/report.html to judge "
+                                        "the run, or play it: pilesim view run\n")
+
+    def test_every_error_begins_with_the_program(self):
+        for arguments in (["simulat"], ["simulate"], ["render", "out", "--size", "3"], ["inspect", "none.sig"],
+                          ["validate", "none.json"], ["export", "none", "-o", "a.glb"]):
+            result = self.run_pilesim(*arguments)
+            self.assertTrue(result.stderr.startswith("pilesim: "), result.stderr)
+
     def test_examples_name_files_that_are_there(self):
         root = pathlib.Path(__file__).parents[2]
         commands = ["simulate", "direct-pile", "sample-signature", "fit-bspline", "render"]

@@ -1,0 +1,81 @@
+"""python/pilesim.py: scenes as dictionaries, runs, poses and pictures as numpy."""
+
+import os
+import runpy
+import sys
+import unittest
+from unittest import mock
+
+import numpy
+
+from support import BOXES, SOURCE, CommandTest
+
+sys.path.insert(0, str(SOURCE / "python"))
+sys.dont_write_bytecode = True
+
+import pilesim  # noqa: E402
+
+
+class Python(CommandTest):
+    def setUp(self):
+        super().setUp()
+        here = os.getcwd()
+        os.chdir(self.dir)
+        self.addCleanup(os.chdir, here)
+
+    def test_a_dictionary_is_run_and_comes_back_as_arrays(self):
+        run = pilesim.simulate(BOXES, "out", seed=5, values={"/duration_s": 0.2}, options=["--no-picture"])
+        self.assertEqual(run.position.shape, (7, 9, 3))
+        self.assertEqual(run.orientation.shape, (7, 9, 4))
+        numpy.testing.assert_allclose(numpy.linalg.norm(run.orientation, axis=-1), 1, atol=1e-6)
+        numpy.testing.assert_allclose(run.time_s, numpy.arange(7) / 30)
+        self.assertEqual(run.names[:2], ["ground", "boxes/0"])
+        self.assertEqual(run.moves.tolist(), [False] + 8 * [True])
+        self.assertTrue(run.present.all())
+        # Free fall: the closed form.
+        fallen = run.position[0, 1:, 1] - run.position[3, 1:, 1]
+        numpy.testing.assert_allclose(fallen, 0.5 * 9.81 * 0.1**2, rtol=0.05)
+        again = pilesim.simulate(self.write_scene(), "again", seed=5, values={"/duration_s": 0.2},
+                                 options=["--no-picture"])
+        numpy.testing.assert_array_equal(again.position, run.position)
+
+    def test_pictures_are_arrays(self):
+        run = pilesim.simulate(BOXES, "out", values={"/duration_s": 0.1}, options=["--no-picture"])
+        picture = run.picture(size=(64, 48))
+        self.assertEqual((picture.shape, picture.dtype), ((48, 64, 3), numpy.uint8))
+        numpy.testing.assert_array_equal(run.pictures("2-3", size=(64, 48))[1], picture)
+        self.assertEqual(run.pictures(size=(64, 48), options=["--orbit", "0.1s"]).shape, (3, 48, 64, 3))
+        self.assertFalse((self.dir / "out/frames").exists())
+
+    def test_what_is_wrong_names_the_place(self):
+        with self.assertRaises(pilesim.PilesimError) as raised:
+            pilesim.check({**BOXES, "duraton_s": 1})
+        self.assertEqual(raised.exception.code, 3)
+        self.assertIn('/duraton_s: is no key of a scene', str(raised.exception))
+        self.assertIn('Did you mean "duration_s"?', str(raised.exception))
+        self.assertEqual(pilesim.check(BOXES, seed=9)["seed"], 9)
+        self.assertIn("materials", pilesim.schema()["properties"])
+        pilesim.simulate(BOXES, "out", values={"/duration_s": 0.1}, options=["--no-picture"])
+        with self.assertRaises(pilesim.PilesimError) as raised:
+            pilesim.simulate(BOXES, "out")
+        self.assertEqual(raised.exception.code, 2)
+
+    def test_a_scene_to_start_from_can_be_changed(self):
+        scene = pilesim.new("pile", SOURCE / "assets/box.obj", count=7)
+        scene["materials"]["body"]["friction"] = 0.1
+        self.assertEqual(pilesim.check(scene)["emitters"][0]["count"], 7)
+        with self.assertRaises(ValueError):
+            pilesim.new("heap", "box.obj")
+
+    def test_the_example(self):
+        printed = []
+        with mock.patch("builtins.print", lambda *words: printed.append(" ".join(map(str, words)))):
+            runpy.run_path(str(SOURCE / "python/example.py"))
+        self.assertIn('Did you mean "duration_s"?', printed[0])
+        heights = [float(line.split(": ")[1].split(" m")[0]) for line in printed[1:4]]
+        self.assertLess(heights[0], heights[2])
+        self.assertEqual(printed[-1], "around: (8, 240, 320, 3)")
+
+
+if __name__ == "__main__":
+    unittest.main()
