@@ -42,9 +42,9 @@ struct ModelShape {
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
   std::filesystem::path signature_file;  // empty: none
-  double file_scale = 1;                 // metres per unit of the mesh file
-  UpAxis file_up = UpAxis::y;            // of the mesh file
-  std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
+  double file_scale = 1;         // metres per unit of the mesh file; of a stretched one the mean
+  UpAxis file_up = UpAxis::y;    // of the mesh file
+  std::string collision_report;  // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 
 inline constexpr double kFromTheStart = -std::numeric_limits<double>::infinity();

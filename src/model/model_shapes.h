@@ -21,22 +21,26 @@ namespace pilesim {
 class MeshLibrary {
  public:
   // Throws as import_mesh() does.
-  const TriangleMesh& load(const std::filesystem::path& file, double scale, UpAxis up = UpAxis::y);
+  const TriangleMesh& load(const std::filesystem::path& file, const Vec3& scale,
+                           UpAxis up = UpAxis::y);
+  const TriangleMesh& load(const std::filesystem::path& file, double scale) {
+    return load(file, Vec3::Constant(scale));
+  }
   // The solid that it encloses, as make_solid() makes it from the whole: its surface has nothing of
   // it on the other side, so parts that overlap are wrapped even where groups name each of them.
   // Throws as make_solid() does, too.
   const Solid& load_solid(const std::filesystem::path& file, double scale);
 
  private:
-  std::map<std::tuple<std::filesystem::path, double, UpAxis>, TriangleMesh> meshes_;
+  std::map<std::tuple<std::filesystem::path, std::array<double, 3>, UpAxis>, TriangleMesh> meshes_;
   std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 
 // The JSON pointer of the shape called `name`.
 std::string shape_pointer(const std::string& name);
 
-// All shapes of a scene together have no more, drawn and collided with: parts of compounds and sizes
-// of emitters multiply what files hold.
+// All shapes of a scene together have no more, drawn and collided with: parts of compounds and
+// sizes of emitters multiply what files hold.
 inline constexpr size_t kMostTriangles = 20'000'000;
 size_t triangles_of(const ModelShape& shape);
 // The error at the shape's `pointer` that exceeds it.

@@ -185,7 +185,7 @@ Packing packing_of(const Sought& sought) {
 }  // namespace
 
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature) {
-  MeshShape shape{.file = sampling.mesh, .scale = sampling.scale};
+  MeshShape shape{.file = sampling.mesh, .scale = Vec3::Constant(sampling.scale)};
   shape.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
   shape.collision = CollisionKind::decomposition;
   return {.shape = shape,

@@ -43,8 +43,9 @@ enum class SolidKind { automatic, exact, wrap, hull };
 enum class UpAxis : uint8_t { y, z };
 
 struct MeshShape {
-  std::filesystem::path file;    // absolute
-  double scale = 1;              // metres per unit of the file, > 0
+  std::filesystem::path file;  // absolute
+  // Metres per unit of the file, along its own axes, none 0; a negative one mirrors.
+  Vec3 scale = Vec3::Ones();
   std::optional<double> size_m;  // > 0: the longest side, in place of the scale
   std::optional<UpAxis> up;      // of the file; none: y
   CollisionKind collision = CollisionKind::automatic;
