@@ -268,7 +268,11 @@ class ModelBuilder {
     body.material = material_index_.at(source.material);
     const ModelShape& shape = model_.shapes[body.shape];
     body.motion = source.motion;
+    if (!body.motion.motors.empty() && body.motion.empty()) {
+      body.motion.push_back({.pose = source.pose});
+    }
     body.pose = body_frame(shape, source.motion.empty() ? source.pose : source.motion.front().pose);
+    body.surface_velocity = source.surface_velocity;
     body.linear_velocity = source.linear_velocity;
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;
@@ -464,6 +468,12 @@ double mean_diameter_m(const Model& model) {
     sum_m += 2 * model.shapes[body.shape].bounding_radius;
   }
   return dynamic > 0 ? sum_m / static_cast<double>(dynamic) : 0;
+}
+
+SurfaceVelocity world_surface_velocity(const Model& model, uint32_t body, const Quat& orientation) {
+  const SurfaceVelocity& own = *model.bodies[body].surface_velocity;
+  const Vec3& centre = model.shapes[model.bodies[body].shape].origin_offset;
+  return {orientation * (own.linear + own.angular.cross(centre)), orientation * own.angular};
 }
 
 Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }

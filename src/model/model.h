@@ -61,7 +61,8 @@ struct ModelBody {
   Preference preference = Preference::prefer_statistical;
   double start_s = kFromTheStart;  // appears at the first step at or after this
   std::optional<Hinge> hinge;
-  Motion motion;  // poses of the shape's own frame
+  Motion motion;  // poses of the shape's own frame; with motors at least one
+  std::optional<SurfaceVelocity> surface_velocity;
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
   double roughness = 0, clear_coat = 0;  // of its material, or drawn for it
@@ -126,6 +127,10 @@ struct Model {
 // cache directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the
 // shape's JSON pointer.
 Model build_model(const Scene& scene);
+
+// The surface velocity of a body that has one, when it is turned so: at its centre of mass and
+// about it, world axes.
+SurfaceVelocity world_surface_velocity(const Model& model, uint32_t body, const Quat& orientation);
 
 // Of the dynamic bodies, of the ball about the centre of mass, m; 0 where there are none.
 double mean_diameter_m(const Model& model);

@@ -21,6 +21,7 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
     : shapes_(shapes), state_(state), bodies_(state.bodies), constants_(model.bodies.size()) {
   const double g = gravity.norm();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
+    runs_.push_back(model.bodies[i].surface_velocity ? 1 : 0);
     if (model.bodies[i].role != Role::dynamic) continue;
     const ModelShape& shape = model.shapes[model.bodies[i].shape];
     const Vec3& moments = shapes_[model.bodies[i].shape].moments;
@@ -53,10 +54,22 @@ bool Rest::joins(uint32_t body) const {
   return bodies_[body].moves == Moves::by_contacts && !bodies_[body].put_to_sleep;
 }
 
+void Rest::wake_near_surfaces() {
+  if (std::ranges::find(runs_, 1) == runs_.end()) return;
+  constexpr float kUnknown = -1;  // as of a pair that nobody has looked at
+  for (const Pair& pair : state_.pairs) {
+    if (pair.slack_m > kUnknown || pair.contact_count > 0) continue;
+    if (runs_[pair.a] != 0 && bodies_[pair.b].asleep) rouse(bodies_[pair.b]);
+    if (runs_[pair.b] != 0 && bodies_[pair.a].asleep) rouse(bodies_[pair.a]);
+  }
+}
+
 bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   step_s_ = step_s;
-  const auto stirs = [&](const Body& body) {  // a kinematic body that moves
-    return body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0));
+  const auto stirs = [&](uint32_t i) {  // a surface that moves
+    const Body& body = bodies_[i];
+    return runs_[i] != 0 ||
+           (body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0)));
   };
   supports_.assign(bodies_.size(), {});
   islands_.reset(bodies_.size());
@@ -65,9 +78,8 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Pair& pair = state_.pairs[touching[i]];
-      const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
       const bool of_a = joins(pair.a), of_b = joins(pair.b);
-      const bool matters = (of_a && of_b) || (of_a && stirs(b)) || (of_b && stirs(a));
+      const bool matters = (of_a && of_b) || (of_a && stirs(pair.b)) || (of_b && stirs(pair.a));
       links_[i] = !matters || !touches(pair, state_.contacts_of(pair)) ? Link::none
                   : of_a && of_b                                       ? Link::both
                   : of_a                                               ? Link::a_on_b

@@ -11,8 +11,12 @@ namespace pilesim::exact {
 using namespace exact_constants;
 
 StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState& state,
-                       double gravity, double accuracy)
-    : shapes_(shapes), state_(state), gravity_(gravity), scale_(accuracy / kUsualAccuracy) {}
+                       double gravity, double shaking, double accuracy)
+    : shapes_(shapes),
+      state_(state),
+      gravity_(gravity),
+      shaking_(shaking),
+      scale_(accuracy / kUsualAccuracy) {}
 
 double StepChoice::at_rest_s(double gravity) const {
   double extent = std::numeric_limits<double>::infinity();
