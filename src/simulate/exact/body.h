@@ -49,7 +49,7 @@ struct Body {
 
 struct CollisionShape;
 
-// Of a body of that shape: kg m^2; 1 / kg m^2, world.
+// Principal moments, kg m^2, and inverse inertia, 1 / kg m^2, world, of a body of that shape.
 Vec3 principal_moments(const Body& body, const CollisionShape& shape);
 Mat3 inverse_inertia(const Body& body, const CollisionShape& shape);
 
@@ -61,7 +61,7 @@ inline Vec3 velocity_at(const Body& body, const Vec3& arm) {
 // On by a time in which nothing is near: a parabola, and a spin that nothing changes.
 void fly(Body& body, const CollisionShape& shape, const Vec3& gravity, double time_s);
 
-void rouse(Body& body);  // if it is one that sleeps by itself
+void wake_up(Body& body);  // if it is one that sleeps by itself
 void fall_asleep(Body& body);
 
 }  // namespace pilesim::exact

@@ -7,7 +7,7 @@ namespace pilesim::exact {
 
 using namespace exact_constants;
 
-// What contacts have given in a substep they give in the next, too: to that is added gravity, and
+// Contacts give in a substep what they gave in the last: to that is added gravity, and
 // the partner's contacts.
 void ContactSolver::pull(size_t i, const SolverSettings& settings, T h, bool first) {
   const T share = 1 / static_cast<T>(settings.substeps);
@@ -60,7 +60,7 @@ void ContactSolver::move(const SolverBody& body, size_t i, const Vec3& gravity, 
   shift.v[6] = turned.w();
 }
 
-// Of what turns fast the axis turns too.
+// The axis of a fast turning body turns, too.
 void ContactSolver::turn_freely(const SolverBody& body, size_t i, double h) {
   Motion& motion = motions_[i];
   Shift& shift = shifts_[i];
@@ -93,7 +93,7 @@ Quat ContactSolver::turn_of(uint32_t body) const {
   return Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]);
 }
 
-Vec3 ContactSolver::way_of(uint32_t body) const {
+Vec3 ContactSolver::displacement_of(uint32_t body) const {
   const Shift& shift = shifts_[body];
   return Vec3(shift.v[0], shift.v[1], shift.v[2]);
 }

@@ -27,7 +27,7 @@ void ContactSolver::solve_impacts(const SolverSettings& settings) {
   least_change_ = static_cast<T>(kSameAsFall) * least_impact_;
   for (int round = 1; round <= kImpactRounds; ++round) {
     impulses_.assign(points_.size(), {});
-    for (Torque& torque : torques_) torque.blow = {};
+    for (Torque& torque : torques_) torque.impact = {};
     const std::vector<Motion> before = motions_;
     converge();
     sum_impulses(before);
@@ -100,8 +100,8 @@ HWY_INLINE bool ContactSolver::is_to_visit(const Block& block) const {
   return last > block.visited;
 }
 
-// What collides is to part at its speed; what an impulse has reached, and passes it on, is not to
-// come nearer than it was. The rest is left alone. Whether it has changed anything.
+// Colliding points separate at their speed; contacts that an impulse has reached, and that pass it
+// on, are not to come nearer than it was. The rest is left alone. Whether it has changed anything.
 bool ContactSolver::collide(Block& block, uint32_t now) {
   using L = Lanes<T>;
   bool is_reached = false;
@@ -370,9 +370,9 @@ void ContactSolver::ImpactIsland::choose_step() {
   }
 }
 
-// What comes nearer now that impulses have changed the velocities of its bodies: it collides in the
-// next round if it reaches the other within the step, and keeps its speed until then if it does
-// not. In the last round nothing bounces any more, and all pass impulses on.
+// Points that approach now that impulses have changed the velocities of their bodies: they collide
+// in the next round if it reaches the other within the step, and keeps its speed until then if it
+// does not. In the last round nothing bounces any more, and all pass impulses on.
 void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, bool is_last) {
   using L = Lanes<T>;
   for (size_t i = 0; i < kLanes; ++i)
@@ -389,7 +389,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
   const Lanes3<T> between = load3<T>(block.between);
   const L zero(T{0}), one(T{1}), h(static_cast<T>(settings.step_s));
   const L restitution = L::load(block.restitution.data());
-  const L hard = L(static_cast<T>(kHard / kShallow)) * L::load(block.shallow.data());
+  const L hard = L(static_cast<T>(kContactMargin / kResolution)) * L::load(block.slop.data());
   const L substep(static_cast<T>(settings.step_s / settings.substeps));
   const auto may_bounce = hn::Or(min(weights.mass_a, weights.mass_b) > zero,
                                  hn::Not(L::load(block.bounced.data()) > zero));
@@ -419,7 +419,7 @@ void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, b
     select(bounce > zero, bounce, approach(start, n, fall)).store(start.parting.data());
     const auto later =
         hn::And(comes, hn::Or(hn::And(outlives, misses), hn::AndNot(collides, closing * h > hard)));
-    select(later, substep * closing, zero).store(start.slack.data());
+    select(later, substep * closing, zero).store(start.allowance.data());
   }
   if (is_last) std::ranges::fill(block.passes, T{1});
   impact.store(block.impact.data());

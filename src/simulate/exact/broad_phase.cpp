@@ -29,7 +29,7 @@ float next_above(float value) {
 }  // namespace
 
 WideBox WideBox::around(const Bounds& box, const Vec3& centre, double radius_m) {
-  // Of the centre, and of distances when they are compared.
+  // Rounding of the centre, and of distances when they are compared.
   constexpr double kRounding = 1e-6;
   WideBox wide;
   wide.radius = next_above(static_cast<float>((1 + kRounding) * radius_m +

@@ -1,7 +1,7 @@
 // Which bodies may touch: pairs whose boxes meet, and the balls beside them.
 //
 // Both are wider than what they hold, so that most of them hold it for several steps; those that no
-// longer do are made anew and looked up in a tree of all boxes, eight to a node.
+// longer do are renewed and looked up in a tree of all boxes, eight to a node.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct WideBox {
   std::array<float, 3> centre;
   float radius;
   static WideBox around(const Bounds& box, const Vec3& centre, double radius_m);
-  bool meets(const WideBox& other) const {
+  bool overlaps(const WideBox& other) const {
     bool meets = distance2(other) <= (radius + other.radius) * (radius + other.radius);
     for (size_t k = 0; k < 3; ++k) {
       meets &= low[k] <= other.high[k] && other.low[k] <= high[k];

@@ -18,7 +18,7 @@ namespace {
 constexpr size_t kLeastOfPart = 400;
 constexpr size_t kMostParts = 32;
 constexpr size_t kColours = 64;
-// Of one colour so many blocks are gone through by one thread.
+// One thread takes so many blocks of one colour.
 constexpr uint32_t kBatch = 8;
 // Blocks that are not full yet, while contacts of a part are packed.
 constexpr size_t kOpen = 32;

@@ -1,4 +1,4 @@
-// What the parts of the contact solver do with the lanes of a block.
+// Operations on the lanes of a block that all parts of the contact solver use.
 #pragma once
 
 #include <algorithm>

@@ -26,7 +26,7 @@ constexpr T kFar = static_cast<T>(1e15);
 template <typename T>
 constexpr T kLeast = static_cast<T>(1e-30);
 
-// What the turn (x, y, z, w) adds to `r`; of round sides along the tangent only.
+// The turn (x, y, z, w) of `r`, less `r`; for round sides along the tangent only.
 template <typename T>
 HWY_INLINE Lanes3<T> turned_by(const Lanes3<T>& q, Lanes<T> w, Lanes<T> edged, const Lanes3<T>& r) {
   const Lanes3<T> t = cross(q, r);
@@ -84,7 +84,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
         }
         block.friction[i] = static_cast<T>(range.friction);
         block.restitution[i] = static_cast<T>(range.restitution);
-        block.shallow[i] = static_cast<T>(range.shallow_m);
+        block.slop[i] = static_cast<T>(range.slop_m);
         block.edged[i] = contact->is_round ? T{0} : T{1};
         const Softness& soft = range.is_joined                          ? rigid
                                : range.a < moving_ && range.b < moving_ ? moving
@@ -95,7 +95,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
         float load_n = 0;
         for (uint32_t p = 0; p < range.count; ++p, ++contact) {
           Point& point = points[p];
-          load_n += contact->push_n;
+          load_n += contact->normal_force_n;
           for (size_t k = 0; k < 3; ++k) {
             const auto e = static_cast<Eigen::Index>(k);
             point.normal[k][i] = contact->normal[e];
@@ -105,12 +105,12 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
           starts[p].distance[i] = point.now[i] = static_cast<T>(contact->distance_m);
           // A point that collides in a step to come keeps its speed: the relaxations after the last
           // motion look a substep ahead, and took a share of it.
-          starts[p].slack[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
+          starts[p].allowance[i] = static_cast<T>(substep_s * std::max(0.0F, -contact->bounce));
           if (contact->hits && !(contact->bounce > 0)) {
-            starts[p].slack[i] =
+            starts[p].allowance[i] =
                 std::max(T{0}, contact->distance_m) / static_cast<T>(settings.substeps);
           }
-          point.push[i] = static_cast<T>(contact->push_n * substep_s);
+          point.push[i] = static_cast<T>(contact->normal_force_n * substep_s);
           starts[p].parting[i] = std::max(0.0F, contact->bounce);
           if (contact->hits || contact->bounce > 0) block.impact[i] = 1;
         }
@@ -129,8 +129,8 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
       const Lanes<T> give =
           Lanes<T>::load(block.force_scale.data()) /
           max(Lanes<T>::load(block.mass_scale.data()) * Lanes<T>::load(block.rate.data()), least);
-      const Lanes<T> shallow = Lanes<T>::load(block.shallow.data());
-      const Lanes<T> most_loaded = shallow * Lanes<T>(static_cast<T>(kLoaded / kShallow));
+      const Lanes<T> slop = Lanes<T>::load(block.slop.data());
+      const Lanes<T> most_loaded = slop * Lanes<T>(static_cast<T>(kLoaded / kResolution));
       const Lanes3<T> fall = fall_between(weights);
       for (size_t p = 0; p < points.size(); ++p) {
         Point& point = points[p];
@@ -150,7 +150,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
         const auto there = along > zero;
         select(there, one / select(there, along, one), zero).store(point.mass_along.data());
         const Lanes<T> load = give * Lanes<T>::load(point.push.data()) * along;
-        max(shallow, min(load, most_loaded)).store(point.shallow.data());
+        max(slop, min(load, most_loaded)).store(point.slop.data());
         // Across: by the direction that is easiest to move, so that friction never overshoots.
         const auto flat = Lanes<T>::of(hn::Abs(n.x.v)) > Lanes<T>(static_cast<T>(0.6));
         const Lanes3<T> other = {select(flat, zero, one), select(flat, one, zero), zero};
@@ -216,14 +216,14 @@ void ContactSolver::fill_surfaces(std::span<const ContactRange> contacts) {
 // On a surface that turns each place has another speed: without this what lies on a turntable would
 // go straight on in each step, and outward.
 void ContactSolver::run_on(const Block& block) {
-  const auto way = [&](const std::array<uint32_t, kLanes>& bodies) {
+  const auto displacement = [&](const std::array<uint32_t, kLanes>& bodies) {
     Rows rows;
     for (size_t i = 0; i < kLanes; ++i) {
       for (size_t k = 0; k < 3; ++k) rows[k][i] = shifts_[bodies[i]].v[k];
     }
     return load3<T>(rows);
   };
-  const Lanes3<T> moved = way(block.b) - way(block.a);
+  const Lanes3<T> moved = displacement(block.b) - displacement(block.a);
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     Running& running = running_[p];
     const Lanes3<T> n = load3<T>(points_[p].normal);
@@ -232,7 +232,7 @@ void ContactSolver::run_on(const Block& block) {
   }
 }
 
-// What contacts gave in the step before.
+// Applies the impulses of the last step: warm starting.
 void ContactSolver::apply_forces(Block& block) {
   Gathered g = gather(block, motions_);
   const Weights<T, Block> weights(block);
@@ -248,9 +248,9 @@ void ContactSolver::apply_forces(Block& block) {
   if (block.holds_turning) apply_torques(block);
 }
 
-// What the partner's contacts give in the step, found in turns with those here, for the step as a
-// whole and without moving anything. The substeps then have it as a force that is always there: so
-// the partner needs none of its own.
+// The impulses of the partner's contacts in the step, found in turns with those here, for the step
+// as a whole and without moving anything. The substeps then have it as a force that is always
+// there: so the partner needs none of its own.
 void ContactSolver::take_turns(const SolverSettings& settings,
                                const std::vector<SolverBody>& bodies,
                                std::span<SolverJoint> joints) {
@@ -299,7 +299,7 @@ HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
   gather8(rows.data(), a);
   for (size_t i = 0; i < kLanes; ++i) rows[i] = shifts_[block.b[i]].v.data();
   gather8(rows.data(), b);
-  const Lanes3<T> way = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  const Lanes3<T> displacement = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   const Lanes3<T> turn_a = {a[3], a[4], a[5]}, turn_b = {b[3], b[4], b[5]};
   const Lanes3<T> between = load3<T>(block.between);
   const L edged = L::load(block.edged.data()), zero(T{0}), far(kFar<T>);
@@ -309,11 +309,11 @@ HWY_INLINE void ContactSolver::measure(Block& block, bool is_last) {
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     Point& point = points_[p];
     const Lanes3<T> arm_a = load3<T>(point.arm), arm_b = arm_a + between;
-    const Lanes3<T> moved =
-        way + (turned_by(turn_b, b[6], edged, arm_b) - turned_by(turn_a, a[6], edged, arm_a));
+    const Lanes3<T> moved = displacement + (turned_by(turn_b, b[6], edged, arm_b) -
+                                            turned_by(turn_a, a[6], edged, arm_a));
     const PointStart& start = starts_[p];
     L distance = L::load(start.distance.data()) + dot(load3<T>(point.normal), moved);
-    if (is_last) distance = distance + L::load(start.slack.data());
+    if (is_last) distance = distance + L::load(start.allowance.data());
     select(gone, far, distance).store(point.now.data());
   }
 }
@@ -327,8 +327,8 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
   const L zero(T{0}), one(T{1}), rate_ahead(inverse_step);
   const L slow(slow_rate_), fastest(fastest_);
   const L friction = L::load(block.friction.data());
-  const L deeper = fastest * L(static_cast<T>(kDeeper * kShallow)) /
-                   max(L::load(block.shallow.data()), L(kLeast<T>));
+  const L deeper = fastest * L(static_cast<T>(kDeeper * kResolution)) /
+                   max(L::load(block.slop.data()), L(kLeast<T>));
   const L soft_rate = L::load(block.rate.data());
   const L mass_scale = L::load(block.mass_scale.data());
   const L force_scale = L::load(block.force_scale.data());
@@ -344,9 +344,9 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
     const auto ahead = distance > zero;
     L bias, scale = one, give = zero;
     if constexpr (kSoft) {
-      const L shallow = L::load(point.shallow.data());
-      const L slowly = max(slow * (distance + shallow), mul_add(deeper, distance, zero - fastest));
-      const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, shallow, slowly));
+      const L slop = L::load(point.slop.data());
+      const L slowly = max(slow * (distance + slop), mul_add(deeper, distance, zero - fastest));
+      const L undone = max(soft_rate * distance, neg_mul_add(soft_rate, slop, slowly));
       bias = select(ahead, distance * rate_ahead, undone);
       scale = select(ahead, one, mass_scale);
       give = select(ahead, zero, force_scale);
@@ -384,7 +384,7 @@ void ContactSolver::store(std::span<const ContactRange> contacts, double substep
         for (uint32_t p = 0; p < range.count; ++p) {
           const Point& point = points_[block.first_point + p];
           Contact& contact = range.contacts[p];
-          contact.push_n = static_cast<float>(point.push[i] * per_second);
+          contact.normal_force_n = static_cast<float>(point.push[i] * per_second);
           for (size_t k = 0; k < 3; ++k) {
             contact.friction_n[static_cast<Eigen::Index>(k)] =
                 static_cast<float>(point.friction[k][i] * per_second);
@@ -471,7 +471,7 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
   if (settings.has_torques) fill_torques(contacts, settings.step_s / settings.substeps);
 }
 
-// What sweeps have made of them.
+// Results of the sweeps.
 void ContactSolver::take_over(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                               std::span<const ContactRange> contacts) {
   parallel_for(bodies.size(), kBodyGrain, [&](size_t begin, size_t end) {
@@ -480,7 +480,7 @@ void ContactSolver::take_over(const SolverSettings& settings, std::vector<Solver
       bodies[i].velocity = velocity(place);
       bodies[i].spin = spin(place);
       const Shift& shift = shifts_[i];
-      bodies[i].way = Vec3(shift.v[0], shift.v[1], shift.v[2]);
+      bodies[i].displacement = Vec3(shift.v[0], shift.v[1], shift.v[2]);
       bodies[i].turn = Quat(shift.v[6], shift.v[3], shift.v[4], shift.v[5]).normalized();
     }
   });

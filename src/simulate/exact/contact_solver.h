@@ -33,9 +33,9 @@ struct SolverBody {
   // For what turns fast: principal moments, kg m^2, and the turn of those axes to the world.
   Vec3 moments = Vec3::Zero();
   Quat axes = Quat::Identity();
-  Vec3 way = Vec3::Zero();       // m, of the step
-  Quat turn = Quat::Identity();  // of the step, world
-  double share = 1;              // of the step that is still to come for it
+  Vec3 displacement = Vec3::Zero();  // m, of the step
+  Quat turn = Quat::Identity();      // of the step, world
+  double share = 1;                  // of the step that is still to come for it
 };
 
 // Up to kMostOfPlane contacts of a pair. Bodies are places in the solver's list.
@@ -44,9 +44,9 @@ struct ContactRange {
   uint32_t count;
   uint32_t a, b;
   double friction, restitution;
-  double shallow_m;  // overlaps beyond it are undone slowly
-  bool is_joined;    // by a joint, which overlaps are not to strain
-  TorqueArms arms;   // of what holds back rolling and spinning
+  double slop_m;    // overlaps beyond it are undone slowly
+  bool is_joined;   // by a joint, which overlaps are not to strain
+  TorqueArms arms;  // of what holds back rolling and spinning
   // How the surfaces of its bodies run along them, world axes; null: they do not.
   const SurfaceVelocity* surface_a = nullptr;
   const SurfaceVelocity* surface_b = nullptr;
@@ -71,7 +71,7 @@ struct SolverJoint {
   Vec3 from_a = Vec3::Zero(), from_b = Vec3::Zero(), gap = Vec3::Zero(), angle = Vec3::Zero();
   Mat3 inertia_a = Mat3::Zero(), inertia_b = Mat3::Zero(), moment = Mat3::Zero(),
        mass = Mat3::Zero();
-  // What it has changed of a's and b's velocities in the substep, m/s and rad/s.
+  // Its change of a's and b's velocities in the substep, m/s and rad/s.
   struct Given {
     Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   };
@@ -84,7 +84,7 @@ struct Softness {
   double rate, mass_scale, force_scale;
 };
 
-// Of a spring of so many Hz and so much damping (1: critical), in substeps of `h` s.
+// Softness of a spring of so many Hz and so much damping (1: critical), in substeps of `h` s.
 inline Softness softness(double hertz, double damping, double h) {
   const double omega = 2 * kPi * hertz;
   const double a1 = 2 * damping + h * omega;
@@ -147,7 +147,7 @@ class ContactSolver {
     Row inverse_mass_a, inverse_mass_b;
     std::array<Row, 6> inertia_a, inertia_b;  // inverse; xx, yy, zz, xy, xz, yz
     Rows between;                             // m, centre a less centre b
-    Row friction, restitution, shallow;
+    Row friction, restitution, slop;
     Row edged;                          // 0: a round side, 1: corners that turn
     Row rate, mass_scale, force_scale;  // of the softness
     uint32_t first_point, points;
@@ -170,20 +170,20 @@ class ContactSolver {
     Row mass_along, mass_across;  // kg, effective
     Row push;                     // N s
     Rows friction;                // N s
-    Row shallow;                  // m: overlaps beyond it are undone slowly
+    Row slop;                     // m: overlaps beyond it are undone slowly
   };
-  // What sweeps do not ask for.
+  // Values of a point that sweeps do not read.
   struct alignas(32) PointStart {
     Row distance;  // m, as the step begins
     Row parting;   // m/s, at which an impact parts it; below 0: no faster than this it comes nearer
-    Row slack;     // m, of the last substep
+    Row allowance;  // m, of the last substep
   };
-  // What an impact gives, N s; not carried over.
+  // Impulses of an impact, N s; not carried over.
   struct alignas(32) Impulse {
     Row push;
     Rows friction;
   };
-  // What holds back the turning of b against a at a point, along the normal and two directions
+  // Resistance to the turning of b against a at a point, along the normal and two directions
   // across it. See rolling_solver.cpp.
   struct alignas(32) Torque {
     Rows across;                     // unit, the first of the two
@@ -192,7 +192,7 @@ class ContactSolver {
     std::array<Row, 3> across_mass;  // kg m^2, of both; uu, vv, uv
     Row least_mass;                  // kg m^2, of the direction across that turns most easily
     Rows given;                      // N m s, on b
-    Rows blow;                       // N m s, in an impact; not carried over
+    Rows impact;                     // N m s, in an impact; not carried over
   };
   // How the surface of b runs against that of a at a point, where contacts do not move one of them.
   struct alignas(32) Running {
@@ -239,7 +239,7 @@ class ContactSolver {
   void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
   Quat turn_of(uint32_t body) const;  // since the step began
-  Vec3 way_of(uint32_t body) const;
+  Vec3 displacement_of(uint32_t body) const;
   void place(SolverJoint& joint, const std::vector<SolverBody>& bodies) const;
   void give(SolverJoint& joint, const Vec3& push, const Vec3& twist);
   void give_again(SolverJoint& joint, double substep_s, bool is_first);
@@ -263,7 +263,7 @@ class ContactSolver {
   void run_on(const Block& block);
   void fill_torques(std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
-  void hold_turning(const Block& block, bool of_blow);
+  void hold_turning(const Block& block, bool of_impact);
   void store_torques(std::span<const ContactRange> contacts, double substep_s) const;
   void pull(size_t i, const SolverSettings& settings, T h, bool first);
   void move(const SolverBody& body, size_t i, const Vec3& gravity, T substep_s);

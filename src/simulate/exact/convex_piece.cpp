@@ -84,9 +84,9 @@ std::vector<uint32_t> loop_about(const HullFace& face, std::span<const uint32_t>
   std::ranges::sort(points);
   points.erase(std::unique(points.begin(), points.end()), points.end());
   std::vector<Point> chain;
-  const auto walk = [&](const std::vector<Point>& way) {
+  const auto walk = [&](const std::vector<Point>& displacement) {
     const size_t first = chain.size();
-    for (const Point& point : way) {
+    for (const Point& point : displacement) {
       const auto turns_left = [&] {
         const Point &from = chain[chain.size() - 2], &at = chain.back();
         return (at.x - from.x) * (point.y - from.y) - (at.y - from.y) * (point.x - from.x) > 0;

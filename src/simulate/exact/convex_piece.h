@@ -22,7 +22,7 @@ class ConvexPiece {
     double offset_m;        // normal . x on the face
     uint32_t first, count;  // in loops(): its corners, counter-clockwise from outside
   };
-  // Of the edge from a face's corner to the next: normal . x > offset is beside the face.
+  // For the edge from a face's corner to the next: normal . x > offset is beside the face.
   struct Side {
     Vec3 normal;  // in the face's plane, outward, as long as the edge
     double offset;
@@ -38,12 +38,12 @@ class ConvexPiece {
   Kind kind() const { return kind_; }
   double radius_m() const { return radius_m_; }   // about the core: of a sphere; else 0
   const Vec3& centre() const { return centre_; }  // m, of its box
-  // Of its box; of a triangle, which is measured by what meets it, infinite.
+  // Smallest side of its box; infinite for a triangle, whose contacts the other piece scales.
   double smallest_extent_m() const { return smallest_extent_m_; }
-  // Of the largest ball about centre() that the core holds, m.
+  // Radius of the largest ball about centre() inside the core, m.
   double inner_radius_m() const { return inner_radius_m_; }
   const Bounds& box() const { return box_; }
-  // Of a cylinder: its axis, unit, half of its height and its radius, m.
+  // A cylinder's axis, unit, half of its height and its radius, m.
   const Vec3& axis() const { return axis_; }
   double half_height_m() const { return half_height_m_; }
   double round_m() const { return round_m_; }

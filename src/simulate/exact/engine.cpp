@@ -20,7 +20,7 @@ using namespace exact_constants;
 
 namespace {
 
-// Of fewer a step is as fast on one thread.
+// With fewer pairs one thread is as fast.
 constexpr size_t kLeastPairs = 64;
 
 class Engine final : public ExactEngine {
@@ -51,7 +51,7 @@ class Engine final : public ExactEngine {
   double reach_below_m(uint32_t body, const Quat& orientation) const override;
   bool is_active(uint32_t body) const override { return bodies_[body].is_awake(); }
   void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) override;
-  void nudge(uint32_t body, const Vec3& way, const Quat& turn) override;
+  void nudge(uint32_t body, const Vec3& displacement, const Quat& turn) override;
   void put_to_sleep(uint32_t body) override;
   void wake(uint32_t body) override;
   void set_friction(uint32_t body, double friction) override { bodies_[body].friction = friction; }
@@ -69,7 +69,7 @@ class Engine final : public ExactEngine {
   void load(StateReader& reader) override;
 
  private:
-  double momentum_behind(const Hit& hit, const Vec3& way,
+  double momentum_behind(const Hit& hit, const Vec3& displacement,
                          std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
@@ -160,14 +160,14 @@ void Engine::remove(uint32_t index) {
   for (const std::vector<Pair>* pairs : {&state_.pairs, &state_.resting.pairs}) {
     for (const Pair& pair : *pairs) {
       if ((pair.a != index && pair.b != index) || pair.contact_count == 0) continue;
-      rouse(bodies_[pair.a == index ? pair.b : pair.a]);
+      wake_up(bodies_[pair.a == index ? pair.b : pair.a]);
     }
   }
   std::erase_if(state_.joints, [&](const Joint& joint) {
     if (joint.a != index && joint.b != index) return false;
     if (joint.id != Joint::kHinge) {
       const uint32_t other = joint.a == index ? joint.b : joint.a;
-      if (other != Joint::kWorld) rouse(bodies_[other]);
+      if (other != Joint::kWorld) wake_up(bodies_[other]);
     }
     return true;
   });
@@ -186,7 +186,7 @@ void Engine::wake(uint32_t index) {
   Body& body = bodies_[index];
   if (body.is_awake()) return;
   body.put_to_sleep = false;
-  rouse(body);
+  wake_up(body);
 }
 
 void Engine::set_velocity(uint32_t index, const Vec3& linear, const Vec3& angular) {
@@ -194,11 +194,11 @@ void Engine::set_velocity(uint32_t index, const Vec3& linear, const Vec3& angula
   bodies_[index].spin = angular;
 }
 
-void Engine::nudge(uint32_t index, const Vec3& way, const Quat& turn) {
+void Engine::nudge(uint32_t index, const Vec3& displacement, const Quat& turn) {
   Body& body = bodies_[index];
-  body.position += way;
+  body.position += displacement;
   body.orientation = (turn * body.orientation).normalized();
-  body.moved += way;
+  body.moved += displacement;
   body.turned_m += 2 * turn.vec().norm() * shapes_[body.shape].radius_m;
 }
 
@@ -247,12 +247,12 @@ double Engine::kinetic_energy_j(uint32_t index) const {
 void Engine::boxes(uint32_t index, std::vector<Bounds>& boxes) const {
   const Body& body = bodies_[index];
   const CollisionShape& shape = shapes_[body.shape];
-  const double way = step_s_ * (body.velocity.norm() + body.spin.norm() * shape.radius_m);
+  const double displacement = step_s_ * (body.velocity.norm() + body.spin.norm() * shape.radius_m);
   boxes.clear();
   const auto add = [&](const Bounds& box) {
     const Mat3 turn = body.orientation.toRotationMatrix();
     const Vec3 centre = body.position + turn * box.center();
-    const Vec3 half = turn.cwiseAbs() * (box.sizes() / 2) + Vec3::Constant(way);
+    const Vec3 half = turn.cwiseAbs() * (box.sizes() / 2) + Vec3::Constant(displacement);
     boxes.emplace_back(Vec3(centre - half), Vec3(centre + half));
   };
   if (shape.is_plane) {
@@ -318,12 +318,12 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     bring_back();
     if (rest_.wake_islands(step_s_, narrow_.touching())) bring_back();
     for (Body& body : bodies_) {
-      // What moves by keys: when it is moved.
+      // Kinematic bodies: by move_by_keys().
       if (body.moves == Moves::by_keys || body.stands_still()) continue;
       body.moved.setZero();
       body.turned_m = 0;
     }
-    solver_.solve(step_s_, narrow_.touching(), narrow_.ahead_s(), partner_);
+    solver_.solve(step_s_, narrow_.touching(), narrow_.advanced_s(), partner_);
   }
   {
     StageTimer::Scope scope(timer, Stage::integration);
@@ -338,12 +338,12 @@ void Engine::bring_back() {
   if (pairs_.bring_back()) narrow_.list_touching();
 }
 
-// What nothing touches.
+// Bodies that nothing touches.
 void Engine::fly_on() {
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
     Body& body = bodies_[i];
     if (!body.is_awake() || solver_.has_moved(i)) continue;
-    fly(body, shape_of(body), gravity_, step_s_ - narrow_.ahead_s()[i]);
+    fly(body, shape_of(body), gravity_, step_s_ - narrow_.advanced_s()[i]);
   }
 }
 
@@ -383,7 +383,7 @@ void Engine::find_hits(std::vector<Hit>& hits) {
     if (!bodies_[sleeper].put_to_sleep || !bodies_[other].may_move()) continue;
     const Body& body = bodies_[other];
     Hit hit{sleeper, other, 0, 0};
-    Vec3 way = Vec3::Zero();
+    Vec3 displacement = Vec3::Zero();
     for (const Contact& contact : state_.contacts_of(pair)) {
       const Vec3 arm = (a_sleeps ? contact.arm_b : contact.arm_a).cast<double>();
       const Vec3 away = (a_sleeps ? 1.0 : -1.0) * contact.normal.cast<double>();
@@ -392,7 +392,7 @@ void Engine::find_hits(std::vector<Hit>& hits) {
         continue;
       }
       hit.closing_speed = closing;
-      way = -away;
+      displacement = -away;
       if (body.moves == Moves::by_contacts) {
         const Vec3 lever = arm.cross(away);
         hit.momentum_ns =
@@ -403,7 +403,7 @@ void Engine::find_hits(std::vector<Hit>& hits) {
     }
     if (hit.closing_speed <= 0) continue;
     hits.push_back(hit);
-    ways.push_back(way);
+    ways.push_back(displacement);
   }
   if (hits.empty()) return;
   // By body: those that it meets in the step, as `hits` do.
@@ -421,18 +421,18 @@ void Engine::find_hits(std::vector<Hit>& hits) {
   }
 }
 
-// Of what comes behind the one that hits, from body to body, and is as fast along its way: a crate
+// Momentum of bodies behind the one that hits, from body to body, if they are as fast: a crate
 // between a ball and a column hits that as the ball would.
-double Engine::momentum_behind(const Hit& hit, const Vec3& way,
+double Engine::momentum_behind(const Hit& hit, const Vec3& displacement,
                                std::span<const std::vector<uint32_t>> met) const {
   double momentum_ns = 0;
   std::vector<uint32_t> queue = {hit.other};
   for (size_t next = 0; next < queue.size(); ++next) {
     for (const uint32_t body : met[queue[next]]) {
       const Body& behind = bodies_[body];
-      const double speed = behind.velocity.dot(way);
+      const double speed = behind.velocity.dot(displacement);
       if (speed < kComesAlong * hit.closing_speed ||
-          (behind.position - bodies_[queue[next]].position).dot(way) >= 0 ||
+          (behind.position - bodies_[queue[next]].position).dot(displacement) >= 0 ||
           std::ranges::find(queue, body) != queue.end()) {
         continue;
       }
@@ -491,7 +491,7 @@ void Engine::load(StateReader& reader) {
                        "one entry a body");
   for (uint32_t i = 0; i < count; ++i) {
     StateReader::require(state.bodies[i].shape == model_.bodies[i].shape, "the bodies' shapes");
-    StateReader::require(state.bodies[i].moves <= Moves::by_contacts, "a way to move");
+    StateReader::require(state.bodies[i].moves <= Moves::by_contacts, "a displacement to move");
   }
   StateReader::require_below(state.fresh, count);
   require_pairs(state.pairs, state.contacts.size(), state.bodies);
@@ -509,7 +509,7 @@ void Engine::load(StateReader& reader) {
   pairs_.reload();
 }
 
-// Of pairs that were read.
+// Checks pairs that were read.
 void Engine::require_pairs(std::span<const Pair> pairs, size_t contacts,
                            const std::vector<Body>& bodies) const {
   uint64_t last = 0;
@@ -527,7 +527,7 @@ void Engine::require_pairs(std::span<const Pair> pairs, size_t contacts,
   }
 }
 
-// Of a pair that was read: pieces, faces and vertices that there are.
+// Checks the pieces, faces and vertices of a pair that was read.
 void Engine::require_pieces(const Pair& pair, const std::vector<Body>& bodies) const {
   const CollisionShape& a = shapes_[bodies[pair.a].shape];
   const CollisionShape& b = shapes_[bodies[pair.b].shape];

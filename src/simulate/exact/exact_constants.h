@@ -87,11 +87,11 @@ inline constexpr double kSameNormal = 0.7;
 
 // Two pairs of their pieces push against each other by this cosine, and one is sunk by more, in
 // extents ...
-inline constexpr double kSunk = 0.05;
+inline constexpr double kDeepPieces = 0.05;
 inline constexpr double kOpposed = -0.2;
 // ... so they leave along one direction, which is kept until another is so much better. Points
 // across or against it, by their cosine, are moved to it.
-inline constexpr double kBetterWayOut = 0.5;
+inline constexpr double kBetterExit = 0.5;
 inline constexpr double kAgrees = 0.3;
 
 // --- The solver. Tried on towers, arches and card houses (presets/hard), too.
@@ -143,7 +143,7 @@ inline constexpr double kSupport = 0.1;
 inline constexpr double kAsGood = 0.01;
 // Overlaps beyond this, in extents, fall by e in this time, in sqrt(r / g) of the smallest body,
 // and no faster than this, in sqrt(g r): what starts inside of others parts without a burst.
-inline constexpr double kShallow = 1e-3;
+inline constexpr double kSlop = 1e-3;
 // So are those that a load presses in by its weight, to this depth: 1,000 kg on 1 kg.
 inline constexpr double kLoaded = 3e-3;
 inline constexpr double kPushTime = 0.3;

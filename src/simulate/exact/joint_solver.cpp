@@ -36,8 +36,8 @@ void ContactSolver::place(SolverJoint& joint, const std::vector<SolverBody>& bod
   const SolverBody &a = bodies[joint.a], &b = bodies[joint.b];
   const Quat turn_a = turn_of(joint.a), turn_b = turn_of(joint.b);
   const Vec3 arm_a = turn_a * joint.arm_a, arm_b = turn_b * joint.arm_b;
-  joint.gap = joint.apart + way_of(joint.b) - way_of(joint.a) + (arm_b - joint.arm_b) -
-              (arm_a - joint.arm_a);
+  joint.gap = joint.apart + displacement_of(joint.b) - displacement_of(joint.a) +
+              (arm_b - joint.arm_b) - (arm_a - joint.arm_a);
   joint.from_a = arm_a + joint.gap / 2;
   joint.from_b = arm_b - joint.gap / 2;
   joint.inertia_a = inertia_as_turned(a, turn_a);

@@ -18,7 +18,7 @@ double smaller_extent(const ConvexPiece& a, const ConvexPiece& b) {
   return std::min(a.smallest_extent_m(), b.smallest_extent_m());
 }
 
-// What a piece turns towards `direction`: corners of a face, the ends of a line, or a point.
+// The part of a piece that faces `direction`: corners of a face, the ends of a line, or a point.
 void facing(const ConvexPiece& piece, const Vec3& direction, std::vector<Vec3>& polygon) {
   polygon.clear();
   switch (piece.kind()) {
@@ -122,7 +122,7 @@ double add_points_over(const ConvexPiece& piece, uint32_t face_index, const Conv
   };
   std::ranges::for_each(scratch.polygon, add);
   // A corner that has just passed the face's side still is what goes deepest.
-  // Where they are sunk into each other without it, they are parted without it.
+  // Pieces that penetrate without it separate without it.
   const bool is_sunk = lowest < -kBeside * small;
   if (lowest < reach_m && lowest > nearest + kSameDepth * small && !is_beside && !is_sunk) {
     add(deepest);
@@ -334,7 +334,7 @@ void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double off
   } else {
     for (const Vec3& vertex : piece.vertices()) add(vertex);
   }
-  keep_lowest(points, first, kBand * piece.smallest_extent_m(),
+  keep_lowest(points, first, kResolution * piece.smallest_extent_m(),
               kSameDepth * piece.smallest_extent_m());
 }
 

@@ -12,7 +12,7 @@ struct SurfacePoint {
   Vec3 place;         // m, half-way between the two surfaces
   Vec3 normal;        // unit, from a to b
   double distance_m;  // along the normal; below 0 they overlap
-  // Of whoever takes it on; see pair.cpp.
+  // Set by pair.cpp.
   Vec3 other_arm = Vec3::Zero();
   double time_s = 0;
   bool is_round = false;
@@ -46,14 +46,16 @@ double add_manifold(const ConvexPiece& a, const ConvexPiece& b, const Relative& 
                     const Feature& feature, double reach_m, ManifoldScratch& scratch,
                     std::vector<SurfacePoint>& points);
 
-// Of a piece with the half-space normal . x <= offset in the piece's frame. The plane is body a.
+// Manifold of a piece with the half-space normal . x <= offset in the piece's frame. The plane is
+// body a.
 void add_plane_manifold(const ConvexPiece& piece, const Vec3& normal, double offset_m,
                         double reach_m, std::vector<SurfacePoint>& points);
 
-// Of points from `first` on, which have one normal, the deepest and those that span most.
+// Reduces the points from `first` on, which have one normal, to the deepest and those that span
+// most.
 void keep_spanning(std::vector<SurfacePoint>& points, size_t first, double same_depth_m);
-// Of points of a surface that is not flat: as many of those within `band_m` of the deepest, which
-// carry, and as many of the others, which may.
+// Reduces points of a surface that is not flat to as many of those within `band_m` of the deepest,
+// which carry, and as many of the others, which may.
 void keep_lowest(std::vector<SurfacePoint>& points, size_t first, double band_m,
                  double same_depth_m);
 

@@ -26,13 +26,13 @@ NarrowPhase::NarrowPhase(std::span<const CollisionShape> shapes, EngineState& st
       bodies_(state.bodies),
       settings_{0, gravity.norm(), &surroundings},
       gravity_(gravity),
-      placed_(state.bodies.size()),
-      stirs_(state.bodies.size()) {}
+      posed_(state.bodies.size()),
+      motion_bounds_(state.bodies.size()) {}
 
 void NarrowPhase::find(double step_s, const PairFilter& filter) {
   settings_.step_s = step_s;
   parallel_for(bodies_.size(), kBodyGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) place(static_cast<uint32_t>(i));
+    for (size_t i = begin; i < end; ++i) pose(static_cast<uint32_t>(i));
   });
   const size_t pairs = state_.pairs.size(), count = (pairs + kPairGrain - 1) / kPairGrain;
   parts_.resize(std::max(parts_.size(), count));
@@ -49,25 +49,25 @@ void NarrowPhase::find(double step_s, const PairFilter& filter) {
   list(parts);
 }
 
-void NarrowPhase::place(uint32_t index) {
+void NarrowPhase::pose(uint32_t index) {
   const Body& body = bodies_[index];
   if (body.moves == Moves::not_there) return;
   const CollisionShape& shape = shapes_[body.shape];
   const bool stands_still = body.stands_still();
-  if (!stands_still) placed_[index] = Placed(body, shape);
-  stirs_[index] = {body.velocity.cast<float>(),
-                   static_cast<float>(Placed::turning_m_s_of(body, shape)),
-                   body.moved.cast<float>(),
-                   static_cast<float>(body.turned_m),
-                   static_cast<float>(shape.own_extent()),
-                   body.is_awake(),
-                   stands_still};
+  if (!stands_still) posed_[index] = PosedBody(body, shape);
+  motion_bounds_[index] = {body.velocity.cast<float>(),
+                           static_cast<float>(PosedBody::turning_m_s_of(body, shape)),
+                           body.moved.cast<float>(),
+                           static_cast<float>(body.turned_m),
+                           static_cast<float>(shape.own_extent()),
+                           body.is_awake(),
+                           stands_still};
 }
 
 // `own`: where it is made, if it is not there yet.
-const Placed& NarrowPhase::placed(uint32_t index, Placed& own) const {
-  if (!stirs_[index].stands_still) return placed_[index];
-  return own = Placed(bodies_[index], shape_of(index));
+const PosedBody& NarrowPhase::posed(uint32_t index, PosedBody& own) const {
+  if (!motion_bounds_[index].stands_still) return posed_[index];
+  return own = PosedBody(bodies_[index], shape_of(index));
 }
 
 // One after the other, what parts have found.
@@ -102,33 +102,33 @@ void NarrowPhase::find_part(size_t begin, size_t end, const PairFilter& filter, 
   part.touching.clear();
   part.contacts.clear();
   part.still = 0;
-  part.is_ahead = false;
-  std::array<bool, kPairGrain> is_looked_at{};
+  part.is_advanced = false;
+  std::array<bool, kPairGrain> is_tested{};
   for (size_t i = begin; i < end; ++i) {
     Pair& pair = state_.pairs[i];
-    const Stir &a = stirs_[pair.a], &b = stirs_[pair.b];
+    const MotionBound &a = motion_bounds_[pair.a], &b = motion_bounds_[pair.b];
     if (a.stands_still && b.stands_still) {  // as it was
       ++part.still;
       continue;
     }
-    const bool look = is_to_be_looked_at(pair, filter);
-    is_looked_at[i - begin] = look;
+    const bool look = is_to_be_tested(pair, filter);
+    is_tested[i - begin] = look;
     if (!look) pair.contact_count = 0;
     if (!look) continue;
     __builtin_prefetch(pair.pieces.data());
-    __builtin_prefetch(&placed_[pair.b].position);
-    __builtin_prefetch(&placed_[pair.b].velocity);
+    __builtin_prefetch(&posed_[pair.b].position);
+    __builtin_prefetch(&posed_[pair.b].velocity);
   }
   for (size_t i = begin; i < end; ++i) {
-    look_at(static_cast<uint32_t>(i), is_looked_at[i - begin], state_.contacts_of(state_.pairs[i]),
-            part);
+    update(static_cast<uint32_t>(i), is_tested[i - begin], state_.contacts_of(state_.pairs[i]),
+           part);
   }
 }
 
-// Of bodies that have advanced only.
+// Only pairs of bodies that have advanced.
 void NarrowPhase::find_again(size_t begin, size_t end, const PairFilter& filter, Part& part) {
   const auto has_advanced = [&](const Pair& pair) {
-    return ahead_s_[pair.a] > 0 || ahead_s_[pair.b] > 0;
+    return advanced_s_[pair.a] > 0 || advanced_s_[pair.b] > 0;
   };
   const auto pairs = std::span(state_.pairs).subspan(begin, end - begin);
   if (std::ranges::none_of(pairs, has_advanced)) return;
@@ -140,32 +140,32 @@ void NarrowPhase::find_again(size_t begin, size_t end, const PairFilter& filter,
     Pair& pair = state_.pairs[i];
     bool look = false;
     if (has_advanced(pair)) {
-      look = is_to_be_looked_at(pair, filter);
+      look = is_to_be_tested(pair, filter);
       if (!look) pair.contact_count = 0;
     }
-    look_at(static_cast<uint32_t>(i), look,
-            std::span(found).subspan(pair.first_contact, pair.contact_count), part);
+    update(static_cast<uint32_t>(i), look,
+           std::span(found).subspan(pair.first_contact, pair.contact_count), part);
   }
 }
 
 // Else its bodies cannot touch in the step.
-bool NarrowPhase::is_to_be_looked_at(Pair& pair, const PairFilter& filter) const {
+bool NarrowPhase::is_to_be_tested(Pair& pair, const PairFilter& filter) const {
   if (filter && !filter(pair.a, pair.b)) {
-    pair.slack_m = pair.list_slack_m = -1;  // its bodies move unseen
+    pair.bound_m = pair.list_bound_m = -1;  // its bodies move unseen
     pair.pieces.clear();
     return false;
   }
-  return may_touch(pair, stirs_[pair.a], stirs_[pair.b], settings_);
+  return may_touch(pair, motion_bounds_[pair.a], motion_bounds_[pair.b], settings_);
 }
 
 // Adds its contacts to those of the part: as they are now, or as they were.
-void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> former, Part& part) {
+void NarrowPhase::update(uint32_t index, bool anew, std::span<const Contact> former, Part& part) {
   Pair& pair = state_.pairs[index];
   const size_t first = part.contacts.size();
   if (anew) {
     thread_local NarrowScratch scratch;
-    Placed own_a, own_b;
-    const Placed &a = placed(pair.a, own_a), &b = placed(pair.b, own_b);
+    PosedBody own_a, own_b;
+    const PosedBody &a = posed(pair.a, own_a), &b = posed(pair.b, own_b);
     if (!reuse_contacts(pair, a, b, settings_, former, part.contacts)) {
       find_contacts(pair, a, b, settings_, former, part.contacts, scratch);
     }
@@ -179,7 +179,7 @@ void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> fo
   pair.first_contact = static_cast<uint32_t>(first);  // of the part, as yet
   part.touching.push_back(index);
   for (const Contact& contact : std::span(part.contacts).subspan(first)) {
-    part.is_ahead = part.is_ahead || contact.time_s > 0;
+    part.is_advanced = part.is_advanced || contact.time_s > 0;
   }
 }
 
@@ -187,10 +187,10 @@ void NarrowPhase::look_at(uint32_t index, bool anew, std::span<const Contact> fo
 // among what is there then: what turns until then, or leaves its place, is moved there. Whether
 // there is any.
 bool NarrowPhase::advance(std::span<const Part> parts) {
-  ahead_s_.assign(bodies_.size(), 0);
+  advanced_s_.assign(bodies_.size(), 0);
   bool any = false;
   for (const Part& part : parts) {
-    if (!part.is_ahead) continue;
+    if (!part.is_advanced) continue;
     for (const uint32_t touching : part.touching) {
       const Pair& pair = state_.pairs[touching];
       for (const Contact& contact :
@@ -199,10 +199,10 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
         for (const uint32_t i : {pair.a, pair.b}) {
           const double time_s = contact.time_s;
           const Body& body = bodies_[i];
-          const double way = body.velocity.norm() * time_s;
-          const bool stays = way <= shapes_[body.shape].own_extent();
-          if (!body.is_awake() || (stays && body.spin.norm() * time_s < kTurnAhead)) continue;
-          ahead_s_[i] = ahead_s_[i] > 0 ? std::min(ahead_s_[i], time_s) : time_s;
+          const double displacement = body.velocity.norm() * time_s;
+          const bool stays = displacement <= shapes_[body.shape].own_extent();
+          if (!body.is_awake() || (stays && body.spin.norm() * time_s < kLeastTurn)) continue;
+          advanced_s_[i] = advanced_s_[i] > 0 ? std::min(advanced_s_[i], time_s) : time_s;
           any = true;
         }
       }
@@ -210,14 +210,14 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
   }
   if (!any) return false;
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    stirs_[i].moved.setZero();
-    stirs_[i].turned_m = 0;
-    if (ahead_s_[i] == 0) continue;
+    motion_bounds_[i].moved.setZero();
+    motion_bounds_[i].turned_m = 0;
+    if (advanced_s_[i] == 0) continue;
     bodies_[i].moved.setZero();
     bodies_[i].turned_m = 0;
-    fly(bodies_[i], shape_of(i), gravity_, ahead_s_[i]);
-    bodies_[i].velocity -= ahead_s_[i] * gravity_;  // the step's own comes whole
-    place(i);
+    fly(bodies_[i], shape_of(i), gravity_, advanced_s_[i]);
+    bodies_[i].velocity -= advanced_s_[i] * gravity_;  // the step's own comes whole
+    pose(i);
   }
   return true;
 }
@@ -225,11 +225,12 @@ bool NarrowPhase::advance(std::span<const Part> parts) {
 // A bounce reverses the speed of approach as it was before gravity, at the place where the body
 // is: with parabolic steps that keeps the energy. What would not outlive the step's gravity comes
 // to rest. What is not there yet keeps its speed until it is.
-void NarrowPhase::bounce(const Placed& a, const Placed& b, std::span<Contact> contacts) const {
+void NarrowPhase::bounce(const PosedBody& a, const PosedBody& b,
+                         std::span<Contact> contacts) const {
   if (contacts.empty()) return;
   const double step_s = settings_.step_s;
   const double restitution = std::sqrt(a.restitution * b.restitution);
-  const double hard = kHard * smaller_extent(*a.shape, *b.shape);
+  const double hard = kContactMargin * smaller_extent(*a.shape, *b.shape);
   const double pull = step_s * settings_.gravity;
   const double fastest = (a.velocity - b.velocity).norm() + a.turning_m_s + b.turning_m_s;
   if (fastest * step_s <= hard && restitution * fastest <= pull) return;

@@ -20,33 +20,33 @@ class NarrowPhase {
   // and how they bounce. What turns on its way to a contact of this step is moved there.
   void find(double step_s, const PairFilter& filter);
 
-  // When pairs have come or gone since: touching() anew.
+  // Lists touching() again, when pairs have come or gone since.
   void list_touching();
 
-  // Of the pairs that find() went through, those of bodies that stand still.
+  // The number of pairs of bodies that stand still, in the last find().
   size_t still_pairs() const { return still_pairs_; }
   // As find() has left them: the pairs that have contacts, by their places in the state, ascending.
   std::span<const uint32_t> touching() const { return touching_; }
   // And of each body the part of the step that it has made already, s.
-  std::span<const double> ahead_s() const { return ahead_s_; }
+  std::span<const double> advanced_s() const { return advanced_s_; }
 
  private:
-  // What is found of some pairs that follow each other.
+  // The result for some pairs that follow each other.
   struct Part {
     std::vector<uint32_t> touching;
     std::vector<Contact> contacts;
-    size_t still = 0;       // pairs of bodies that stand still
-    bool is_ahead = false;  // some contacts are of a later time than the step's begin
+    size_t still = 0;          // pairs of bodies that stand still
+    bool is_advanced = false;  // some contacts are of a later time than the step's begin
   };
   void find_part(size_t begin, size_t end, const PairFilter& filter, Part& part);
   void find_again(size_t begin, size_t end, const PairFilter& filter, Part& part);
-  bool is_to_be_looked_at(Pair& pair, const PairFilter& filter) const;
-  void look_at(uint32_t index, bool anew, std::span<const Contact> former, Part& part);
+  bool is_to_be_tested(Pair& pair, const PairFilter& filter) const;
+  void update(uint32_t index, bool anew, std::span<const Contact> former, Part& part);
   bool advance(std::span<const Part> parts);
   void list(std::span<const Part> parts);
-  void place(uint32_t body);
-  const Placed& placed(uint32_t body, Placed& own) const;
-  void bounce(const Placed& a, const Placed& b, std::span<Contact> contacts) const;
+  void pose(uint32_t body);
+  const PosedBody& posed(uint32_t body, PosedBody& own) const;
+  void bounce(const PosedBody& a, const PosedBody& b, std::span<Contact> contacts) const;
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
   std::span<const CollisionShape> shapes_;
@@ -55,9 +55,9 @@ class NarrowPhase {
   NarrowSettings settings_;
   Vec3 gravity_;
   // Scratch of a step.
-  std::vector<Placed> placed_;  // but for what stands still
-  std::vector<Stir> stirs_;
-  std::vector<double> ahead_s_;
+  std::vector<PosedBody> posed_;  // but for what stands still
+  std::vector<MotionBound> motion_bounds_;
+  std::vector<double> advanced_s_;
   std::vector<uint32_t> touching_;
   size_t still_pairs_ = 0;
   std::vector<Part> parts_;

@@ -16,15 +16,15 @@ constexpr int kMostAdvances = 24;
 // A normal that is tilted by more would slow or lift a fast body.
 constexpr double kSameWay = 1e-6;
 
-// What is subtracted is never too little.
-void spend(float& slack, float motion) {
+// Rounds so that never too little is subtracted.
+void spend(float& bound, float motion) {
   constexpr float kRounding = 1e-6F;
-  slack -= motion + kRounding * (std::abs(slack) + std::abs(motion));
+  bound -= motion + kRounding * (std::abs(bound) + std::abs(motion));
 }
 
 class Finder {
  public:
-  Finder(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
+  Finder(Pair& pair, const PosedBody& a, const PosedBody& b, const NarrowSettings& settings,
          NarrowScratch& scratch)
       : pair_(pair),
         a_(a),
@@ -39,49 +39,49 @@ class Finder {
     const double h = settings.step_s;
     const double fall = a.is_awake != b.is_awake ? settings.gravity * h * h : 0;
     turning_ = a.turning_m_s + b.turning_m_s;
-    way_ = h * (b.velocity - a.velocity);
-    unknown_way_m_ = h * turning_ + fall;
-    reach_m_ = kContactMargin * small_ + way_.norm() + unknown_way_m_;
+    displacement_ = h * (b.velocity - a.velocity);
+    unknown_m_ = h * turning_ + fall;
+    reach_m_ = kContactMargin * small_ + displacement_.norm() + unknown_m_;
     near_m_ = 2 * kContactMargin * small_;
   }
 
   void find() {
-    spend(pair_.list_slack_m, pair_.motion_m);
+    spend(pair_.list_bound_m, pair_.motion_m);
     for (PiecePair& pieces : pair_.pieces) {
-      spend(pieces.slack_m, pair_.motion_m);
+      spend(pieces.bound_m, pair_.motion_m);
     }
     pair_.motion_m = 0;
     pair_.toward.setZero();
     b_in_a_ = relative_at(0);
-    reach_ = Reach(kContactMargin * small_ + unknown_way_m_, turn_a_.transpose() * way_);
+    reach_ = Reach(kContactMargin * small_ + unknown_m_, turn_a_.transpose() * displacement_);
     scratch_.all.clear();
-    double slack = std::numeric_limits<double>::infinity();
+    double bound = std::numeric_limits<double>::infinity();
     if (shape_a_.is_plane) {
-      for (const ConvexPiece& piece : shape_b_.pieces) meet_plane(piece, slack);
+      for (const ConvexPiece& piece : shape_b_.pieces) test_plane(piece, bound);
       pair_.toward = (turn_a_ * Vec3::UnitY()).cast<float>();
     } else {
-      if (pair_.list_slack_m < reach_m_) list_pieces();
+      if (pair_.list_bound_m < reach_m_) list_pieces();
       if (shape_a_.surface && !shape_a_.surface->is_solid()) settle_sides();
       // Faces that pieces have come to before those that they may have come to from behind.
       for (const bool known_side : {true, false}) {
         for (PiecePair& pieces : pair_.pieces) {
           if ((pieces.side >= 0) != known_side) continue;
           const size_t first = scratch_.all.size();
-          if (pieces.slack_m <= reach_m_) meet(pieces);
+          if (pieces.bound_m <= reach_m_) test(pieces);
           for (size_t i = first; i < scratch_.all.size(); ++i) {
             scratch_.all[i].pieces = static_cast<uint32_t>(&pieces - pair_.pieces.data());
           }
-          slack = std::min<double>(slack, pieces.slack_m);
+          bound = std::min<double>(bound, pieces.bound_m);
         }
       }
-      slack = std::min<double>(slack, pair_.list_slack_m);
+      bound = std::min<double>(bound, pair_.list_bound_m);
     }
-    pair_.slack_m = static_cast<float>(slack);
-    if (slack < -kSunk * small_ && pair_.pieces.size() > 1 && !shape_a_.surface &&
+    pair_.bound_m = static_cast<float>(bound);
+    if (bound < -kDeepPieces * small_ && pair_.pieces.size() > 1 && !shape_a_.surface &&
         a_.is_moved_by_contacts && b_.is_moved_by_contacts) {
-      leave_one_way();
+      separate_one_way();
     } else {
-      pair_.way_out.setZero();
+      pair_.exit_normal.setZero();
     }
     reduce();
     note_found();
@@ -108,7 +108,7 @@ class Finder {
       Contact* best = nullptr;
       float least = near2;
       for (Contact& old : former) {
-        if (old.push_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
+        if (old.normal_force_n < 0 || old.normal.dot(contact.normal) < kSameNormal) continue;
         const float distance2 = std::min((old.arm_a - contact.arm_a).squaredNorm(),
                                          (old.arm_b - contact.arm_b).squaredNorm());
         if (distance2 >= least) continue;
@@ -116,11 +116,11 @@ class Finder {
         best = &old;
       }
       if (best != nullptr) {
-        contact.push_n = best->push_n;
+        contact.normal_force_n = best->normal_force_n;
         contact.friction_n =
             best->friction_n - best->friction_n.dot(contact.normal) * contact.normal;
         contact.torque_nm = best->torque_nm;
-        best->push_n = -1;  // taken
+        best->normal_force_n = -1;  // taken
       }
       contacts.push_back(contact);
     }
@@ -135,7 +135,7 @@ class Finder {
       position_b_ = b_.position;
       return {turn_a_.transpose() * b_.turn, turn_a_.transpose() * (b_.position - a_.position)};
     }
-    const auto turned = [t](const Placed& body) {
+    const auto turned = [t](const PosedBody& body) {
       const Vec3 turn = t * body.spin;
       const double angle = turn.norm();
       if (angle == 0) return body.orientation;
@@ -150,13 +150,13 @@ class Finder {
 
   // Along the normal, a's frame, they may come nearer in the step by much.
   bool is_fast(const Vec3& normal) const {
-    return reach_.along(normal) > (kContactMargin + kFast) * small_;
+    return reach_.along(normal) > (kContactMargin + kMotionInStep) * small_;
   }
 
   // Contacts of one pair of pieces as bodies stand, and their distance. `look(relative, reach)`
   // finds the separation, `touch(relative, separation, reach)` adds points to scratch_.all.
   template <typename Look, typename Touch>
-  double meet(bool is_round, const Look& look, const Touch& touch) {
+  double test(bool is_round, const Look& look, const Touch& touch) {
     const Separation now = look(b_in_a_, reach_);
     const double reach_m = reach_.along(now.normal);
     if (!now.is_exact || now.distance_m > reach_m) return now.distance_m;
@@ -189,11 +189,11 @@ class Finder {
     return piece.kind() != ConvexPiece::Kind::polytope;
   }
 
-  void meet_plane(const ConvexPiece& piece, double& slack) {
+  void test_plane(const ConvexPiece& piece, double& bound) {
     const auto plane_in = [](const Relative& relative) {
       return std::pair(Vec3(relative.turn.transpose() * Vec3::UnitY()), -relative.shift.y());
     };
-    slack = std::min(slack, meet(
+    bound = std::min(bound, test(
                                 is_round(piece),
                                 [&](const Relative& relative, const Reach&) {
                                   const auto [normal, offset] = plane_in(relative);
@@ -214,7 +214,7 @@ class Finder {
                                 }));
   }
 
-  void meet(PiecePair& pieces) {
+  void test(PiecePair& pieces) {
     const ConvexPiece& b = shape_b_.pieces[pieces.b];
     pieces.known.is_wall = !a_.is_moved_by_contacts || !b_.is_moved_by_contacts;
     Vec3 guess = pieces.axis.cast<double>();
@@ -222,7 +222,7 @@ class Finder {
     if (shape_a_.surface) return meet_triangle(pieces, b, guess);
     const ConvexPiece& a = shape_a_.pieces[pieces.a];
     bool first = true, is_turned = false;
-    const double distance = meet(
+    const double distance = test(
         is_round(a) || is_round(b),
         [&](const Relative& relative, const Reach& reach) {
           Separation separation = find_separation(a, b, relative, guess, reach, pieces.known);
@@ -239,7 +239,7 @@ class Finder {
           }
           const size_t before = scratch_.all.size();
           add_manifold(a, b, relative, separation, reach, scratch_.manifold, scratch_.all);
-          // What is beside the face may be a neighbour's.
+          // A point beside the face may be a neighbour's.
           if (scratch_.all.size() == before) return;
           const SurfacePoint& point = scratch_.all.back();
           if (point.normal.dot(separation.normal) > kSamePlane) return;
@@ -248,13 +248,13 @@ class Finder {
           const bool is_away = leave_surroundings(pieces, relative, reach, beside);
           if (is_away || !beside.is_exact) scratch_.all.pop_back();
         });
-    pieces.slack_m = static_cast<float>(distance);
+    pieces.bound_m = static_cast<float>(distance);
     if (shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
       pair_.toward = (turn_a_ * pieces.axis.cast<double>()).cast<float>();
     }
   }
 
-  // Of a piece that something static lies against: where its normal points into that, it is turned
+  // For a piece that a static one lies against: where the normal points into that, it is turned
   // to the nearest that does not; or it is covered there, and nothing touches it. Whether it is
   // turned.
   bool leave_surroundings(const PiecePair& pieces, const Relative& relative, const Reach& reach,
@@ -325,13 +325,13 @@ class Finder {
     }
     // From behind a solid's surface nothing comes: that is another triangle's.
     if (pieces.side < 0 && is_solid) {
-      pieces.slack_m = static_cast<float>(reach_m_ + std::max(0.0, -farthest_over(face, b, 1)));
+      pieces.bound_m = static_cast<float>(reach_m_ + std::max(0.0, -farthest_over(face, b, 1)));
       return;
     }
-    // What tips over an edge of the surface stays in touch with that edge.
+    // A body that tips over an edge of the surface stays in touch with that edge.
     const bool tips_over = !guess.isZero() && pieces.side * height_over(face, b) < 0;
     bool first = true;
-    const double distance = meet(
+    const double distance = test(
         is_round(b),
         [&](const Relative& relative, const Reach& reach) {
           // Apart as they were, or over the face, or beside it.
@@ -342,7 +342,7 @@ class Finder {
           Separation separation = find_separation(
               triangle, b, relative, tips_over ? guess : Vec3(pieces.side * face.normal), reach,
               pieces.known);
-          if (!is_solid && separation.distance_m < -kInside * small_) {
+          if (!is_solid && separation.distance_m < -kContactMargin * small_) {
             leave_wrong_side(pieces, triangle, b, relative, reach, separation);
           }
           guess = separation.normal;
@@ -353,9 +353,9 @@ class Finder {
         [&](const Relative& relative, const Separation& separation, double reach) {
           touch_triangle(pieces, triangle, b, relative, separation, reach);
         });
-    pieces.slack_m = static_cast<float>(distance);
+    pieces.bound_m = static_cast<float>(distance);
     if (distance > reach_m_) pieces.side = 0;
-    is_inside_ = is_inside_ || distance < -kInside * small_;
+    is_inside_ = is_inside_ || distance < -kContactMargin * small_;
   }
 
   // Deep in a sheet as seen from its side, a piece may yet be apart from it: it has come round.
@@ -367,14 +367,14 @@ class Finder {
     if (apart.distance_m <= 0) return;
     separation = apart;
     const double cosine = apart.normal.dot(triangle.faces()[0].normal);
-    if (std::abs(cosine) > kBefore) pieces.side = cosine > 0 ? 1 : -1;
+    if (std::abs(cosine) > kOnThatSide) pieces.side = cosine > 0 ? 1 : -1;
   }
 
   double height_over(const TriangleSurface::Face& face, const ConvexPiece& b) const {
     return face.normal.dot(b_in_a_.apply(b.centre()) - face.corners[0]);
   }
 
-  // Of all of the piece, towards the front (`side` 1) or the back (-1): how far it is over the
+  // How far the piece's lowest point, towards the front (`side` 1) or the back (-1), is over the
   // face.
   double farthest_over(const TriangleSurface::Face& face, const ConvexPiece& b, int side) const {
     const Vec3 outward = side * face.normal;
@@ -388,15 +388,15 @@ class Finder {
     const TriangleSurface::Face face = shape_a_.surface->face(place);
     if (shape_a_.surface->has_one_side()) return 1;
     const int8_t of_centre = height_over(face, b) >= 0 ? 1 : -1;
-    // What is in a solid comes out as it came; a sheet has no inside.
+    // A piece inside a solid leaves it as it came; a sheet has no inside.
     if (is_inside_ && shape_a_.surface->is_solid()) return of_centre;
     if (farthest_over(face, b, -of_centre) < 0) return of_centre;
     KnownVertices none;
     const Separation apart = find_separation(ConvexPiece(face.corners), b, b_in_a_, Vec3::Zero(),
                                              std::numeric_limits<double>::infinity(), none);
-    if (apart.distance_m < -kInside * small_) return of_centre;
+    if (apart.distance_m < -kContactMargin * small_) return of_centre;
     const double cosine = apart.normal.dot(face.normal);
-    return cosine > kBefore ? 1 : cosine < -kBefore ? -1 : of_centre;
+    return cosine > kOnThatSide ? 1 : cosine < -kOnThatSide ? -1 : of_centre;
   }
 
   // A sheet has two sides. On which one of a triangle a piece is that has just come to it, those
@@ -405,7 +405,7 @@ class Finder {
     std::vector<uint32_t>& unsure = scratch_.unsure;
     unsure.clear();
     for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
-      if (pair_.pieces[i].side == 0 && pair_.pieces[i].slack_m <= reach_m_) unsure.push_back(i);
+      if (pair_.pieces[i].side == 0 && pair_.pieces[i].bound_m <= reach_m_) unsure.push_back(i);
     }
     const auto settle = [&](auto&& side) {
       return std::erase_if(unsure, [&](uint32_t i) {
@@ -414,7 +414,7 @@ class Finder {
       });
     };
     while (settle([&](const PiecePair& pieces) {
-             return side_of_neighbours(pieces, -kInside * small_);
+             return side_of_neighbours(pieces, -kContactMargin * small_);
            }) > 0) {
     }
     settle([&](const PiecePair& pieces) -> int8_t {
@@ -424,7 +424,7 @@ class Finder {
           find_separation(ConvexPiece(face.corners), shape_b_.pieces[pieces.b], b_in_a_,
                           Vec3::Zero(), std::numeric_limits<double>::infinity(), none);
       const double cosine = apart.normal.dot(face.normal);
-      if (apart.distance_m <= 0 || std::abs(cosine) <= kBefore) return 0;
+      if (apart.distance_m <= 0 || std::abs(cosine) <= kOnThatSide) return 0;
       return cosine > 0 ? 1 : -1;
     });
     while (settle([&](const PiecePair& pieces) { return side_of_neighbours(pieces, reach_m_); }) >
@@ -432,7 +432,7 @@ class Finder {
     }
   }
 
-  // Of those that are no farther from it. 0: they know none, or are of two minds.
+  // The side that triangles no farther from it know. 0: none, or they differ.
   int8_t side_of_neighbours(const PiecePair& pieces, double most_m) const {
     int sum = 0;
     for (const uint32_t neighbour : shape_a_.surface->neighbours(pieces.a)) {
@@ -441,7 +441,7 @@ class Finder {
           pair_.pieces, std::pair(neighbour, pieces.b), {},
           [](const PiecePair& other) { return std::pair(other.a, other.b); });
       if (found == pair_.pieces.end() || found->a != neighbour || found->b != pieces.b) continue;
-      if (found->slack_m <= most_m) sum += found->side;
+      if (found->bound_m <= most_m) sum += found->side;
     }
     return static_cast<int8_t>(sum > 0 ? 1 : sum < 0 ? -1 : 0);
   }
@@ -462,7 +462,7 @@ class Finder {
       if (allowed.isZero(0)) return;
     }
     // The edge of what goes down on the other side is not touched from behind.
-    if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kBehind)) return;
+    if (allowed.dot(separation.normal) <= (pieces.side > 0 ? 0 : kOnThatSide)) return;
     const size_t first = scratch_.all.size();
     const bool is_corrected = (allowed - separation.normal).norm() > kSameWay;
     if (is_corrected) {
@@ -476,7 +476,7 @@ class Finder {
     const Feature feature =
         add_manifold(triangle, b, relative, separation, reach, scratch_.manifold, scratch_.all);
     const bool is_beside = feature.of == Feature::Of::none;
-    // What is not over the triangle, or is beside it, is its neighbour's.
+    // A point that is not over the triangle, or is beside it, is its neighbour's.
     size_t kept = first;
     for (size_t i = first; i < scratch_.all.size(); ++i) {
       const SurfacePoint& point = scratch_.all[i];
@@ -503,7 +503,7 @@ class Finder {
                                                  shape_a_.surface ? shape_b_.smallest_extent_m
                                                                   : shape_a_.smallest_extent_m);
     if (!shape_a_.surface && shape_a_.pieces.size() == 1 && shape_b_.pieces.size() == 1) {
-      pair_.list_slack_m = std::numeric_limits<float>::infinity();
+      pair_.list_bound_m = std::numeric_limits<float>::infinity();
       if (pair_.pieces.empty()) pair_.pieces.push_back({});
       return;
     }
@@ -547,36 +547,36 @@ class Finder {
       if (shape_a_.surface && shape_a_.surface->is_solid()) {
         made.side = side_of(i, shape_b_.pieces[j]);
       }
-      // What is as far apart as its box is not looked at yet.
-      if (gap > 0) spend(made.slack_m = static_cast<float>(gap), 0);
+      // A piece as far away as its box is not tested yet.
+      if (gap > 0) spend(made.bound_m = static_cast<float>(gap), 0);
     }
     // There are many lists: none has much room to spare.
     if (pair_.pieces.capacity() > 2 * listed.size()) std::vector<PiecePair>().swap(pair_.pieces);
     pair_.pieces.assign(listed.begin(), listed.end());
-    pair_.list_slack_m = static_cast<float>(around);
+    pair_.list_bound_m = static_cast<float>(around);
   }
 
   // Pairs of pieces know nothing of each other, and may push against each other for ever: of their
   // directions the one by which all that do come apart soonest.
-  void leave_one_way() {
+  void separate_one_way() {
     const auto distance = [&](const PiecePair& pieces, const Vec3& normal) {
       return separation_along(shape_a_.pieces[pieces.a], shape_b_.pieces[pieces.b], b_in_a_,
                               normal);
     };
     std::vector<uint32_t> touching;
     for (uint32_t i = 0; i < pair_.pieces.size(); ++i) {
-      if (pair_.pieces[i].slack_m < kContactMargin * small_) touching.push_back(i);
+      if (pair_.pieces[i].bound_m < kContactMargin * small_) touching.push_back(i);
     }
     const auto opposed = [&](uint32_t i, uint32_t j) {
       const PiecePair &one = pair_.pieces[i], &other = pair_.pieces[j];
-      return std::min(one.slack_m, other.slack_m) < -kSunk * small_ &&
+      return std::min(one.bound_m, other.bound_m) < -kDeepPieces * small_ &&
              one.axis.dot(other.axis) < kOpposed;
     };
     const bool conflict = std::ranges::any_of(touching, [&](uint32_t i) {
       return std::ranges::any_of(touching, [&](uint32_t j) { return opposed(i, j); });
     });
     if (!conflict) {
-      pair_.way_out.setZero();
+      pair_.exit_normal.setZero();
       return;
     }
     // How far they are to go; the search ends where it is no better than `most`.
@@ -588,17 +588,17 @@ class Finder {
       }
       return deepest;
     };
-    Vec3 way_out = pair_.way_out.cast<double>();
+    Vec3 exit_normal = pair_.exit_normal.cast<double>();
     double least = std::numeric_limits<double>::infinity();
-    if (!way_out.isZero()) {
-      way_out.normalize();
-      least = kBetterWayOut * depth(way_out, least);
+    if (!exit_normal.isZero()) {
+      exit_normal.normalize();
+      least = kBetterExit * depth(exit_normal, least);
     }
     const auto consider = [&](const Vec3& normal) {
       const double candidate = depth(normal, least);
       if (candidate >= least) return;
       least = candidate;
-      way_out = normal;
+      exit_normal = normal;
     };
     for (const uint32_t i : touching) {
       const PiecePair& pieces = pair_.pieces[i];
@@ -608,21 +608,21 @@ class Finder {
         consider(-(b_in_a_.turn * face.normal));
       }
     }
-    pair_.way_out = way_out.cast<float>();
-    const Vec3 normal = turn_a_ * way_out;
+    pair_.exit_normal = exit_normal.cast<float>();
+    const Vec3 normal = turn_a_ * exit_normal;
     std::erase_if(scratch_.all, [&](const SurfacePoint& point) {
       return std::ranges::binary_search(touching, point.pieces) &&
              point.normal.dot(normal) < kAgrees;
     });
     for (const uint32_t i : touching) {
       const PiecePair& pieces = pair_.pieces[i];
-      const double apart = distance(pieces, way_out);
-      if (pieces.axis.cast<double>().dot(way_out) >= kAgrees || apart >= 0) continue;
+      const double apart = distance(pieces, exit_normal);
+      if (pieces.axis.cast<double>().dot(exit_normal) >= kAgrees || apart >= 0) continue;
       const ConvexPiece &a = shape_a_.pieces[pieces.a], &b = shape_b_.pieces[pieces.b];
-      const Vec3 on_b =
-          b_in_a_.apply(b.farthest(-(b_in_a_.turn.transpose() * way_out))) - b.radius_m() * way_out;
+      const Vec3 on_b = b_in_a_.apply(b.farthest(-(b_in_a_.turn.transpose() * exit_normal))) -
+                        b.radius_m() * exit_normal;
       const size_t first = scratch_.all.size();
-      scratch_.all.push_back({on_b - apart / 2 * way_out, way_out, apart});
+      scratch_.all.push_back({on_b - apart / 2 * exit_normal, exit_normal, apart});
       add_contacts(first, 0, is_round(a) || is_round(b));
     }
   }
@@ -668,7 +668,7 @@ class Finder {
         taken[j] = 1;
         kept.push_back(all[j]);
       }
-      keep_lowest(kept, first, kBand * small_, kSameDepth * small_);
+      keep_lowest(kept, first, kResolution * small_, kSameDepth * small_);
     }
     std::swap(all, kept);
   }
@@ -676,7 +676,7 @@ class Finder {
   // For reuse_contacts(). Round sides roll on, bodies that leave each other one way ask where to,
   // and those that meet within the step come to other places.
   void note_found() {
-    const bool may_reuse = pair_.way_out.isZero(0) &&
+    const bool may_reuse = pair_.exit_normal.isZero(0) &&
                            std::ranges::none_of(scratch_.all, [](const SurfacePoint& point) {
                              return point.is_round || point.time_s > 0;
                            });
@@ -686,8 +686,8 @@ class Finder {
   }
 
   Pair& pair_;
-  const Placed& a_;
-  const Placed& b_;
+  const PosedBody& a_;
+  const PosedBody& b_;
   const CollisionShape& shape_a_;
   const CollisionShape& shape_b_;
   NarrowScratch& scratch_;
@@ -697,16 +697,17 @@ class Finder {
   Vec3 position_a_, position_b_;  // as relative_at() has left them
   double small_, turning_ = 0, near_m_ = 0;
   ModelSurroundings::Place around_a_, around_b_;  // of the one that is static, if any
-  Vec3 way_;                  // m, world: of b against a in the step, if nothing stops it
-  double unknown_way_m_ = 0;  // and by turning, and by gravity, in any direction
-  double reach_m_ = 0;        // in any direction: nothing farther can touch
+  Vec3 displacement_;     // m, world: of b against a in the step, if nothing stops it
+  double unknown_m_ = 0;  // and by turning, and by gravity, in any direction
+  double reach_m_ = 0;    // in any direction: nothing farther can touch
   Reach reach_ = 0;
   bool is_inside_ = false;  // of a surface, through faces that were before it
 };
 
 }  // namespace
 
-bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings) {
+bool may_touch(Pair& pair, const MotionBound& a, const MotionBound& b,
+               const NarrowSettings& settings) {
   const auto h = static_cast<float>(settings.step_s);
   const auto fall = a.is_awake != b.is_awake ? static_cast<float>(settings.gravity) * h * h : 0.0F;
   const Vec3f moved = b.moved - a.moved, velocity = b.velocity - a.velocity;
@@ -714,23 +715,23 @@ bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& s
   pair.motion_m += motion + turned;
   float closing = velocity.norm();
   if (pair.toward.isZero(0)) {
-    spend(pair.slack_m, motion + turned);
+    spend(pair.bound_m, motion + turned);
   } else {
-    spend(pair.slack_m, turned - pair.toward.dot(moved));
+    spend(pair.bound_m, turned - pair.toward.dot(moved));
     closing = std::max(0.0F, -pair.toward.dot(velocity));
   }
   const float reach = static_cast<float>(kContactMargin) * std::min(a.extent_m, b.extent_m) + fall +
                       h * (closing + a.turning_m_s + b.turning_m_s);
   constexpr float kSurely = 1 + 1e-5F;
-  return pair.slack_m <= kSurely * reach;
+  return pair.bound_m <= kSurely * reach;
 }
 
-bool reuse_contacts(const Pair& pair, const Placed& a, const Placed& b,
+bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
                     const NarrowSettings& settings, std::span<const Contact> former,
                     std::vector<Contact>& contacts) {
   if (pair.found_margin_m < 0) return false;
   const double h = settings.step_s;
-  const double most_m = kReused * smaller_extent(*a.shape, *b.shape);
+  const double most_m = kResolution * smaller_extent(*a.shape, *b.shape);
   const Vec3 apart = b.position - a.position;
   const Vec3 moved = a.turn.transpose() * apart - pair.found_shift;
   const Quat since =
@@ -759,9 +760,9 @@ bool reuse_contacts(const Pair& pair, const Placed& a, const Placed& b,
   return true;
 }
 
-void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
-                   std::span<const Contact> former, std::vector<Contact>& contacts,
-                   NarrowScratch& scratch) {
+void find_contacts(Pair& pair, const PosedBody& a, const PosedBody& b,
+                   const NarrowSettings& settings, std::span<const Contact> former,
+                   std::vector<Contact>& contacts, NarrowScratch& scratch) {
   Finder finder(pair, a, b, settings, scratch);
   finder.find();
   finder.take_over(former, contacts);

@@ -18,7 +18,7 @@ struct Contact {
   Vec3f arm_a, arm_b;                // m, from either centre
   Vec3f normal;                      // unit, from a to b
   float distance_m;                  // along the normal; below 0 they overlap
-  float push_n = 0;                  // force along the normal in the last step, on b
+  float normal_force_n = 0;          // force along the normal in the last step, on b
   Vec3f friction_n = Vec3f::Zero();  // and across it
   Vec3f torque_nm = Vec3f::Zero();   // that holds back turning, on b
   float bounce = 0;   // m/s: the speed at which they are to part; below 0: at which they come yet
@@ -32,21 +32,21 @@ struct Contact {
   Vec3f found_normal = Vec3f::Zero();  // unit, from a to b, in the frame of a, or of b if is_of_b
 
   static void fields(auto& self, auto& stream) {
-    stream(self.arm_a, self.arm_b, self.normal, self.distance_m, self.push_n, self.friction_n,
-           self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round, self.is_of_b,
-           self.found_distance_m, self.found_on_b, self.found_normal);
+    stream(self.arm_a, self.arm_b, self.normal, self.distance_m, self.normal_force_n,
+           self.friction_n, self.torque_nm, self.bounce, self.time_s, self.hits, self.is_round,
+           self.is_of_b, self.found_distance_m, self.found_on_b, self.found_normal);
   }
 };
 
 // Two pieces of them, or a triangle and a piece.
 struct PiecePair {
   uint32_t a = 0, b = 0;
-  float slack_m = -1;  // they were at least so far apart, less all motion since; below 0: look
+  float bound_m = -1;  // they were at least so far apart, less all motion since; below 0: look
   Vec3f axis = Vec3f::Zero();  // unit, from a to b in a's frame, or zero: not known
   int8_t side = 0;             // of a triangle: the one that the piece has come to; 0: not known
 
   static void fields(auto& self, auto& stream) {
-    stream(self.a, self.b, self.slack_m, self.axis, self.known.a, self.known.b, self.known.count,
+    stream(self.a, self.b, self.bound_m, self.axis, self.known.a, self.known.b, self.known.count,
            self.side);
   }
   KnownVertices known = {};
@@ -54,11 +54,11 @@ struct PiecePair {
 
 struct Pair {
   uint32_t a, b;                 // bodies; a plane or a surface is a
-  float slack_m = -1;            // as of pieces, of all of them
+  float bound_m = -1;            // as of pieces, of all of them
   Vec3f toward = Vec3f::Zero();  // unit, world: they are so far apart along it, or zero: in any way
-  float list_slack_m = -1;       // as of all pieces that are not listed
+  float list_bound_m = -1;       // as of all pieces that are not listed
   float motion_m = 0;            // since its pieces were looked at: they have not paid for it yet
-  Vec3f way_out = Vec3f::Zero();  // unit, a's frame: of what is sunk into it, or zero
+  Vec3f exit_normal = Vec3f::Zero();  // unit, a's frame: along it penetrating b leaves, or zero
   std::vector<PiecePair> pieces;
   uint32_t first_contact = 0, contact_count = 0;  // in the state's list
   // Where b was in a's frame when the contacts were found, and how much nearer it may come before
@@ -68,17 +68,17 @@ struct Pair {
   float found_margin_m = -1;
 
   static void fields(auto& self, auto& stream) {
-    stream(self.a, self.b, self.slack_m, self.toward, self.list_slack_m, self.motion_m,
-           self.way_out, self.pieces, self.first_contact, self.contact_count, self.found_turn,
+    stream(self.a, self.b, self.bound_m, self.toward, self.list_bound_m, self.motion_m,
+           self.exit_normal, self.pieces, self.first_contact, self.contact_count, self.found_turn,
            self.found_shift, self.found_margin_m);
   }
   uint64_t key() const { return a < b ? uint64_t{a} << 32 | b : uint64_t{b} << 32 | a; }
 };
 
 // A body as the narrow phase sees it when a step begins.
-struct Placed {
-  Placed() = default;
-  Placed(const Body& body, const CollisionShape& of_shape)
+struct PosedBody {
+  PosedBody() = default;
+  PosedBody(const Body& body, const CollisionShape& of_shape)
       : shape(&of_shape),
         position(body.position),
         turn(body.orientation.toRotationMatrix()),
@@ -124,10 +124,11 @@ struct NarrowSettings {
   const ModelSurroundings* surroundings;
 };
 
-// What tells whether two bodies may touch in the step, in single precision.
-struct Stir {
+// A body's part in the bound on relative motion that tells whether two bodies may touch in the
+// step; single precision.
+struct MotionBound {
   Vec3f velocity = Vec3f::Zero();  // m/s
-  float turning_m_s = 0;           // as Placed's
+  float turning_m_s = 0;           // as PosedBody's
   Vec3f moved = Vec3f::Zero();     // m; as of the body
   float turned_m = 0;
   float extent_m = 0;  // that contacts are measured by; infinite: the other's
@@ -136,20 +137,21 @@ struct Stir {
 
 // Takes the motion since they were looked at off what the pair has been apart. False: nothing of
 // them can touch within the step.
-bool may_touch(Pair& pair, const Stir& a, const Stir& b, const NarrowSettings& settings);
+bool may_touch(Pair& pair, const MotionBound& a, const MotionBound& b,
+               const NarrowSettings& settings);
 
 // Appends to `contacts` the `former` ones where the bodies have come to, if they have hardly moved
 // against each other since those were found: no contact is then missed or wrong by more than
-// kReused of the smaller extent. False: they are to be found again.
-bool reuse_contacts(const Pair& pair, const Placed& a, const Placed& b,
+// kResolution of the smaller extent. False: they are to be found again.
+bool reuse_contacts(const Pair& pair, const PosedBody& a, const PosedBody& b,
                     const NarrowSettings& settings, std::span<const Contact> former,
                     std::vector<Contact>& contacts);
 
 // Finds the contacts of the pair as its bodies stand, when may_touch() has not said that there are
 // none, appends them to `contacts`, and gives them the forces of the `former` ones. Any thread, a
 // pair each.
-void find_contacts(Pair& pair, const Placed& a, const Placed& b, const NarrowSettings& settings,
-                   std::span<const Contact> former, std::vector<Contact>& contacts,
-                   NarrowScratch& scratch);
+void find_contacts(Pair& pair, const PosedBody& a, const PosedBody& b,
+                   const NarrowSettings& settings, std::span<const Contact> former,
+                   std::vector<Contact>& contacts, NarrowScratch& scratch);
 
 }  // namespace pilesim::exact

@@ -29,10 +29,10 @@ Bounds box_of(const CollisionShape& shape, const Body& body) {
   return {Vec3(centre - half), Vec3(centre + half)};
 }
 
-// What the box passes on its `way`, wider by `around`.
-Bounds swept(const Bounds& box, const Vec3& way, double around) {
-  return {Vec3((box.min() + way.cwiseMin(0)).array() - around),
-          Vec3((box.max() + way.cwiseMax(0)).array() + around)};
+// The space that the box sweeps along `displacement`, wider by `around`.
+Bounds swept(const Bounds& box, const Vec3& displacement, double around) {
+  return {Vec3((box.min() + displacement.cwiseMin(0)).array() - around),
+          Vec3((box.max() + displacement.cwiseMax(0)).array() + around)};
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ void PairList::remove(uint32_t body) {
   changed_ = true;
 }
 
-bool PairList::may_meet(uint32_t a, uint32_t b) const {
+bool PairList::may_touch(uint32_t a, uint32_t b) const {
   const Body &first = state_.bodies[a], &second = state_.bodies[b];
   if (first.moves != Moves::by_contacts && second.moves != Moves::by_contacts) return false;
   return !(first.kept_apart && second.kept_apart);
@@ -94,15 +94,15 @@ bool PairList::renew(uint32_t i, double step_s, double gravity) {
     renewed = WideBox::around(tight, body.position, shape.radius_m);
     if (!is_fresh && box.holds(renewed)) return false;
   } else {
-    const Vec3 way = step_s * body.velocity;
+    const Vec3 displacement = step_s * body.velocity;
     const double fall = step_s * step_s * gravity;
     const double turning = step_s * body.spin.norm() * shape.radius_m;
     const double extent = shape.smallest_extent_m;
     // After so many steps, and so much wider.
     const auto reached = [&](double steps, double margin) {
-      const Bounds passed = swept(tight, steps * way, steps * (turning + fall) + margin);
-      const double radius = shape.radius_m + steps * (way.norm() / 2 + fall) + margin;
-      return WideBox::around(passed, body.position + steps / 2 * way, radius);
+      const Bounds passed = swept(tight, steps * displacement, steps * (turning + fall) + margin);
+      const double radius = shape.radius_m + steps * (displacement.norm() / 2 + fall) + margin;
+      return WideBox::around(passed, body.position + steps / 2 * displacement, radius);
     };
     const double margin = (kContactMargin + kBoxMargin) * extent;
     if (!is_fresh && box.holds(reached(1, kContactMargin * extent)) &&
@@ -156,11 +156,11 @@ void PairList::update(double step_s, double gravity) {
   merge();
 }
 
-// Whether their boxes met before they were made anew: then the pair is listed.
+// Whether their boxes overlapped before they were renewed: then the pair is listed.
 bool PairList::is_known(uint32_t i, uint32_t j) const {
   const WideBox& box_i = is_moved_[i] != 0 ? former_[i] : state_.boxes[i];
   const WideBox& box_j = is_moved_[j] != 0 ? former_[j] : state_.boxes[j];
-  return !is_none(box_i) && !is_none(box_j) && box_i.meets(box_j);
+  return !is_none(box_i) && !is_none(box_j) && box_i.overlaps(box_j);
 }
 
 // `all`: boxes are none the newer for it.
@@ -186,12 +186,12 @@ void PairList::look_up(std::span<const uint32_t> moved, bool all) {
             const auto e = static_cast<size_t>(k);
             lowest[k] = normal[k] > 0 ? state_.boxes[i].low[e] : state_.boxes[i].high[e];
           }
-          if (normal.dot(lowest - body.position) <= 0 && may_meet(i, plane)) add(i, plane);
+          if (normal.dot(lowest - body.position) <= 0 && may_touch(i, plane)) add(i, plane);
         }
       }
       for (const uint32_t j : near) {
-        if (i == j || !state_.boxes[i].meets(state_.boxes[j])) continue;
-        if ((all || !is_known(i, j)) && may_meet(i, j)) add(i, j);
+        if (i == j || !state_.boxes[i].overlaps(state_.boxes[j])) continue;
+        if ((all || !is_known(i, j)) && may_touch(i, j)) add(i, j);
       }
     }
   });
@@ -210,7 +210,7 @@ void PairList::merge() {
   const auto stays = [&](const Pair& pair) {
     if (is_moved_[pair.a] == 0 && is_moved_[pair.b] == 0) return true;
     if (shapes_[state_.bodies[pair.a].shape].is_plane) return true;
-    return state_.boxes[pair.a].meets(state_.boxes[pair.b]);
+    return state_.boxes[pair.a].overlaps(state_.boxes[pair.b]);
   };
   // Visits those of a part in their order: pairs that stay, keys of new ones.
   const auto visit = [&](size_t part, const auto& keep, const auto& add) {
@@ -317,10 +317,10 @@ void PairList::bring_back_if(const auto& comes) {
 }
 
 bool PairList::bring_back() {
-  const auto is_roused = [&](uint32_t body) {
+  const auto is_woken = [&](uint32_t body) {
     return rests(body) && !state_.bodies[body].stands_still();
   };
-  if (state_.resting.pairs.empty() || std::ranges::none_of(present_, is_roused)) return false;
+  if (state_.resting.pairs.empty() || std::ranges::none_of(present_, is_woken)) return false;
   bring_back_if([&](const Pair& pair) { return !is_still(pair); });
   return true;
 }

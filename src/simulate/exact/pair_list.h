@@ -24,11 +24,11 @@ class PairList {
   // were when the step's contacts were found.
   void set_aside(size_t still);
   void reload();  // the state is another
-  // Of the contacts of pairs that rest.
+  // Count and depth of the contacts of pairs that rest.
   const ContactCount& resting_contacts() const { return resting_contacts_; }
 
  private:
-  bool may_meet(uint32_t a, uint32_t b) const;
+  bool may_touch(uint32_t a, uint32_t b) const;
   bool renew(uint32_t body, double step_s, double gravity);
   bool is_known(uint32_t i, uint32_t j) const;
   void look_up(std::span<const uint32_t> moved, bool all);
@@ -42,7 +42,7 @@ class PairList {
 
   std::span<const CollisionShape> shapes_;
   EngineState& state_;
-  // Made anew from the state.
+  // Follows from the state.
   std::vector<uint32_t> planes_;
   std::vector<uint32_t> present_;  // but planes, ascending
   bool changed_ = true;            // present_ has, since the trees were built

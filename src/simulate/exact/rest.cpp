@@ -40,9 +40,10 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
 // Whether they do, or will within the step.
 bool Rest::touches(const Pair& pair, std::span<const Contact> contacts) const {
   const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
-  const auto near = static_cast<float>(kTouch * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
+  const auto near =
+      static_cast<float>(kResolution * smaller_extent(shapes_[a.shape], shapes_[b.shape]));
   return std::ranges::any_of(contacts, [&](const Contact& contact) {
-    if (contact.distance_m <= near || contact.push_n > 0) return true;
+    if (contact.distance_m <= near || contact.normal_force_n > 0) return true;
     const Vec3 normal = contact.normal.cast<double>();
     const double speed = normal.dot(velocity_at(b, contact.arm_b.cast<double>()) -
                                     velocity_at(a, contact.arm_a.cast<double>()));
@@ -58,9 +59,9 @@ void Rest::wake_near_surfaces() {
   if (std::ranges::find(runs_, 1) == runs_.end()) return;
   constexpr float kUnknown = -1;  // as of a pair that nobody has looked at
   for (const Pair& pair : state_.pairs) {
-    if (pair.slack_m > kUnknown || pair.contact_count > 0) continue;
-    if (runs_[pair.a] != 0 && bodies_[pair.b].asleep) rouse(bodies_[pair.b]);
-    if (runs_[pair.b] != 0 && bodies_[pair.a].asleep) rouse(bodies_[pair.a]);
+    if (pair.bound_m > kUnknown || pair.contact_count > 0) continue;
+    if (runs_[pair.a] != 0 && bodies_[pair.b].asleep) wake_up(bodies_[pair.b]);
+    if (runs_[pair.b] != 0 && bodies_[pair.a].asleep) wake_up(bodies_[pair.a]);
   }
 }
 
@@ -96,7 +97,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
     if (joint.b == Joint::kWorld) continue;
     if (joins(joint.a) && joins(joint.b)) islands_.unite(joint.a, joint.b);
   }
-  if (!rouse_islands()) return false;
+  if (!wake_linked()) return false;
   // With what has slept beside it.
   const std::vector<Pair>& resting = state_.resting.pairs;
   links_.resize(resting.size());
@@ -111,20 +112,20 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   for (size_t i = 0; i < resting.size(); ++i) {
     if (links_[i] == Link::both) islands_.unite(resting[i].a, resting[i].b);
   }
-  rouse_islands();
+  wake_linked();
   return true;
 }
 
 // Those with something awake in them; whether anything was woken.
-bool Rest::rouse_islands() {
-  std::vector<uint8_t> stirred(bodies_.size(), 0);
+bool Rest::wake_linked() {
+  std::vector<uint8_t> woken_sets(bodies_.size(), 0);
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].is_awake() || carried_[i] != 0) stirred[islands_.find(i)] = 1;
+    if (bodies_[i].is_awake() || carried_[i] != 0) woken_sets[islands_.find(i)] = 1;
   }
   bool any = false;
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (!bodies_[i].asleep || stirred[islands_.find(i)] == 0) continue;
-    rouse(bodies_[i]);
+    if (!bodies_[i].asleep || woken_sets[islands_.find(i)] == 0) continue;
+    wake_up(bodies_[i]);
     any = true;
   }
   return any;
@@ -140,9 +141,9 @@ void Rest::note_support(std::span<const uint32_t> touching) {
       if (!a.is_awake() && !b.is_awake()) continue;
       const auto friction = static_cast<float>(kAtLimit * std::sqrt(a.friction * b.friction));
       for (const Contact& contact : state_.contacts_of(pair)) {
-        if (contact.push_n <= 0 || contact.bounce > 0) continue;
+        if (contact.normal_force_n <= 0 || contact.bounce > 0) continue;
         ++load.count;
-        load.sticks = load.sticks || contact.friction_n.norm() < friction * contact.push_n;
+        load.sticks = load.sticks || contact.friction_n.norm() < friction * contact.normal_force_n;
         load.depth_m = std::max(load.depth_m, -contact.distance_m);
       }
     }

@@ -31,7 +31,7 @@ class Rest {
   void end_step(bool may_sleep);
 
  private:
-  // What a step finds out about the contacts of a pair, or of a body.
+  // The contacts of a pair, or of a body, in a step.
   struct Load {
     int count = 0;        // of those that pushed
     float depth_m = 0;    // of the deepest of them
@@ -45,7 +45,7 @@ class Rest {
   };
   bool touches(const Pair& pair, std::span<const Contact> contacts) const;
   bool joins(uint32_t body) const;
-  bool rouse_islands();
+  bool wake_linked();
   void count_rest(uint32_t body);
 
   std::span<const CollisionShape> shapes_;

@@ -147,7 +147,7 @@ void ContactSolver::fill_torques(std::span<const ContactRange> contacts, double 
   });
 }
 
-// What contacts gave in the step before.
+// Applies the torques of the last step: warm starting.
 void ContactSolver::apply_torques(const Block& block) {
   Spins<T> spins(block, motions_);
   const Sym<T> inertia_a = load_sym<T>(block.inertia_a), inertia_b = load_sym<T>(block.inertia_b);
@@ -161,15 +161,15 @@ void ContactSolver::apply_torques(const Block& block) {
 
 // Takes away the turning of bodies against each other as far as the pushes of the points allow, as
 // those are now. Along the normal and across it are limited apart; across it the limit is a disc.
-void ContactSolver::hold_turning(const Block& block, bool of_blow) {
+void ContactSolver::hold_turning(const Block& block, bool of_impact) {
   using L = Lanes<T>;
   Spins<T> spins(block, motions_);
   const Sym<T> inertia_a = load_sym<T>(block.inertia_a), inertia_b = load_sym<T>(block.inertia_b);
   const L zero(T{0}), one(T{1});
   for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
     Torque& torque = torques_[p];
-    Rows& given = of_blow ? torque.blow : torque.given;
-    const L push = L::load(of_blow ? impulses_[p].push.data() : points_[p].push.data());
+    Rows& given = of_impact ? torque.impact : torque.given;
+    const L push = L::load(of_impact ? impulses_[p].push.data() : points_[p].push.data());
     const Lanes3<T> n = load3<T>(points_[p].normal), u = load3<T>(torque.across), v = cross(n, u);
     const Lanes3<T> old = load3<T>(given);
     const L most_along = L::load(torque.spinning.data()) * push;

@@ -21,7 +21,7 @@ constexpr double kGainByFace = 1e-5;
 constexpr double kSameDirection = 2e-4;
 constexpr int kMostRounds = 6;
 constexpr int kMostIterations = 64;
-// Of the squared distance: what GJK may still gain.
+// A share of the squared distance that GJK may still gain.
 constexpr double kGain = 1e-9;
 
 // A point of the difference b - a, with what it is of.
@@ -107,7 +107,7 @@ Vec3 Simplex::closest() {
   }
   if (count == 2) return on_segment(0, 1);
   if (count == 3) return on_triangle(0, 1, 2);
-  // Of the faces that the origin lies outside of, the closest; none: it is inside.
+  // The closest of the faces that the origin lies outside of; none: it is inside.
   constexpr std::array<std::array<int, 4>, 4> kFaces = {
       {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}}};
   double best2 = std::numeric_limits<double>::infinity();
@@ -188,7 +188,7 @@ class Pair {
       if (simplex.count > 0) {
         closest = simplex.closest();
         distance = closest.norm();
-        if (distance <= least) {  // of no use: begin anew
+        if (distance <= least) {  // of no use: start again
           simplex.count = 0;
           distance = std::numeric_limits<double>::infinity();
         } else {
@@ -292,7 +292,7 @@ class Pair {
     Outcome outcome = climb(start, apart, small, reach, found);
     if (outcome == Outcome::beyond) return found;
     const double depth = radii_ - found.distance_m;
-    if (depth > kDeep * small && !(known_.is_wall && depth > kTooDeep * small)) {
+    if (depth > kResolution * small && !(known_.is_wall && depth > kTooDeep * small)) {
       Vec3 face = found.normal;
       double better = kGainByFace * small - depth;
       best_face(found.on_a, found.on_b, face, better);

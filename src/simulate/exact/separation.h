@@ -14,7 +14,7 @@
 
 namespace pilesim::exact {
 
-// Of piece b's frame in that of piece a.
+// Pose of piece b's frame in that of piece a.
 struct Relative {
   Mat3 turn;
   Vec3 shift;  // m
@@ -36,14 +36,17 @@ struct KnownVertices {
   bool is_wall = false;  // one of them never moves
 };
 
-// What is farther apart than this along some direction is not looked at more closely.
+// Pieces farther apart than this along some direction are not tested more closely.
 struct Reach {
   Reach(double reach_m) : least_m(reach_m) {}  // NOLINT(google-explicit-constructor)
-  Reach(double reach_m, const Vec3& b_against_a) : least_m(reach_m), way(b_against_a) {}
-  double along(const Vec3& normal) const { return least_m + std::max(0.0, -normal.dot(way)); }
+  Reach(double reach_m, const Vec3& b_against_a) : least_m(reach_m), displacement(b_against_a) {}
+  double along(const Vec3& normal) const {
+    return least_m + std::max(0.0, -normal.dot(displacement));
+  }
 
   double least_m;
-  Vec3 way = Vec3::Zero();  // m, of b against a, in a's frame: what it is to come nearer by
+  Vec3 displacement =
+      Vec3::Zero();  // m, of b against a, in a's frame: what it is to come nearer by
 };
 
 // How far apart supporting planes across `normal` are, radii included, m.

@@ -23,7 +23,7 @@ struct Joint {
   Vec3 point_a, point_b;  // m, in their frames
   Vec3 axis_a, axis_b;    // unit, in their frames
   double breaking_impulse_ns = 0;
-  // Of glue; what is none has no strength in it and never tears.
+  // For glue; other joints have no strength and never tear.
   bool is_glue = false;
   Quat attitude = Quat::Identity();  // of b in a's frame
   double strength_n = 0, strength_nm = 0, tears_m = 0, tears_rad = 0;
@@ -55,7 +55,7 @@ struct ContactCount {
 
   void add(std::span<const Contact> contacts) {
     for (const Contact& contact : contacts) {
-      if (contact.distance_m > 0 && contact.push_n <= 0) continue;
+      if (contact.distance_m > 0 && contact.normal_force_n <= 0) continue;
       ++count;
       deepest_m = std::max(deepest_m, -contact.distance_m);
     }

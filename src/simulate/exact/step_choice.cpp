@@ -16,7 +16,7 @@ StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState
       state_(state),
       gravity_(gravity),
       shaking_(shaking),
-      scale_(accuracy / kUsualAccuracy) {}
+      scale_(accuracy / kResolution) {}
 
 double StepChoice::at_rest_s(double gravity) const {
   double extent = std::numeric_limits<double>::infinity();
@@ -43,7 +43,7 @@ double StepChoice::longest_s(double most_s) const {
     if (!(speed * longest_s > kMotionInStep * scale_ * extent)) continue;
     // Bodies that cannot touch within the step do not matter.
     const double apart =
-        static_cast<double>(pair.slack_m) - (b.moved - a.moved).norm() - a.turned_m - b.turned_m;
+        static_cast<double>(pair.bound_m) - (b.moved - a.moved).norm() - a.turned_m - b.turned_m;
     const double closing =
         pair.toward.isZero(0)
             ? speed

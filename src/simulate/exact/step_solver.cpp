@@ -85,12 +85,13 @@ Vec3 StepSolver::spin(uint32_t body) const { return solver_.spin(place_[body]); 
 
 void StepSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   if (linear.isZero(0) && angular.isZero(0)) return;
-  met_[body] = 1;
+  is_touched_[body] = 1;
   solver_.change_velocity(place_[body], linear, angular);
 }
 
 void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
-                       std::span<const double> ahead_s, const std::function<void(int)>& partner) {
+                       std::span<const double> advanced_s,
+                       const std::function<void(int)>& partner) {
   settings_.step_s = step_s;
   settings_.partner = partner;
   list_bodies(touching, static_cast<bool>(partner));
@@ -99,7 +100,7 @@ void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
   find_loads(touching);
   broken_.clear();
   for (const Group& group : this->group(touching, static_cast<bool>(partner))) {
-    solve(group, ahead_s);
+    solve(group, advanced_s);
   }
   followed_.clear();
   // Hinges, which have no id of their own, never break.
@@ -108,12 +109,12 @@ void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
                 [&](const Joint& joint) { return std::ranges::binary_search(broken_, joint.id); });
 }
 
-void StepSolver::solve(const Group& group, std::span<const double> ahead_s) {
+void StepSolver::solve(const Group& group, std::span<const double> advanced_s) {
   settings_.substeps = group.substeps;
   body_at_ = group.bodies;
   moving_ = body_at_.size();
   for (uint32_t i = 0; i < moving_; ++i) place_[body_at_[i]] = i;
-  make_bodies(ahead_s);
+  make_bodies(advanced_s);
   list_contacts(group.touching);
   list_joints(group.joints);
   list_paths();
@@ -134,14 +135,15 @@ void StepSolver::solve(const Group& group, std::span<const double> ahead_s) {
 void StepSolver::list_bodies(std::span<const uint32_t> touching, bool has_partner) {
   std::ranges::fill(place_, kNone);
   movers_.clear();
-  met_.assign(bodies_.size(), 0);
-  for (const uint32_t t : touching) met_[state_.pairs[t].a] = met_[state_.pairs[t].b] = 1;
+  is_touched_.assign(bodies_.size(), 0);
+  for (const uint32_t t : touching)
+    is_touched_[state_.pairs[t].a] = is_touched_[state_.pairs[t].b] = 1;
   for (const Joint& joint : state_.joints) {
-    met_[joint.a] = 1;
-    if (joint.b != Joint::kWorld) met_[joint.b] = 1;
+    is_touched_[joint.a] = 1;
+    if (joint.b != Joint::kWorld) is_touched_[joint.b] = 1;
   }
   for (uint32_t i = 0; i < bodies_.size(); ++i) {
-    if ((met_[i] != 0 || has_partner) && bodies_[i].is_awake()) movers_.push_back(i);
+    if ((is_touched_[i] != 0 || has_partner) && bodies_[i].is_awake()) movers_.push_back(i);
   }
   order_.sort(movers_, [&](uint32_t i) -> const Vec3& { return bodies_[i].position; });
 }
@@ -173,9 +175,9 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
     Vec3f net = Vec3f::Zero();
     float most_n = 0, sum_n = 0;
     for (const Contact& contact : state_.contacts_of(pair)) {
-      net += contact.push_n * contact.normal;
-      sum_n += contact.push_n;
-      most_n = std::max(most_n, contact.push_n);
+      net += contact.normal_force_n * contact.normal;
+      sum_n += contact.normal_force_n;
+      most_n = std::max(most_n, contact.normal_force_n);
     }
     const float force_n = sum_n > 0 ? most_n * net.norm() / sum_n : 0;
     const bool both = is_moved(pair.a) && is_moved(pair.b);
@@ -203,7 +205,7 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
 
 // Its loads, and what a body that carries nothing needs to be stopped well.
 double StepSolver::rate2(uint32_t body) const {
-  const double scale = accuracy_ / kUsualAccuracy;
+  const double scale = accuracy_ / kResolution;
   const double of_size = settings_.gravity.norm() /
                          (kSubstepOfSize * kSubstepOfSize * shape_of(body).smallest_extent_m);
   return std::max(
@@ -253,7 +255,7 @@ std::vector<StepSolver::Group> StepSolver::group(std::span<const uint32_t> touch
   return groups;
 }
 
-void StepSolver::make_bodies(std::span<const double> ahead_s) {
+void StepSolver::make_bodies(std::span<const double> advanced_s) {
   solver_bodies_.resize(moving_);
   parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -267,7 +269,7 @@ void StepSolver::make_bodies(std::span<const double> ahead_s) {
       solved.inverse_inertia = inverse_inertia(body, shape);
       solved.moments = principal_moments(body, shape);
       solved.axes = body.orientation * shape.axes;
-      solved.share = 1 - ahead_s[body_at_[i]] / settings_.step_s;
+      solved.share = 1 - advanced_s[body_at_[i]] / settings_.step_s;
     }
   });
 }
@@ -321,7 +323,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
     if (found == running_.end() || *found != body) return nullptr;
     return &surfaces_[static_cast<size_t>(found - running_.begin())];
   };
-  // Of some pairs that follow each other; by bodies, as yet.
+  // For some pairs that follow each other; by bodies, as yet.
   std::vector<std::vector<ContactRange>> parts((touching.size() + kGrain - 1) / kGrain);
   parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<ContactRange>& ranges = parts[begin / kGrain];
@@ -334,7 +336,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
       const bool is_joined =
           !joined_pairs.empty() && std::ranges::binary_search(joined_pairs, pair.key());
       const TorqueArms arms = resistance_.between(pair.a, pair.b);
-      const double shallow = kShallow * smaller_extent(shape_of(pair.a), shape_of(pair.b));
+      const double slop = kResolution * smaller_extent(shape_of(pair.a), shape_of(pair.b));
       // Contacts of one range were found at one time.
       const std::span<Contact> contacts = state_.contacts_of(pair);
       const auto count = static_cast<uint32_t>(contacts.size());
@@ -344,7 +346,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
           ++last;
         }
         const std::span<Contact> own = contacts.subspan(first, last - first);
-        ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, restitution, shallow,
+        ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, restitution, slop,
                           is_joined, arms, surface_of(pair.a), surface_of(pair.b)});
       }
     }
@@ -402,7 +404,7 @@ void StepSolver::list_joints(std::span<const uint32_t> joints) {
     }
     made.force_n = joint.force_n;
     made.torque_nm = joint.torque_nm;
-    // What was across a nail is partly along it once it has turned, and would drive the bodies
+    // Torque across a nail is partly along it once it has turned, and would drive the bodies
     // about it. The axis of a hinge stays.
     if (of_b && !joint.is_glue) made.torque_nm -= made.axis_a * made.axis_a.dot(joint.torque_nm);
     solver_joints_.push_back(made);
@@ -426,7 +428,7 @@ void StepSolver::take_over_bodies() {
   parallel_for(moving_, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t index = body_at_[i];
-      if (met_[index] == 0) {  // it flies
+      if (is_touched_[index] == 0) {  // it flies
         place_[index] = kNone;
         continue;
       }
@@ -434,9 +436,9 @@ void StepSolver::take_over_bodies() {
       const SolverBody& solved = solver_bodies_[i];
       body.velocity = solved.velocity;
       body.spin = solved.spin;
-      body.position += solved.way;
+      body.position += solved.displacement;
       body.orientation = (solved.turn * body.orientation).normalized();
-      body.moved += solved.way;
+      body.moved += solved.displacement;
       body.turned_m += 2 * solved.turn.vec().norm() * shape_of(index).radius_m;
     }
   });

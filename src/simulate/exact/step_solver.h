@@ -20,10 +20,10 @@ class StepSolver {
              EngineState& state);
 
   // Moves the bodies that contacts of the pairs `touching`, joints or the `partner` may push by
-  // `step_s`, less what they have made of it already (`ahead_s`, of each body). Each island gets
+  // `step_s`, less what they have made of it already (`advanced_s`, of each body). Each island gets
   // the substeps that its loads need. Before each sweep that it shares the partner is called;
   // empty: there is none.
-  void solve(double step_s, std::span<const uint32_t> touching, std::span<const double> ahead_s,
+  void solve(double step_s, std::span<const uint32_t> touching, std::span<const double> advanced_s,
              const std::function<void(int)>& partner);
   // In the step to come the body, which is kinematic, moves as its keys and motors say from
   // `time_s` on: in each substep.
@@ -44,8 +44,8 @@ class StepSolver {
   void find_loads(std::span<const uint32_t> touching);
   double rate2(uint32_t body) const;
   std::vector<Group> group(std::span<const uint32_t> touching, bool has_partner);
-  void solve(const Group& group, std::span<const double> ahead_s);
-  void make_bodies(std::span<const double> ahead_s);
+  void solve(const Group& group, std::span<const double> advanced_s);
+  void make_bodies(std::span<const double> advanced_s);
   void list_contacts(std::span<const uint32_t> touching);
   Quat bent(const Joint& joint) const;
   bool is_torn(const Joint& joint) const;
@@ -72,9 +72,9 @@ class StepSolver {
     double time_s;
   };
   std::vector<Followed> followed_;
-  std::vector<uint32_t> place_;   // of bodies in the solver's list
-  std::vector<uint8_t> met_;      // bodies that a contact, a joint or the partner may push
-  std::vector<uint32_t> movers_;  // those that are solved, in the order of a curve through space
+  std::vector<uint32_t> place_;      // of bodies in the solver's list
+  std::vector<uint8_t> is_touched_;  // bodies that a contact, a joint or the partner may push
+  std::vector<uint32_t> movers_;     // those that are solved, in the order of a curve through space
   DisjointSets islands_;
   std::vector<double> loads_;              // 1/s^2: squares of rates of substeps, by body or island
   std::vector<SurfaceVelocity> surfaces_;  // of running_, in the step
