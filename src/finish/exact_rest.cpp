@@ -50,8 +50,10 @@ Scene parting_scene(Scene scene, double radius_m) {
   return with_step(std::move(scene), kPartingWay * radius_m / exact_constants::kUsualPushSpeed);
 }
 
-Model without_restitution(Model model) {
+// Nothing bounces, and belts stand still.
+Model for_rest(Model model) {
   for (Material& material : model.materials) material.restitution = 0;
+  for (ModelBody& body : model.bodies) body.surface_velocity.reset();
   return model;
 }
 
@@ -78,7 +80,7 @@ bool is_slow(const ModelShape& shape, double gravity, const BodyMotion& motion) 
 ExactRest::ExactRest(const Scene& scene, const Model& model, BodyStates start,
                      const RestSettings& settings)
     : parting_(parting_scene(scene, least_radius_m(model))),
-      model_(without_restitution(model)),
+      model_(for_rest(model)),
       states_(std::move(start)) {
   state_.left.assign(model.bodies.size(), kNotLeft);
   const double unit_s = std::sqrt(least_radius_m(model) / gravity_of(scene));

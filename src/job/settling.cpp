@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "trajectory/trajectory.h"
@@ -15,6 +16,9 @@ double last_change_of(const Model& model) {
   for (const ModelBody& body : model.bodies) {
     last_s = std::max(last_s, body.start_s);
     if (!body.motion.empty()) last_s = std::max(last_s, body.motion.back().time_s);
+    for (const Motor& motor : body.motion.motors) {
+      last_s = std::max(last_s, motor.end_s.value_or(std::numeric_limits<double>::infinity()));
+    }
   }
   for (const ModelEvent& event : model.events) last_s = std::max(last_s, event.time_s);
   return last_s;

@@ -273,7 +273,11 @@ class ModelBuilder {
     body.material = material_index_.at(source.material);
     const ModelShape& shape = model_.shapes[body.shape];
     body.motion = source.motion;
+    if (!body.motion.motors.empty() && body.motion.empty()) {
+      body.motion.push_back({.pose = source.pose});
+    }
     body.pose = body_frame(shape, source.motion.empty() ? source.pose : source.motion.front().pose);
+    body.surface_velocity = source.surface_velocity;
     body.linear_velocity = source.linear_velocity;
     body.angular_velocity = source.angular_velocity;
     body.role = source.role;
@@ -549,6 +553,12 @@ ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies,
           .limits = source.limits,
           .motor = source.motor,
           .breaking_force_n = source.breaking_force_n};
+}
+
+SurfaceVelocity world_surface_velocity(const Model& model, uint32_t body, const Quat& orientation) {
+  const SurfaceVelocity& own = *model.bodies[body].surface_velocity;
+  const Vec3& centre = model.shapes[model.bodies[body].shape].origin_offset;
+  return {orientation * (own.linear + own.angular.cross(centre)), orientation * own.angular};
 }
 
 Model build_model(const Scene& scene) { return ModelBuilder(scene).build(); }

@@ -49,9 +49,9 @@ struct ModelShape {
   double smallest_extent = 0;            // of the bounding box, m: scales margins
   std::string mesh_hash;                 // of the mesh as it was imported; empty for primitives
   std::filesystem::path signature_file;  // empty: it is measured
-  double file_scale = 1;                 // metres per unit of the mesh file
-  UpAxis file_up = UpAxis::y;            // of the mesh file
-  std::string collision_report;          // "decomposition: 24 pieces, volume error 3.1 %, ..."
+  double file_scale = 1;         // metres per unit of the mesh file; of a stretched one the mean
+  UpAxis file_up = UpAxis::y;    // of the mesh file
+  std::string collision_report;  // "decomposition: 24 pieces, volume error 3.1 %, ..."
 };
 
 inline constexpr double kFromTheStart = -std::numeric_limits<double>::infinity();
@@ -68,7 +68,8 @@ struct ModelBody {
   Preference preference = Preference::prefer_statistical;
   double start_s = kFromTheStart;  // appears at the first step at or after this
   std::optional<Hinge> hinge;
-  Motion motion;  // poses of the shape's own frame
+  Motion motion;  // poses of the shape's own frame; with motors at least one
+  std::optional<SurfaceVelocity> surface_velocity;
   Colour colour;
   bool is_painted = false;  // drawn in the colours of its shape's file; `colour` is their mean
   double roughness = 0, clear_coat = 0;  // of its material, or drawn for it
@@ -97,7 +98,7 @@ struct ModelJoint {
   Vec3 axis_a, axis_b;                          // unit, in their frames
   Quat attitude;                                // of b in a's frame, at the start
   std::optional<std::array<double, 2>> limits;  // rad, of a's turn against b
-  std::optional<Motor> motor;
+  std::optional<HingeMotor> motor;
   std::optional<double> breaking_force_n;
 };
 
@@ -145,7 +146,8 @@ struct Model {
   std::vector<StartOverlap> start_overlaps;  // what is left of them (model/clear_starts.h)
   bool crowded = false;       // bodies appear in their time, even in others that move
   uint32_t starts_moved = 0;  // bodies drawn again, so as not to start in others
-  // Signatures of objects whose shape names no file, where the mode needs it; null: not measured yet.
+  // Signatures of objects whose shape names no file, where the mode needs it; null: not measured
+  // yet.
   std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
 };
 
@@ -164,6 +166,10 @@ inline bool may_collide(const Model& model, uint32_t a, uint32_t b) {
 // cache directory). Deterministic in scene.seed. Throws Error(input) naming the mesh file and the
 // shape's JSON pointer.
 Model build_model(const Scene& scene);
+
+// The surface velocity of a body that has one, when it is turned so: at its centre of mass and
+// about it, world axes.
+SurfaceVelocity world_surface_velocity(const Model& model, uint32_t body, const Quat& orientation);
 
 // Mean diameter of the dynamic bodies' bounding spheres about the centre of mass, m; 0 without any.
 double mean_diameter_m(const Model& model);

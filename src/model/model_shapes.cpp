@@ -12,6 +12,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/height_field.h"
 #include "geometry/mesh_import.h"
+#include "geometry/mesh_mirror.h"
 #include "geometry/primitive_fit.h"
 #include "geometry/primitives.h"
 #include "geometry/solid.h"
@@ -413,15 +414,22 @@ double scale_to(double size_m, const std::filesystem::path& file, MeshLibrary& m
   return size_m / meshes.load(file, 1).bounds().sizes().maxCoeff();
 }
 
+// One number for three: the same where they are equal, else that of a cube of the same volume.
+double file_scale_of(const Vec3& scale) {
+  return scale == Vec3::Constant(scale.x()) ? std::abs(scale.x())
+                                            : std::cbrt(std::abs(scale.prod()));
+}
+
 ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
                             MeshLibrary& meshes) {
   try {
-    const double scale =
-        source.size_m ? scale_to(*source.size_m, source.file, meshes) : source.scale;
+    const Vec3 scale = source.size_m
+                           ? Vec3(Vec3::Constant(scale_to(*source.size_m, source.file, meshes)))
+                           : source.scale;
     const UpAxis up = source.up.value_or(UpAxis::y);
     ModelShape shape =
         MeshShapeBuilder(source, meshes.load(source.file, scale, up), pointer).build();
-    shape.file_scale = scale;
+    shape.file_scale = file_scale_of(scale);
     shape.file_up = up;
     if (!shape.mesh.colours.empty()) shape.mean_colour = mean_colour(shape.mesh);
     return shape;
@@ -437,10 +445,13 @@ ModelShape build_mesh_shape(const MeshShape& source, const std::string& pointer,
 
 }  // namespace
 
-const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, double scale, UpAxis up) {
-  const auto key = std::tuple(file, scale, up);
+const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, const Vec3& scale,
+                                      UpAxis up) {
+  const auto key = std::tuple(file, std::array{scale.x(), scale.y(), scale.z()}, up);
   if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
-  TriangleMesh mesh = import_mesh(file, scale);
+  const bool is_uniform = scale == Vec3::Constant(scale.x()) && scale.x() > 0;
+  TriangleMesh mesh = import_mesh(file, is_uniform ? scale.x() : 1);
+  if (!is_uniform) stretch(mesh, scale);
   if (up == UpAxis::z) turn_z_up_to_y_up(mesh);
   return meshes_.emplace(key, std::move(mesh)).first->second;
 }

@@ -21,14 +21,18 @@ namespace pilesim {
 class MeshLibrary {
  public:
   // Throws as import_mesh() does.
-  const TriangleMesh& load(const std::filesystem::path& file, double scale, UpAxis up = UpAxis::y);
+  const TriangleMesh& load(const std::filesystem::path& file, const Vec3& scale,
+                           UpAxis up = UpAxis::y);
+  const TriangleMesh& load(const std::filesystem::path& file, double scale) {
+    return load(file, Vec3::Constant(scale));
+  }
   // The solid that it encloses, as make_solid() makes it from the whole: its surface has nothing of
   // it on the other side, so parts that overlap are wrapped even where groups name each of them.
   // Throws as make_solid() does, too.
   const Solid& load_solid(const std::filesystem::path& file, double scale);
 
  private:
-  std::map<std::tuple<std::filesystem::path, double, UpAxis>, TriangleMesh> meshes_;
+  std::map<std::tuple<std::filesystem::path, std::array<double, 3>, UpAxis>, TriangleMesh> meshes_;
   std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "geometry/inside_test.h"
+#include "geometry/mesh_mirror.h"
 #include "geometry/triangle_tree.h"
 
 namespace pilesim {
@@ -48,11 +49,6 @@ std::vector<T> some_of(std::vector<T> all) {
   std::vector<T> some;
   for (size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
   return some;
-}
-
-void turn(TriangleMesh& mesh) {
-  for (Triangle& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
-  for (TextureCorners& corners : mesh.texture_map.corners) std::swap(corners[1], corners[2]);
 }
 
 // Where bodies that move begin, and how far they reach.
@@ -116,7 +112,7 @@ void open_rooms(Model& model) {
       model.shapes.push_back(std::move(own));
     }
     ModelShape& shape = model.shapes[walls.shape];
-    turn(shape.mesh);
+    turn_inside_out(shape.mesh);
     shape.collision_report += "; a room: touched from inside, as bodies begin there";
   }
 }

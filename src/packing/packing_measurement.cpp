@@ -185,7 +185,7 @@ Packing packing_of(const Sought& sought) {
 }  // namespace
 
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature) {
-  MeshShape mesh{.file = sampling.mesh, .scale = sampling.scale};
+  MeshShape mesh{.file = sampling.mesh, .scale = Vec3::Constant(sampling.scale)};
   mesh.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
   mesh.collision = CollisionKind::decomposition;
   static constexpr SolidKind kKinds[] = {SolidKind::automatic, SolidKind::exact, SolidKind::wrap,

@@ -36,6 +36,13 @@ void check_engine(const Scene& scene, ProblemLog& log) {
            "a mode in which Bullet solves all bodies", R"("mode": "impulse")");
   }
   if (mode != SimulatorMode::impulse) return;
+  const Path bodies = root / "bodies";
+  for (size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (!scene.bodies[i].surface_velocity) continue;
+    const Path body = bodies / i;
+    refuse(log, body / "surface_velocity", beside, "no such key: Bullet has no moving surfaces",
+           R"(move the body by "motion")");
+  }
   const Path materials = root / "materials";
   for (const auto& [name, material] : scene.materials) {
     const Path place = materials / name;

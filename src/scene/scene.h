@@ -43,8 +43,9 @@ enum class SolidKind { automatic, exact, wrap, hull };
 enum class UpAxis : uint8_t { y, z };
 
 struct MeshShape {
-  std::filesystem::path file;    // absolute
-  double scale = 1;              // metres per unit of the file, > 0
+  std::filesystem::path file;  // absolute
+  // Metres per unit of the file, along its own axes, none 0; a negative one mirrors.
+  Vec3 scale = Vec3::Ones();
   std::optional<double> size_m;  // > 0: the longest side, in place of the scale
   std::optional<UpAxis> up;      // of the file; none: y
   CollisionKind collision = CollisionKind::automatic;
@@ -114,6 +115,14 @@ struct Hinge {
   Vec3 anchor = Vec3::Zero();  // m, world frame; defaults to the body's position
 };
 
+// How the surface of a body that contacts do not move runs along it, as that of a belt or a roller:
+// in the shape's own frame, about its origin. What lies on it feels the part that is tangential at
+// its contact.
+struct SurfaceVelocity {
+  Vec3 linear = Vec3::Zero();   // m/s
+  Vec3 angular = Vec3::Zero();  // rad/s
+};
+
 struct MotionKey {
   double time_s = 0;
   Pose pose;
@@ -125,11 +134,39 @@ struct MotionKey {
 // Straight from key to key, or without jerks, at rest at the first and the last one.
 enum class Interpolation { linear, smooth };
 
+// Turns about an axis through `anchor`, at a rate.
+struct SpinMotor {
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, own frame
+  Vec3 anchor = Vec3::Zero();            // m, own frame
+};
+// Turns to and fro about an axis through `anchor`, as a sine.
+struct SwayMotor {
+  Vec3 axis = Vec3::UnitY();   // unit, own frame
+  Vec3 anchor = Vec3::Zero();  // m, own frame
+  double amplitude = 0;        // rad
+};
+// Moves to and fro, as a sine.
+struct ShakeMotor {
+  Vec3 amplitude_m = Vec3::Zero();  // own frame
+};
+struct Motor {
+  std::variant<SpinMotor, SwayMotor, ShakeMotor> action;
+  double frequency_hz = 1;      // > 0; of what goes to and fro
+  double phase = 0;             // rad, of the sine at start_s
+  double start_s = 0;           // >= 0
+  std::optional<double> end_s;  // none: it never ends; else start_s + 2 ramp_s or later
+  // In which rate or amplitude grow from nothing, and before end_s shrink to it, without jerks;
+  // >= 0.
+  double ramp_s = 0;
+};
+
 // Motion of a kinematic body: it stands at the first key before it and at the last one after it.
+// Motors move it from there in its own frame; the first one moves those after it.
 // simulate/kinematic_motion.h interpolates.
 struct Motion : std::vector<MotionKey> {
   using std::vector<MotionKey>::vector;
   Interpolation interpolation = Interpolation::linear;
+  std::vector<Motor> motors;
 };
 
 // Linear RGB is made of it by the renderer.
@@ -148,14 +185,15 @@ struct Body {
   bool asleep = false;  // dynamic, but out of the solver until something hits it
   Preference preference = Preference::prefer_statistical;
   std::optional<Hinge> hinge;
-  Motion motion;                 // kinematic only, times ascending
-  std::optional<Colour> colour;  // none: from the palette, by index
+  Motion motion;                                    // kinematic only, times ascending
+  std::optional<SurfaceVelocity> surface_velocity;  // static and kinematic only
+  std::optional<Colour> colour;                     // none: from the palette, by index
 };
 
 // Two bodies, or one and the world, that are joined at a point. ball: both turn freely about it.
 // hinge: about an axis. fixed: they move as one.
 enum class JointKind : uint8_t { ball, hinge, fixed };
-struct Motor {
+struct HingeMotor {
   double turns_per_s = 0;  // of a against b
   double torque_nm = 0;    // at most, >= 0
 };
@@ -167,7 +205,7 @@ struct Joint {
   Vec3 axis = Vec3::UnitY();     // unit, of a hinge, world frame at the start
   // Of a hinge: how far a may turn against b, right-handed about the axis; <= 0 and >= 0.
   std::optional<std::array<double, 2>> limits;
-  std::optional<Motor> motor;              // of a hinge
+  std::optional<HingeMotor> motor;         // of a hinge
   std::optional<double> breaking_force_n;  // > 0
   std::optional<bool> collide;             // a with b; none: where the joint can break
 };

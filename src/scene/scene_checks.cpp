@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/counted.h"
+#include "core/text.h"
 #include "json/codec.h"
 #include "scene/detail_checks.h"
 #include "scene/engine_checks.h"
@@ -176,6 +177,16 @@ class Checker {
       log_.report_key(path / "motion", "belongs to a body that is " + role_name(body.role),
                       "no motion keys", R"(Give it "role": "kinematic")");
     }
+    if (body.role != Role::kinematic && !body.motion.motors.empty()) {
+      log_.report_key(path / "motors", "belongs to a body that is " + role_name(body.role),
+                      "no motors", R"(Give it "role": "kinematic")");
+    }
+    check_motors(body.motion.motors, path / "motors");
+    if (body.role == Role::dynamic && body.surface_velocity) {
+      log_.report_key(path / "surface_velocity", "belongs to a body that is dynamic",
+                      "this key on static and kinematic bodies only",
+                      R"(Give it "role": "static" or "kinematic")");
+    }
     check_ascending(body.motion, path / "motion");
     if (body.asleep && body.held) {
       log_.report_key(path / "asleep", "stands beside \"held\"", "one of the two");
@@ -192,6 +203,45 @@ class Checker {
     only_dynamic(body.asleep, "asleep");
     only_dynamic(!body.linear_velocity.isZero(0), "linear_velocity");
     only_dynamic(!body.angular_velocity.isZero(0), "angular_velocity");
+  }
+
+  // That motors have time for their ramps, and that fixed steps follow them.
+  void check_motors(const std::vector<Motor>& motors, const Path& path) {
+    constexpr double kMostTurn = kPi / 2;  // in a step, rad
+    const bool is_fixed = scene_.step_s || scene_.guide ||
+                          scene_.simulator.mode != SimulatorMode::impulse ||
+                          scene_.simulator.engine == EngineKind::bullet;
+    for (size_t i = 0; i < motors.size(); ++i) {
+      const Motor& motor = motors[i];
+      const Path place = path / i;
+      if (!log_.is_sound(place)) continue;
+      const double least_s = motor.start_s + 2 * motor.ramp_s;
+      if (motor.end_s && !(*motor.end_s >= least_s && *motor.end_s > motor.start_s)) {
+        log_.report(place / "end_s", "is " + number_text(*motor.end_s),
+                    motor.ramp_s > 0
+                        ? "at least " + number_text(least_s) + ", start_s and two ramps"
+                        : "more than " + number_text(motor.start_s) + ", its start_s",
+                    motor.ramp_s > 0 ? R"(Give it a shorter "ramp_s")" : "");
+      }
+      if (!is_fixed) continue;
+      const auto* spin = std::get_if<SpinMotor>(&motor.action);
+      const double rate =
+          spin != nullptr ? spin->angular_velocity.norm() : 2 * kPi * motor.frequency_hz;
+      const double most = kMostTurn / scene_.actual_step_s();
+      if (rate <= most) continue;
+      const std::string step = "in a step of " + with_digits(scene_.actual_step_s(), 3) + " s";
+      const std::string remedy = R"(Set a smaller "step_s")";
+      if (spin != nullptr) {
+        log_.report(place / "angular_velocity", "is " + with_digits(rate, 3) + " rad/s",
+                    "at most " + with_digits(most, 3) + " rad/s, a quarter of a turn " + step,
+                    remedy);
+      } else {
+        log_.report(
+            place / "frequency_hz", "is " + number_text(motor.frequency_hz),
+            "at most " + with_digits(most / (2 * kPi), 3) + ", a quarter of a period " + step,
+            remedy);
+      }
+    }
   }
 
   static std::string role_name(Role role) {

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <utility>
+
 #include "core/rotation.h"
 #include "json/object_codec.h"
 #include "scene/pose_fields.h"
@@ -17,6 +20,14 @@ Codec<Hinge> hinge_codec() {
                                 "A point of the axis, m, world frame. Default: the body's "
                                 "position."),
        }});
+}
+
+Codec<SurfaceVelocity> surface_velocity_codec() {
+  using S = SurfaceVelocity;
+  return object<S>({.noun = "a surface velocity",
+                    .fields = {field<S>("linear", &S::linear, vector3(), "m/s, own frame."),
+                               field<S>("angular", &S::angular, vector3(),
+                                        "rad/s, own frame, about the body's own origin.")}});
 }
 
 // The resolved scene keeps angles, as they count turns.
@@ -45,6 +56,72 @@ Codec<MotionKey> motion_key_codec() {
        }});
 }
 
+// Reaches a member of the action V of a motor.
+template <class V, class M>
+auto of(M V::*member) {
+  return [member](auto& motor) -> auto& { return std::get<V>(motor.action).*member; };
+}
+
+template <class V>
+Alternative<Motor> motor(std::string name, std::string description, Fields<Motor> fields) {
+  return {.name = std::move(name),
+          .description = std::move(description),
+          .select = [](Motor& motor) { motor.action.emplace<V>(); },
+          .is_selected = [](const Motor& m) { return std::holds_alternative<V>(m.action); },
+          .fields = std::move(fields)};
+}
+
+template <class V>
+Field<Motor> anchor() {
+  return field<Motor>("anchor", of(&V::anchor), vector3(), "A point of the axis, m, own frame.");
+}
+
+Fields<Motor> wave_fields() {
+  return {required_field<Motor>("frequency_hz", &Motor::frequency_hz, number(above(0)),
+                                "How often a second it goes to and fro."),
+          field<Motor>("phase_deg", &Motor::phase, angle_deg(between(-360, 360)),
+                       "Of the sine at start_s: 0 is the middle, 90 the far end.")};
+}
+
+Codec<Motor> motor_codec() {
+  std::vector<Alternative<Motor>> types = {
+      motor<SpinMotor>("spin", "Turns at a rate.",
+                       {required_field<Motor>("angular_velocity", of(&SpinMotor::angular_velocity),
+                                              vector3(), "rad/s, own frame."),
+                        anchor<SpinMotor>()}),
+      motor<SwayMotor>(
+          "sway", "Turns to and fro, as a sine.",
+          Fields<Motor>{required_field<Motor>("axis", of(&SwayMotor::axis), direction(),
+                                              "The axis, own frame."),
+                        anchor<SwayMotor>(),
+                        required_field<Motor>("amplitude_deg", of(&SwayMotor::amplitude),
+                                              angle_deg(between(0, 180)),
+                                              "How far it turns to either side.")} +
+              wave_fields()),
+      motor<ShakeMotor>("shake", "Moves to and fro, as a sine.",
+                        Fields<Motor>{required_field<Motor>(
+                            "amplitude_m", of(&ShakeMotor::amplitude_m), vector3(),
+                            "How far it moves to either side [x, y, z], own "
+                            "frame.")} +
+                            wave_fields())};
+  return object<Motor>(
+      {.noun = "a motor",
+       .fields = {field<Motor>("start_s", &Motor::start_s, number(at_least(0)), "When it starts."),
+                  optional_field<Motor>("end_s", &Motor::end_s, number(at_least(0)),
+                                        "When it has come to rest. Default: never."),
+                  derived_field<Motor>("ramp_s", &Motor::ramp_s, number(at_least(0)),
+                                       "In which it grows to its rate or amplitude, and before "
+                                       "end_s shrinks. Default: of a spin 0, else a period.")},
+       .choice_key = "type",
+       .alternatives = std::move(types),
+       .finish = [](const Json& json, const Path&, Motor& motor, ReadContext&) {
+         if (json.contains("ramp_s") || std::holds_alternative<SpinMotor>(motor.action)) return;
+         motor.ramp_s = 1 / motor.frequency_hz;
+         if (motor.end_s) motor.ramp_s = std::min(motor.ramp_s, (*motor.end_s - motor.start_s) / 2);
+         motor.ramp_s = std::max(motor.ramp_s, 0.0);
+       }});
+}
+
 Fields<Body> identity_fields() {
   return {
       derived_field<Body>("name", &Body::name, text(),
@@ -61,12 +138,12 @@ Fields<Body> state_fields() {
                   "Velocity of the centre of mass at the start, m/s."),
       field<Body>("angular_velocity", &Body::angular_velocity, vector3(),
                   "Angular velocity at the start, rad/s, world frame."),
-      field<Body>(
-          "role", &Body::role,
-          enumeration<Role>({{"dynamic", Role::dynamic},
-                             {"static", Role::fixed},
-                             {"kinematic", Role::kinematic}}),
-          "dynamic: moved by forces; static: never moved; kinematic: moved by its motion keys."),
+      field<Body>("role", &Body::role,
+                  enumeration<Role>({{"dynamic", Role::dynamic},
+                                     {"static", Role::fixed},
+                                     {"kinematic", Role::kinematic}}),
+                  "dynamic: moved by forces; static: never moved; kinematic: moved by its motion "
+                  "keys and motors."),
       field<Body>("held", &Body::held, boolean(),
                   "A dynamic body stands still until a release event names it."),
       field<Body>("asleep", &Body::asleep, boolean(),
@@ -82,6 +159,16 @@ Fields<Body> state_fields() {
               {{"linear", Interpolation::linear}, {"smooth", Interpolation::smooth}}),
           "Motion between keys: linear, or smooth: at rest at the first and the last key and never "
           "beyond two neighbouring keys."),
+      field<Body>(
+          "motors", [](auto& body) -> auto& { return body.motion.motors; }, list(motor_codec()),
+          "A kinematic body spins, sways and shakes by motors, in its own frame, from where its "
+          "pose "
+          "or its motion keys put it. Each motor moves those after it."),
+      optional_field<Body>(
+          "surface_velocity", &Body::surface_velocity, surface_velocity_codec(),
+          "Velocity of the surface of a static or kinematic body that itself stays "
+          "where it is: a belt, a roller, a turntable. Friction carries what lies on "
+          "it."),
       optional_field<Body>("colour", &Body::colour, colour(),
                            "\"#rrggbb\" in sRGB. Default: from the palette."),
   };

@@ -5,14 +5,15 @@
 namespace pilesim {
 namespace {
 
-Codec<Motor> motor_codec() {
-  return object<Motor>(
+Codec<HingeMotor> motor_codec() {
+  return object<HingeMotor>(
       {.noun = "a motor",
        .fields = {
-           required_field<Motor>("turns_per_s", &Motor::turns_per_s, number(between(-1000, 1000)),
-                                 "Speed that it drives body a at, against b."),
-           required_field<Motor>("torque_nm", &Motor::torque_nm, number(at_least(0)),
-                                 "The most that it drives and brakes with, N m."),
+           required_field<HingeMotor>("turns_per_s", &HingeMotor::turns_per_s,
+                                      number(between(-1000, 1000)),
+                                      "Speed that it drives body a at, against b."),
+           required_field<HingeMotor>("torque_nm", &HingeMotor::torque_nm, number(at_least(0)),
+                                      "The most that it drives and brakes with, N m."),
        }});
 }
 

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <set>
+#include <utility>
 
 #include "json/object_codec.h"
 #include "scene/pose_fields.h"
@@ -65,10 +67,45 @@ Codec<std::optional<std::filesystem::path>> signature_codec() {
   return codec;
 }
 
+bool is_uniform(const Vec3& scale) { return scale == Vec3::Constant(scale.x()) && scale.x() > 0; }
+
+// One number, or three.
+Codec<Vec3> scale_codec() {
+  const Codec<double> one = number(above(0));
+  const Codec<Vec3> three = vector3();
+  Codec<Vec3> codec;
+  codec.expected = one.expected + ", or three numbers [x, y, z] other than 0";
+  codec.schema = {{"oneOf", Json::array({one.schema, three.schema})}};
+  codec.read = [one, three, expected = codec.expected](const Json& json, const Path& path,
+                                                       Vec3& value, ReadContext& context) {
+    if (json.is_array()) {
+      Vec3 scale = Vec3::Ones();
+      three.read(json, path, scale, context);
+      if (context.log.is_sound(path) && (scale.array() == 0).any()) {
+        context.log.report(path, "has a 0", expected);
+      } else {
+        value = scale;
+      }
+    } else if (json.is_number()) {
+      double scale = 1;
+      one.read(json, path, scale, context);
+      value = Vec3::Constant(scale);
+    } else {
+      context.log.report(path, describe_value(json), expected);
+    }
+  };
+  codec.write = [one, three](const Vec3& value) {
+    return is_uniform(value) ? one.write(value.x()) : three.write(value);
+  };
+  return codec;
+}
+
 // Left out where the size says it.
 Field<Shape> scale_field() {
-  Field<Shape> field = pilesim::field<Shape>("scale", of(&MeshShape::scale), number(above(0)),
-                                             "Metres per unit of the file.");
+  Field<Shape> field = pilesim::field<Shape>(
+      "scale", of(&MeshShape::scale), scale_codec(),
+      "Metres per unit of the file: one number, or three [x, y, z] along the file's own axes; "
+      "negative ones mirror.");
   field.write = [write = field.write](const Shape& shape) {
     return std::get<MeshShape>(shape).size_m ? std::nullopt : write(shape);
   };
@@ -115,6 +152,61 @@ Fields<Shape> mesh_fields() {
       field<Shape>("thickness_m", of(&M::thickness_m), number(at_least(0)),
                    "Thickness of parts that are sheets, m; 0: the mesh has no sheets."),
   };
+}
+
+// Of a primitive: its measures are multiplied when it is read. `apply` takes the shape and the
+// magnitudes, as what is mirrored is the same, and says what else they would have to be; empty: it
+// has taken them.
+template <class V>
+Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
+  const Codec<Vec3> codec = scale_codec();
+  Field<Shape> field;
+  field.key = {.name = "scale", .expected = codec.expected};
+  field.schema = described(codec.schema, "Times the measures above: one number, or [x, y, z].");
+  field.read = [apply, read = codec.read](const Json& json, const Path& path, Shape& shape,
+                                          ReadContext& context) {
+    Vec3 scale = Vec3::Ones();
+    read(json, path, scale, context);
+    if (!context.log.is_sound(path)) return;
+    V scaled = std::get<V>(shape);
+    const std::string expected = apply(scaled, scale.cwiseAbs());
+    if (expected.empty()) {
+      shape = scaled;
+    } else {
+      context.log.report(path, "is " + json.dump(), expected,
+                         R"(Use a "mesh" of it, which takes any scale)");
+    }
+  };
+  field.write = [](const Shape&) { return std::optional<Json>(); };
+  return field;
+}
+
+std::string scale_box(BoxShape& box, const Vec3& scale) {
+  box.size = box.size.cwiseProduct(scale);
+  return box.size.minCoeff() >= kSmallestLength
+             ? ""
+             : "a box of at least " + number_text(kSmallestLength) + " m";
+}
+
+std::string scale_sphere(SphereShape& sphere, const Vec3& scale) {
+  if (scale != Vec3::Constant(scale.x())) {
+    return "three numbers of one magnitude, as a stretched sphere is none";
+  }
+  sphere.radius *= scale.x();
+  return sphere.radius >= kSmallestLength
+             ? ""
+             : "a radius of at least " + number_text(kSmallestLength) + " m";
+}
+
+std::string scale_cylinder(CylinderShape& cylinder, const Vec3& scale) {
+  if (scale.x() != scale.z()) {
+    return "numbers of one magnitude for x and z, as a cylinder is round about y";
+  }
+  cylinder.radius *= scale.x();
+  cylinder.height *= scale.y();
+  return std::min(cylinder.radius, cylinder.height) >= kSmallestLength
+             ? ""
+             : "a radius and a height of at least " + number_text(kSmallestLength) + " m";
 }
 
 template <class V>
@@ -184,17 +276,20 @@ Codec<Shape> shape_codec() {
       alternative<BoxShape>(
           "box", "A box about its centre.",
           {required_field<Shape>("size", of(&BoxShape::size), vector3(at_least(kSmallestLength)),
-                                 "Full edge lengths [x, y, z], m.")}),
+                                 "Full edge lengths [x, y, z], m."),
+           primitive_scale<BoxShape>(scale_box)}),
       alternative<SphereShape>(
           "sphere", "A sphere about its centre.",
           {required_field<Shape>("radius", of(&SphereShape::radius),
-                                 number(at_least(kSmallestLength)), "Radius, m.")}),
+                                 number(at_least(kSmallestLength)), "Radius, m."),
+           primitive_scale<SphereShape>(scale_sphere)}),
       alternative<CylinderShape>(
           "cylinder", "A cylinder about its centre, axis y.",
           {required_field<Shape>("radius", of(&CylinderShape::radius),
                                  number(at_least(kSmallestLength)), "Radius, m."),
            required_field<Shape>("height", of(&CylinderShape::height),
-                                 number(at_least(kSmallestLength)), "Full height, m.")}),
+                                 number(at_least(kSmallestLength)), "Full height, m."),
+           primitive_scale<CylinderShape>(scale_cylinder)}),
       alternative<PlaneShape>("plane", "The half-space y <= 0 of its body, for static bodies.", {}),
       alternative<CompoundShape>(
           "compound", "Shapes joined rigidly; they should not overlap.",

@@ -1,7 +1,10 @@
 #include "simulate/kinematic_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
+#include <variant>
 
 #include "core/rotation.h"
 
@@ -86,11 +89,87 @@ Pose key_pose(const Motion& motion, double time_s) {
   return {motion[key].pose.position + places.done(key, share), orientation_at(motion, key, share)};
 }
 
+// How much of a motor there is, and of that the integral over time.
+class Envelope {
+ public:
+  Envelope(const Motor& motor, double time_s)
+      : ramp_s_(motor.ramp_s),
+        after_s_(time_s - motor.start_s),
+        length_s_(motor.end_s.value_or(std::numeric_limits<double>::infinity()) - motor.start_s) {}
+
+  double share() const {
+    if (after_s_ < 0 || after_s_ > length_s_) return 0;
+    return grown(after_s_) * grown(length_s_ - after_s_);
+  }
+  double integral_s() const {
+    const double whole = std::clamp(after_s_, ramp_s_, std::max(ramp_s_, length_s_ - ramp_s_));
+    return ramp_s_ * grown_sum(after_s_) + whole - ramp_s_ +
+           ramp_s_ * (0.5 - grown_sum(length_s_ - after_s_));
+  }
+
+ private:
+  // A ramp from 0 to 1 without jerks, `s` seconds after its begin; the integral, in its length.
+  double part(double s) const { return std::clamp(s / ramp_s_, 0.0, 1.0); }
+  double grown(double s) const {
+    if (ramp_s_ == 0) return 1;
+    return part(s) * part(s) * (3 - 2 * part(s));
+  }
+  double grown_sum(double s) const {
+    if (ramp_s_ == 0) return 0.5;
+    const double p = part(s);
+    return p * p * p * (1 - p / 2);
+  }
+
+  double ramp_s_, after_s_, length_s_;
+};
+
+Pose turn_about(const Vec3& anchor, const Vec3& turn) {
+  const Quat turned = turned_by(turn);
+  return {anchor - turned * anchor, turned};
+}
+
+// Of the own frame as motors have moved it, in that frame as it was.
+Pose moved_by(const Motor& motor, double time_s) {
+  const Envelope envelope(motor, time_s);
+  if (const auto* spin = std::get_if<SpinMotor>(&motor.action)) {
+    return turn_about(spin->anchor, envelope.integral_s() * spin->angular_velocity);
+  }
+  const double angle = 2 * kPi * motor.frequency_hz * (time_s - motor.start_s) + motor.phase;
+  const double wave = envelope.share() * std::sin(angle);
+  if (const auto* sway = std::get_if<SwayMotor>(&motor.action)) {
+    return turn_about(sway->anchor, wave * sway->amplitude * sway->axis);
+  }
+  return {wave * std::get<ShakeMotor>(motor.action).amplitude_m, Quat::Identity()};
+}
+
 }  // namespace
 
 Pose pose_at(const ModelShape& shape, const Motion& motion, double time_s) {
-  const Pose pose = key_pose(motion, time_s);
+  Pose pose = key_pose(motion, time_s);
+  for (const Motor& motor : motion.motors) {
+    const Pose moved = moved_by(motor, time_s);
+    pose = {pose.apply(moved.position), (pose.orientation * moved.orientation).normalized()};
+  }
   return {pose.apply(shape.origin_offset), pose.orientation};
+}
+
+double most_acceleration_m_s2(const ModelShape& shape, const Motion& motion) {
+  double sum = 0;
+  for (const Motor& motor : motion.motors) {
+    const double rate = 2 * kPi * motor.frequency_hz;
+    const auto reach_m = [&](const Vec3& anchor) {
+      return (shape.origin_offset - anchor).norm() + shape.bounding_radius;
+    };
+    if (const auto* spin = std::get_if<SpinMotor>(&motor.action)) {
+      sum += spin->angular_velocity.squaredNorm() * reach_m(spin->anchor);
+    } else if (const auto* sway = std::get_if<SwayMotor>(&motor.action)) {
+      const double most = sway->amplitude * rate * rate;  // at the ends; in the middle it turns
+      sum += std::max(most, most * sway->amplitude) * reach_m(sway->anchor);
+    } else {
+      sum += std::get<ShakeMotor>(motor.action).amplitude_m.norm() * rate * rate;
+    }
+  }
+  return sum;
 }
 
 Vec3 turn_between(const Quat& from, const Quat& to) {

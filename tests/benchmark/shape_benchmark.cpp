@@ -110,7 +110,8 @@ Scene scene_of(const Layout& layout, const fs::path& mesh, const fs::path& signa
         {.name = "crate", .shape = "crate", .material = "stuff", .role = Role::fixed});
   }
   if (layout.has_funnel) {
-    MeshShape funnel{.file = PILESIM_SOURCE_DIR "/presets/hard/funnel.obj", .scale = kFunnelScale};
+    MeshShape funnel{.file = PILESIM_SOURCE_DIR "/presets/hard/funnel.obj",
+                     .scale = Vec3::Constant(kFunnelScale)};
     funnel.collision = CollisionKind::mesh;
     scene.shapes["funnel"] = funnel;
     Body body{.name = "funnel", .shape = "funnel", .material = "stuff", .role = Role::fixed};

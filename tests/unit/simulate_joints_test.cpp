@@ -72,9 +72,10 @@ TEST(Joints, AMotorSpeedsUpByItsTorqueAndThenKeepsItsSpeed) {
     const uint32_t wheel = m.add(m.cylinder(0.5, 0.1), Vec3::Zero());
     const double mass_kg = m.model.bodies[wheel].mass_kg, inertia = mass_kg * 0.25 / 2;
     const double torque_nm = 20, speed = 2 * kPi * turns_per_s;
-    m.join(
-        {.kind = JointKind::hinge, .axis = Vec3::UnitY(), .motor = Motor{turns_per_s, torque_nm}},
-        wheel);
+    m.join({.kind = JointKind::hinge,
+            .axis = Vec3::UnitY(),
+            .motor = HingeMotor{turns_per_s, torque_nm}},
+           wheel);
     const double rise_s = inertia * std::abs(speed) / torque_nm;
     const auto simulator = make_simulator(m.scene, m.model);
     const int frames = static_cast<int>(rise_s * m.scene.frame_rate);

@@ -106,6 +106,14 @@ void ContactSolver::change_velocity(uint32_t body, const Vec3& linear, const Vec
   }
 }
 
+void ContactSolver::set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
+  Motion& motion = motions_[body];
+  for (size_t k = 0; k < 3; ++k) {
+    motion.v[k] = static_cast<T>(linear[static_cast<Eigen::Index>(k)]);
+    motion.v[k + 3] = static_cast<T>(angular[static_cast<Eigen::Index>(k)]);
+  }
+}
+
 void ContactSolver::add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) {
   Motion& motion = motions_[body];
   for (size_t k = 0; k < 3; ++k) {

@@ -144,6 +144,7 @@ bool ContactSolver::collide(Block& block, uint32_t now) {
           moves, max(mul_add(L::load(point.mass_along.data()), lacking, old_push), zero), zero);
       push.store(impulse.push.data());
       dv = add_scaled(dv, push - old_push, load3<T>(point.answer));
+      if (block.has_surfaces) dv = dv + load3<T>(running_[p].velocity);
       const Lanes3<T> old_friction = load3<T>(impulse.friction);
       const Lanes3<T> held =
           hold_back(dv, n, L::load(point.mass_across.data()), friction * push, old_friction);

@@ -62,7 +62,7 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
   parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t m = begin; m < end; ++m) {
       Block& block = blocks_[m];
-      block.has_impacts = false;
+      block.has_impacts = block.has_surfaces = false;
       block.impact = block.bounced = block.passes = block.reached = {};
       std::span<Point> points(points_.data() + block.first_point, block.points);
       const std::span<PointStart> starts(starts_.data() + block.first_point, block.points);
@@ -168,6 +168,68 @@ void ContactSolver::fill(const SolverSettings& settings, std::span<const Contact
       }
     }
   });
+}
+
+// Once fill() has filled blocks and points.
+void ContactSolver::fill_surfaces(std::span<const ContactRange> contacts) {
+  running_.assign(points_.size(), {});
+  parallel_for(blocks_.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t m = begin; m < end; ++m) {
+      Block& block = blocks_[m];
+      for (size_t i = 0; i < kLanes; ++i) {
+        const uint32_t source = order_[m * kLanes + i];
+        if (source == kNone) continue;
+        const ContactRange& range = contacts[source];
+        const auto spin_of = [&](uint32_t body, const SurfaceVelocity* surface) {
+          if (body < moving_) return Vec3(Vec3::Zero());
+          return Vec3(spin(body) + (surface != nullptr ? surface->angular : Vec3::Zero()));
+        };
+        const Vec3 turning =
+            -(spin_of(range.a, range.surface_a) + spin_of(range.b, range.surface_b));
+        if (range.surface_a == nullptr && range.surface_b == nullptr && turning.isZero(0)) continue;
+        block.has_surfaces = true;
+        for (uint32_t p = 0; p < range.count; ++p) {
+          const Contact& contact = range.contacts[p];
+          const Vec3 normal = contact.normal.cast<double>();
+          Vec3 velocity = Vec3::Zero(), turn = Vec3::Zero();
+          const auto add = [&](const SurfaceVelocity* surface, const Vec3f& arm, double sign) {
+            if (surface == nullptr) return;
+            velocity += sign * (surface->linear + surface->angular.cross(arm.cast<double>()));
+            turn += sign * surface->angular;
+          };
+          add(range.surface_a, contact.arm_a, -1);
+          add(range.surface_b, contact.arm_b, 1);
+          velocity -= normal.dot(velocity) * normal;
+          Running& running = running_[block.first_point + p];
+          for (size_t k = 0; k < 3; ++k) {
+            const auto e = static_cast<Eigen::Index>(k);
+            running.velocity[k][i] = running.start[k][i] = static_cast<T>(velocity[e]);
+            running.spin[k][i] = static_cast<T>(turn[e]);
+            running.turning[k][i] = static_cast<T>(turning[e]);
+          }
+        }
+      }
+    }
+  });
+}
+
+// On a surface that turns each place has another speed: without this what lies on a turntable would
+// go straight on in each step, and outward.
+void ContactSolver::run_on(const Block& block) {
+  const auto displacement = [&](const std::array<uint32_t, kLanes>& bodies) {
+    Rows rows;
+    for (size_t i = 0; i < kLanes; ++i) {
+      for (size_t k = 0; k < 3; ++k) rows[k][i] = shifts_[bodies[i]].v[k];
+    }
+    return load3<T>(rows);
+  };
+  const Lanes3<T> moved = displacement(block.b) - displacement(block.a);
+  for (uint32_t p = block.first_point; p < block.first_point + block.points; ++p) {
+    Running& running = running_[p];
+    const Lanes3<T> n = load3<T>(points_[p].normal);
+    const Lanes3<T> gained = cross(load3<T>(running.turning), moved);
+    store3<T>(load3<T>(running.start) + sub_scaled(gained, dot(n, gained), n), running.velocity);
+  }
 }
 
 // Applies the impulses of the last step: warm starting.
@@ -298,6 +360,7 @@ HWY_INLINE void ContactSolver::sweep(Block& block, T inverse_step) {
     push.store(point.push.data());
     const L pushed = push - old_push;
     dv = add_scaled(dv, pushed, load3<T>(point.answer));
+    if (block.has_surfaces) dv = dv + load3<T>(running_[p].velocity);
 
     const Lanes3<T> old_friction = load3<T>(point.friction);
     const Lanes3<T> held =
@@ -342,6 +405,10 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
     parallel_for(moving_, kBodyGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) pull(i, settings, h, substep == 0);
     });
+    for (const SolverPath& path : settings.paths) {
+      const auto now = static_cast<size_t>(substep);
+      set_velocity(path.body, path.velocity[now], path.spin[now]);
+    }
     if (substep == 0) for_blocks([&](size_t, Block& block) { apply_forces(block); });
     for (SolverJoint& joint : joints) {
       place(joint, bodies);
@@ -357,6 +424,7 @@ void ContactSolver::make_substeps(const SolverSettings& settings, std::vector<So
       hold(joints, h, false);
       for_blocks([&](size_t, Block& block) {
         if (i == 0) measure(block, substep + 1 == settings.substeps);
+        if (i == 0 && block.has_surfaces) run_on(block);
         sweep<false>(block, per_substep);
       });
     }
@@ -398,6 +466,7 @@ void ContactSolver::prepare(const SolverSettings& settings, const std::vector<So
   per_step_ = static_cast<T>(1 / settings.step_s);
   fall_ = (settings.gravity * settings.step_s * settings.step_s / 2).cast<T>();
   fill(settings, contacts, bodies.size());
+  if (settings.has_surfaces) fill_surfaces(contacts);
   torques_.clear();
   if (settings.has_torques) fill_torques(contacts, settings.step_s / settings.substeps);
 }

@@ -16,6 +16,7 @@
 
 #include "core/disjoint_sets.h"
 #include "core/types.h"
+#include "scene/scene.h"
 #include "simulate/exact/lanes.h"
 #include "simulate/exact/pair.h"
 #include "simulate/exact/state.h"
@@ -49,6 +50,9 @@ struct ContactRange {
   double slop_m;    // overlaps beyond it are undone slowly
   bool is_joined;   // by a joint, which overlaps are not to strain
   TorqueArms arms;  // of what holds back rolling and spinning
+  // How the surfaces of its bodies run along them, world axes; null: they do not.
+  const SurfaceVelocity* surface_a = nullptr;
+  const SurfaceVelocity* surface_b = nullptr;
 };
 
 // A point of one body held at a point of another. Places in the
@@ -103,6 +107,12 @@ inline Softness softness(double hertz, double damping, double h) {
   return {omega / a1, a2 * a3, a3};
 }
 
+// Of a body that contacts do not move: its velocity and its spin in each substep.
+struct SolverPath {
+  uint32_t body;                     // its place in the solver's list
+  std::vector<Vec3> velocity, spin;  // m/s, rad/s
+};
+
 struct SolverSettings {
   double step_s;
   double push_time_s;  // in which deep overlaps fall by e
@@ -111,7 +121,9 @@ struct SolverSettings {
   Vec3 gravity;                      // m/s^2
   std::function<void(int)> partner;  // before each sweep that is shared with it; empty: none
   int shared_sweeps = 0;
-  bool has_torques = false;  // some contacts may hold back rolling and spinning
+  bool has_torques = false;   // some contacts may hold back rolling and spinning
+  bool has_surfaces = false;  // some surfaces may run or turn
+  std::vector<SolverPath> paths;
 };
 
 class ContactSolver {
@@ -154,6 +166,7 @@ class ContactSolver {
     Row rate, mass_scale, force_scale;  // of the softness
     uint32_t first_point, points;
     bool holds_turning;  // some lane's torque arms are not 0
+    bool has_surfaces;   // some lane has a surface that runs or turns
     // Impacts; see bounce_solver.cpp. Lanes hold 1 or 0.
     Row impact;        // its bodies collide in this round
     Row bounced;       // they have in a round before
@@ -195,6 +208,13 @@ class ContactSolver {
     Rows given;                      // N m s, on b
     Rows impact;                     // N m s, in an impact; not carried over
   };
+  // How the surface of b runs against that of a at a point, where contacts do not move one of them.
+  struct alignas(32) Running {
+    Rows velocity;  // m/s, across the normal, where bodies have come to
+    Rows start;     // as the step begins
+    Rows spin;      // rad/s
+    Rows turning;   // rad/s, of all that surface, with its body: what moves along it gains speed
+  };
   // Bodies that impulses connect: sums over their points of products with d and e (see
   // accelerate()), and what follows from them.
   struct ImpactIsland {
@@ -229,6 +249,7 @@ class ContactSolver {
                   std::span<SolverJoint> joints);
   void make_substeps(const SolverSettings& settings, std::vector<SolverBody>& bodies,
                      std::span<SolverJoint> joints);
+  void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void add_velocity(uint32_t body, const Vec3& linear, const Vec3& angular);
   void apply_forces(Block& block);
   Quat turn_of(uint32_t body) const;  // since the step began
@@ -252,6 +273,8 @@ class ContactSolver {
   Gathered gather(const Block& block, std::span<const Motion> motions) const;
   void gather_weights(Block& block) const;
   void scatter(const Block& block, const Gathered& gathered, std::span<Motion> motions) const;
+  void fill_surfaces(std::span<const ContactRange> contacts);
+  void run_on(const Block& block);
   void fill_torques(std::span<const ContactRange> contacts, double substep_s);
   void apply_torques(const Block& block);
   void hold_turning(const Block& block, bool of_impact);
@@ -281,6 +304,7 @@ class ContactSolver {
   std::vector<Point> points_;
   std::vector<PointStart> starts_;  // beside points_
   std::vector<Torque> torques_;     // beside points_, where something holds back turning
+  std::vector<Running> running_;    // beside points_, where surfaces run
   // Impacts: beside points_ what they give, what they gave before the sweep, and what the last step
   // changed of it; beside motions_ whether an impulse has reached a body, when impulses have last
   // changed its velocity, counted in visits of blocks in their order, and scratch. least_impact_

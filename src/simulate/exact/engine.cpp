@@ -86,6 +86,7 @@ class Engine final : public ExactEngine {
   double step_s_;       // of the step to come
   double list_step_s_;  // pairs are listed for steps of this length
   Vec3 gravity_;
+  double shaking_ = 0;  // m/s^2, of kinematic bodies by motors, at most
   std::vector<CollisionShape> shapes_;
   ModelSurroundings surroundings_;
   EngineState state_;
@@ -126,7 +127,11 @@ Engine::Engine(const Scene& scene, const Model& model)
       pairs_(model, shapes_, state_, active_),
       narrow_(shapes_, state_, active_, gravity_, surroundings_),
       rest_(model, shapes_, state_, active_, gravity_),
-      solver_(scene, model, shapes_, state_, active_) {}
+      solver_(scene, model, shapes_, state_, active_) {
+  for (const ModelBody& body : model.bodies) {
+    shaking_ = std::max(shaking_, most_acceleration_m_s2(model.shapes[body.shape], body.motion));
+  }
+}
 
 // A step looks at what moves alone: a pile that sleeps costs little.
 void Engine::list_active() {
@@ -275,6 +280,7 @@ void Engine::move_by_keys(uint32_t index, double time_s) {
   body.orientation = now.orientation;
   body.velocity = (then.position - now.position) / step_s_;
   body.spin = turn_between(now.orientation, then.orientation) / step_s_;
+  solver_.follow(index, time_s);
 }
 
 void Engine::keep_apart(const std::vector<uint32_t>& bodies) {
@@ -340,7 +346,7 @@ double Engine::reach_below_m(uint32_t index, const Quat& orientation) const {
 
 double Engine::longest_step_s(double most_s) {
   list_active();
-  const StepChoice choice(shapes_, state_, active_, gravity_.norm(), scene_.accuracy);
+  const StepChoice choice(shapes_, state_, active_, gravity_.norm(), shaking_, scene_.accuracy);
   list_step_s_ = std::min(most_s, choice.at_rest_s());
   pairs_.update(list_step_s_, gravity_.norm());
   return choice.longest_s(list_step_s_);
@@ -357,6 +363,10 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
     pairs_.update(std::max(list_step_s_, step_s_), gravity_.norm());
+    if (rest_.wake_near_surfaces()) {
+      is_listed_ = false;
+      list_active();
+    }
   }
   {
     StageTimer::Scope scope(timer, Stage::narrow_phase);

@@ -25,6 +25,7 @@ Rest::Rest(const Model& model, std::span<const CollisionShape> shapes, EngineSta
       constants_(model.bodies.size()) {
   const double g = gravity.norm();
   for (size_t i = 0; i < model.bodies.size(); ++i) {
+    runs_.push_back(model.bodies[i].surface_velocity ? 1 : 0);
     if (model.bodies[i].role != Role::dynamic) continue;
     const ModelShape& shape = model.shapes[model.bodies[i].shape];
     const Vec3& moments = shapes_[model.bodies[i].shape].moments;
@@ -58,10 +59,27 @@ bool Rest::joins(uint32_t body) const {
   return bodies_[body].moves == Moves::by_contacts && !bodies_[body].put_to_sleep;
 }
 
+bool Rest::wake_near_surfaces() {
+  if (std::ranges::find(runs_, 1) == runs_.end()) return false;
+  constexpr float kUnknown = -1;  // of a pair that has not been tested yet
+  bool any = false;
+  for (const Pair& pair : state_.pairs) {
+    if (pair.bound_m > kUnknown || pair.contact_count > 0) continue;
+    for (const auto& [surface, body] : {std::pair(pair.a, pair.b), std::pair(pair.b, pair.a)}) {
+      if (runs_[surface] == 0 || !bodies_[body].asleep) continue;
+      wake_up(bodies_[body]);
+      any = true;
+    }
+  }
+  return any;
+}
+
 bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   step_s_ = step_s;
-  const auto stirs = [&](const Body& body) {  // a kinematic body that moves
-    return body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0));
+  const auto runs = [&](uint32_t i) {  // a surface that moves
+    const Body& body = bodies_[i];
+    return runs_[i] != 0 ||
+           (body.moves == Moves::by_keys && !(body.velocity.isZero(0) && body.spin.isZero(0)));
   };
   supports_.assign(bodies_.size(), {});
   islands_.reset(bodies_.size());
@@ -71,9 +89,8 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Pair& pair = state_.pairs[touching[i]];
-      const Body &a = bodies_[pair.a], &b = bodies_[pair.b];
       const bool of_a = joins(pair.a), of_b = joins(pair.b);
-      const bool matters = (of_a && of_b) || (of_a && stirs(b)) || (of_b && stirs(a));
+      const bool matters = (of_a && of_b) || (of_a && runs(pair.b)) || (of_b && runs(pair.a));
       links_[i] = !matters || !touches(pair, state_.contacts_of(pair)) ? Link::none
                   : of_a && of_b                                       ? Link::both
                   : of_a                                               ? Link::a_on_b
@@ -89,7 +106,7 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
   for (const Joint& joint : state_.joints) {
     if (joint.b == Joint::kWorld) continue;
     if (joins(joint.a) && joins(joint.b)) link(joint.a, joint.b);
-    if (joins(joint.a) && stirs(bodies_[joint.b])) carry_along(joint.a);
+    if (joins(joint.a) && runs(joint.b)) carry_along(joint.a);
   }
   if (!wake_linked()) return false;
   // With what has slept beside it.

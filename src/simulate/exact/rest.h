@@ -18,6 +18,9 @@ class Rest {
   Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
        const std::vector<uint32_t>& active, const Vec3& gravity);
 
+  // Wakes bodies that began asleep near a surface that runs: of those no contacts are known yet.
+  // Whether anything was woken.
+  bool wake_near_surfaces();
   // With the contacts of a step of `step_s`, which the pairs `touching` have. Whether anything was
   // woken.
   bool wake_islands(double step_s, std::span<const uint32_t> touching);
@@ -35,7 +38,7 @@ class Rest {
     float depth_m = 0;    // of the deepest of them
     bool sticks = false;  // friction of one of them was below its limit
   };
-  enum class Link : uint8_t { none, both, a_on_b, b_on_a };  // on: on what moves by keys
+  enum class Link : uint8_t { none, both, a_on_b, b_on_a };  // on: on a surface that moves
   struct BodyConstants {
     double rest_speed = 0, time_to_sleep_s = 0, rest_drift_m = 0, held_drift_m = 0,
            rest_depth_m = 0, wedged_depth_m = 0;
@@ -54,12 +57,13 @@ class Rest {
   const std::vector<uint32_t>& active_;
   double step_s_ = 0;  // of the step under way
   std::vector<BodyConstants> constants_;
+  std::vector<uint8_t> runs_;  // bodies with a surface velocity
   // Scratch of a step.
   DisjointSets islands_;
   std::vector<Load> supports_;    // of bodies
   std::vector<Link> links_;       // of pairs that touch
   std::vector<Load> loads_;       // and of these
-  std::vector<uint8_t> carried_;  // bodies on what moves by keys
+  std::vector<uint8_t> carried_;  // bodies on a surface that moves
   std::vector<uint32_t> linked_;  // those, and bodies that are of an island with others
 };
 

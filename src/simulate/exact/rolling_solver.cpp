@@ -176,11 +176,14 @@ void ContactSolver::hold_turning(const Block& block, bool of_impact) {
     const L most_across = L::load(torque.rolling.data()) * push;
 
     Lanes3<T> held;
-    const L along = neg_mul_add(L::load(torque.along_mass.data()), dot(n, spins.relative()), old.x);
+    const auto turning_now = [&] {
+      return block.has_surfaces ? spins.relative() + load3<T>(running_[p].spin) : spins.relative();
+    };
+    const L along = neg_mul_add(L::load(torque.along_mass.data()), dot(n, turning_now()), old.x);
     held.x = max(zero - most_along, min(along, most_along));
     spins.apply(inertia_a, inertia_b, (held.x - old.x) * n);
 
-    const Lanes3<T> turning = spins.relative();
+    const Lanes3<T> turning = turning_now();
     const L by_u = dot(u, turning), by_v = dot(v, turning);
     // The torque that would stop it; where that is too much, a step against the turning that stops
     // no direction by more than its speed, within the limit.

@@ -11,11 +11,13 @@ namespace pilesim::exact {
 using namespace exact_constants;
 
 StepChoice::StepChoice(std::span<const CollisionShape> shapes, const EngineState& state,
-                       std::span<const uint32_t> active, double gravity, double accuracy)
+                       std::span<const uint32_t> active, double gravity, double shaking,
+                       double accuracy)
     : shapes_(shapes),
       state_(state),
       active_(active),
       gravity_(gravity),
+      shaking_(shaking),
       scale_(accuracy / kResolution) {}
 
 double StepChoice::at_rest_s(double gravity) const {

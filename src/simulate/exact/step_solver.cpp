@@ -7,6 +7,7 @@
 
 #include "core/parallel_for.h"
 #include "simulate/exact/exact_constants.h"
+#include "simulate/kinematic_motion.h"
 
 namespace pilesim::exact {
 
@@ -72,9 +73,13 @@ StepSolver::StepSolver(const Scene& scene, const Model& model,
       active_(active),
       resistance_(model),
       accuracy_(scene.accuracy),
+      model_(model),
       settings_(settings_of(scene, model)),
       place_(model.bodies.size(), kNone) {
   settings_.has_torques = !resistance_.is_none();
+  for (uint32_t i = 0; i < model.bodies.size(); ++i) {
+    if (model.bodies[i].surface_velocity) running_.push_back(i);
+  }
 }
 
 Vec3 StepSolver::velocity(uint32_t body) const { return solver_.velocity(place_[body]); }
@@ -92,12 +97,14 @@ void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
   settings_.step_s = step_s;
   settings_.partner = partner;
   list_bodies(touching, static_cast<bool>(partner));
-  if (movers_.empty()) return;
+  if (movers_.empty()) return followed_.clear();
+  turn_surfaces();
   find_loads(touching);
   broken_.clear();
   for (const Group& group : this->group(touching, static_cast<bool>(partner))) {
     solve(group, advanced_s);
   }
+  followed_.clear();
   // Hinges, which have no id of their own, never break.
   std::ranges::sort(broken_);
   std::erase_if(state_.joints,
@@ -112,6 +119,12 @@ void StepSolver::solve(const Group& group, std::span<const double> advanced_s) {
   make_bodies(advanced_s);
   list_contacts(group.touching);
   list_joints(group.joints);
+  list_paths();
+  settings_.has_surfaces =
+      !running_.empty() ||
+      std::any_of(solver_bodies_.begin() + static_cast<std::ptrdiff_t>(moving_),
+                  solver_bodies_.end(),
+                  [](const SolverBody& body) { return !body.spin.isZero(0); });
   solver_.solve(settings_, solver_bodies_, moving_, ranges_, solver_joints_);
   take_over_bodies();
   take_over_joints();
@@ -265,6 +278,34 @@ void StepSolver::make_bodies(std::span<const double> advanced_s) {
   });
 }
 
+void StepSolver::turn_surfaces() {
+  surfaces_.clear();
+  for (const uint32_t i : running_) {
+    surfaces_.push_back(world_surface_velocity(model_, i, bodies_[i].orientation));
+  }
+}
+
+// A body on a surface that speeds up and slows down feels each substep's velocity: that of the
+// whole step would throw it off where it changes by less than gravity does.
+void StepSolver::list_paths() {
+  settings_.paths.clear();
+  const double h = settings_.step_s / settings_.substeps;
+  for (const auto& [body, time_s] : followed_) {
+    if (place_[body] == kNone) continue;
+    SolverPath& path = settings_.paths.emplace_back();
+    path.body = place_[body];
+    const ModelBody& source = model_.bodies[body];
+    const ModelShape& shape = model_.shapes[source.shape];
+    Pose from = pose_at(shape, source.motion, time_s);
+    for (int i = 1; i <= settings_.substeps; ++i) {
+      const Pose to = pose_at(shape, source.motion, time_s + i * h);
+      path.velocity.push_back((to.position - from.position) / h);
+      path.spin.push_back(turn_between(from.orientation, to.orientation) / h);
+      from = to;
+    }
+  }
+}
+
 uint32_t StepSolver::place_of(uint32_t index) {
   if (place_[index] == kNone) {
     place_[index] = static_cast<uint32_t>(solver_bodies_.size());
@@ -281,6 +322,11 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
     if (joint.b != Joint::kWorld) joined_pairs.push_back(Pair{joint.a, joint.b}.key());
   }
   std::ranges::sort(joined_pairs);
+  const auto surface_of = [&](uint32_t body) -> const SurfaceVelocity* {
+    const auto found = std::ranges::lower_bound(running_, body);
+    if (found == running_.end() || *found != body) return nullptr;
+    return &surfaces_[static_cast<size_t>(found - running_.begin())];
+  };
   // For some pairs that follow each other; by bodies, as yet.
   std::vector<std::vector<ContactRange>> parts((touching.size() + kGrain - 1) / kGrain);
   parallel_for(touching.size(), kGrain, [&](size_t begin, size_t end) {
@@ -305,7 +351,7 @@ void StepSolver::list_contacts(std::span<const uint32_t> touching) {
         }
         const std::span<Contact> own = contacts.subspan(first, last - first);
         ranges.push_back({own.data(), last - first, pair.a, pair.b, friction, restitution, slop,
-                          is_joined, arms});
+                          is_joined, arms, surface_of(pair.a), surface_of(pair.b)});
       }
     }
   });

@@ -26,6 +26,9 @@ class StepSolver {
   // empty: there is none.
   void solve(double step_s, std::span<const uint32_t> touching, std::span<const double> advanced_s,
              const std::function<void(int)>& partner);
+  // In the step to come the body, which is kinematic, moves as its keys and motors say from
+  // `time_s` on: in each substep.
+  void follow(uint32_t body, double time_s) { followed_.push_back({body, time_s}); }
   // Whether solve() has moved the body.
   bool has_moved(uint32_t body) const { return place_[body] != kNone; }
 
@@ -50,6 +53,8 @@ class StepSolver {
   void list_joints(std::span<const uint32_t> joints);
   void take_over_joints();
   void take_over_bodies();
+  void turn_surfaces();
+  void list_paths();
   uint32_t place_of(uint32_t body);  // of one that is not moved: listed when it is asked for
   const CollisionShape& shape_of(uint32_t body) const { return shapes_[bodies_[body].shape]; }
 
@@ -59,14 +64,22 @@ class StepSolver {
   const std::vector<uint32_t>& active_;
   RollingResistance resistance_;
   double accuracy_;  // as Scene has it
+  const Model& model_;
+  std::vector<uint32_t> running_;  // bodies with a surface velocity
   SolverSettings settings_;
   ContactSolver solver_;
   // Scratch of a step.
+  struct Followed {
+    uint32_t body;
+    double time_s;
+  };
+  std::vector<Followed> followed_;
   std::vector<uint32_t> place_;      // of bodies in the solver's list
   std::vector<uint8_t> is_touched_;  // bodies that a contact, a joint or the partner may push
   std::vector<uint32_t> movers_;     // those that are solved, in the order of a curve through space
   DisjointSets islands_;
-  std::vector<double> loads_;  // 1/s^2: squares of rates of substeps, by body or island
+  std::vector<double> loads_;              // 1/s^2: squares of rates of substeps, by body or island
+  std::vector<SurfaceVelocity> surfaces_;  // of running_, in the step
   std::vector<SolverBody> solver_bodies_;
   std::vector<uint32_t> body_at_;
   CurveOrder order_;

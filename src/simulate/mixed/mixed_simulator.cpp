@@ -167,6 +167,7 @@ class MixedSimulator final : public Simulator, public BodyControl {
   LevelSelector levels_;
   MixedState state_;
   std::vector<uint32_t> kinematic_;
+  std::vector<uint32_t> running_;  // bodies with a surface velocity
   std::vector<Behaviour> next_;    // by body: of the spheres, by the last update_behaviours()
   std::vector<uint32_t> edges_;    // near bodies that stand on their edge, by the same
   std::vector<uint32_t> entered_;  // in the step at hand
@@ -208,6 +209,7 @@ MixedSimulator<World, Coupling>::MixedSimulator(const Scene& scene, const Model&
   for (uint32_t i = 0; i < model.bodies.size(); ++i) {
     const ModelBody& body = model.bodies[i];
     if (body.role == Role::kinematic && !body.motion.empty()) kinematic_.push_back(i);
+    if (body.surface_velocity) running_.push_back(i);
   }
   life_.bring_bodies(handlers_);
 }
@@ -277,6 +279,9 @@ void MixedSimulator<World, Coupling>::move_kinematic_bodies() {
     if (!motion.linear_velocity.isZero() || !motion.angular_velocity.isZero()) {
       spheres_.wake_near(i);
     }
+  }
+  for (const uint32_t i : running_) {
+    if (has(i, kPresent)) spheres_.wake_near(i);
   }
 }
 

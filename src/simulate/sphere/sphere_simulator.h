@@ -43,6 +43,7 @@ class SphereSimulator final : public Simulator {
     for (uint32_t i = 0; i < model.bodies.size(); ++i) {
       const ModelBody& body = model.bodies[i];
       if (body.role == Role::kinematic && !body.motion.empty()) moving_surfaces_.push_back(i);
+      if (body.surface_velocity) running_surfaces_.push_back(i);
     }
     life_.bring_bodies(handlers_);
   }
@@ -80,7 +81,8 @@ class SphereSimulator final : public Simulator {
   Lifecycle life_;
   LifeHandlers handlers_;
   BodySignatures objects_;
-  std::vector<uint32_t> moving_surfaces_;  // bodies
+  std::vector<uint32_t> moving_surfaces_;   // bodies
+  std::vector<uint32_t> running_surfaces_;  // those with a surface velocity
   World world_;
   StageTimer timer_;
   static constexpr size_t kBodiesPerTask = 2048;
@@ -136,6 +138,9 @@ void SphereSimulator<World>::move_kinematic_bodies() {
     states.orientation[i] = then.orientation;
     states.linear_velocity[i] = velocity;
     states.angular_velocity[i] = turn_rate;
+  }
+  for (const uint32_t i : running_surfaces_) {
+    if (life_.has(i, kPresent)) world_.wake_near(i);
   }
 }
 

@@ -77,7 +77,11 @@ void SurfaceGeometry::place(uint32_t body, const Pose& pose, const Vec3& velocit
                 shape.is_plane,
                 pose.orientation * Vec3::UnitY(),
                 {},
-                mesh.get()};
+                mesh.get(),
+                {}};
+  if (model_.bodies[body].surface_velocity) {
+    placed.running = world_surface_velocity(model_, body, pose.orientation);
+  }
   if (mesh) placed.box = box_around(mesh->box, pose);
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
   if (at != placed_.end() && at->body == body) {
@@ -118,10 +122,20 @@ void SurfaceGeometry::select(const Eigen::AlignedBox3f& box, float reach,
   }
 }
 
+// m/s, of the surface at `arm` from its body's centre.
+Vec3 SurfaceGeometry::velocity_at(const Placed& placed, const Vec3& normal, const Vec3& arm) {
+  Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
+  if (placed.running) {
+    const Vec3 runs = placed.running->linear + placed.running->angular.cross(arm);
+    velocity += runs - normal.dot(runs) * normal;
+  }
+  return velocity;
+}
+
 SurfaceContact SurfaceGeometry::contact_of(const Placed& placed, const Vec3& normal, double gap,
                                            bool is_face, const SurfaceProbe& probe) {
   const Vec3 arm = probe.centre.cast<double>() - gap * normal - placed.pose.position;
-  const Vec3 velocity = placed.velocity + placed.turn_rate.cross(arm);
+  const Vec3 velocity = velocity_at(placed, normal, arm);
   SurfaceContact contact{placed.body,
                          normal.cast<float>(),
                          static_cast<float>(gap),
@@ -283,7 +297,9 @@ void SurfaceGeometry::find_on_mesh(const Placed& placed, const SurfaceProbe& pro
 bool SurfaceGeometry::may_touch(uint32_t body, const Vec3f& centre, float radius) const {
   const auto at = std::ranges::lower_bound(placed_, body, {}, &Placed::body);
   if (at == placed_.end() || at->body != body) return false;
-  if (at->is_plane) return true;
+  if (at->is_plane) {
+    return at->normal.dot(centre.cast<double>() - at->pose.position) <= static_cast<double>(radius);
+  }
   return at->box.squaredExteriorDistance(centre.cast<double>()) <=
          static_cast<double>(radius) * radius;
 }

@@ -90,9 +90,10 @@ class SurfaceGeometry {
   struct LazyMesh;
   struct Placed : SurfaceState {
     bool is_plane;
-    Vec3 normal;           // of a plane
-    Bounds box;            // of a mesh, world frame
-    const LazyMesh* mesh;  // null for a plane
+    Vec3 normal;                             // of a plane
+    Bounds box;                              // of a mesh, world frame
+    const LazyMesh* mesh;                    // null for a plane
+    std::optional<SurfaceVelocity> running;  // world
   };
   // Made when a search first comes near it: who only checks a scene does without.
   struct LazyMesh {
@@ -107,6 +108,7 @@ class SurfaceGeometry {
     mutable std::optional<MeshSurface> made;
   };
   class MeshSearch;
+  static Vec3 velocity_at(const Placed& placed, const Vec3& normal, const Vec3& arm);
   static SurfaceContact contact_of(const Placed& placed, const Vec3& normal, double gap,
                                    bool is_face, const SurfaceProbe& probe);
   static void find_on_mesh(const Placed& placed, const SurfaceProbe& probe,

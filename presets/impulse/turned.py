@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""Writes drum.obj and bowl.obj of this folder: closed surfaces turned about an axis.
+
+Run it here after a change:  python3 turned.py
+"""
+import math
+
+SIDES = 72
+
+
+def turned(profile, point):
+    """Vertices and triangles of a closed profile [(radius, along), ...] that begins and ends on the
+    axis; `point` takes radius, along and angle to a vertex."""
+    vertices, rows = [], []
+    for radius, along in profile:
+        if radius == 0:
+            vertices.append(point(0, along, 0))
+            rows.append([len(vertices)] * SIDES)
+            continue
+        first = len(vertices) + 1
+        for i in range(SIDES):
+            vertices.append(point(radius, along, 2 * math.pi * i / SIDES))
+        rows.append([first + i for i in range(SIDES)])
+    triangles = []
+    for a, b in zip(rows, rows[1:]):
+        for i in range(SIDES):
+            j = (i + 1) % SIDES
+            for corners in ((a[i], b[i], b[j]), (a[i], b[j], a[j])):
+                if len(set(corners)) == 3:
+                    triangles.append(corners)
+    return vertices, triangles
+
+
+def volume(vertices, triangles):
+    total = 0
+    for corners in triangles:
+        (a, b, c), (d, e, f), (g, h, i) = (vertices[k - 1] for k in corners)
+        total += a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return total / 6
+
+
+def write(name, vertices, triangles):
+    if volume(vertices, triangles) < 0:
+        triangles = [(a, c, b) for a, b, c in triangles]
+    with open(name, "w") as file:
+        for x, y, z in vertices:
+            file.write(f"v {x:.5g} {y:.5g} {z:.5g}\n")
+        for a, b, c in triangles:
+            file.write(f"f {a} {b} {c}\n")
+
+
+def drum_point(radius, along, angle):
+    # Eight lifters stand on the inside of the wall.
+    if radius == 0.5:
+        radius -= 0.06 * max(0, math.cos(8 * angle)) ** 2
+    return radius * math.cos(angle), radius * math.sin(angle), along
+
+
+def bowl_point(radius, along, angle):
+    return radius * math.cos(angle), along, radius * math.sin(angle)
+
+
+# Back, wall, the lip in front, and the inside.
+DRUM = [(0, -0.28), (0.54, -0.28), (0.54, 0.28), (0.36, 0.28), (0.36, 0.25), (0.5, 0.25),
+        (0.5, -0.25), (0, -0.25)]
+# The floor rises a little towards its middle, so that parts walk along the wall.
+BOWL = [(0, -0.01), (0.16, -0.015), (0.215, 0.075), (0.207, 0.075), (0.155, 0), (0, 0.012)]
+
+write("drum.obj", *turned(DRUM, drum_point))
+write("bowl.obj", *turned(BOWL, bowl_point))
