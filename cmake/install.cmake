@@ -37,7 +37,7 @@ foreach(package libeigen3-dev libcli11-dev nlohmann-json3-dev librandom123-dev l
 endforeach()
 file(WRITE ${PROJECT_BINARY_DIR}/copyright "${notices}")
 install(FILES ${PROJECT_BINARY_DIR}/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(FILES python/pilesim.py python/pilesim_batch.py python/example.py DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim/python)
+install(FILES python/pilesim.py python/pilesim_batch.py python/example.py python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/pilesim/python)
 install(FILES README.md ARCHITECTURE.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
         FILES_MATCHING PATTERN *.md PATTERN *.jpg PATTERN *.mp4)
