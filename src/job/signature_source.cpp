@@ -73,8 +73,13 @@ void take_from_scene(const std::filesystem::path& scene_file, const std::string&
   const Material& material = scene.materials.at(*used.begin());
   const auto& mesh = std::get<MeshShape>(scene.shapes.at(name));
   options.mesh = mesh.file;
+  if (mesh.scale != Vec3::Constant(mesh.scale.x()) || mesh.scale.x() < 0) {
+    refuse(scene_file, "shape \"" + name + "\" is stretched or mirrored by its scale",
+           "one scale, above 0",
+           R"(Leave "signature" out: then it is measured when it is needed)");
+  }
   options.scale = mesh.size_m ? *mesh.size_m / import_mesh(mesh.file, 1).bounds().sizes().maxCoeff()
-                              : mesh.scale;
+                              : mesh.scale.x();
   options.is_z_up = mesh.up == UpAxis::z;
   options.material.restitution = material.restitution;
   options.material.friction = material.friction;

@@ -63,7 +63,7 @@ ModelShape rabbit_shape(const std::string& file) {
   Scene scene;
   MeshShape source;
   source.file = file;
-  source.scale = scale;
+  source.scale = Vec3::Constant(scale);
   source.collision = CollisionKind::decomposition;
   source.decomposition_max_pieces = 6;
   scene.shapes["rabbit"] = source;
