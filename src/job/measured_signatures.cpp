@@ -31,7 +31,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of all measurements: the scene's seed changes no signature.
+// The seed of all measurements: the scene's changes no signature.
 constexpr uint64_t kSeed = 1;
 // A third of what sample-signature measures by default: docs/lab/signatures.md.
 constexpr uint32_t kTrialsPerCell = 20;
@@ -41,7 +41,8 @@ constexpr uint32_t kSpherePours = 1;
 TriangleMesh solid_of(const ModelShape& shape, const MeshShape* mesh) {
   if (mesh == nullptr) return shape.mesh;
   MeshLibrary meshes;
-  const TriangleMesh& drawn = meshes.load(mesh->file, shape.file_scale, shape.file_up);
+  const Vec3 scale = mesh->size_m ? Vec3(Vec3::Constant(shape.file_scale)) : mesh->scale;
+  const TriangleMesh& drawn = meshes.load(mesh->file, scale, shape.file_up);
   TriangleMesh solid = make_solid(drawn, solid_options(*mesh), user_cache_directory()).mesh;
   const Vec3 centre = mass_properties(solid).centre_of_mass;
   for (Vec3& vertex : solid.vertices) vertex -= centre;
@@ -69,7 +70,7 @@ ModelShape poured_shape(const MeasuredObject& object) {
   return build_shape(decomposed, object.shape.source, meshes);
 }
 
-// Of all that a signature follows from.
+// Key of all that a signature follows from.
 std::string cache_key(const MeasuredObject& object) {
   Hasher key;
   const std::string program = program_hash();
