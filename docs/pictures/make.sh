@@ -43,6 +43,21 @@ ffmpeg -loglevel error -y -i "$work/things_on_a_table.png" -q:v 5 docs/pictures/
 ffmpeg -loglevel error -y -i "$work/letters.png" -i "$work/letters_hit.png" -i "$work/chairs.png" -i "$work/rabbits.png" \
   -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/piles.jpg
 
+# A chain, and surfaces that move, by the cameras of their scenes.
+moving() {
+  run simulate "impulse/$1"
+  if [ ! -s "$work/$1.png" ]; then
+    "$pilesim" render "$work/$1" -o "$work/still_$1" --frames "$2" --renderer rays --size 640x360 --no-video --force
+    cp "$work/still_$1"/frames/*.png "$work/$1.png"
+  fi
+}
+moving wrecking_ball 1.5s
+moving belt last
+moving tumbling_drum last
+moving vibrating_bowl last
+ffmpeg -loglevel error -y -i "$work/wrecking_ball.png" -i "$work/belt.png" -i "$work/tumbling_drum.png" -i "$work/vibrating_bowl.png" \
+  -filter_complex "[0][1]hstack[upper];[2][3]hstack[lower];[upper][lower]vstack" -q:v 4 -frames:v 1 docs/pictures/moving.jpg
+
 # The same fall, as it was simulated and as it was made sound.
 run simulate statistical/rabbits_10000
 run simulate finish/rabbits_10000 rabbits_10000_finished
