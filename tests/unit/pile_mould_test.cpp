@@ -251,7 +251,7 @@ TEST(Mould, WhatTouchesTheMouldAloneIsLeftOut) {
   EXPECT_EQ(world.model.events[0].bodies, (std::vector<uint32_t>{0, 1, filling.kept + 1}));
   ASSERT_EQ(filling.empty.parts.size(), 1U);
   EXPECT_EQ(filling.empty.parts[0].part, 2U);
-  EXPECT_THAT(filling.empty.parts[0].reason, HasSubstr("touched nothing that stands"));
+  EXPECT_THAT(filling.empty.parts[0].reason, HasSubstr("touched no fixed body"));
   ASSERT_TRUE(world.model.moulded.has_value());
   EXPECT_TRUE(world.model.moulded->contains(1) && world.model.moulded->contains(filling.kept));
   EXPECT_FALSE(world.model.moulded->contains(0) || world.model.moulded->contains(filling.kept + 1));

@@ -69,6 +69,7 @@ const std::map<std::string, std::vector<std::string>> kSections = {
     {"Materials", {"materials"}},
     {"Shapes", {"shapes"}},
     {"Bodies", {"bodies"}},
+    {"Joints", {"joints", "chains"}},
     {"Emitters", {"emitters"}},
     {"Events", {"events"}},
     {"Piles", {"piles"}},
@@ -123,6 +124,7 @@ TEST(SceneDocuments, WorkedExampleLoads) {
 TEST(SceneDocuments, PresetsLoadAndTheirMeshesExist) {
   int presets = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kRoot / "presets/impulse")) {
+    if (entry.path().extension() != ".json") continue;
     const Scene scene = load_scene(entry.path()).scene;
     ++presets;
     for (const auto& [name, shape] : scene.shapes) {

@@ -58,7 +58,8 @@ TEST(SceneErrors, AllProblemsAreReportedAtOnceInTheOrderOfTheText) {
           "s.json:8:3: /durtion_s: is no key of a scene; expected one of \"$schema\", "
           "\"include\", \"variables\", \"version\", \"name\", \"seed\", \"duration_s\", \"until\", "
           "\"frame_rate\", \"step_s\", \"accuracy\", "
-          "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", \"events\", "
+          "\"gravity\", \"materials\", \"shapes\", \"bodies\", \"emitters\", "
+          "\"joints\", \"chains\", \"events\", "
           "\"simulator\", \"guide\", \"piles\", \"finish\", \"render\", \"camera\", \"cameras\". "
           "Did you mean "
           "\"duration_s\"?"));
@@ -87,7 +88,7 @@ TEST(SceneErrors, KeysOfAnotherTypeOfShape) {
       problems_of(R"({"version": 1, "shapes": {"a": {"type": "sphere", "size": 1}}})"),
       ElementsAre("s.json:1:32: /shapes/a: has no \"radius\"; expected a number of at least 1e-06",
                   "s.json:1:51: /shapes/a/size: is no key of a shape with type "
-                  "\"sphere\"; expected one of \"type\", \"radius\""));
+                  "\"sphere\"; expected one of \"type\", \"radius\", \"scale\""));
 }
 
 TEST(SceneErrors, PlanesAndMeshesHaveTheirRoles) {
