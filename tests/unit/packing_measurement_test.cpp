@@ -38,8 +38,9 @@ class PackingMeasurement : public testing::Test {
 
 TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
   take(box_mesh({0.4, 0.1, 0.2}));
+  const PouredObject poured = object();
   for (const PourKind kind : {PourKind::heap, PourKind::large_heap, PourKind::column}) {
-    const PourTrial trial(object(), kind);
+    const PourTrial trial(poured, kind);
     const Model first = trial.starts(1), again = trial.starts(1), other = trial.starts(2);
     std::vector<Vec3> places;
     for (size_t i = 0; i < first.bodies.size(); ++i) {
@@ -47,9 +48,9 @@ TEST_F(PackingMeasurement, StartsAreApartAndKeyedByTheSeed) {
       const Pose& pose = first.bodies[i].pose;
       EXPECT_EQ(pose.position, again.bodies[i].pose.position);
       EXPECT_NE(pose.position, other.bodies[i].pose.position);
-      EXPECT_GT(pose.position.y(), object().outer_radius_m);
+      EXPECT_GT(pose.position.y(), poured.outer_radius_m);
       for (const Vec3& place : places) {
-        ASSERT_GT((pose.position - place).norm(), 2 * object().outer_radius_m);
+        ASSERT_GT((pose.position - place).norm(), 2 * poured.outer_radius_m);
       }
       places.push_back(pose.position);
     }
