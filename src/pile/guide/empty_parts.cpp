@@ -129,7 +129,8 @@ std::vector<double> way_from(const Cells& cells, const std::vector<uint8_t>& mar
     open.emplace(0, cell);
   }
   while (!open.empty()) {
-    const auto [so_far, cell] = open.top();
+    const double so_far = open.top().first;
+    const size_t cell = open.top().second;
     open.pop();
     if (so_far > way[cell]) continue;
     cells.around(cell, [&](size_t other, double step) {
@@ -160,7 +161,8 @@ std::vector<double> reach_from_base(const Cells& cells, const Vec3& up) {
     open.emplace(reach[cell], cell);
   }
   while (!open.empty()) {
-    const auto [so_far, cell] = open.top();
+    const double so_far = open.top().first;
+    const size_t cell = open.top().second;
     open.pop();
     if (so_far < reach[cell]) continue;
     cells.around(cell, [&](size_t other, double) {
