@@ -135,7 +135,7 @@ check() {
   if [ "${1:-}" = --short ]; then
     stage "clang-tidy of what is new" tests/lint/lint.py build/release --recent 60
     stage "fuzzers of formats" fuzz 5 json trajectory
-    stage "sanitizers, of clang" sanitize --clang unit_core unit_json unit_trajectory
+    stage "sanitizers, of clang" sanitize --clang unit_json unit_trajectory
     GTEST_FILTER='Team*:ParallelFor*' stage threads sanitize --thread unit_core
   else
     stage clang-tidy tests/lint/lint.py build/release
