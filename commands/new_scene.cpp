@@ -41,8 +41,7 @@ void add_new_command(CLI::App& app) {
       *command, "--count", {1, 100'000},
       [options](uint64_t count) { options->job.count = static_cast<int>(count); },
       "Number of bodies (default: 120 of a pile, else 60); in a guide about this number, and "
-      "enough "
-      "to make it three bodies wide");
+      "enough to make it three bodies wide");
   add_real_number(
       *command, "--scale", {.least = 0, .excludes_least = true},
       [options](double scale) { options->job.scale = scale; },

@@ -109,8 +109,7 @@ void add_render_command(CLI::App& app) {
     command->add_option(name, names, description)->type_name("NAME")->allow_extra_args(false);
   };
   add_names("--only", options->only,
-            "Draw bodies of these names only; * and ? stand for what you like: 'spout/*' "
-            "(repeatable)");
+            "Draw bodies of these names only; * and ? are wildcards: 'spout/*' (repeatable)");
   add_names("--hide", options->hide, "Leave bodies of these names out, likewise (repeatable)");
   for (CLI::Option* option : add_dataset_options(*command, options->dataset)) {
     option->excludes(sheet)->excludes(orbit)->excludes(command->get_option("--compare-with"));

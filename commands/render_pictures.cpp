@@ -109,6 +109,12 @@ void hide_bodies(const RenderArguments& options, TrajectoryReader& trajectory) {
     for (size_t body = 0; body < names.size(); ++body)
       if (shown[body] == 0) hidden[body] = 1;
   }
+  if (std::ranges::find(hidden, 0) == hidden.end()) {
+    throw Error(ErrorKind::usage, Problem{.file = "--hide",
+                                          .found = "no body is left to be drawn",
+                                          .expected = "at least one",
+                                          .remedy = "Name fewer with --hide, or more with --only"});
+  }
   trajectory.hide(std::move(hidden));
 }
 

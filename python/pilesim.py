@@ -149,10 +149,13 @@ class Run:
     def pictures(self, frames: str | None = None, *, size: tuple[int, int] = (960, 540),
                  options: Sequence[str] = ()) -> numpy.ndarray:
         """Frames as `pilesim render --frames` names them, drawn: (pictures, height, width, 3), uint8. With
-        options=["--orbit", "6s"] the last frame, turned."""
+        options=["--orbit", "6s"] the last frame, turned. Raises ValueError for options that draw elsewhere:
+        --camera."""
         chosen = [] if frames is None else ["--frames", frames]
         with tempfile.TemporaryDirectory() as directory:
             _call("render", self.directory, "-o", directory, "--no-video", "-q",
                   "--size", f"{size[0]}x{size[1]}", *chosen, *options)
-            files = sorted(Path(directory).glob("frames/*.png"))
+            files = sorted(Path(directory).glob("frames/frame.*.png"), key=lambda file: int(file.name.split(".")[1]))
+            if not files:
+                raise ValueError(f"options {list(options)} draw into no frames/; expected options other than --camera")
             return numpy.stack([read_png(file) for file in files])

@@ -11,7 +11,7 @@ poses. Needs numpy; pictures are decoded by Pillow where it is installed, else h
     for sample in Samples("out/bins"):  # of its tar files, one after another, with annotations
         ...
 
-Of what a plan collects Coco and Bop read the files of these formats, so that nothing else is needed.
+Coco and Bop read the datasets that a plan collects; no other package is needed.
 """
 
 import io

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of the documentation again, from presets: docs/pictures/make.sh [PILESIM [WORK]].
 # PILESIM is the program (build/release/commands/pilesim), WORK a directory for what is simulated (out/pictures); what is there already is kept.
-# Needs ffmpeg. About two minutes on two cores; with LARGE=1 100,000 rabbits are finished, too, in some ten minutes and 4 GB.
+# Needs ffmpeg. About two minutes on two cores; with LARGE=1 100,000 rabbits are finished, too, in some ten minutes and 2.4 GB.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 pilesim=${1:-build/release/commands/pilesim}

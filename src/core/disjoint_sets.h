@@ -17,7 +17,8 @@ class DisjointSets {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
   size_t size() const { return parent_.size(); }
-  void part(uint32_t i) { parent_[i] = i; }  // alone again; so must be all of its set
+  // It is alone again; look up no former member of its set until that is parted, too.
+  void part(uint32_t i) { parent_[i] = i; }
   uint32_t find(uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;

@@ -5,11 +5,11 @@
 
 namespace pilesim {
 
-// Triangles then face the other way.
+// Turns all triangles to face the other way.
 void turn_inside_out(TriangleMesh& mesh);
 
-// Along its axes by factors other than 0; negative ones mirror it. Its triangles face outward as
-// they did.
+// Multiplies each coordinate by its factor, none 0; a negative one mirrors the mesh. The triangles
+// keep facing outward.
 void stretch(TriangleMesh& mesh, const Vec3& factors);
 
 }  // namespace pilesim

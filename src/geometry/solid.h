@@ -6,17 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "core/solid_rule.h"
 #include "geometry/mesh.h"
 #include "geometry/mesh_check.h"
 
 namespace pilesim {
-
-enum class SolidRule {
-  automatic,  // the mesh if it is a solid or can be mended, else a wrap; refused where that guesses
-  exact,      // the mesh or nothing
-  wrap,       // what its generalised winding numbers enclose
-  hull,       // its convex hull
-};
 
 enum class SolidWay { as_it_is, repaired, wrapped, hull };
 
@@ -34,6 +28,8 @@ struct SolidOptions {
   double thickness_m = 0;  // of parts that are sheets; 0: there are to be none
   int hull_max_vertices = 96;
   int cells = 128;  // of a wrap, along its longest side
+
+  bool operator==(const SolidOptions&) const = default;
 };
 
 // Throws Error(input) with the defects and how to go on where the rule gives no solid: `exact` of a

@@ -31,7 +31,7 @@ namespace {
 
 using nlohmann::json;
 
-// The seed of all measurements: the scene's changes no signature.
+// One seed for all measurements: another seed of the scene changes no signature.
 constexpr uint64_t kSeed = 1;
 // A third of what sample-signature measures by default: docs/lab/signatures.md.
 constexpr uint32_t kTrialsPerCell = 20;
@@ -136,7 +136,7 @@ std::optional<CacheFile> cache_file(const std::string& key) {
   return directory ? std::optional(CacheFile(*directory, "signature", key)) : std::nullopt;
 }
 
-// With the stage of the progress line.
+// Name of a progress stage; JSON need not escape its letters.
 std::string stage_of(const std::string& shape, const char* stage) {
   std::string text = shape + ": " + stage;
   for (char& letter : text) {
@@ -185,7 +185,7 @@ double fill(const Scene& scene, Model& model, ProgressMode progress, const Measu
   };
   put();
   if (missing.empty() || !measure) return 0;
-  // What the mode refuses, it refuses before anything is measured.
+  // The mode refuses a scene before anything is measured for it.
   make_simulator(scene, model);
   const Stopwatch watch;
   for (const auto& [object, key] : missing) {

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "json/json_text.h"
+#include "scene/moving_shapes.h"
 
 namespace pilesim {
 namespace {
@@ -84,15 +85,8 @@ void add_collision(const std::string& text, const std::string& collision, const 
 }  // namespace
 
 std::set<std::string> dynamic_meshes(const Scene& scene) {
-  std::set<std::string> used;
-  for (const Body& body : scene.bodies) {
-    if (body.role == Role::dynamic) used.insert(body.shape);
-  }
-  for (const Emitter& emitter : scene.emitters) {
-    used.insert(emitter.shapes.begin(), emitter.shapes.end());
-  }
   std::set<std::string> meshes;
-  for (const std::string& name : used) {
+  for (const auto& [name, materials] : moving_shapes(scene)) {
     const Shape& shape = scene.shapes.at(name);
     if (std::holds_alternative<MeshShape>(shape)) meshes.insert(name);
     if (const auto* compound = std::get_if<CompoundShape>(&shape)) {

@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/naming.h"
+#include "core/output_directory.h"
 #include "core/text.h"
 #include "geometry/cache_file.h"
 #include "geometry/convex_hull.h"
@@ -349,23 +350,26 @@ std::vector<std::string> doubts(const NewSceneJob& job, const Eigen::AlignedBox3
   return questions;
 }
 
-void refuse_what_is_there(const fs::path& file, bool force) {
-  std::error_code fault;
-  if (force || !fs::exists(file, fault)) return;
-  throw Error(ErrorKind::usage, Problem{.file = file.string(),
-                                        .found = "is there already",
-                                        .remedy = "Replace it with --force, or write elsewhere"});
+void claim(const fs::path& file, const NewSceneJob& job) {
+  std::error_code missing;
+  if (fs::equivalent(file, job.mesh, missing)) {
+    throw Error(ErrorKind::usage, Problem{.file = file.string(),
+                                          .found = "is the mesh itself",
+                                          .expected = "another file to write to",
+                                          .remedy = "Choose another -o"});
+  }
+  claim_output_file(file, job.force);
 }
 
 }  // namespace
 
 NewSceneSummary write_new_scene(const NewSceneJob& job) {
-  refuse_what_is_there(job.output, job.force);
+  claim(job.output, job);
   const bool has_guide = job.kind == NewSceneKind::guide;
   NewSceneSummary summary;
   if (has_guide) {
     summary.guide = fs::path(job.output).replace_extension(".guide.obj");
-    refuse_what_is_there(summary.guide, job.force);
+    claim(summary.guide, job);
   }
   TriangleMesh mesh = import_mesh(job.mesh, job.scale);
   const auto bounds = mesh.bounds();

@@ -34,8 +34,8 @@ struct NewSceneSummary {
 };
 
 // Sizes all by the mesh and writes the scene, with comments, and the guide's mesh. Throws
-// Error(input) or Error(io) as import_mesh(), and Error(usage) where a file is there or a guide is
-// to have too few bodies.
+// Error(input) or Error(io) as import_mesh(), Error(usage) or Error(io) as claim_output_file(), and
+// Error(usage) where a file is the mesh or a guide is to have too few bodies.
 NewSceneSummary write_new_scene(const NewSceneJob& job);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What sample-signature measures, as a scene has it.
+// The mesh and material of a scene that sample-signature measures.
 #pragma once
 
 #include <filesystem>

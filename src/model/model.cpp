@@ -370,25 +370,19 @@ class ModelBuilder {
     join(source, body_called(source.a), b);
   }
 
-  // As `source` says, but for its bodies.
+  // Joins the bodies a and b, whatever `source` calls them.
   void join(const Joint& source, uint32_t a, uint32_t b) {
     model_.joints.push_back(joint_between(source, model_.bodies, a, b));
-    const bool collide = source.collide.value_or(source.breaking_force_n.has_value());
-    if (collide || b == ModelJoint::kWorld) return;
+    if (b == ModelJoint::kWorld) return;
+    // A body that can come loose, or that could fall through a plane, collides unless told not to.
     const bool is_plane = model_.shapes[model_.bodies[b].shape].is_plane;
-    if (!is_plane) model_.kept_apart.push_back(pair_key(a, b));  // nothing is to fall through it
+    const bool collide = source.collide.value_or(is_plane || source.breaking_force_n.has_value());
+    if (!collide) model_.kept_apart.push_back(pair_key(a, b));
   }
 
   void add_chain(const Chain& chain, size_t index) {
-    const std::string pointer = "/chains/" + std::to_string(index);
-    if (model_.shapes[shape_index_.at(chain.shape)].collides_as_mesh) {
-      throw Error(ErrorKind::input,
-                  Problem{.pointer = pointer + "/shape",
-                          .found = "is \"" + chain.shape + "\", which collides as a mesh",
-                          .expected = "a shape that can move"});
-    }
     if (model_.bodies.size() + static_cast<size_t>(chain.count) > size_t{kMostBodies}) {
-      throw Error(ErrorKind::input, Problem{.pointer = pointer + "/count",
+      throw Error(ErrorKind::input, Problem{.pointer = "/chains/" + std::to_string(index) + "/count",
                                             .found = "is " + std::to_string(chain.count),
                                             .expected = "at most " + std::to_string(kMostBodies) +
                                                         " bodies in the scene"});
@@ -542,13 +536,14 @@ ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies,
   const Pose pose_a = bodies[a].pose;
   const Pose pose_b = b == ModelJoint::kWorld ? Pose{} : bodies[b].pose;
   const Quat to_a = pose_a.orientation.conjugate(), to_b = pose_b.orientation.conjugate();
+  const Vec3 axis = source.axis.value_or(Vec3::UnitY());  // only hinges ask
   return {.kind = source.kind,
           .a = a,
           .b = b,
           .point_a = to_a * (source.point - pose_a.position),
           .point_b = to_b * (source.point - pose_b.position),
-          .axis_a = to_a * source.axis,
-          .axis_b = to_b * source.axis,
+          .axis_a = to_a * axis,
+          .axis_b = to_b * axis,
           .attitude = to_a * pose_b.orientation,
           .limits = source.limits,
           .motor = source.motor,

@@ -151,7 +151,8 @@ struct Model {
   std::map<ObjectKey, std::shared_ptr<const Signature>> signatures;
 };
 
-// As `source` says, but for its bodies: `b` may be ModelJoint::kWorld. They are where they start.
+// Joins the bodies a and b where they start, whatever `source` calls them; `b` may be
+// ModelJoint::kWorld.
 ModelJoint joint_between(const Joint& source, std::span<const ModelBody> bodies, uint32_t a,
                          uint32_t b);
 

@@ -409,11 +409,6 @@ ModelShape build_compound(const Scene& scene, const CompoundShape& compound,
   return whole;
 }
 
-// Metres per unit of `file` that make its longest side `size_m` long.
-double scale_to(double size_m, const std::filesystem::path& file, MeshLibrary& meshes) {
-  return size_m / meshes.load(file, 1).bounds().sizes().maxCoeff();
-}
-
 // One number for three: the same where they are equal, else that of a cube of the same volume.
 double file_scale_of(const Vec3& scale) {
   return scale == Vec3::Constant(scale.x()) ? std::abs(scale.x())
@@ -449,9 +444,8 @@ const TriangleMesh& MeshLibrary::load(const std::filesystem::path& file, const V
                                       UpAxis up) {
   const auto key = std::tuple(file, std::array{scale.x(), scale.y(), scale.z()}, up);
   if (const auto found = meshes_.find(key); found != meshes_.end()) return found->second;
-  const bool is_uniform = scale == Vec3::Constant(scale.x()) && scale.x() > 0;
-  TriangleMesh mesh = import_mesh(file, is_uniform ? scale.x() : 1);
-  if (!is_uniform) stretch(mesh, scale);
+  TriangleMesh mesh = import_mesh(file, is_uniform(scale) ? scale.x() : 1);
+  if (!is_uniform(scale)) stretch(mesh, scale);
   if (up == UpAxis::z) turn_z_up_to_y_up(mesh);
   return meshes_.emplace(key, std::move(mesh)).first->second;
 }
@@ -462,6 +456,10 @@ const Solid& MeshLibrary::load_solid(const std::filesystem::path& file, double s
   TriangleMesh mesh = load(file, scale);
   mesh.groups.clear();
   return solids_.emplace(key, make_solid(mesh, {}, user_cache_directory())).first->second;
+}
+
+double scale_to(double size_m, const std::filesystem::path& file, MeshLibrary& meshes) {
+  return size_m / meshes.load(file, 1).bounds().sizes().maxCoeff();
 }
 
 ModelShape resized(const ModelShape& shape, double size) {
@@ -489,9 +487,7 @@ ModelShape resized(const ModelShape& shape, double size) {
 }
 
 SolidOptions solid_options(const MeshShape& shape) {
-  static constexpr SolidRule kRules[] = {SolidRule::automatic, SolidRule::exact, SolidRule::wrap,
-                                         SolidRule::hull};
-  return {.rule = kRules[static_cast<size_t>(shape.solid)],
+  return {.rule = shape.solid,
           .thickness_m = shape.thickness_m,
           .hull_max_vertices = shape.hull_max_vertices};
 }

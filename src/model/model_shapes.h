@@ -36,6 +36,9 @@ class MeshLibrary {
   std::map<std::pair<std::filesystem::path, double>, Solid> solids_;
 };
 
+// Metres per unit of the mesh `file` that make its longest side `size_m` long.
+double scale_to(double size_m, const std::filesystem::path& file, MeshLibrary& meshes);
+
 // How the mesh of `shape` becomes a solid.
 SolidOptions solid_options(const MeshShape& shape);
 

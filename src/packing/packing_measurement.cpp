@@ -24,8 +24,8 @@ namespace {
 // by some per cent.
 constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 
-// What is sought, as logarithms: the radius, the resistance to rolling, how far blows turn bodies,
-// how fast they turn against walls, and the rebound.
+// The logarithms that are sought: of the radius, the resistance to rolling, how far impacts turn
+// bodies, how fast they turn against walls, and the rebound.
 constexpr int kOfSought = 5;
 using Sought = Eigen::Matrix<double, kOfSought, 1>;
 
@@ -83,7 +83,7 @@ Spread spread_of(const std::vector<PackingFigures>& all) {
 
 using Trials = std::array<PourTrial, 4>;  // by PourKind
 
-// Of a trial and a model of its bodies.
+// Makes the simulator of a trial and of the model of its bodies.
 using MakeSimulator =
     std::function<std::unique_ptr<Simulator>(const PourTrial& trial, const Model& model)>;
 
@@ -128,7 +128,7 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
   return spread_of(figures);
 }
 
-// What is sought stays between these; no radius is larger than `outer_m`, the object's own.
+// The sought values stay between these; no radius is larger than `outer_m`, the object's own.
 struct Limits {
   Sought least, most;
 };
@@ -140,7 +140,7 @@ Limits limits_of(double first_m, double outer_m) {
           Sought(outer_m, kMostRolling, kMostTurning, kMostLeaning, 1).array().log()};
 }
 
-// What is at a limit and would go beyond it stays there, and the others make up for it.
+// A value at a limit that would go beyond it stays there, and the others make up for it.
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, const Sought& from,
                     const Limits& limits) {
   Sought free = Sought::Ones();
@@ -188,9 +188,7 @@ PouredObject poured_object(const SignatureOptions& sampling, const Signature& si
   MeshShape mesh{.file = sampling.mesh, .scale = Vec3::Constant(sampling.scale)};
   mesh.up = sampling.is_z_up ? UpAxis::z : UpAxis::y;
   mesh.collision = CollisionKind::decomposition;
-  static constexpr SolidKind kKinds[] = {SolidKind::automatic, SolidKind::exact, SolidKind::wrap,
-                                         SolidKind::hull};
-  mesh.solid = kKinds[static_cast<size_t>(sampling.solid.rule)];
+  mesh.solid = sampling.solid.rule;
   mesh.thickness_m = sampling.solid.thickness_m;
   mesh.hull_max_vertices = sampling.solid.hull_max_vertices;
   Scene scene;

@@ -24,10 +24,9 @@ struct PackingSettings {
 // build_model() does.
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
-// Pours the object onto a plane and into a column by the exact engine, and then spheres that
-// collide by its signature, whose radius and resistance to rolling are changed until heap and
-// column lie as those of the object do, by their heights, the spread of the heap and the solid
-// share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C.
+// Pours the object onto a plane and into a column by the exact engine, then spheres that collide by
+// its signature. Their radius, resistance to rolling, turning, leaning and rebound are changed until
+// heaps and column have the object's heights, spreads, reaches and solid share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);
 

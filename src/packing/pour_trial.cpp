@@ -15,8 +15,8 @@ namespace {
 // Starts, in R and sqrt(g / R): apart by more than they can reach, whatever their turn.
 constexpr double kSpacing = 2.1, kJitter = 0.04, kLowest = 1.5, kSpin = 0.3;
 constexpr int kHeapSide = 6, kLargeHeapSide = 8;  // bodies each way
-// Of a column: how wide it is, in balls of the object's volume and at least in R, and how high, in
-// its width, it would be filled if half of it were solid.
+// The width of a column, in balls of the object's volume and at least in R, and how high, in widths,
+// it would be filled if half of it were solid.
 constexpr double kColumnWidth = 6, kLeastColumnWidth = 8, kColumnHeight = 0.65;
 constexpr double kLikelyFraction = 0.5;
 constexpr int kMostInColumn = 400;

@@ -151,8 +151,8 @@ Camera turned_about(const CameraKey& key, uint64_t count, double frame_rate) {
 }
 
 void write_cameras_file(const std::filesystem::path& file, const Camera& camera,
-                        const std::vector<uint64_t>& frames, double frame_rate,
-                        std::array<int, 2> size) {
+                        const std::vector<uint64_t>& frames, std::optional<uint64_t> still,
+                        double frame_rate, std::array<int, 2> size) {
   const Json convention = {
       {"K", "pixels, 3 x 3 row by row; (0, 0) is the middle of the upper left pixel"},
       {"R, t",
@@ -165,7 +165,9 @@ void write_cameras_file(const std::filesystem::path& file, const Camera& camera,
   for (size_t i = 0; i < frames.size(); ++i) {
     CameraKey key = camera_at(camera, static_cast<double>(frames[i]) / frame_rate);
     key.time_s = static_cast<double>(frames[i]) / frame_rate;
-    text += (i == 0 ? "\n" : ",\n") + entry_of(key, frames[i], size).dump();
+    Json entry = entry_of(key, frames[i], size);
+    if (still) entry["shows_frame"] = *still;
+    text += (i == 0 ? "\n" : ",\n") + entry.dump();
   }
   write_file_atomically(file, text + "]}\n");
 }

@@ -33,9 +33,10 @@ Camera main_camera(TrajectoryReader& trajectory, const Scene& scene);
 // target: a key at each of `count` pictures, `frame_rate` a second.
 Camera turned_about(const CameraKey& key, uint64_t count, double frame_rate);
 
-// Intrinsics and extrinsics of each frame (docs/datasets.md). Throws Error(io).
+// Intrinsics and extrinsics of each frame (docs/datasets.md); with `still`, which frame of the
+// trajectory all of them show. Throws Error(io).
 void write_cameras_file(const std::filesystem::path& file, const Camera& camera,
-                        const std::vector<uint64_t>& frames, double frame_rate,
-                        std::array<int, 2> size);
+                        const std::vector<uint64_t>& frames, std::optional<uint64_t> still,
+                        double frame_rate, std::array<int, 2> size);
 
 }  // namespace pilesim

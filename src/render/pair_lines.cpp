@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/body_flags.h"
 #include "render/overlay.h"
 #include "render/view.h"
 
@@ -44,9 +45,12 @@ void draw_pair_lines(const GuideFile& guide, std::span<const PairLine> lines, bo
   const auto centre_of = [&](uint32_t body) -> Vec3f {
     return (frame.position[body] - origin).cast<float>();
   };
+  const auto is_there = [&](uint32_t body) {
+    return body < frame.state.size() && (frame.state[body] & kPresent) != 0;
+  };
   for (const PairLine& line : lines) {
     if (time_s < line.from_s || time_s >= line.until_s) continue;
-    if (line.a >= frame.position.size() || line.b >= frame.position.size()) continue;
+    if (!is_there(line.a) || !is_there(line.b)) continue;
     const auto strength = static_cast<float>(std::sqrt(std::abs(line.weights)));
     const float radius = std::max(0.5f, kRadius * height * strength);
     const Vec3f place = centre_of(line.a) + frame.orientation[line.a] * line.arm.cast<float>();

@@ -185,7 +185,10 @@ class Painter {
     if (job.beside != nullptr) side_beside_.emplace(*job.beside, job, BodyColours::own);
   }
 
-  double time_s(uint64_t frame) const { return static_cast<double>(frame) / frame_rate_; }
+  // The time of what a picture shows.
+  std::string label(uint64_t picture) const {
+    return time_label(time_s(job_.still.value_or(picture)));
+  }
   // On a sheet, pictures bear the time.
   Image draw(uint64_t frame, bool on_sheet) {
     Image picture = side_->draw(frame, job_.camera);
@@ -194,12 +197,14 @@ class Painter {
                      camera_at(job_.camera, time_s(frame)), picture);
     }
     if (!side_beside_) return picture;
-    return contact_sheet(
-        {picture, side_beside_->draw(frame, job_.camera)},
-        {job_.labels[0] + (on_sheet ? ", " + time_label(time_s(frame)) : ""), job_.labels[1]}, 2);
+    return contact_sheet({picture, side_beside_->draw(frame, job_.camera)},
+                         {job_.labels[0] + (on_sheet ? ", " + label(frame) : ""), job_.labels[1]},
+                         2);
   }
 
  private:
+  double time_s(uint64_t frame) const { return static_cast<double>(frame) / frame_rate_; }
+
   double frame_rate_;
   const RenderJob& job_;
   std::optional<Side> side_, side_beside_;
@@ -219,7 +224,7 @@ void draw_sheet(const RenderJob& job, Painter& painter, Progress& progress) {
     const uint64_t index =
         job.frames[count == 1 ? job.frames.size() - 1 : i * (job.frames.size() - 1) / (count - 1)];
     pictures.push_back(painter.draw(index, true));
-    labels.push_back(job.beside != nullptr ? "" : time_label(painter.time_s(index)));
+    labels.push_back(job.beside != nullptr ? "" : painter.label(index));
     progress.update(i + 1);
     if (interrupted()) {
       throw Error(ErrorKind::interrupted, Problem{.found = "interrupted; no sheet was written"});
@@ -383,7 +388,7 @@ RenderSummary render_frames(const RenderJob& job, double frame_rate, Painter& pa
   const auto video = start_video(job, frame_rate);
   make_output_directory(job.output / "frames");
   if (job.film_samples) make_output_directory(job.output / "films");
-  write_cameras_file(job.output / kCamerasFile, job.camera, job.frames, frame_rate,
+  write_cameras_file(job.output / kCamerasFile, job.camera, job.frames, job.still, frame_rate,
                      job.settings.size);
   Progress progress(mode, "render", job.frames.size(), "frames");
   RenderSummary summary;

@@ -77,8 +77,17 @@ class JointChecker {
       if (!is_given || joint.kind == JointKind::hinge || !log_.is_sound(path / key)) return;
       log_.report_key(path / key, "belongs to a joint that is no hinge", "this key on hinges only");
     };
+    of_hinges(joint.axis.has_value(), "axis");
     of_hinges(joint.limits.has_value(), "limits_deg");
     of_hinges(joint.motor.has_value(), "motor");
+    if (joint.kind == JointKind::hinge && !joint.axis && log_.is_sound(path / "axis")) {
+      log_.report(path, "is a hinge without \"axis\"", "the direction that it turns about",
+                  R"(Add "axis": [x, y, z])");
+    }
+    if (joint.collide && !joint.b) {
+      log_.report_key(path / "collide", "belongs to a joint with the world",
+                      "this key on joints of two bodies only");
+    }
     const Path limits = path / "limits_deg";
     if (joint.limits && log_.is_sound(limits)) {
       const auto [least, most] = *joint.limits;
@@ -90,24 +99,12 @@ class JointChecker {
   }
 
   void check_chain(const Chain& chain, const Path& path) {
-    if (log_.is_sound(path / "shape") && !scene_.shapes.contains(chain.shape)) {
-      log_.report(path / "shape", "is \"" + chain.shape + "\", which is no shape of the scene",
-                  "a name from /shapes");
-    }
-    if (log_.is_sound(path / "material") && !scene_.materials.contains(chain.material)) {
-      log_.report(path / "material",
-                  "is \"" + chain.material + "\", which is no material of the scene",
-                  "a name from /materials");
-    }
-    if (log_.is_sound(path / "to") && (chain.to - chain.from).norm() == 0) {
-      log_.report(path / "to", "is where the chain begins", "another place");
-    }
-    const auto found = scene_.shapes.find(chain.shape);
-    if (found != scene_.shapes.end() && std::holds_alternative<PlaneShape>(found->second)) {
-      log_.report(path / "shape", "is \"" + chain.shape + "\", a plane", "a shape that can move");
-    }
     const auto check_end = [&](const std::optional<std::string>& name, const char* key) {
-      if (name && *name != kWorldName) check_joined(body(*name, path / key), path / key);
+      if (!name) return;
+      if (*name != kWorldName) return check_joined(body(*name, path / key), path / key);
+      if (std::ranges::find(names_, kWorldName) == names_.end() || !log_.is_sound(path / key)) return;
+      log_.report(path / key, "is \"world\", and a body has that name, too", "one meaning",
+                  "Give the body another name");
     };
     check_end(chain.start, "start");
     check_end(chain.end, "end");

@@ -1,4 +1,4 @@
-// What joints and chains of a scene may be.
+// Reports joints, and ends of chains, that name no body or that their mode cannot hold.
 #pragma once
 
 #include "json/problem_log.h"

@@ -9,6 +9,10 @@ namespace {
 constexpr double kRoundingSlack = 1e-6;
 }  // namespace
 
+bool is_uniform(const Vec3& scale) {
+  return scale == Vec3::Constant(scale.x()) && scale.x() > 0;
+}
+
 int Scene::frame_count() const {
   return 1 + static_cast<int>(std::floor(duration_s * frame_rate + kRoundingSlack));
 }

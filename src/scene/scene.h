@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "core/solid_rule.h"
 #include "core/types.h"
 
 namespace pilesim {
@@ -36,9 +37,6 @@ inline constexpr float kCoatRoughness = 0.08f;  // of that layer
 // scene that was read has none; in one that was not it is the hull.
 enum class CollisionKind { automatic, hull, decomposition, spheres, sphere, mesh };
 
-// The solid of a mesh that has mass and collides: geometry/solid.h.
-enum class SolidKind { automatic, exact, wrap, hull };
-
 // Which axis of a mesh file points up.
 enum class UpAxis : uint8_t { y, z };
 
@@ -54,9 +52,11 @@ struct MeshShape {
   double decomposition_max_volume_error = 0.05;    // > 0
   int sphere_count = 7;                            // 1 .. 64, for `spheres`
   std::optional<std::filesystem::path> signature;  // absolute; for the statistical mode
-  SolidKind solid = SolidKind::automatic;
+  SolidRule solid = SolidRule::automatic;          // how it becomes what has mass and collides
   double thickness_m = 0;  // of parts that are sheets, >= 0; 0: there are to be none
 };
+// Whether a scale is one factor above 0 for all axes.
+bool is_uniform(const Vec3& scale);
 struct BoxShape {
   Vec3 size = Vec3::Zero();  // full edge lengths, > 0
 };
@@ -202,15 +202,15 @@ struct Joint {
   std::string a;                 // a dynamic body
   std::optional<std::string> b;  // another body; none: the world
   Vec3 point = Vec3::Zero();     // m, world frame at the start
-  Vec3 axis = Vec3::UnitY();     // unit, of a hinge, world frame at the start
-  // Of a hinge: how far a may turn against b, right-handed about the axis; <= 0 and >= 0.
+  std::optional<Vec3> axis;      // unit, world frame at the start; hinges have one
+  // Least and most turn of a against b about a hinge's axis, rad, right-handed; <= 0 and >= 0.
   std::optional<std::array<double, 2>> limits;
   std::optional<HingeMotor> motor;         // of a hinge
   std::optional<double> breaking_force_n;  // > 0
   std::optional<bool> collide;             // a with b; none: where the joint can break
 };
-// Links joined end to end by ball joints: each link's y axis lies along the chain.
 inline constexpr const char* kWorldName = "world";
+// Links joined end to end by ball joints: each link's y axis lies along the chain.
 struct Chain {
   std::string name;
   std::string shape, material;

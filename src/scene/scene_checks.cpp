@@ -37,15 +37,15 @@ double known_count(const Emitter& emitter) {
   return emitter.count;
 }
 
-// `name` is "<emitter>/<index>": the emitter's part and the index.
-struct EmittedName {
-  std::string emitter;
+// `name` is "<owner>/<index>": an emitter or a chain, and the index of its body.
+struct OwnedName {
+  std::string owner;
   uint64_t index = 0;
 };
-std::optional<EmittedName> split_emitted_name(const std::string& name) {
+std::optional<OwnedName> split_owned_name(const std::string& name) {
   const size_t slash = name.rfind('/');
   if (slash == name.npos || slash + 1 == name.size()) return std::nullopt;
-  EmittedName split{.emitter = name.substr(0, slash)};
+  OwnedName split{.owner = name.substr(0, slash)};
   const char* const end = name.data() + name.size();
   const auto parsed = std::from_chars(name.data() + slash + 1, end, split.index);
   if (parsed.ec != std::errc() || parsed.ptr != end) return std::nullopt;
@@ -61,9 +61,16 @@ class Checker {
         shape_names_(names_of(scene.shapes)),
         material_names_(names_of(scene.materials)) {
     for (size_t i = 0; i < scene.bodies.size(); ++i) bodies_.emplace(scene.bodies[i].name, i);
-    for (size_t i = 0; i < scene.emitters.size(); ++i) emitters_.emplace(scene.emitters[i].name, i);
+    for (size_t i = 0; i < scene.emitters.size(); ++i) {
+      const Emitter& emitter = scene.emitters[i];
+      owners_.emplace(emitter.name, Owner{"emitters", i, known_count(emitter)});
+    }
+    for (size_t i = 0; i < scene.chains.size(); ++i) {
+      const Chain& chain = scene.chains[i];
+      owners_.emplace(chain.name, Owner{"chains", i, static_cast<double>(chain.count)});
+    }
     for (const auto& [name, index] : bodies_) body_names_.push_back(name);
-    for (const auto& [name, index] : emitters_) body_names_.push_back(name);
+    for (const auto& [name, owner] : owners_) body_names_.push_back(name);
   }
 
   void check() {
@@ -80,6 +87,8 @@ class Checker {
     for (size_t i = 0; i < scene_.emitters.size(); ++i) {
       check_emitter(scene_.emitters[i], i, emitters / i);
     }
+    const Path chains = root_ / "chains";
+    for (size_t i = 0; i < scene_.chains.size(); ++i) check_chain(scene_.chains[i], i, chains / i);
     const Path events = root_ / "events";
     for (size_t i = 0; i < scene_.events.size(); ++i) check_event(scene_.events[i], events / i);
     check_method();
@@ -205,12 +214,17 @@ class Checker {
     only_dynamic(!body.angular_velocity.isZero(0), "angular_velocity");
   }
 
-  // That motors have time for their ramps, and that fixed steps follow them.
+  // Ramps fit between start and end, and a step follows each motor: beyond half a turn in a step
+  // the body would seem to turn the other way.
   void check_motors(const std::vector<Motor>& motors, const Path& path) {
-    constexpr double kMostTurn = kPi / 2;  // in a step, rad
+    constexpr double kMostTurn = kPi / 2;         // in a step, rad
+    constexpr double kMostRate = 2 * kPi * 1000;  // rad/s
     const bool is_fixed = scene_.step_s || scene_.guide ||
                           scene_.simulator.mode != SimulatorMode::impulse ||
                           scene_.simulator.engine == EngineKind::bullet;
+    const double step_s = scene_.actual_step_s();
+    const double most = is_fixed ? std::min(kMostTurn / step_s, kMostRate) : kMostRate;
+    const std::string remedy = most < kMostRate ? R"(Set a smaller "step_s")" : "";
     for (size_t i = 0; i < motors.size(); ++i) {
       const Motor& motor = motors[i];
       const Path place = path / i;
@@ -223,24 +237,30 @@ class Checker {
                         : "more than " + number_text(motor.start_s) + ", its start_s",
                     motor.ramp_s > 0 ? R"(Give it a shorter "ramp_s")" : "");
       }
-      if (!is_fixed) continue;
-      const auto* spin = std::get_if<SpinMotor>(&motor.action);
-      const double rate =
-          spin != nullptr ? spin->angular_velocity.norm() : 2 * kPi * motor.frequency_hz;
-      const double most = kMostTurn / scene_.actual_step_s();
-      if (rate <= most) continue;
-      const std::string step = "in a step of " + with_digits(scene_.actual_step_s(), 3) + " s";
-      const std::string remedy = R"(Set a smaller "step_s")";
-      if (spin != nullptr) {
+      if (const auto* spin = std::get_if<SpinMotor>(&motor.action)) {
+        const double rate = spin->angular_velocity.norm();
+        if (rate <= most) continue;
         log_.report(place / "angular_velocity", "is " + with_digits(rate, 3) + " rad/s",
-                    "at most " + with_digits(most, 3) + " rad/s, a quarter of a turn " + step,
+                    "at most " + with_digits(most, 3) + " rad/s" +
+                        (most < kMostRate ? ", a quarter of a turn in a step of " +
+                                                with_digits(step_s, 3) + " s"
+                                          : ", 1000 turns a second"),
                     remedy);
-      } else {
-        log_.report(
-            place / "frequency_hz", "is " + number_text(motor.frequency_hz),
-            "at most " + with_digits(most / (2 * kPi), 3) + ", a quarter of a period " + step,
-            remedy);
+        continue;
       }
+      if (motor.ramp_s == 0) {
+        log_.report(place / "ramp_s", "is 0, with which the body would jump", "more than 0",
+                    "Leave it out: then it is a period");
+      }
+      const auto* sway = std::get_if<SwayMotor>(&motor.action);
+      const double turns = sway != nullptr ? std::max(1.0, sway->amplitude) : 1;  // rad
+      const double most_hz = most / (2 * kPi * turns);
+      if (motor.frequency_hz <= most_hz) continue;
+      log_.report(place / "frequency_hz", "is " + number_text(motor.frequency_hz),
+                  "at most " + with_digits(most_hz, 3) +
+                      (most < kMostRate ? ", which steps of " + with_digits(step_s, 3) + " s follow"
+                                        : ""),
+                  remedy);
     }
   }
 
@@ -265,24 +285,52 @@ class Checker {
   }
 
   void check_body_name(const Body& body, size_t index, const Path& path) {
-    const std::string expected = "a name that no other body or emitter has";
+    const std::string expected = "a name that no other body, emitter or chain has";
     if (const size_t first = bodies_.at(body.name); first != index) {
       log_.report(path, "is " + quoted(body.name) + " like /bodies/" + std::to_string(first),
                   expected);
     }
-    if (const auto emitter = emitters_.find(body.name); emitter != emitters_.end()) {
-      log_.report(path,
-                  "is " + quoted(body.name) + " like /emitters/" + std::to_string(emitter->second),
+    if (const auto owner = owners_.find(body.name); owner != owners_.end()) {
+      log_.report(path, "is " + quoted(body.name) + " like " + owner->second.pointer(), expected);
+    }
+    const std::optional<OwnedName> owned = split_owned_name(body.name);
+    if (!owned) return;
+    if (const auto owner = owners_.find(owned->owner); owner != owners_.end()) {
+      log_.report(path, "is " + quoted(body.name) + " like a body of " + owner->second.pointer(),
                   expected);
     }
-    const std::optional<EmittedName> emitted = split_emitted_name(body.name);
-    if (!emitted) return;
-    if (const auto emitter = emitters_.find(emitted->emitter); emitter != emitters_.end()) {
-      log_.report(path,
-                  "is " + quoted(body.name) + " like a body of /emitters/" +
-                      std::to_string(emitter->second),
-                  expected);
+  }
+
+  void check_owner_name(const std::string& name, const std::string& list, size_t index,
+                        const Path& path) {
+    const Owner& first = owners_.at(name);
+    if (first.list == list && first.index == index) return;
+    log_.report(path, "is " + quoted(name) + " like " + first.pointer(),
+                "a name that no other emitter or chain has");
+  }
+
+  // A shape of bodies that emitters and chains make.
+  void check_moving_shape(const std::string& name, const Path& path) {
+    const Shape* const found = shape(name, path);
+    if (found == nullptr) return;
+    if (std::holds_alternative<PlaneShape>(*found)) {
+      log_.report(path, "is " + quoted(name) + ", a plane", "a shape that can move");
+    } else if (collides_as_mesh(*found)) {
+      log_.report(path, "is " + quoted(name) + ", which collides as a mesh",
+                  "a shape that can move",
+                  std::holds_alternative<TerrainShape>(*found)
+                      ? ""
+                      : R"(Give it "collision": "hull" or "decomposition")");
     }
+  }
+
+  void check_chain(const Chain& chain, size_t index, const Path& path) {
+    check_moving_shape(chain.shape, path / "shape");
+    check_material(chain.material, path / "material");
+    if (log_.is_sound(path / "to") && (chain.to - chain.from).norm() == 0) {
+      log_.report(path / "to", "is where the chain begins", "another place");
+    }
+    if (log_.is_sound(path / "name")) check_owner_name(chain.name, "chains", index, path / "name");
   }
 
   void check_emitter(const Emitter& emitter, size_t index, const Path& path) {
@@ -290,27 +338,11 @@ class Checker {
     const Path shapes = path / (is_single ? "shape" : "shapes");
     for (size_t i = 0; i < emitter.shapes.size(); ++i) {
       const Path listed_place = shapes / i;
-      const Path& place = is_single ? shapes : listed_place;
-      const Shape* const found = shape(emitter.shapes[i], place);
-      if (found == nullptr) continue;
-      if (std::holds_alternative<PlaneShape>(*found)) {
-        log_.report(place, "is " + quoted(emitter.shapes[i]) + ", a plane",
-                    "a shape that can move");
-      } else if (collides_as_mesh(*found)) {
-        log_.report(place, "is " + quoted(emitter.shapes[i]) + ", which collides as a mesh",
-                    "a shape that can move",
-                    std::holds_alternative<TerrainShape>(*found)
-                        ? ""
-                        : R"(Give it "collision": "hull" or "decomposition")");
-      }
+      check_moving_shape(emitter.shapes[i], is_single ? shapes : listed_place);
     }
     if (emitter.materials.empty()) check_material(emitter.material, path / "material");
     check_mix(emitter, path);
-    if (const size_t first = emitters_.at(emitter.name); first != index) {
-      log_.report(path / "name",
-                  "is " + quoted(emitter.name) + " like /emitters/" + std::to_string(first),
-                  "a name that no other emitter has");
-    }
+    check_owner_name(emitter.name, "emitters", index, path / "name");
   }
 
   // Weights, materials and other keys of an emitter with several shapes.
@@ -378,30 +410,29 @@ class Checker {
       }
       return;
     }
-    const std::optional<EmittedName> emitted = split_emitted_name(name);
-    const auto whole = emitters_.find(name);
-    const auto part = emitted ? emitters_.find(emitted->emitter) : emitters_.end();
-    if (whole == emitters_.end() && part == emitters_.end()) {
-      log_.report(path, "is " + quoted(name) + ", which is no body or emitter of the scene",
-                  "the name of a body or an emitter", did_you_mean(name, body_names_));
+    const std::optional<OwnedName> owned = split_owned_name(name);
+    const auto whole = owners_.find(name);
+    const auto part = owned ? owners_.find(owned->owner) : owners_.end();
+    if (whole == owners_.end() && part == owners_.end()) {
+      log_.report(path, "is " + quoted(name) + ", which is no body, emitter or chain of the scene",
+                  "the name of a body, an emitter or a chain", did_you_mean(name, body_names_));
       return;
     }
     if (releases) {
-      log_.report(path, "is " + quoted(name) + ", but bodies of emitters are never held",
+      log_.report(path, "is " + quoted(name) + ", but bodies of emitters and chains are never held",
                   "a body with \"held\": true");
     }
-    if (whole != emitters_.end()) return;
-    const Emitter& emitter = scene_.emitters[part->second];
-    const Path emitters = root_ / "emitters";
-    const Path emitter_place = emitters / part->second;
-    if (!log_.is_sound(emitter_place / "count")) return;
-    const double count = known_count(emitter);
-    const bool depends_on_mesh = count == 0;
-    if (!depends_on_mesh && static_cast<double>(emitted->index) >= count) {
+    if (whole != owners_.end()) return;
+    const Owner& owner = part->second;
+    const Path list = root_ / owner.list;
+    const Path place = list / owner.index;
+    if (!log_.is_sound(place / "count")) return;
+    const bool depends_on_mesh = owner.count == 0;
+    if (!depends_on_mesh && static_cast<double>(owned->index) >= owner.count) {
       log_.report(path,
-                  "is " + quoted(name) + ", but " + quoted(emitter.name) + " has " +
-                      counted(static_cast<uint64_t>(count), "body", "bodies"),
-                  "an index below " + number_text(count) + " (they count from 0)");
+                  "is " + quoted(name) + ", but " + quoted(part->first) + " has " +
+                      counted(static_cast<uint64_t>(owner.count), "body", "bodies"),
+                  "an index below " + number_text(owner.count) + " (they count from 0)");
     }
   }
 
@@ -542,7 +573,15 @@ class Checker {
   const Path shapes_ = root_ / "shapes";
   const Path materials_ = root_ / "materials";
   std::vector<std::string> shape_names_, material_names_, body_names_;
-  std::map<std::string, size_t> bodies_, emitters_;  // name -> first index
+  // What makes bodies called "<name>/<index>".
+  struct Owner {
+    std::string list;  // of the scene
+    size_t index = 0;
+    double count = 0;  // 0: a mesh decides
+    std::string pointer() const { return '/' + list + '/' + std::to_string(index); }
+  };
+  std::map<std::string, size_t> bodies_;  // name -> first index
+  std::map<std::string, Owner> owners_;   // by name: the first
 };
 
 // `kind`: "a mesh file".

@@ -162,8 +162,7 @@ Fields<Body> state_fields() {
       field<Body>(
           "motors", [](auto& body) -> auto& { return body.motion.motors; }, list(motor_codec()),
           "A kinematic body spins, sways and shakes by motors, in its own frame, from where its "
-          "pose "
-          "or its motion keys put it. Each motor moves those after it."),
+          "pose or its motion keys put it. Each motor moves those after it."),
       optional_field<Body>(
           "surface_velocity", &Body::surface_velocity, surface_velocity_codec(),
           "Velocity of the surface of a static or kinematic body that itself stays "

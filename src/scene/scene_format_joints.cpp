@@ -34,8 +34,8 @@ Codec<Joint> joint_codec() {
                                  "Name of another body. Default: the world."),
            required_field<Joint>("point", &Joint::point, vector3(),
                                  "Where they are joined, m, world frame at the start."),
-           field<Joint>("axis", &Joint::axis, direction(),
-                        "Hinge: its axis, world frame at the start."),
+           optional_field<Joint>("axis", &Joint::axis, direction(),
+                                 "Hinge: its axis, world frame at the start."),
            optional_field<Joint>(
                "limits_deg", &Joint::limits,
                two_numbers(between(-180, 180), "[least, most]", degrees(1)),

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "json/object_codec.h"
+#include "scene/moving_shapes.h"
 #include "scene/pose_fields.h"
 #include "scene/scene_format.h"
 
@@ -36,11 +37,11 @@ Codec<CollisionKind> collision_codec() {
 
 constexpr char kAutomatic[] = "auto";
 
-Codec<SolidKind> solid_codec() {
-  return enumeration<SolidKind>({{"auto", SolidKind::automatic},
-                                 {"exact", SolidKind::exact},
-                                 {"wrap", SolidKind::wrap},
-                                 {"hull", SolidKind::hull}});
+Codec<SolidRule> solid_codec() {
+  return enumeration<SolidRule>({{"auto", SolidRule::automatic},
+                                 {"exact", SolidRule::exact},
+                                 {"wrap", SolidRule::wrap},
+                                 {"hull", SolidRule::hull}});
 }
 
 Codec<UpAxis> up_codec() { return enumeration<UpAxis>({{"y", UpAxis::y}, {"z", UpAxis::z}}); }
@@ -66,8 +67,6 @@ Codec<std::optional<std::filesystem::path>> signature_codec() {
   };
   return codec;
 }
-
-bool is_uniform(const Vec3& scale) { return scale == Vec3::Constant(scale.x()) && scale.x() > 0; }
 
 // One number, or three.
 Codec<Vec3> scale_codec() {
@@ -154,9 +153,9 @@ Fields<Shape> mesh_fields() {
   };
 }
 
-// Of a primitive: its measures are multiplied when it is read. `apply` takes the shape and the
-// magnitudes, as what is mirrored is the same, and says what else they would have to be; empty: it
-// has taken them.
+// The measures of a primitive are multiplied when it is read; mirroring changes none. `apply`
+// multiplies them by the magnitudes and returns an empty text, or leaves them and returns which
+// scale it would take.
 template <class V>
 Field<Shape> primitive_scale(std::string (*apply)(V&, const Vec3&)) {
   const Codec<Vec3> codec = scale_codec();
@@ -303,12 +302,8 @@ Codec<Shape> shape_codec() {
 
 void choose_collisions(Scene& scene) {
   std::set<std::string> moves, stands;
-  for (const Body& body : scene.bodies) {
-    (body.role == Role::dynamic ? moves : stands).insert(body.shape);
-  }
-  for (const Emitter& emitter : scene.emitters) {
-    moves.insert(emitter.shapes.begin(), emitter.shapes.end());
-  }
+  for (const auto& [name, materials] : moving_shapes(scene)) moves.insert(name);
+  for (const Body& body : scene.bodies) stands.insert(body.shape);
   for (const auto& [name, shape] : scene.shapes) {
     const auto* compound = std::get_if<CompoundShape>(&shape);
     if (compound == nullptr) continue;
@@ -318,7 +313,7 @@ void choose_collisions(Scene& scene) {
     auto* mesh = std::get_if<MeshShape>(&shape);
     if (mesh == nullptr || mesh->collision != CollisionKind::automatic) continue;
     // A scene that sets the solid wants the solid to collide.
-    const bool asks_for_solid = mesh->solid != SolidKind::automatic || mesh->thickness_m > 0;
+    const bool asks_for_solid = mesh->solid != SolidRule::automatic || mesh->thickness_m > 0;
     const bool only_stands = stands.contains(name) && !moves.contains(name);
     if (only_stands && !asks_for_solid) mesh->collision = CollisionKind::mesh;
   }

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kLists = {"bodies", "emitters", "events", "piles"};
+constexpr std::array kLists = {"bodies", "emitters", "joints", "chains", "events", "piles"};
 constexpr std::array kNamed = {"materials", "shapes", "variables"};
 
 bool is_one_of(const auto& keys, const std::string& key) {

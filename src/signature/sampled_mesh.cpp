@@ -1,6 +1,7 @@
 #include "signature/sampled_mesh.h"
 
 #include "core/error.h"
+#include "core/naming.h"
 #include "geometry/cache_file.h"
 #include "geometry/mesh_import.h"
 #include "signature/trial/contact_body.h"
@@ -19,9 +20,12 @@ TriangleMesh solid_to_sample(const TriangleMesh& mesh, const SolidOptions& optio
 TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const SignatureBody& body) {
   TriangleMesh mesh = import_mesh(file, body.scale);
   const std::string hash = mesh_hash(mesh);
-  if (hash == body.mesh_hash) return solid_to_sample(mesh);
+  const auto solid = [&] {
+    return naming(file.string(), [&] { return solid_to_sample(mesh, body.solid); });
+  };
+  if (hash == body.mesh_hash) return solid();
   turn_z_up_to_y_up(mesh);
-  if (mesh_hash(mesh) == body.mesh_hash) return solid_to_sample(mesh);
+  if (mesh_hash(mesh) == body.mesh_hash) return solid();
   throw Error(ErrorKind::input, {.file = file.string(),
                                  .found = "mesh " + hash,
                                  .expected = "the mesh that was sampled, " + body.mesh +

@@ -11,7 +11,7 @@ namespace pilesim {
 
 // The solid that is sampled for a mesh: itself where it has mass and hull and `options` ask for
 // nothing else, or as make_solid() makes it; then `note` says how. Throws as that does.
-TriangleMesh solid_to_sample(const TriangleMesh& mesh, const SolidOptions& options = {},
+TriangleMesh solid_to_sample(const TriangleMesh& mesh, const SolidOptions& options,
                              std::string* note = nullptr);
 
 // The solid of the mesh in `file`, y or z up as it was sampled. Throws what import_mesh() throws,

@@ -7,6 +7,7 @@
 
 #include "signature/accuracy.h"
 #include "signature/packing.h"
+#include "geometry/solid.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/spline/bspline_fit.h"
 #include "signature/table/collision_height.h"
@@ -21,6 +22,7 @@ struct SignatureBody {
   std::string mesh;       // file name, without folders
   std::string mesh_hash;  // of the mesh at `scale`
   double scale = 1;       // metres per unit of the file
+  SolidOptions solid;     // how the mesh became a solid
   uint32_t hull_vertices = 0;
   double volume_m3 = 0;
   Vec3 centre_of_mass = Vec3::Zero();      // m, the mesh's frame

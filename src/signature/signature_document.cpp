@@ -46,6 +46,9 @@ std::string to_name(const std::array<std::pair<T, const char*>, N>& names, T val
 }
 constexpr std::array kKinds = {std::pair(TrialKind::micro, "micro"),
                                std::pair(TrialKind::macro, "macro")};
+constexpr std::array kSolidRules = {
+    std::pair(SolidRule::automatic, "auto"), std::pair(SolidRule::exact, "exact"),
+    std::pair(SolidRule::wrap, "wrap"), std::pair(SolidRule::hull, "hull")};
 constexpr std::array kLayouts = {std::pair(TableLayout::dissertation, "dissertation"),
                                  std::pair(TableLayout::scale_free, "scale-free")};
 
@@ -86,16 +89,28 @@ size_t cells_of(std::initializer_list<size_t> sizes) {
 
 json to_json(const SignatureBody& body) {
   const Quat& q = body.principal_axes;
-  return {{"mesh", body.mesh},
-          {"mesh_hash", body.mesh_hash},
-          {"scale", body.scale},
-          {"hull_vertices", body.hull_vertices},
-          {"volume_m3", body.volume_m3},
-          {"centre_of_mass_m", to_numbers(body.centre_of_mass)},
-          {"principal_inertia_m2", to_numbers(body.inertia_m2)},
-          {"principal_axes_wxyz", json::array({q.w(), q.x(), q.y(), q.z()})},
-          {"gyration_m", body.gyration_m},
-          {"outer_radius_m", body.outer_radius_m}};
+  json j = {{"mesh", body.mesh},
+            {"mesh_hash", body.mesh_hash},
+            {"scale", body.scale},
+            {"hull_vertices", body.hull_vertices},
+            {"volume_m3", body.volume_m3},
+            {"centre_of_mass_m", to_numbers(body.centre_of_mass)},
+            {"principal_inertia_m2", to_numbers(body.inertia_m2)},
+            {"principal_axes_wxyz", json::array({q.w(), q.x(), q.y(), q.z()})},
+            {"gyration_m", body.gyration_m},
+            {"outer_radius_m", body.outer_radius_m}};
+  if (body.solid != SolidOptions{}) {
+    j["solid"] = {{"rule", to_name(kSolidRules, body.solid.rule)},
+                  {"thickness_m", body.solid.thickness_m},
+                  {"hull_max_vertices", body.solid.hull_max_vertices}};
+  }
+  return j;
+}
+
+SolidOptions solid_of(const json& j) {
+  return {.rule = from_name(kSolidRules, j.at("rule")),
+          .thickness_m = number_of(j, "thickness_m", 0, 1e30),
+          .hull_max_vertices = static_cast<int>(whole_number_of<uint8_t>(j, "hull_max_vertices"))};
 }
 
 SignatureBody body_of(const json& j) {
@@ -104,6 +119,7 @@ SignatureBody body_of(const json& j) {
   return {.mesh = j.at("mesh"),
           .mesh_hash = j.at("mesh_hash"),
           .scale = number_of(j, "scale", kLeast, kMost),
+          .solid = j.contains("solid") ? solid_of(j.at("solid")) : SolidOptions{},
           .hull_vertices = whole_number_of<uint32_t>(j, "hull_vertices"),
           .volume_m3 = number_of(j, "volume_m3", kLeast, kMost),
           .centre_of_mass = vector_of(j.at("centre_of_mass_m")),

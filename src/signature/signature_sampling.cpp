@@ -72,11 +72,15 @@ std::string fingerprint(const SignatureOptions& options, const ContactBody& body
   hasher.add(std::as_bytes(std::span(words)));
   const ContactMaterial& m = options.material;
   const std::array numbers = {m.restitution, m.friction, m.restitution_threshold_m_s,
-                              options.sampling.target_error};
+                              options.sampling.target_error, options.solid.thickness_m};
   hasher.add_values(std::span<const double>(numbers));
-  const std::array<uint64_t, 5> counts = {
-      static_cast<uint64_t>(kSignatureVersion), static_cast<uint64_t>(options.kind), options.seed,
-      options.sampling.trials_per_cell, options.sampling.exemplars};
+  const std::array<uint64_t, 7> counts = {static_cast<uint64_t>(kSignatureVersion),
+                                          static_cast<uint64_t>(options.kind),
+                                          options.seed,
+                                          options.sampling.trials_per_cell,
+                                          options.sampling.exemplars,
+                                          static_cast<uint64_t>(options.solid.rule),
+                                          static_cast<uint64_t>(options.solid.hull_max_vertices)};
   hasher.add_values(std::span<const uint64_t>(counts));
   for (const Axis& axis : table.axes) hasher.add_values(std::span<const float>(axis.nodes));
   return hasher.digest();
@@ -221,6 +225,7 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   SignatureRun run = sample_body(options, mesh, body,
                                  describe(options.mesh.filename().string(), options.scale,
                                           mass_properties(mesh).volume_m3, body));
+  run.signature.body.solid = options.solid;
   run.solid = std::move(note);
   return run;
 }

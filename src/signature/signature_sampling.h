@@ -67,7 +67,7 @@ TableSampling default_sampling(TableLayout layout);
 // mesh that is no solid, Error(interrupted) after Ctrl-C, when what was measured is safe in
 // `partial_file`.
 SignatureRun sample_signature(const SignatureOptions& options);
-// The same for an object; the options' mesh, scale and axis are not used.
+// The same for an object; the options' mesh, scale, axis and solid are not used.
 SignatureRun sample_signature(const SignatureOptions& options, const SampledObject& object);
 
 }  // namespace pilesim

@@ -1,4 +1,4 @@
-// What an exact engine is to the rest: bodies of the model in and out, a step, contacts, sleep,
+// An exact engine, as the rest sees it: bodies of the model in and out, a step, contacts, sleep,
 // friction, nails, glue, and a partner that shares the velocities of some bodies with it.
 #pragma once
 
@@ -47,17 +47,17 @@ class ExactEngine {
   virtual void step(StageTimer& timer, const std::function<void()>& before_solver) = 0;
 
   virtual BodyMotion motion(uint32_t body) const = 0;
-  // Of the convex pieces of the body's collision shape, or of the whole where it has none, with all
-  // that they can reach in the step to come; world. `boxes` is overwritten.
+  // Boxes hold the convex pieces of the body's collision shape, or the whole where it has none,
+  // with all that they can reach in the step to come; world. `boxes` is overwritten.
   virtual void boxes(uint32_t body, std::vector<Bounds>& boxes) const = 0;
-  // Of a body that may be outside of the world, if it stood there.
+  // Its box if it stood there; the body may be outside of the world.
   virtual Bounds box_at(uint32_t body, const Pose& pose) const = 0;
   // How far its collision shape reaches below the centre in that orientation, m; of a dynamic body.
   virtual double reach_below_m(uint32_t body, const Quat& orientation) const = 0;
   virtual bool is_active(uint32_t body) const = 0;
   virtual void set_velocity(uint32_t body, const Vec3& linear, const Vec3& angular) = 0;
   // Moves a body by something else than its velocity.
-  virtual void nudge(uint32_t body, const Vec3& way, const Quat& turn) = 0;
+  virtual void nudge(uint32_t body, const Vec3& displacement, const Quat& turn) = 0;
   virtual void put_to_sleep(uint32_t body) = 0;  // see BodyControl
   virtual void wake(uint32_t body) = 0;
   virtual void set_friction(uint32_t body, double friction) = 0;
@@ -84,7 +84,7 @@ class ExactEngine {
   // Between frames: all that later steps depend on, besides scene, model, pair filter and what is
   // kept apart.
   virtual void save(StateWriter& writer) const = 0;
-  // What was saved takes the place of all that is there; later steps give the same bytes as those
+  // The saved state takes the place of all that is there; later steps give the same bytes as those
   // of the engine that was saved. Throws Error(input) where the bytes are of no such state.
   virtual void load(StateReader& reader) = 0;
 };

@@ -1,5 +1,5 @@
 // Control that only the impulse mode offers a director beside BodyControl: bodies nailed or glued
-// together, blows seen before they are struck, and marks on bodies.
+// together, impacts found before they happen, and marks on bodies.
 #pragma once
 
 #include <cstdint>

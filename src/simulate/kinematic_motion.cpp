@@ -76,7 +76,7 @@ Quat orientation_at(const Motion& motion, size_t key, double share) {
   return first.slerp(share, middle).slerp(share, middle.slerp(share, last));
 }
 
-// Of the shape's own frame.
+// The pose of the shape's own frame.
 Pose key_pose(const Motion& motion, double time_s) {
   const auto after = std::ranges::upper_bound(motion, time_s, {}, &MotionKey::time_s);
   if (after == motion.begin()) return motion.front().pose;
@@ -128,7 +128,7 @@ Pose turn_about(const Vec3& anchor, const Vec3& turn) {
   return {anchor - turned * anchor, turned};
 }
 
-// Of the own frame as motors have moved it, in that frame as it was.
+// The own frame as a motor has moved it, in that frame as it was.
 Pose moved_by(const Motor& motor, double time_s) {
   const Envelope envelope(motor, time_s);
   if (const auto* spin = std::get_if<SpinMotor>(&motor.action)) {
@@ -156,17 +156,21 @@ Pose pose_at(const ModelShape& shape, const Motion& motion, double time_s) {
 double most_acceleration_m_s2(const ModelShape& shape, const Motion& motion) {
   double sum = 0;
   for (const Motor& motor : motion.motors) {
+    // In a ramp the share grows by up to 1.5 per_s, and that changes by up to 6 per_s^2.
     const double rate = 2 * kPi * motor.frequency_hz;
+    const double per_s = motor.ramp_s > 0 ? 1 / motor.ramp_s : 0;
+    const double of_wave = rate * rate + 3 * rate * per_s + 6 * per_s * per_s;
     const auto reach_m = [&](const Vec3& anchor) {
       return (shape.origin_offset - anchor).norm() + shape.bounding_radius;
     };
     if (const auto* spin = std::get_if<SpinMotor>(&motor.action)) {
-      sum += spin->angular_velocity.squaredNorm() * reach_m(spin->anchor);
+      const double speed = spin->angular_velocity.norm();
+      sum += speed * (speed + 1.5 * per_s) * reach_m(spin->anchor);
     } else if (const auto* sway = std::get_if<SwayMotor>(&motor.action)) {
-      const double most = sway->amplitude * rate * rate;  // at the ends; in the middle it turns
+      const double most = sway->amplitude * of_wave;  // at the ends; in the middle it turns
       sum += std::max(most, most * sway->amplitude) * reach_m(sway->anchor);
     } else {
-      sum += std::get<ShakeMotor>(motor.action).amplitude_m.norm() * rate * rate;
+      sum += std::get<ShakeMotor>(motor.action).amplitude_m.norm() * of_wave;
     }
   }
   return sum;

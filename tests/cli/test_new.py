@@ -122,9 +122,12 @@ class New(CommandTest):
             position, present = trajectory["position"][:], trajectory["state"][:] & 1
             last = position[-1, 2:]
             self.assertLess(numpy.abs(last[:, [0, 2]]).max(), half)
-            self.assertLess(last[:, 1].max(), depth + 0.06)  # with the radius of a cup
-            if count == 30:  # it is seen to be full
+            if count == 30:  # it is seen to be full, and hardly any lie above its rim
                 self.assertGreater(numpy.quantile(last[:, 1], 0.9), 0.6 * depth)
+                self.assertLess((last[:, 1] > depth).mean(), 0.1)
+                self.assertLess(last[:, 1].max(), depth + 0.06)  # with the radius of a cup
+            else:
+                self.assertLess(last[:, 1].max(), depth)
             # Everything there is, at any time, is within the picture, with the radius of a cup.
             key = scene["camera"]["keys"][0]
             eye = numpy.array(key["position"])
@@ -206,6 +209,15 @@ class New(CommandTest):
         self.expect_exit(2, "new", "heap", ASSETS / "box.obj", "-o", "other.json")
         self.expect_exit(4, "new", "pile", "none.obj", "-o", "other.json")
         self.assertFalse((self.dir / "other.json").exists())
+
+    def test_the_mesh_is_never_replaced(self):
+        for name in ("box.obj", "box.guide.obj"):
+            (self.dir / name).write_text(BOX_OBJ)
+        for kind, mesh, output in (("pile", "box.obj", "./box.obj"), ("guide", "box.guide.obj", "box.json")):
+            result = self.expect_exit(2, "new", kind, mesh, "-o", output, "--force")
+            self.assertIn(f"{mesh}: is the mesh itself; expected another file", result.stderr)
+            self.assertEqual((self.dir / mesh).read_text(), BOX_OBJ)
+        self.assertFalse((self.dir / "box.json").exists())
 
     def test_a_seed_draws_another_dataset(self):
         self.succeed("new", "dataset", ASSETS / "box.obj", "-o", "d.json")

@@ -46,6 +46,15 @@ class Python(CommandTest):
         numpy.testing.assert_array_equal(run.pictures("2-3", size=(64, 48))[1], picture)
         self.assertEqual(run.pictures(size=(64, 48), options=["--orbit", "0.1s"]).shape, (3, 48, 64, 3))
         self.assertFalse((self.dir / "out/frames").exists())
+        with self.assertRaisesRegex(ValueError, "'--camera', 'all'.* draw into no frames/"):
+            run.pictures(size=(64, 48), options=["--camera", "all"])
+
+    def test_pictures_are_in_the_order_of_their_frames(self):
+        values = {"/duration_s": 0.1, "/frame_rate": 1e5}
+        run = pilesim.simulate(BOXES, "out", values=values, options=["--no-picture"])
+        early, late = run.pictures("1001,10000", size=(64, 48))
+        numpy.testing.assert_array_equal(early, run.picture(1001, size=(64, 48)))
+        self.assertFalse(numpy.array_equal(early, late))
 
     def test_what_is_wrong_names_the_place(self):
         with self.assertRaises(pilesim.PilesimError) as raised:

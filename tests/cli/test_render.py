@@ -8,6 +8,7 @@ import unittest
 
 import numpy
 
+from png_reader import read_png
 from support import CommandTest, tree_bytes
 
 
@@ -145,10 +146,21 @@ class Render(CommandTest):
                 self.assertIn(f"{given[0]} {given[1]}: ", result.stderr)
                 self.assertIn("1, 2, 4, 8", result.stderr)
 
+    def test_exposure_brightens_pictures(self):
+        for renderer in ("raster", "rays"):
+            light = []
+            for stops in (-1, 0, 1):
+                self.succeed("render", "out", "--frames", "last", "--no-video", "--renderer", renderer,
+                             "--samples", "1", "--set", f"/render/exposure={stops}", "-o", f"{renderer}{stops}")
+                light.append(numpy.mean(read_png(self.dir / f"{renderer}{stops}/frames/frame.0015.png")[2]))
+            self.assertGreater(light[1], 1.1 * light[0], renderer)
+            self.assertGreater(light[2], 1.1 * light[1], renderer)
+
     def test_an_orbit_turns_a_still_frame(self):
         self.succeed("render", "out", "--orbit", "0.2s", "-o", "turned", "--renderer", "raster")
         cameras = json.loads((self.dir / "turned/cameras.json").read_text())["frames"]
         self.assertEqual([camera["time_s"] for camera in cameras], [i / 30 for i in range(6)])
+        self.assertEqual([camera["shows_frame"] for camera in cameras], [15] * 6)
         eyes = [-numpy.array(camera["R"]).T @ camera["t"] for camera in cameras]
         self.assertAlmostEqual(numpy.ptp([eye[1] for eye in eyes]), 0)  # at one height
         middle = numpy.mean(eyes, axis=0)
@@ -165,6 +177,12 @@ class Render(CommandTest):
         self.succeed("render", "out", "--orbit", "0.1s", "--frames", "0", "--no-video", "-o", "first")
         self.succeed("render", "out", "--frames", "0", "--no-video", "-o", "plain")
         self.assertEqual(self.pictures("first")["frame.0000.png"], self.pictures("plain")["frame.0000.png"])
+
+    def test_a_sheet_of_an_orbit_bears_the_time_of_its_frame(self):
+        # A turn of one picture is what is seen without it, under the same label.
+        self.succeed("render", "out", "--orbit", "0.03s", "--sheet", "1x1", "-o", "turned")
+        self.succeed("render", "out", "--frames", "last", "--sheet", "1x1", "-o", "last")
+        self.assertEqual((self.dir / "turned/sheet.png").read_bytes(), (self.dir / "last/sheet.png").read_bytes())
 
     def test_an_orbit_is_of_one_frame_and_any_camera(self):
         result = self.expect_exit(2, "render", "out", "--orbit", "1s", "--frames", "0-3", "-o", "none")
@@ -194,6 +212,10 @@ class Render(CommandTest):
             self.assertEqual(len(set(drawn.values())), 3, renderer)
         result = self.expect_exit(2, "render", "out", "--hide", "boxs/*", "-o", "nothing")
         self.assertIn("--hide boxs/*: fits the name of no body", result.stderr)
+        for nobody in (["--hide", "*"], ["--only", "boxes/3", "--hide", "boxes/3"]):
+            result = self.expect_exit(2, "render", "out", *nobody, "-o", "nothing")
+            self.assertIn("--hide: no body is left to be drawn", result.stderr)
+        self.assertFalse((self.dir / "nothing").exists())
         # Ids of the passes know nothing of them either.
         self.succeed("render", "out", *view, "--hide", "boxes/3", "--annotations", "coco", "-o", "set")
         coco = json.loads((self.dir / "set/coco.json").read_text())

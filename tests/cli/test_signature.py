@@ -98,6 +98,11 @@ class SampleSignature(CommandTest):
             result = self.expect_exit(2, "sample-signature", "--scene", "scene.json", "-o", "no.sig", *options)
             self.assertIn(text, result.stderr)
         self.assertIn("--scene", self.expect_exit(2, "sample-signature", "-o", "no.sig").stderr)
+        chained = scene | {"emitters": [], "chains": [{"shape": "block", "material": "oak", "count": 2,
+                                                       "from": [0, 4, 0], "to": [0, 3, 0]}]}
+        (self.dir / "chained.json").write_text(json.dumps(chained))
+        self.succeed("sample-signature", "--scene", "chained.json", "-o", "link.sig", *quick)
+        self.assertEqual((self.dir / "link.sig").read_bytes(), (self.dir / "told.sig").read_bytes())
         scene["bodies"].append({"shape": "block", "material": "ice"})
         (self.dir / "scene.json").write_text(json.dumps(scene))
         result = self.expect_exit(2, "sample-signature", "--scene", "scene.json", "-o", "no.sig")
@@ -111,6 +116,9 @@ class SampleSignature(CommandTest):
         self.assertIn("(--thickness), or --solid hull takes its convex hull", result.stderr)
         self.succeed("sample-signature", "sheet.obj", "-o", "hull.sig", "--solid", "hull", *quick)
         self.succeed("sample-signature", "sheet.obj", "-o", "thick.sig", "--thickness", "0.05", *quick)
+        # The solid is made again as it was sampled.
+        for name in ("hull", "thick"):
+            self.succeed("inspect", f"{name}.sig", "--plot", f"{name}_plots", "--mesh", "sheet.obj")
 
     def test_the_help_names_the_defaults_that_are_taken(self):
         text = " ".join(self.succeed("sample-signature", "--help").stdout.split())
@@ -181,10 +189,9 @@ class SampleSignature(CommandTest):
         struck = self.at_change("sample-signature", signal.SIGINT, 0)
         self.expect_exit(130, "sample-signature", BOX, "-o", "a.sig", *settings, env=struck)
         self.assertTrue((self.dir / "a.sig.partial").exists())
-        other = self.expect_exit(
-            2, "sample-signature", BOX, "-o", "a.sig", *settings, "--friction", "0.1"
-        )
-        self.assertIn("interrupted run with other settings", other.stderr)
+        for setting in (["--friction", "0.1"], ["--solid", "hull"], ["--thickness", "0.01"]):
+            other = self.expect_exit(2, "sample-signature", BOX, "-o", "a.sig", *settings, *setting)
+            self.assertIn("interrupted run with other settings", other.stderr)
         self.succeed("sample-signature", BOX, "-o", "a.sig", *settings)
         self.succeed("sample-signature", BOX, "-o", "b.sig", *settings)
         self.assertEqual((self.dir / "a.sig").read_bytes(), (self.dir / "b.sig").read_bytes())

@@ -82,6 +82,16 @@ TEST(ForcesOverlay, ShowsForcesWhileTheyLast) {
   EXPECT_EQ(inked(chain.draw(99)), 0u) << "of which guide.json tells nothing";
 }
 
+TEST(ForcesOverlay, LeavesOutForcesOfBodiesThatAreNotPresent) {
+  Chain chain(100);
+  chain.frame.state[3] = 0;  // the upper one
+  const Image image = chain.draw(10);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 + 12), Ink::push);
+  EXPECT_EQ(ink(image, kWidth / 2, kHeight / 2 - 12), Ink::none);
+  chain.frame.state[2] = 0;
+  EXPECT_EQ(inked(chain.draw(10)), 0u);
+}
+
 TEST(ForcesOverlay, OfAFileWithoutForcesIsRefused) {
   Chain chain(1);
   chain.guide.forces.clear();

@@ -135,9 +135,9 @@ TEST(SceneErrors, NamesAreUnique) {
                R"(}], "emitters": [{"name": "rain", "type": "disk", "radius": 1, "count": 5, )" +
                ball + "}]"),
       ElementsAre("s.json:7:10: /bodies/1/name: is \"a\" like /bodies/0; expected a name that no "
-                  "other body or emitter has",
+                  "other body, emitter or chain has",
                   "s.json:8:10: /bodies/2/name: is \"rain/3\" like a body of /emitters/0; expected "
-                  "a name that no other body or emitter has"));
+                  "a name that no other body, emitter or chain has"));
 }
 
 TEST(SceneErrors, Emitters) {
@@ -162,8 +162,8 @@ TEST(SceneErrors, EventsReferToBodiesThatExist) {
 {"type": "release", "time_s": 0, "bodies": ["b"]}])"),
       ElementsAre("s.json:8:65: /events/0/bodies/1: is \"rain/5\", but \"rain\" has 5 bodies; "
                   "expected an index below 5 (they count from 0)",
-                  "s.json:8:75: /events/0/bodies/2: is \"rian\", which is no body or emitter of "
-                  "the scene; expected the name of a body or an emitter. Did you mean \"rain\"?",
+                  "s.json:8:75: /events/0/bodies/2: is \"rian\", which is no body, emitter or "
+                  "chain of the scene; expected the name of a body, an emitter or a chain. Did you mean \"rain\"?",
                   "s.json:9:45: /events/1/bodies/0: is \"b\", which is not held; expected a body "
                   "with \"held\": true"));
 }

@@ -52,16 +52,24 @@ class Included : public ::testing::Test {
 
 TEST_F(Included, ListsAreJoinedNamesMergedAndTheIncluderWins) {
   write("room.json", scene(R"("seed": 5, "duration_s": 9, "variables": {"n": 3},
-    "bodies": [{"name": "floor", "shape": "ball", "material": "m", "role": "static"}])"));
+    "bodies": [{"name": "floor", "shape": "ball", "material": "m", "role": "static"}],
+    "chains": [{"name": "x", "shape": "ball", "material": "m", "count": 2, "from": [0, 99, 0],
+                "to": [0, 90, 0]}])"));
   write("main.json", R"({"version": 1, "include": ["room.json"], "seed": 6,
     "materials": {"n": {"friction": 0.9}}, "shapes": {"ball": {"type": "sphere", "radius": 2}},
-    "bodies": [{"name": "own", "shape": "ball", "material": "n"}]})");
+    "bodies": [{"name": "own", "shape": "ball", "material": "n"}],
+    "joints": [{"type": "ball", "a": "own", "point": [0, 0, 0]}],
+    "chains": [{"name": "y", "shape": "ball", "material": "m", "count": 2, "from": [9, 99, 0],
+                "to": [9, 90, 0]}]})");
   const Scene scene = load("main.json").scene;
   EXPECT_EQ(scene.seed, 6u);
   EXPECT_EQ(scene.duration_s, 9);
   ASSERT_EQ(scene.bodies.size(), 2u);
   EXPECT_EQ(scene.bodies[0].name, "floor");
   EXPECT_EQ(scene.bodies[1].name, "own");
+  ASSERT_EQ(scene.chains.size(), 2u);
+  EXPECT_EQ(scene.chains[0].name, "x");
+  EXPECT_EQ(scene.joints.size(), 1u);
   EXPECT_EQ(scene.materials.size(), 2u);
   EXPECT_EQ(std::get<SphereShape>(scene.shapes.at("ball")).radius, 2);
   EXPECT_EQ(load("main.json", {"/bodies/0/name=ground"}).scene.bodies[0].name, "ground");

@@ -88,6 +88,45 @@ TEST(Joints, AMotorSpeedsUpByItsTorqueAndThenKeepsItsSpeed) {
   }
 }
 
+// Between free wheels it turns each against the other.
+TEST(Joints, AMotorGivesFreeWheelsOppositeMomenta) {
+  constexpr double kTurnsPerS = 0.5, kRadiusA = 0.5, kRadiusB = 0.3;
+  Jointed m;
+  m.scene.gravity.setZero();
+  const uint32_t a = m.add(m.cylinder(kRadiusA, 0.1), {0, 0.1, 0});
+  const uint32_t b = m.add(m.cylinder(kRadiusB, 0.1), {0, -0.1, 0});
+  m.join({.kind = JointKind::hinge, .axis = Vec3::UnitY(), .motor = HingeMotor{kTurnsPerS, 20}}, a,
+         b);
+  const auto simulator = make_simulator(m.scene, m.model);
+  for (int frame = 0; frame < 120; ++frame) simulator->step_frame();
+  const BodyStates& states = simulator->states();
+  const auto momentum = [&](uint32_t body, double radius) {
+    return m.model.bodies[body].mass_kg * radius * radius / 2 * states.angular_velocity[body].y();
+  };
+  EXPECT_GT(momentum(a, kRadiusA), 0);
+  EXPECT_NEAR(momentum(b, kRadiusB) / momentum(a, kRadiusA), -1, 1e-3);
+  EXPECT_NEAR(states.angular_velocity[a].y() - states.angular_velocity[b].y(), 2 * kPi * kTurnsPerS,
+              1e-3 * 2 * kPi * kTurnsPerS);
+}
+
+// However slow it is, and though the wheel began asleep: its centre stands still.
+TEST(Joints, ASlowMotorNeverSleeps) {
+  constexpr double kTurnsPerS = 0.01;
+  for (const bool asleep : {false, true}) {
+    Jointed m;
+    const uint32_t wheel = m.add(m.cylinder(0.5, 0.1), Vec3::Zero());
+    m.model.bodies[wheel].asleep = asleep;
+    m.join({.kind = JointKind::hinge, .axis = Vec3::UnitY(), .motor = HingeMotor{kTurnsPerS, 20}},
+           wheel);
+    const auto simulator = make_simulator(m.scene, m.model);
+    for (int frame = 0; frame < 5 * 60; ++frame) simulator->step_frame();
+    const double turn = 2 * kPi * kTurnsPerS * 5;
+    EXPECT_NEAR(turn_about(Vec3::UnitY(), simulator->states().orientation[wheel]), turn,
+                0.02 * turn)
+        << asleep;
+  }
+}
+
 // A board that falls about a level axis stops at its limit and rests there.
 TEST(Joints, AHingeStopsAtItsLimits) {
   for (const double side : {1.0, -1.0}) {
@@ -105,6 +144,37 @@ TEST(Joints, AHingeStopsAtItsLimits) {
     EXPECT_GT(lowest, -radians(53)) << "on the way";
     EXPECT_NEAR(turn_about(Vec3::UnitZ(), simulator->states().orientation[board]), -radians(50),
                 radians(0.5));
+  }
+}
+
+// Half a turn is as far one way as the other: a door that leans on its stop there stays on its
+// side.
+TEST(Joints, ADoorRestsOnItsStopAtHalfATurn) {
+  for (const double side : {1.0, -1.0}) {
+    for (const double other_way_deg : {0.0, 180.0}) {
+      SCOPED_TRACE(testing::Message() << side << ", " << other_way_deg << " degrees");
+      Jointed m;
+      m.scene.gravity.setZero();
+      const uint32_t door = m.add(m.box({0.4, 0.02, 0.3}), {0.2, 0, 0});
+      Joint hinge{.kind = JointKind::hinge, .point = Vec3::Zero(), .axis = Vec3::UnitZ()};
+      hinge.limits = side > 0 ? std::array{-radians(other_way_deg), kPi}
+                              : std::array{-kPi, radians(other_way_deg)};
+      hinge.motor = HingeMotor{0.25 * side, 0.5};
+      m.join(hinge, door);
+      const auto simulator = make_simulator(m.scene, m.model);
+      double farthest = 0;  // rad
+      Quat before = m.model.bodies[door].pose.orientation;
+      double turn = 0;
+      for (int frame = 0; frame < 6 * 60; ++frame) {
+        simulator->step_frame();
+        const Quat now = simulator->states().orientation[door];
+        turn += std::remainder(turn_about(Vec3::UnitZ(), now * before.conjugate()), 2 * kPi);
+        farthest = std::max(farthest, side * turn);
+        before = now;
+      }
+      EXPECT_LT(farthest, kPi + radians(3)) << "on the way";
+      EXPECT_NEAR(side * turn, kPi, radians(0.5));
+    }
   }
 }
 
@@ -147,6 +217,38 @@ TEST(Joints, BreakAtTheirForce) {
       EXPECT_TRUE(strength < 1 || fallen_m < 2e-4) << fallen_m;
     }
   }
+}
+
+// A body that is let go leaves and comes again; a joint of it that broke before does not.
+TEST(Joints, WhatBrokeStaysBrokenWhenABodyIsReleased) {
+  Jointed m;
+  const uint32_t box = m.box({0.2, 0.2, 0.2});
+  const uint32_t holder = m.add(box, {0, 0.1, 0}), weight = m.add(box, {0, -0.1, 0});
+  m.model.bodies[holder].held = true;
+  m.join(
+      {.point = Vec3::Zero(), .breaking_force_n = 0.5 * kGravity * m.model.bodies[weight].mass_kg},
+      weight, holder);
+  m.model.events = {{.time_s = 1, .kind = ModelEvent::Kind::release, .bodies = {holder}}};
+  const auto simulator = make_simulator(m.scene, m.model);
+  for (int frame = 0; frame < 90; ++frame) simulator->step_frame();
+  const BodyStates& states = simulator->states();
+  EXPECT_NEAR(states.linear_velocity[weight].y(), -1.5 * kGravity, 0.3);
+  EXPECT_NEAR(states.linear_velocity[holder].y(), -0.5 * kGravity, 0.3);
+}
+
+TEST(Joints, EndWithABodyThatIsRemoved) {
+  Jointed m;
+  const uint32_t box = m.box({0.2, 0.2, 0.2});
+  m.body(box, m.wood, {0, 0.1, 0}, Role::fixed);
+  const uint32_t weight = m.add(box, {0, -0.1, 0});
+  m.join({.point = Vec3::Zero()}, weight, 0);
+  m.model.events = {{.time_s = 3, .kind = ModelEvent::Kind::remove, .bodies = {0}}};
+  const auto simulator = make_simulator(m.scene, m.model);
+  for (int frame = 0; frame < 170; ++frame) simulator->step_frame();
+  EXPECT_NEAR(simulator->states().position[weight].y(), -0.1, 2e-4);
+  EXPECT_EQ(simulator->statistics().bodies_awake, 0);
+  for (int frame = 170; frame < 240; ++frame) simulator->step_frame();
+  EXPECT_NEAR(simulator->states().linear_velocity[weight].y(), -kGravity, 0.3);
 }
 
 // Links of a chain between two points hang along a catenary, and stay together.

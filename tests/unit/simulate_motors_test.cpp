@@ -1,6 +1,7 @@
 // Motors: poses by closed forms, and what lies on a surface that shakes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -111,14 +112,17 @@ TEST(Motors, BelowOneGTheBlockStaysOnThePlate) {
       SCOPED_TRACE(testing::Message() << frequency_hz << " Hz, " << extent << " m");
       const Lift m(with(shake(0.9, frequency_hz, 0, 1 / frequency_hz)), extent);
       const auto simulator = make_simulator(m.scene, m.model);
-      double highest = 0, deepest = 0;
+      double highest = 0, deepest = 0, farthest = 0;
       for (int frame = 0; frame < 120; ++frame) {
         run(*simulator, 1);
         highest = std::max(highest, m.gap(simulator->states()));
         deepest = std::min(deepest, m.gap(simulator->states()));
+        farthest = std::max(farthest, std::abs(simulator->states().position[0].y() + 0.05));
       }
       EXPECT_LT(highest, 2e-4 * extent);
       EXPECT_GT(deepest, -1e-3 * extent);
+      const double rate = 2 * kPi * frequency_hz, amplitude = 0.9 * kGravity / (rate * rate);
+      EXPECT_NEAR(farthest, amplitude, 0.2 * amplitude) << "as frames sample the plate's sine";
     }
   }
 }
@@ -137,12 +141,16 @@ TEST(Motors, SmoothLiftsBelowOneGCarryAtAnyStep) {
       Lift m(motion);
       if (step_s > 0) m.scene.step_s = step_s;
       const auto simulator = make_simulator(m.scene, m.model);
-      double highest = 0;
+      double highest = 0, deepest = 0;
       for (int frame = 0; frame < 90; ++frame) {
         run(*simulator, 1);
         highest = std::max(highest, m.gap(simulator->states()));
+        deepest = std::min(deepest, m.gap(simulator->states()));
       }
+      const double extent = m.model.shapes[1].smallest_extent;
       EXPECT_LT(highest, 2e-5);
+      EXPECT_GT(deepest, -1e-3 * extent);
+      EXPECT_NEAR(simulator->states().position[1].y(), up * kHeight + extent / 2, 1e-3 * extent);
     }
   }
 }

@@ -19,8 +19,8 @@ struct CellGrid {
   Vec3 middle_of(size_t cell) const;
   Vec3 corner_of(size_t cell) const;        // in cells from the lowest corner
   size_t cell_of(const Vec3& point) const;  // size(): out of the box
-  // Of each cell: 1 if its middle lies inside the closed mesh and no nearer than `from_wall_m` to
-  // its surface, else 0.
+  // By cell: 1 if its middle lies inside the closed mesh and no nearer than `from_wall_m` to its
+  // surface, else 0.
   std::vector<uint8_t> inside(const TriangleMesh& mesh, double from_wall_m) const;
 
   Vec3 low = Vec3::Zero();  // m

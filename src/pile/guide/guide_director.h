@@ -50,7 +50,7 @@ class GuideDirector final : public PileHolder {
   const GuideCounts& counts() const override { return state_.counts; }
   uint64_t control_steps() const override { return state_.control_steps; }
   double control_s() const override { return state_.control_s; }
-  // Of each body that is held a contact through which it is.
+  // One point for each held body: a contact through which it is held.
   std::vector<Vec3> constraint_points() const override;
 
  private:

@@ -41,11 +41,12 @@ class Voxels {
 };
 
 constexpr uint8_t kPile = 1, kGuide = 2;
+constexpr double kMostVoxels = 1e8;  // of the guide's box, a byte each
 
 void fill_guide(const TriangleMesh& guide, double edge, Voxels& voxels) {
   Bounds box = guide.bounds();
   box.min() = edge * (box.min() / edge).array().floor();
-  const CellGrid grid(box, edge, std::numeric_limits<double>::infinity());
+  const CellGrid grid(box, edge, std::numeric_limits<double>::infinity());  // edge is large enough
   const std::vector<uint8_t> inside = grid.inside(guide, 0);
   for (size_t i = 0; i < grid.size(); ++i) {
     if (inside[i] != 0) voxels.fill(grid.middle_of(i), kGuide);
@@ -76,7 +77,7 @@ GuideFit measure_guide_fit(const Scene& scene, const Model& model, const BodySta
   if (bodies == 0) return fit;
   fit.bodies_inside /= bodies;
   fit.volume_inside /= volume;
-  fit.voxel_m = radii / bodies;
+  fit.voxel_m = std::max(radii / bodies, std::cbrt(model.guide.bounds().volume() / kMostVoxels));
   Voxels voxels(fit.voxel_m);
   fill_guide(model.guide, fit.voxel_m, voxels);
   std::vector<std::vector<Vec3>> points(model.shapes.size());

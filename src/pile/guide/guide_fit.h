@@ -12,7 +12,7 @@ struct GuideFit {
   double volume_inside = 0;  // share of their volume
   // Voxels that hold part of a body and lie in the guide, over those that do either.
   double overlap = 0;
-  double voxel_m = 0;  // edge: the mean bounding radius
+  double voxel_m = 0;  // edge: the mean bounding radius, more in a very large guide
   // Share of the guide's volume with bodies; gaps between them count (empty_parts.h).
   double filled_share = 0;
 };

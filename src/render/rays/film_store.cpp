@@ -67,9 +67,6 @@ FilmStore::FilmStore(FilmPlace place, const TrajectoryHeader& header,
     : place_(std::move(place)), program_(program_hash()) {
   RenderSettings light = settings;
   light.rays.samples.reset();
-  // Which are done to a film that is complete.
-  light.rays.denoise = true;
-  light.exposure = 0;
   StateWriter work;
   work(header.scene_hash, header.resolved_scene, settings_text(light), static_cast<int>(colours));
   work_ = content_hash(work.bytes());

@@ -28,7 +28,6 @@ struct Body {
   double turned_m = 0;                   // and no point of it has moved farther by turning
   Vec3 velocity = Vec3::Zero();          // m/s
   Vec3 spin = Vec3::Zero();              // rad/s, world
-  bool hinged = false;                   // or held by another joint
   double friction = 0, restitution = 0;  // its material's; of a pair the product's root
   double mass_kg = 0;                    // 0: moves not by contacts
   double load_rate2 = 0;  // 1/s^2: rate, squared, of the substeps that its loads need; StepSolver
@@ -38,9 +37,9 @@ struct Body {
 
   static void fields(auto& self, auto& stream) {
     stream(self.position, self.orientation, self.velocity, self.spin, self.shape, self.moves,
-           self.asleep, self.put_to_sleep, self.kept_apart, self.hinged, self.friction,
-           self.restitution, self.mass_kg, self.load_rate2, self.moved, self.turned_m,
-           self.rest_time_s, self.rest_place);
+           self.asleep, self.put_to_sleep, self.kept_apart, self.friction, self.restitution,
+           self.mass_kg, self.load_rate2, self.moved, self.turned_m, self.rest_time_s,
+           self.rest_place);
   }
 
   bool is_awake() const { return moves == Moves::by_contacts && !asleep && !put_to_sleep; }

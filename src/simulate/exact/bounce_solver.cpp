@@ -101,7 +101,8 @@ HWY_INLINE bool ContactSolver::is_to_visit(const Block& block) const {
 }
 
 // Colliding points separate at their speed; contacts that an impulse has reached, and that pass it
-// on, are not to come nearer than it was. The rest is left alone. Whether it has changed anything.
+// on, are not to come nearer than they were. The rest is left alone. Whether it has changed
+// anything.
 bool ContactSolver::collide(Block& block, uint32_t now) {
   using L = Lanes<T>;
   bool is_reached = false;
@@ -371,9 +372,9 @@ void ContactSolver::ImpactIsland::choose_step() {
   }
 }
 
-// Points that approach now that impulses have changed the velocities of their bodies: they collide
-// in the next round if it reaches the other within the step, and keeps its speed until then if it
-// does not. In the last round nothing bounces any more, and all pass impulses on.
+// Impulses have changed the velocities of bodies. A point that now approaches collides in the next
+// round if it arrives within the step; if not, it keeps its speed until then. In the last round
+// nothing bounces any more, and all pass impulses on.
 void ContactSolver::find_impacts(Block& block, const SolverSettings& settings, bool is_last) {
   using L = Lanes<T>;
   for (size_t i = 0; i < kLanes; ++i)

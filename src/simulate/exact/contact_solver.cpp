@@ -277,7 +277,7 @@ void ContactSolver::take_turns(const SolverSettings& settings,
   for_blocks([&](size_t, Block& block) { apply_forces(block); });
   for (SolverJoint& joint : joints) {
     place(joint, bodies);
-    give(joint, settings.step_s * joint.force_n, settings.step_s * joint.torque_nm);
+    give(joint, settings.step_s * joint.force_n, settings.step_s * joint.torque_on_b_nm());
   }
   for (int i = 0; i < settings.shared_sweeps; ++i) {
     settings.partner(i);

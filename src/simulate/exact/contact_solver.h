@@ -55,8 +55,8 @@ struct ContactRange {
   const SurfaceVelocity* surface_b = nullptr;
 };
 
-// A point of one body held at a point of another. Places in the
-// solver's list; of what is held by the world b is a body that never moves.
+// A point of one body held at a point of another. Bodies are places in the solver's list; where the
+// world holds a, b is a body that never moves.
 struct SolverJoint {
   uint32_t a, b;
   Vec3 arm_a, arm_b;            // m, from either centre to the point, world, as the step begins
@@ -69,13 +69,14 @@ struct SolverJoint {
   Quat bent = Quat::Identity();  // from b's attitude as it is meant to b's, world
   double strength_n = std::numeric_limits<double>::infinity();  // of glue
   double strength_nm = std::numeric_limits<double>::infinity();
-  // Of hinges, as Joint has them; where b stands against a, rad; and the axis, world.
+  // Hinges have these, as in Joint; `axis` is that of the substep, world.
   double least_turn = -std::numeric_limits<double>::infinity();
   double most_turn = std::numeric_limits<double>::infinity();
   double motor_rad_s = 0, motor_most_nm = 0;
   double motor_nm = 0, limit_nm = 0;  // on b, about the axis, in the step before; then in this one
-  double turn = 0;
+  double turn = 0;                    // of b against a, rad
   Vec3 axis = Vec3::Zero();
+  Vec3 torque_on_b_nm() const { return torque_nm + (motor_nm + limit_nm) * axis; }
   bool has_axial() const {
     return motor_most_nm > 0 || std::isfinite(least_turn) || std::isfinite(most_turn);
   }
@@ -107,7 +108,7 @@ inline Softness softness(double hertz, double damping, double h) {
   return {omega / a1, a2 * a3, a3};
 }
 
-// Of a body that contacts do not move: its velocity and its spin in each substep.
+// A body that contacts do not move has such a velocity and spin in each substep.
 struct SolverPath {
   uint32_t body;                     // its place in the solver's list
   std::vector<Vec3> velocity, spin;  // m/s, rad/s

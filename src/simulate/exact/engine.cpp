@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/parallel_for.h"
@@ -73,6 +74,7 @@ class Engine final : public ExactEngine {
                          std::span<const std::vector<uint32_t>> met) const;
   const CollisionShape& shape_of(const Body& body) const { return shapes_[body.shape]; }
   void add_joints(uint32_t body);
+  void list_pairs(double step_s);
   void make_step(StageTimer& timer, const std::function<void()>& before_solver);
   void fly_on();
   void bring_back();
@@ -93,6 +95,7 @@ class Engine final : public ExactEngine {
   std::vector<Body>& bodies_;
   std::vector<uint32_t> active_;  // bodies that do not stand still, ascending
   bool is_listed_ = false;        // they are those of now
+  bool has_come_ = false;         // a body has come since the last step
   PairList pairs_;
   NarrowPhase narrow_;
   Rest rest_;
@@ -159,7 +162,6 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
     body.spin = start.angular_velocity;
     body.mass_kg = source.mass_kg;
     if (source.hinge) {
-      body.hinged = true;
       const Quat inverse = body.orientation.conjugate();
       state_.joints.push_back({Joint::kHinge, index, Joint::kWorld,
                                inverse * (source.hinge->anchor - body.position),
@@ -173,14 +175,16 @@ void Engine::add(uint32_t index, const BodyMotion& start, bool held, bool asleep
   is_listed_ = false;
 }
 
-// The model's, of the body and of what is there.
+// Adds the model's joints of the body and what is there; those that broke stay broken.
 void Engine::add_joints(uint32_t index) {
   for (size_t i = 0; i < model_.joints.size(); ++i) {
     const ModelJoint& source = model_.joints[i];
     if (source.a != index && source.b != index) continue;
     const bool of_world = source.b == ModelJoint::kWorld;
     if (!contains(source.a) || (!of_world && !contains(source.b))) continue;
-    Joint joint{.id = Joint::kFirstOfModel + static_cast<ConstraintId>(i),
+    const ConstraintId id = Joint::kFirstOfModel + static_cast<ConstraintId>(i);
+    if (std::ranges::find(state_.broken, id) != state_.broken.end()) continue;
+    Joint joint{.id = id,
                 .a = source.a,
                 .b = of_world ? Joint::kWorld : source.b,
                 .point_a = source.point_a,
@@ -196,13 +200,13 @@ void Engine::add_joints(uint32_t index) {
     if (source.limits) {  // b turns against a as a does against b the other way
       joint.least_turn = -(*source.limits)[1];
       joint.most_turn = -(*source.limits)[0];
+      // Limits are a turn apart at most: of all turns that look alike, the one nearest to their
+      // middle is within them.
+      joint.turn = (joint.least_turn + joint.most_turn) / 2;
     }
     if (source.motor) {
       joint.motor_rad_s = -2 * kPi * source.motor->turns_per_s;
       joint.motor_most_nm = source.motor->torque_nm;
-    }
-    for (const uint32_t body : {joint.a, joint.b}) {
-      if (body != Joint::kWorld) bodies_[body].hinged = true;
     }
     state_.joints.insert(std::ranges::upper_bound(state_.joints, joint.id, {}, &Joint::id), joint);
   }
@@ -233,6 +237,7 @@ void Engine::put_to_sleep(uint32_t index) {
   body.velocity = body.spin = Vec3::Zero();
   body.put_to_sleep = true;
   body.asleep = false;
+  is_listed_ = false;
 }
 
 void Engine::wake(uint32_t index) {
@@ -348,7 +353,7 @@ double Engine::longest_step_s(double most_s) {
   list_active();
   const StepChoice choice(shapes_, state_, active_, gravity_.norm(), shaking_, scene_.accuracy);
   list_step_s_ = std::min(most_s, choice.at_rest_s());
-  pairs_.update(list_step_s_, gravity_.norm());
+  list_pairs(list_step_s_);
   return choice.longest_s(list_step_s_);
 }
 
@@ -359,13 +364,17 @@ void Engine::step(StageTimer& timer, const std::function<void()>& before_solver)
   partner_ || pairs >= kLeastPairs ? with_threads_awake(step) : on_one_thread(step);
 }
 
+void Engine::list_pairs(double step_s) {
+  has_come_ = has_come_ || !state_.fresh.empty();
+  pairs_.update(step_s, gravity_.norm());
+}
+
 void Engine::make_step(StageTimer& timer, const std::function<void()>& before_solver) {
   {
     StageTimer::Scope scope(timer, Stage::broad_phase);
-    pairs_.update(std::max(list_step_s_, step_s_), gravity_.norm());
-    if (rest_.wake_near_surfaces()) {
-      is_listed_ = false;
-      list_active();
+    list_pairs(std::max(list_step_s_, step_s_));
+    if (std::exchange(has_come_, false) && rest_.wake_driven()) {
+      exact::list_active(state_, active_);
     }
   }
   {
@@ -378,8 +387,7 @@ void Engine::make_step(StageTimer& timer, const std::function<void()>& before_so
     StageTimer::Scope scope(timer, Stage::solver);
     bring_back();
     if (rest_.wake_islands(step_s_, narrow_.touching())) {
-      is_listed_ = false;
-      list_active();
+      exact::list_active(state_, active_);
       bring_back();
     }
     for (const uint32_t i : active_) {

@@ -63,7 +63,7 @@ inline constexpr double kBeside = 0.02;
 // degrees.
 inline constexpr double kOnItsFace = 0.7;
 inline constexpr double kParallel = 0.99;
-// Points whose normals differ by less than this cosine have one plane.
+// Points whose normals have a greater cosine are of one plane.
 inline constexpr double kSamePlane = 0.999;
 // A piece nearest to a face within 60 degrees of its normal is on that side of it, and an edge
 // beyond which a surface turns down by more is not touched from behind (cosine).
@@ -124,10 +124,10 @@ inline constexpr int kImpactRounds = 32;
 inline constexpr double kSupport = 0.1;
 // A point that comes this near to another within the step, as a share of its motion, hits it.
 inline constexpr double kAsGood = 0.01;
-// Depth beyond the slop falls by e in this time, in sqrt(r / g) of the smallest body, and no faster
-// than this, in sqrt(g r): bodies that start in others do not burst.
 // The slop grows with the load to this depth: 1,000 kg on 1 kg.
 inline constexpr double kLoaded = 3e-3;
+// Depth beyond the slop falls by e in this time, in sqrt(r / g) of the smallest body, and no faster
+// than this, in sqrt(g r): bodies that start in others do not burst.
 inline constexpr double kPushTime = 0.3;
 inline constexpr double kPushSpeed = 0.15;
 // Faster by this factor at a depth of an extent: with one speed for all the deepest pair in a

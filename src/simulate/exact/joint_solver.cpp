@@ -1,5 +1,6 @@
 // The part of the contact solver that holds joints.
 #include <algorithm>
+#include <cmath>
 
 #include "simulate/exact/contact_solver.h"
 #include "simulate/exact/exact_constants.h"
@@ -23,7 +24,7 @@ Vec3 change_within(const Vec3& now, const Vec3& more, double most) {
   return size > most ? Vec3(most / size * then - now) : more;
 }
 
-// 1 / kg m^2, world. Of what has hardly turned, as the step began.
+// 1 / kg m^2, world. A body that has hardly turned keeps that of the step's begin.
 Mat3 inertia_as_turned(const SolverBody& body, const Quat& turn) {
   if (4 * turn.vec().squaredNorm() < kLeastTurn * kLeastTurn) return body.inverse_inertia;
   const Mat3 turned = turn.toRotationMatrix();
@@ -58,9 +59,9 @@ void ContactSolver::place(SolverJoint& joint, const std::vector<SolverBody>& bod
     joint.angle = axis_a.cross(axis_b);
     joint.moment = across * by_torque_across.inverse() * across.transpose();
     joint.axis = axis_a;
-    joint.turn = 2 * std::atan2(bent.vec().dot(axis_a), bent.w());
-    if (joint.turn > kPi) joint.turn -= 2 * kPi;
-    if (joint.turn < -kPi) joint.turn += 2 * kPi;
+    // A stop may stand at half a turn: the turn nearest to the one before is the right one.
+    const double turn = 2 * std::atan2(bent.vec().dot(axis_a), bent.w());
+    joint.turn += std::remainder(turn - joint.turn, 2 * kPi);
   }
   const Mat3 ca = cross_matrix(joint.from_a), cb = cross_matrix(joint.from_b);
   const Mat3 by_force = (a.inverse_mass + b.inverse_mass) * Mat3::Identity() -
@@ -101,8 +102,7 @@ void ContactSolver::give_again(SolverJoint& joint, double substep_s, bool is_fir
       joint.torque_nm = turn * joint.torque_nm;
     }
   }
-  const Vec3 axial = (joint.motor_nm + joint.limit_nm) * joint.axis;
-  give(joint, substep_s * joint.force_n, substep_s * (joint.torque_nm + axial));
+  give(joint, substep_s * joint.force_n, substep_s * joint.torque_on_b_nm());
 }
 
 // N m s, on b about the axis of a hinge, where b turns at `spin` against a: by its motor, up to its

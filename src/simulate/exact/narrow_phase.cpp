@@ -168,7 +168,7 @@ void NarrowPhase::find_again(size_t begin, size_t end, const PairFilter& filter,
 // Else its bodies cannot touch in the step.
 bool NarrowPhase::is_to_be_tested(Pair& pair, const PairFilter& filter) const {
   if (filter && !filter(pair.a, pair.b)) {
-    pair.bound_m = pair.list_bound_m = -1;  // its bodies move unseen
+    pair.bound_m = pair.list_bound_m = kUntested;  // its bodies move unseen
     pair.pieces.clear();
     return false;
   }

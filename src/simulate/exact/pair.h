@@ -38,10 +38,13 @@ struct Contact {
   }
 };
 
+inline constexpr float kUntested = -1;  // the bound of what has not been tested yet
+
 // Two pieces of them, or a triangle and a piece.
 struct PiecePair {
   uint32_t a = 0, b = 0;
-  float bound_m = -1;  // they were at least so far apart, less all motion since; below 0: look
+  // They were at least so far apart, less all motion since; below 0: look.
+  float bound_m = kUntested;
   Vec3f axis = Vec3f::Zero();  // unit, from a to b in a's frame, or zero: not known
   int8_t side = 0;             // of a triangle: the one that the piece has come to; 0: not known
 
@@ -54,10 +57,10 @@ struct PiecePair {
 
 struct Pair {
   uint32_t a, b;                 // bodies; a plane or a surface is a
-  float bound_m = -1;            // as of pieces, of all of them
+  float bound_m = kUntested;     // as of pieces, of all of them
   Vec3f toward = Vec3f::Zero();  // unit, world: they are so far apart along it, or zero: in any way
-  float list_bound_m = -1;       // as of all pieces that are not listed
-  float motion_m = 0;            // since its pieces were looked at: they have not paid for it yet
+  float list_bound_m = kUntested;  // as of all pieces that are not listed
+  float motion_m = 0;              // since its pieces were looked at: they have not paid for it yet
   Vec3f exit_normal = Vec3f::Zero();  // unit, a's frame: along it penetrating b leaves, or zero
   std::vector<PiecePair> pieces;
   uint32_t first_contact = 0, contact_count = 0;  // in the state's list

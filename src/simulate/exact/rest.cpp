@@ -59,17 +59,23 @@ bool Rest::joins(uint32_t body) const {
   return bodies_[body].moves == Moves::by_contacts && !bodies_[body].put_to_sleep;
 }
 
-bool Rest::wake_near_surfaces() {
-  if (std::ranges::find(runs_, 1) == runs_.end()) return false;
-  constexpr float kUnknown = -1;  // of a pair that has not been tested yet
+bool Rest::wake_driven() {
   bool any = false;
+  const auto wake = [&](uint32_t body) {
+    if (!bodies_[body].asleep) return;
+    wake_up(bodies_[body]);
+    any = true;
+  };
+  for (const Joint& joint : state_.joints) {
+    if (!joint.drives()) continue;
+    wake(joint.a);
+    if (joint.b != Joint::kWorld) wake(joint.b);
+  }
+  if (std::ranges::find(runs_, 1) == runs_.end()) return any;
   for (const Pair& pair : state_.pairs) {
-    if (pair.bound_m > kUnknown || pair.contact_count > 0) continue;
-    for (const auto& [surface, body] : {std::pair(pair.a, pair.b), std::pair(pair.b, pair.a)}) {
-      if (runs_[surface] == 0 || !bodies_[body].asleep) continue;
-      wake_up(bodies_[body]);
-      any = true;
-    }
+    if (pair.bound_m > kUntested || pair.contact_count > 0) continue;
+    if (runs_[pair.a] != 0) wake(pair.b);
+    if (runs_[pair.b] != 0) wake(pair.a);
   }
   return any;
 }
@@ -104,9 +110,16 @@ bool Rest::wake_islands(double step_s, std::span<const uint32_t> touching) {
     if (links_[i] == Link::b_on_a) carry_along(pair.b);
   }
   for (const Joint& joint : state_.joints) {
-    if (joint.b == Joint::kWorld) continue;
-    if (joins(joint.a) && joins(joint.b)) link(joint.a, joint.b);
-    if (joins(joint.a) && runs(joint.b)) carry_along(joint.a);
+    const bool of_b = joint.b != Joint::kWorld;
+    if (joint.is_of_model()) {  // it holds them as contacts do
+      carry(joint.a);
+      if (of_b) carry(joint.b);
+    }
+    // A body that a motor turns does not rest, however slow it is.
+    if (joins(joint.a) && (joint.drives() || (of_b && runs(joint.b)))) carry_along(joint.a);
+    if (!of_b || !joins(joint.b)) continue;
+    if (joins(joint.a)) link(joint.a, joint.b);
+    if (joint.drives()) carry_along(joint.b);
   }
   if (!wake_linked()) return false;
   // With what has slept beside it.
@@ -195,8 +208,7 @@ void Rest::count_rest(uint32_t index) {
   Body& body = bodies_[index];
   const BodyConstants& c = constants_[index];
   const Load& s = supports_[index];
-  const bool supported = s.count > 0 || body.hinged;
-  const bool held = body.hinged || (s.sticks && s.count >= 2);
+  const bool held = s.sticks && s.count >= 2;
   const Vec3 spin = (body.orientation * shapes_[body.shape].axes).conjugate() * body.spin;
   const double limit2 = c.rest_speed * c.rest_speed;
   const bool slow = body.velocity.squaredNorm() < limit2 &&
@@ -206,7 +218,7 @@ void Rest::count_rest(uint32_t index) {
   if (!slow || s.depth_m > c.wedged_depth_m || strays) {
     body.rest_time_s = 0;
     body.rest_place = body.position;
-  } else if (supported) {
+  } else if (s.count > 0) {
     body.rest_time_s += s.depth_m > c.rest_depth_m ? step_s_ / kWedgedTimes : step_s_;
   }
 }

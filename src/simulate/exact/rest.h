@@ -18,13 +18,13 @@ class Rest {
   Rest(const Model& model, std::span<const CollisionShape> shapes, EngineState& state,
        const std::vector<uint32_t>& active, const Vec3& gravity);
 
-  // Wakes bodies that began asleep near a surface that runs: of those no contacts are known yet.
-  // Whether anything was woken.
-  bool wake_near_surfaces();
+  // Wakes bodies that began asleep at a motor or near a surface that runs, before contacts are
+  // found: none of theirs are known yet. Whether anything was woken. Asked once others have come.
+  bool wake_driven();
   // With the contacts of a step of `step_s`, which the pairs `touching` have. Whether anything was
   // woken.
   bool wake_islands(double step_s, std::span<const uint32_t> touching);
-  // The partner's, while contacts are solved: it carries the body.
+  // A joint, or the partner while contacts are solved, carries the body.
   void carry(uint32_t body);
   // Once they are solved.
   void note_support(std::span<const uint32_t> touching);

@@ -37,6 +37,7 @@ struct Joint {
   double most_turn = std::numeric_limits<double>::infinity();
   double motor_rad_s = 0, motor_most_nm = 0;
   double motor_nm = 0, limit_nm = 0;  // of the last step, on b, about the axis
+  double turn = 0;                    // of b against a, rad, with its whole turns
   // For glue; other joints have no strength and never tear.
   bool is_glue = false;
   Quat attitude = Quat::Identity();  // of b in a's frame, as it is meant
@@ -47,9 +48,11 @@ struct Joint {
     stream(self.id, self.a, self.b, self.point_a, self.point_b, self.axis_a, self.axis_b,
            self.breaking_impulse_ns, self.holds, self.breaking_force_n, self.least_turn,
            self.most_turn, self.motor_rad_s, self.motor_most_nm, self.motor_nm, self.limit_nm,
-           self.is_glue, self.attitude, self.strength_n, self.strength_nm, self.tears_m,
+           self.turn, self.is_glue, self.attitude, self.strength_n, self.strength_nm, self.tears_m,
            self.tears_rad, self.force_n, self.torque_nm);
   }
+  bool is_of_model() const { return id >= kFirstOfModel; }
+  bool drives() const { return motor_most_nm > 0 && motor_rad_s != 0; }
 };
 
 // Pairs of bodies that stand still. What is found of them holds until one of the two moves, so that
@@ -86,13 +89,14 @@ struct EngineState {
   std::vector<Pair> pairs;
   // By pairs; NarrowPhase finds them, StepSolver writes their forces.
   std::vector<Contact> contacts;
-  RestingPairs resting;        // PairList
-  std::vector<Joint> joints;   // by id; Engine
-  ConstraintId next_nail = 0;  // Engine
+  RestingPairs resting;              // PairList
+  std::vector<Joint> joints;         // by id; Engine
+  ConstraintId next_nail = 0;        // Engine
+  std::vector<ConstraintId> broken;  // joints of the model; StepSolver
 
   static void fields(auto& self, auto& stream) {
     stream(self.bodies, self.boxes, self.fresh, self.pairs, self.contacts, self.resting,
-           self.joints, self.next_nail);
+           self.joints, self.next_nail, self.broken);
   }
 
   std::span<Contact> contacts_of(const Pair& pair) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/parallel_for.h"
@@ -107,6 +108,8 @@ void StepSolver::solve(double step_s, std::span<const uint32_t> touching,
   followed_.clear();
   // Hinges, which have no id of their own, never break.
   std::ranges::sort(broken_);
+  std::copy(std::ranges::lower_bound(broken_, Joint::kFirstOfModel), broken_.end(),
+            std::back_inserter(state_.broken));
   std::erase_if(state_.joints,
                 [&](const Joint& joint) { return std::ranges::binary_search(broken_, joint.id); });
 }
@@ -198,8 +201,9 @@ void StepSolver::find_loads(std::span<const uint32_t> touching) {
   // their loads count at once.
   for (const Joint& joint : state_.joints) {
     const double radius_m = shape_of(joint.a).radius_m;
+    const double torque_nm = joint.torque_nm.norm() + std::abs(joint.limit_nm);
     add(joint.a, joint.b == Joint::kWorld ? kNone : joint.b,
-        joint.force_n.norm() + 2.5 * joint.torque_nm.norm() / radius_m, kJointRate, 1);
+        joint.force_n.norm() + 2.5 * torque_nm / radius_m, kJointRate, 1);
   }
   for (const uint32_t i : movers_) {
     bodies_[i].load_rate2 = std::max(bodies_[i].load_rate2, loads_[i]);
@@ -414,6 +418,7 @@ void StepSolver::list_joints(std::span<const uint32_t> joints) {
     made.motor_most_nm = joint.motor_most_nm;
     made.motor_nm = joint.motor_nm;
     made.limit_nm = joint.limit_nm;
+    made.turn = joint.turn;
     made.force_n = joint.force_n;
     made.torque_nm = joint.torque_nm;
     // Torque across a nail is partly along it once it has turned, and would drive the bodies
@@ -432,6 +437,7 @@ void StepSolver::take_over_joints() {
     joint.torque_nm = solver_joints_[i].torque_nm;
     joint.motor_nm = solver_joints_[i].motor_nm;
     joint.limit_nm = solver_joints_[i].limit_nm;
+    joint.turn = solver_joints_[i].turn;
     const double breaking_ns =
         std::min(joint.breaking_impulse_ns, settings_.step_s * joint.breaking_force_n);
     const bool breaks =

@@ -58,8 +58,8 @@ struct Solid {
     return thing->turn.transpose() * (point - thing->position);
   }
 
-  // What it has of the way into it along which `normal` is exceeded most, from `point`, and by how
-  // much, m. Both in the frame of all.
+  // The way into it from `point` that exceeds `normal` most, and by how much, m. Both are in the
+  // frame of all.
   std::pair<Vec3, double> worst(const Vec3& point, const Vec3& normal) const {
     const Vec3 at = to_own(point), towards = thing->turn.transpose() * normal;
     Vec3 way = Vec3::Zero();
@@ -125,7 +125,7 @@ class Surroundings::Search {
  private:
   Vec3 to_own(const Vec3& direction) const { return own_.turn.transpose() * direction; }
 
-  // What else is at the point, to solids_.
+  // Puts all else that is at the point into solids_.
   void find(const Vec3& point) {
     solids_.clear();
     for (const uint32_t plane : all_.planes_) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <functional>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -72,7 +71,7 @@ SphereWorldSettings sphere_settings(const Scene& scene, const DispatchTable& dis
           .blocks = scene.simulator.method == Method::own};
 }
 
-// What goes from step to step beside the states of both worlds and of the parts below. (B): by body
+// This goes from step to step beside the states of both worlds and of the parts below. (B): by body
 // of the model.
 struct MixedState {
   std::vector<Behaviour> behaviours;  // (B) by set_behaviour(), as the next one
@@ -136,7 +135,6 @@ class MixedSimulator final : public Simulator, public BodyControl {
   Pose pose_now(uint32_t body) const;
   void move_kinematic_bodies();
   void choose_levels();
-  uint32_t level(uint32_t body) const { return levels_.level(body); }
   void set_behaviour(uint32_t body, Behaviour behaviour);
   void update_behaviours();
   void change_with_contacts(const std::function<bool(uint32_t body)>& changes,
@@ -289,7 +287,7 @@ template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::choose_levels() {
   if (!levels_.is_variable()) return;
   levels_.choose(time_s(), life_.states(), spheres_.members());
-  change_with_contacts([&](uint32_t body) { return level(body) != state_.level_set[body]; },
+  change_with_contacts([&](uint32_t body) { return levels_.level(body) != state_.level_set[body]; },
                        [&] {
                          for (const uint32_t body : spheres_.members()) {
                            set_behaviour(body, state_.behaviours[body]);
@@ -300,7 +298,7 @@ void MixedSimulator<World, Coupling>::choose_levels() {
 template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::set_behaviour(uint32_t body, Behaviour behaviour) {
   state_.behaviours[body] = behaviour;
-  state_.level_set[body] = static_cast<uint8_t>(level(body));
+  state_.level_set[body] = static_cast<uint8_t>(levels_.level(body));
   dispatch_.set(body, behaviour, state_.level_set[body]);
 }
 
@@ -319,7 +317,7 @@ double MixedSimulator<World, Coupling>::margin_m(uint32_t body) const {
 template <class World, class Coupling>
 bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
   const auto& sphere = spheres_.body(body);
-  if (dispatch_.level(level(body)).exact) return true;
+  if (dispatch_.level(levels_.level(body)).exact) return true;
   if (sphere.asleep && is_near(body)) return true;
   const double outer = spheres_.kind(body).outer_m, margin = margin_m(body);
   const Vec3 centre = sphere.position.template cast<double>();
@@ -331,13 +329,13 @@ bool MixedSimulator<World, Coupling>::is_attracted(uint32_t body) const {
                          .only_moving = sphere.asleep});
 }
 
-// What is threaded stays so until it leaves: as balls, those that lie on each other would be sunk.
+// A threaded body stays so until it leaves: as balls, those that lie on each other would be sunk.
 template <class World, class Coupling>
 Behaviour MixedSimulator<World, Coupling>::next_behaviour(uint32_t body) const {
   if (!is_attracted(body)) return Behaviour::statistical;
   const auto& sphere = spheres_.body(body);
   if (state_.behaviours[body] == Behaviour::threaded) return Behaviour::threaded;
-  if (sphere.asleep || !dispatch_.tells_threaded(level(body))) return Behaviour::near_exact;
+  if (sphere.asleep || !dispatch_.tells_threaded(levels_.level(body))) return Behaviour::near_exact;
   const Pose pose{sphere.position.template cast<double>(),
                   sphere.orientation.template cast<double>().normalized()};
   return boxes_.reach_into(body, pose) ? Behaviour::threaded : Behaviour::near_exact;
@@ -358,7 +356,7 @@ bool MixedSimulator<World, Coupling>::stands_on_edge(uint32_t body) const {
 // As what a body near its like is solved with it; statistical: never.
 template <class World, class Coupling>
 Behaviour MixedSimulator<World, Coupling>::solved_behaviour(uint32_t body) const {
-  const uint32_t own = level(body);
+  const uint32_t own = levels_.level(body);
   if (dispatch_.level(own).near_near == PairMethod::impulse) return Behaviour::near_exact;
   return dispatch_.tells_threaded(own) ? Behaviour::threaded : Behaviour::statistical;
 }
@@ -377,8 +375,8 @@ bool MixedSimulator<World, Coupling>::is_at_edge(uint32_t body) const {
   });
 }
 
-// What comes to lie on the edge of a near body is solved against it: as an ellipsoid it would be
-// balanced there.
+// A body that comes to lie on the edge of a near body is solved against it: as an ellipsoid it
+// would be balanced there.
 template <class World, class Coupling>
 void MixedSimulator<World, Coupling>::attract_to_edges() {
   edges_.clear();
@@ -535,7 +533,7 @@ FrameStatistics MixedSimulator<World, Coupling>::step_frame() {
   }
   life_.end_frame();
   read_states();
-  figures_.count_frame(life_.states(), [&](uint32_t body) { return level(body); });
+  figures_.count_frame(life_.states(), [&](uint32_t body) { return levels_.level(body); });
   FrameStatistics statistics = this->statistics();
   statistics.steps = steps;
   statistics.times = timer_.take();

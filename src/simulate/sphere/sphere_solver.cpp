@@ -166,7 +166,7 @@ void SphereSolver::keep_impulses(std::span<SphereBody> bodies, SphereBatch& batc
   }
 }
 
-// Of several surfaces, the one with the greatest normal impulse counts as such.
+// The surface with the greatest normal impulse, of several, counts as such.
 void SphereSolver::note_surface(const SphereTouch& touch, float push_ns, const Vec3f& normal,
                                 SphereStep& step) const {
   float& most_ns = step.surface_push[touch.a];

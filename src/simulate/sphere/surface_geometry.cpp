@@ -159,7 +159,7 @@ void SurfaceGeometry::find(uint32_t surface, const SurfaceProbe& probe,
     contacts.push_back(contact_of(placed, placed.normal, gap, true, probe));
 }
 
-// What a mesh is met with, and where it may be met. Surface's frame, but for contacts.
+// A body that meets a mesh, and where it may meet it. Surface's frame, but for contacts.
 class SurfaceGeometry::MeshSearch {
  public:
   // A triangle that the centre is not above.
@@ -168,7 +168,7 @@ class SurfaceGeometry::MeshSearch {
     Vec3 way;  // from its nearest point to the centre, unit
     double above, distance;
   };
-  // What many searches use, one after the other.
+  // Many searches use it, one after the other.
   struct Scratch {
     std::vector<SurfaceContact> near;  // what is found; faces come first
     std::vector<Beside> beside;
