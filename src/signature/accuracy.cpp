@@ -8,11 +8,11 @@
 namespace pilesim {
 namespace {
 
-// Random sequences of the accuracy report, apart from those of the tables.
+// Keeps the random sequences of the accuracy report apart from those of the tables.
 constexpr uint64_t kAccuracyObjects = uint64_t{1} << 41;
 constexpr uint64_t kSecondSample = uint64_t{1} << 42;
 constexpr double kMostTheta = radians(84), kMostAlpha = radians(87);  // the tables' last nodes
-constexpr double kSpeed_m_s = 5;  // sqrt(v^2 + k^2 w^2); in the middle of the dissertation's axes
+constexpr double kSpeed_m_s = 5;  // sqrt(v^2 + k^2 w^2), in the middle of the dissertation's axes
 
 TrialRequest held_out_collision(const TrialSetup& setup, uint32_t number) {
   Philox random(setup.seed, Stream::signature, kAccuracyObjects + number, 1);
@@ -52,7 +52,7 @@ TrueSample true_sample(const TrialSetup& setup, TrialRequest request, uint64_t o
   return sample;
 }
 
-// One collision's figures; a row a model.
+// The figures of one collision, one row per model.
 struct Comparison {
   double floor = 0, true_gain = 0;
   double mean_height = 0, second_mean_height = 0, table_height = 0;
@@ -111,8 +111,8 @@ double sliced_wasserstein(const std::vector<Vector6>& a, const std::vector<Vecto
     for (size_t i = 0; i < b.size(); ++i) pb[i] = direction.dot(b[i]);
     std::sort(pa.begin(), pa.end());
     std::sort(pb.begin(), pb.end());
-    // Both quantile functions are stairs: walk their common refinement. Shares are counted in
-    // 1 / (|a| |b|) to stay exact.
+    // Both quantile functions are step functions: walk their common refinement. Shares are counted
+    // in units of 1 / (|a| |b|) to stay exact.
     size_t i = 0, j = 0, at = 0;
     const size_t all = a.size() * b.size();
     double squares = 0;
@@ -154,14 +154,15 @@ AccuracyReport measure_accuracy(const TrialSetup& setup, const CollisionHeightTa
       report.models[m].inward += c.models[m].inward / count;
     }
   }
-  // Products of two samples, not squares of one, so that the noise of their means does not count.
+  // Multiply two independent samples instead of squaring one, so that the noise of their means
+  // cancels.
   double variance = 0, unexplained = 0;
   for (const Comparison& c : comparisons) {
     const double mean = height_sum / count;
     variance += (c.mean_height - mean) * (c.second_mean_height - mean);
     unexplained += (c.mean_height - c.table_height) * (c.second_mean_height - c.table_height);
   }
-  // A sphere has one height, and nothing to explain.
+  // A sphere has a single height, so there is no variance to explain.
   report.height_unexplained =
       variance > 1e-12 * height_sum * height_sum ? std::max(0.0, unexplained / variance) : 0;
   return report;

@@ -15,12 +15,12 @@
 namespace pilesim {
 namespace {
 
-// A table is estimated from all of them at once, in some 300 bytes each.
+// A table is estimated from all of them at once, at some 300 bytes each.
 constexpr size_t kMostCollisions = 5'000'000;
 constexpr size_t kMostProblems = 50;
-// What is beyond is a mistake, and of what is nearer to zero float has no squares.
+// Larger values are mistakes; the squares of smaller ones underflow in float.
 constexpr double kMost = 1e6, kSlowestApproach = 1e-6;  // m/s, rad/s
-constexpr double kUnitTolerance = 1e-3;                 // of a normal's length
+constexpr double kUnitTolerance = 1e-3;                 // deviation of a normal's length from 1
 
 struct Column {
   const char* name;
@@ -94,7 +94,7 @@ class Reader {
   }
 
  private:
-  // Of a field, or of the whole line.
+  // Reports one field, or the whole line.
   void say(const std::string& found, const std::string& expected, const std::string& remedy = {},
            std::string_view field = {}) {
     const auto column = field.data() == nullptr ? 1 : field.data() - line_begin_ + 1;
@@ -178,7 +178,7 @@ class Reader {
 
 CollisionFile read_collisions(const std::filesystem::path& file) {
   const std::string text = read_file(file);
-  // A mark that spreadsheets put before UTF-8.
+  // Byte order mark that spreadsheets put before UTF-8.
   constexpr std::string_view kMark = "\xEF\xBB\xBF";
   return Reader(file).read(std::string_view(text).substr(text.starts_with(kMark) ? 3 : 0));
 }

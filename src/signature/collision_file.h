@@ -9,7 +9,7 @@
 
 namespace pilesim {
 
-// In any right-handed axes that do not turn. Velocities are the centre of mass's, m/s; spins rad/s.
+// Any right-handed, non-rotating axes. Velocities of the centre of mass in m/s, spins in rad/s.
 struct PlaneCollision {
   Vec3 normal = Vec3::UnitY();  // unit, from the plane to the body
   Vec3 velocity_before = Vec3::Zero();
@@ -20,11 +20,11 @@ struct PlaneCollision {
 
 struct CollisionFile {
   std::vector<PlaneCollision> collisions;
-  std::vector<std::string> ignored;  // columns that mean nothing here
+  std::vector<std::string> ignored;  // columns without a meaning here
 };
 
-// The first line names the columns, in any order (docs/signatures.md); each line behind it is a
-// collision. Throws Error(input) with the lines and values that are wrong, the first 50 of them.
+// The first line names the columns, in any order (docs/signatures.md); each further line is a
+// collision. Throws Error(input) that lists the first 50 wrong values with their lines.
 CollisionFile read_collisions(const std::filesystem::path& file);
 void write_collisions(const std::vector<PlaneCollision>& collisions,
                       const std::filesystem::path& file);

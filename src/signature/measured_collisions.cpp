@@ -19,7 +19,7 @@ void append(const ResponseTable& table, const PlaneCollision& collision,
       working_frame(collision.normal.cast<float>(), collision.velocity_before.cast<float>());
   const auto in_frame = [&](const Vec3& v) { return frame.to_frame(v.cast<float>()); };
   Vec3f velocity = in_frame(collision.velocity_before);
-  velocity.z() = 0;  // but for rounding
+  velocity.z() = 0;  // zero up to rounding
   const Vec3f spin = in_frame(collision.spin_before);
   const auto k = static_cast<float>(gyration_m);
   const std::array<float, 4> keys = response_keys(table, k, velocity, spin);
@@ -38,7 +38,7 @@ void append(const ResponseTable& table, const PlaneCollision& collision,
   data.values.insert(data.values.end(), {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});
 }
 
-// Which of the cells that are one collision has what is measured: see table_of().
+// For cells that share one collision, names the cell that holds the measurement: see table_of().
 std::vector<uint32_t> cells_that_are_one(const ResponseTable& table) {
   const bool raw = table.layout == TableLayout::dissertation;
   std::vector<uint32_t> stands_for(table.cell_count());
@@ -64,7 +64,7 @@ void copy_response(ResponseTable& table, size_t from, size_t to) {
   copy(table.exemplars, size_t{6} * table.exemplar_count);
 }
 
-// For each cell the nearest one of `known`, itself if it is, by steps along the axes.
+// For each cell the nearest `known` cell, in steps along the axes; a known cell gives itself.
 std::vector<uint32_t> nearest_known(const ResponseTable& table, const std::vector<uint8_t>& known) {
   constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
   std::vector<uint32_t> nearest(known.size(), kNone), front;
@@ -92,7 +92,7 @@ std::vector<uint32_t> nearest_known(const ResponseTable& table, const std::vecto
   return nearest;
 }
 
-// The deviation of one response in a component.
+// The standard deviation of one response in a component.
 float deviation(const ResponseTable& table, size_t cell, size_t component) {
   if (table.layout == TableLayout::dissertation) return table.spread[6 * cell + component];
   float variance = 0;

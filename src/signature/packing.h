@@ -1,4 +1,4 @@
-// How an object packs, as measured, and the spheres that pack alike.
+// Measured packing of an object, and the spheres that pack alike.
 #pragma once
 
 #include <array>
@@ -7,20 +7,20 @@
 namespace pilesim {
 
 // Figures of bodies poured onto a plane and into a column (packing/pour_trial.h), at rest. R is the
-// radius of the ball that holds the object.
+// object's bounding radius.
 struct PackingFigures {
-  double heap_height = 0;    // R, the mean of the centres above the ground
-  double heap_spread = 0;    // R, their mean distance from the heap's axis
-  double heap_reach = 0;     // R, how far they reach below their centres in the mean
+  double heap_height = 0;    // R, mean height of the centres above the ground
+  double heap_spread = 0;    // R, mean distance of the centres from the heap's axis
+  double heap_reach = 0;     // R, mean reach of bodies below their centres
   double column_height = 0;  // R, as heap_height
   double column_spread = 0;  // R, as heap_spread
   double column_reach = 0;   // R, as heap_reach
-  // The solid share of the column's bulk, and of its lower half; distance from a centre to the
-  // nearest other one, R. 0 where the column is too low to say.
+  // Solid share of the column's volume and of its lower half, and distance (R) from a centre to its
+  // nearest neighbour. 0 where the column is too low to tell.
   double column_fraction = 0, column_deep_fraction = 0, column_nearest = 0;
-  double time = 0;                                      // sqrt(R / g), until a heap is at rest
-  double large_heap_height = 0, large_heap_spread = 0;  // R, of a heap of more bodies
-  // R: how far from where it was let go a body alone comes to rest, dropped and thrown.
+  double time = 0;                                      // sqrt(R / g), time until a heap is at rest
+  double large_heap_height = 0, large_heap_spread = 0;  // R, for a heap of more bodies
+  // R, distance between release and rest of a single body, dropped and thrown.
   double dropped = 0, thrown = 0;
 };
 
@@ -34,18 +34,18 @@ inline constexpr std::array kPackingFigures = {
     &PackingFigures::dropped,           &PackingFigures::thrown};
 
 struct Packing {
-  uint32_t pours = 0;       // of each kind, by the exact engine:
-  PackingFigures measured;  // their mean,
-  PackingFigures error;     // and its standard error
-  PackingFigures spheres;   // what spheres come to with the five below
-  double radius_m = 0;      // of the sphere that stands for a body among others,
-  double rolling = 0;       // and its resistance to rolling where it lies flat, in that radius
-  // How far impacts turn a body on others: exp(-turning v / sqrt(g R)) of the angle to a rest pose
-  // is left after an impact that changes its velocity by v. And the rate, sqrt(g / R), at which a
-  // body that leans on a wall turns to lie against it.
+  uint32_t pours = 0;       // of each kind, by the exact engine
+  PackingFigures measured;  // mean of the pours
+  PackingFigures error;     // standard error of that mean
+  PackingFigures spheres;   // the same figures for spheres with the five parameters below
+  double radius_m = 0;      // radius of the sphere that stands for a body among others
+  double rolling = 0;       // rolling resistance of a body that lies flat, in units of that radius
+  // How far impacts turn a body that lies on others: an impact that changes its velocity by v
+  // leaves exp(-turning v / sqrt(g R)) of the angle to a rest pose. `leaning` is the rate, in
+  // sqrt(g / R), at which a body that leans on a wall turns to lie against it.
   double turning = 0, leaning = 0;
-  // How much of the velocities that are drawn for a hit on a surface is left, 0 .. 1: hits that
-  // follow each other are less alike in a drawing than they are.
+  // Share, 0 .. 1, of the sampled velocities that is kept at an impact on a surface: successive
+  // impacts are more alike in reality than independent samples are.
   double rebound = 1;
 };
 

@@ -1,5 +1,5 @@
-// A random response of a body that collides, drawn from its response table or fit: what the
-// statistical simulator does at every contact instead of solving it.
+// Samples a random response of a colliding body from its response table or fit. The statistical
+// simulator does this at every contact instead of solving it.
 #pragma once
 
 #include <cmath>
@@ -15,8 +15,8 @@ enum class DrawModel {
   particle,  // no table: a particle's bounce, the spin kept
   diagonal,  // normal distributions, component by component (all that the dissertation's table has)
   full,      // a normal distribution with the full covariance
-  exemplars,  // what a response that was met near a cell around had over the mean there, over the
-              // mean here
+  // Residual of a stored response near a surrounding cell, added to the interpolated mean.
+  exemplars,
 };
 inline DrawModel best_model(const ResponseTable& table) {
   if (table.exemplar_count > 0) return DrawModel::exemplars;
@@ -29,20 +29,21 @@ struct WorkingFrame {
   Vec3f to_frame(const Vec3f& v) const { return {x.dot(v), y.dot(v), z.dot(v)}; }
   Vec3f to_world(const Vec3f& v) const { return v.x() * x + v.y() * y + v.z() * z; }
 };
-// `normal` is unit and points to the body's side. Any x where the velocity is along the normal.
+// `normal` is unit and points towards the body. x is arbitrary where the velocity is along the
+// normal.
 inline WorkingFrame working_frame(const Vec3f& normal, const Vec3f& velocity) {
   Vec3f x = velocity - velocity.dot(normal) * normal;
   const float length = x.norm();
-  // Below the rounding of the subtraction the direction is noise, and matters no more.
+  // Below the rounding of the subtraction the direction is noise, and irrelevant.
   x = length > 1e-6F * velocity.norm() ? Vec3f(x / length) : normal.unitOrthogonal();
   return {x, normal, x.cross(normal)};
 }
 
-// The limits of a response in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the body
-// moves away from the plane and gains no more than `most_growth`. One outside is moved to the
-// nearest one inside.
+// The limits of a response, in units of the kinetic measure before, v^2 + k^2 w^2 = 1: the body
+// leaves the plane, and the measure grows by at most `most_growth`. A response outside is moved to
+// the nearest one inside.
 struct DrawLimits {
-  bool energy_gain = false;  // before it was limited
+  bool energy_gain = false;  // before the limits were applied
   bool inward = false;
 };
 inline DrawLimits limit_response(float most_growth, Vector6& response) {
@@ -54,12 +55,12 @@ inline DrawLimits limit_response(float most_growth, Vector6& response) {
 }
 
 struct ResponseDraw {
-  Vec3f velocity, spin;  // after, in the frame the velocities before were given in
+  Vec3f velocity, spin;  // after the collision, in the frame of the velocities before
   DrawLimits limits;
 };
 
-// `velocity` approaches the plane of unit normal `normal`; world frame. Restitution and friction
-// are of the signature's material.
+// `velocity` approaches the plane of unit normal `normal`; world frame. The signature's material
+// gives restitution and friction.
 inline ResponseDraw draw_response(const ResponseModel& responses, DrawModel model, float gyration_m,
                                   double restitution, double friction, const Vec3f& normal,
                                   const Vec3f& velocity, const Vec3f& spin, Philox& random) {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t diagonal_index(size_t row) { return row * (row + 1) / 2 + row; }
 
-// (magnitude, direction) to a vector; a direction of no length has none.
+// (magnitude, direction) to a vector; zero where the direction has no length.
 Vec3f from_spherical(const float* values) {
   const Vec3f direction(values[1], values[2], values[3]);
   const float length = direction.norm();

@@ -1,5 +1,5 @@
-// The distribution of a body's responses at the keys of a collision, whether its signature keeps
-// them as a table or as fitted splines.
+// The distribution of a body's responses at the keys of a collision, for signatures with tables and
+// for fitted ones.
 #pragma once
 
 #include <array>
@@ -17,12 +17,12 @@ struct Signature;
 using ResponseKeys = std::array<float, 4>;            // as response_keys() gives them
 using SpreadFactor = std::array<float, kFactorSize>;  // lower triangle row by row
 
-// A response, or its distribution, at one set of keys, from a table.
+// The distribution of responses at one set of keys, from a table.
 struct ResponseSpread {
   Vector6 mean;
-  SpreadFactor spread;            // spread_size() of them are used
-  std::array<size_t, 16> cells;   // the corners around
-  std::array<float, 16> weights;  // of the corners, sum 1
+  SpreadFactor spread;            // the first spread_size() are used
+  std::array<size_t, 16> cells;   // the surrounding corners
+  std::array<float, 16> weights;  // of the corners; they sum to 1
 };
 inline ResponseSpread interpolate(const ResponseTable& table, const ResponseKeys& keys) {
   std::array<AxisPlace, 4> place;
@@ -53,18 +53,19 @@ inline ResponseSpread interpolate(const ResponseTable& table, const ResponseKeys
 class ResponseModel {
  public:
   ResponseModel(const ResponseTable& table) : table_(&table) {}  // NOLINT: a table is a model
-  // `axes`: a table of which only layout, axes and most_growth are used.
+  // `axes`: a table whose layout, axes and most_growth alone are used.
   ResponseModel(const ResponseTable& axes, const ResponseFit& fit);
   explicit ResponseModel(const Signature& signature);
 
   bool fitted() const { return splines_ != nullptr; }
-  // Layout, axes (for response_keys()) and most_growth; its cells only where it is not fitted.
+  // Layout, axes (for response_keys()) and most_growth. Its cells are valid only where it is not
+  // fitted.
   const ResponseTable& table() const { return *table_; }
 
-  // Mean (layout's units) and lower factor of the covariance, positive definite if fitted; the
-  // dissertation's layout has its deviations on the diagonal.
+  // Mean (layout's units) and lower factor of the covariance, positive definite if fitted. The
+  // dissertation's layout has its standard deviations on the diagonal.
   void evaluate(const ResponseKeys& keys, Vector6& mean, SpreadFactor& factor) const;
-  // The same for many bodies; spans of one size.
+  // The same for many bodies; all spans have the same size.
   void evaluate(std::span<const ResponseKeys> keys, std::span<Vector6> means,
                 std::span<SpreadFactor> factors) const;
 

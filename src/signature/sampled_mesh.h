@@ -1,4 +1,4 @@
-// The mesh that a signature was sampled from, which the signature itself does not hold.
+// The mesh that a signature was sampled from; the signature itself does not contain it.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,14 @@
 
 namespace pilesim {
 
-// The solid that is sampled for a mesh: itself where it has mass and hull and `options` ask for
-// nothing else, or as make_solid() makes it; then `note` says how. Throws as that does.
+// The solid to sample for a mesh. A mesh with mass and hull is used unchanged if `options` ask for
+// nothing else; otherwise make_solid() converts it and `note` says how. Throws as make_solid()
+// does.
 TriangleMesh solid_to_sample(const TriangleMesh& mesh, const SolidOptions& options,
                              std::string* note = nullptr);
 
-// The solid of the mesh in `file`, y or z up as it was sampled. Throws what import_mesh() throws,
-// and Error(input) where the file holds another mesh.
+// The solid of the mesh in `file`, with the up axis it was sampled with. Throws as import_mesh()
+// does, and Error(input) if the file holds another mesh.
 TriangleMesh import_sampled_mesh(const std::filesystem::path& file, const SignatureBody& body);
 
 }  // namespace pilesim

@@ -1,13 +1,13 @@
-// A signature: what an object does when it collides, as measured (dissertation, section 3.2).
+// A signature: the measured behaviour of an object in collisions (dissertation, section 3.2).
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "geometry/solid.h"
 #include "signature/accuracy.h"
 #include "signature/packing.h"
-#include "geometry/solid.h"
 #include "signature/rest/known_rest_poses.h"
 #include "signature/spline/bspline_fit.h"
 #include "signature/table/collision_height.h"
@@ -17,7 +17,7 @@
 
 namespace pilesim {
 
-// The object that was measured. Per unit of mass.
+// The object that was measured. All values are per unit of mass.
 struct SignatureBody {
   std::string mesh;       // file name, without folders
   std::string mesh_hash;  // of the mesh at `scale`
@@ -32,7 +32,7 @@ struct SignatureBody {
   double outer_radius_m = 0;
 };
 
-// Where responses come from that were not sampled here.
+// The source of responses that were not sampled here.
 struct CollisionSource {
   std::string file;  // name, without folders
   uint64_t count = 0;
@@ -44,15 +44,14 @@ struct Signature {
   TrialKind kind = TrialKind::macro;
   uint64_t seed = 1;
   TableSampling sampling;
-  std::optional<CollisionSource> collisions;  // then nothing of `sampling` but exemplars was used
-  CollisionHeightTable heights;  // if fitted: as the fit gives it, without trials and errors
-  // Where `fit` stands for the table: layout, axes and most_growth only, no cells. ResponseModel
-  // takes either.
+  std::optional<CollisionSource> collisions;  // if set, `sampling` only gives the exemplars
+  CollisionHeightTable heights;  // if fitted: values of the fit, without trials and errors
+  // With `fit`: only layout, axes and most_growth, no cells. ResponseModel takes either.
   ResponseTable responses;
   std::optional<ResponseFit> fit;
   SplineField height_fit;  // with `fit`: over (spin, tilt), mean and deviation, m
   std::vector<KnownRestPose> rest_poses;
-  uint32_t rest_drops = 0;  // simulated, that came to rest; 0: poses are by geometry only
+  uint32_t rest_drops = 0;  // simulated drops that came to rest; 0: poses are by geometry only
   std::optional<Packing> packing;
   std::optional<AccuracyReport> accuracy;
 };

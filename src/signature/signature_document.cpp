@@ -15,10 +15,10 @@ namespace {
 
 using nlohmann::json;
 
-// Of a table; that of the dissertation has 29,120. Splines have few bytes for many cells: this
-// bounds what is expanded from them.
+// Most cells of a table; the dissertation's has 29,120. A few bytes of splines can describe many
+// cells: this bounds their expansion.
 constexpr size_t kMostCells = size_t{1} << 18;
-constexpr size_t kMostNodes = 1024;  // of an axis; longest is one of 26
+constexpr size_t kMostNodes = 1024;  // most nodes of an axis; the longest has 26
 constexpr const char* kGeometry = "geometry";
 constexpr const char* kSimulation = "simulation";
 
@@ -75,7 +75,7 @@ Axis axis_of(const json& j) {
   return axis;
 }
 
-// How many cells axes of these sizes have, held to what a table can be.
+// Number of cells for axes of these sizes, checked against kMostCells.
 size_t cells_of(std::initializer_list<size_t> sizes) {
   size_t cells = 1;
   for (const size_t size : sizes) {
@@ -161,7 +161,7 @@ json to_json(const ResponseTable& table) {
           {"exemplar_unit", table.exemplar_unit},      {"exemplars", to_array(table.exemplars)}};
 }
 
-// What a fit leaves of a table.
+// The table of a fitted signature: axes without cells.
 ResponseTable axes_of(const json& j) {
   ResponseTable table{.layout = from_name(kLayouts, j.at("layout"))};
   const json& axes = j.at("axes");
@@ -205,7 +205,7 @@ json to_json(const SplineField& field) {
           {"levels", to_array(pack_levels(field))}};
 }
 
-// Over the axes of the table it stands for.
+// A field over the axes of the table it replaces.
 SplineField field_of(const json& j, std::span<const Axis> axes, size_t width) {
   SplineField field{.width = width};
   const auto degrees = j.at("degree").get<std::vector<int>>();
@@ -249,7 +249,7 @@ constexpr std::array kCoordinates = {std::pair(ResponseCoordinates::cartesian, "
 constexpr std::array kParametrisations = {std::pair(Parametrisation::uniform, "uniform"),
                                           std::pair(Parametrisation::centripetal, "centripetal")};
 
-// The parts of a signature that differ where it is fitted: heights, responses and fit.
+// Adds the parts that differ in a fitted signature: heights, responses and fit.
 void add_fit(const Signature& signature, json& document) {
   const ResponseTable& table = signature.responses;
   const ResponseFit& fit = *signature.fit;
@@ -288,7 +288,7 @@ void read_fit(const json& document, Signature& signature) {
 
 // --- Rest poses ----------------------------------------------------------------------------------
 
-// Column by column, since a fitted signature has room for few bytes a pose. The interval of a
+// One array per column, since a fitted signature spends few bytes on a pose. The interval of a
 // probability is not stored: it follows from the drops.
 json to_json(const std::vector<KnownRestPose>& poses) {
   std::vector<float> up, height, probability;
@@ -371,7 +371,7 @@ json to_json(const Packing& packing) {
           {"rebound", packing.rebound}};
 }
 
-// A radius is a float where bodies are stepped, and found within the object's own.
+// A radius is a float in the simulators, and lies within the object's own.
 Packing packing_of(const json& j, double outer_radius_m) {
   const double least_m = 1e-3 * outer_radius_m, most_m = 1.001 * outer_radius_m;
   Packing packing{.pours = whole_number_of<uint32_t>(j, "pours"),

@@ -9,9 +9,9 @@ namespace pilesim {
 
 nlohmann::json signature_document(const Signature& signature);
 
-// Reads what signature_document() wrote. Throws Error(input), without a file's name, or
-// json::exception where something is missing, is of another kind or out of its range: what it gives
-// can be summed up, plotted and drawn from.
+// Reads the output of signature_document(). Throws Error(input), without a file name, or
+// json::exception where a field is missing, has another type or is out of range. The result is safe
+// to summarise, plot and sample from.
 Signature signature_of(const nlohmann::json& document);
 
 }  // namespace pilesim

@@ -21,7 +21,7 @@ constexpr const char* kPartialFormat = "pilesim partial signature";
 
 // A file is a CBOR sequence (RFC 8742) of two items: the document, and the checksum of its bytes as
 // a string.
-constexpr uint8_t kChecksumHead = 0x40 + sizeof(Checksum);  // a string of so many bytes
+constexpr uint8_t kChecksumHead = 0x40 + sizeof(Checksum);  // a string of this many bytes
 constexpr size_t kSealBytes = 1 + sizeof(Checksum);
 
 std::vector<uint8_t> sealed(json document, const char* format) {
@@ -34,13 +34,13 @@ std::vector<uint8_t> sealed(json document, const char* format) {
   return bytes;
 }
 
-// Whether there is a checksum, right or wrong.
+// True where a checksum follows the document, right or wrong.
 bool has_seal(std::string_view bytes) {
   return bytes.size() > kSealBytes &&
          static_cast<uint8_t>(bytes[bytes.size() - kSealBytes]) == kChecksumHead;
 }
 
-// The document's bytes, where all are as they were written.
+// The document's bytes, if they match the checksum.
 std::optional<std::string_view> unsealed(std::string_view bytes) {
   if (!has_seal(bytes)) return std::nullopt;
   const std::string_view content = bytes.substr(0, bytes.size() - kSealBytes);
@@ -74,12 +74,12 @@ Error damaged_file(const std::filesystem::path& file, const std::string& found,
            .remedy = "Measure it again with pilesim sample-signature"}};
 }
 
-// Checks that `file` is a whole `format` and gives its document to `parse`; what is wrong becomes
-// an Error(input) that names the file.
+// Checks that `file` is a whole `format` and passes its document to `parse`. Any fault becomes an
+// Error(input) that names the file.
 template <typename Parse>
 auto read_sealed(const std::filesystem::path& file, const char* format, const Parse& parse) {
   const std::string bytes = read_file(file);
-  // All begin with a map of CBOR; text, meshes and pictures do not.
+  // Every file begins with a CBOR map; text, meshes and pictures do not.
   const bool is_map = bytes.empty() || (static_cast<uint8_t>(bytes[0]) & 0xe0) == 0xa0;
   if (!is_map) {
     throw Error(ErrorKind::input,
@@ -93,7 +93,7 @@ auto read_sealed(const std::filesystem::path& file, const char* format, const Pa
     if (!content && has_seal(bytes)) {
       damaged("its checksum is not that of its content", "the file as it was written");
     }
-    // Versions up to 3 had no checksum: they are told from what is damaged.
+    // Versions up to 3 had no checksum; their version tells them from damaged files.
     const json document = parse_cbor(content.value_or(bytes));
     check_format(document, format);
     if (!content) damaged("its checksum is not there", "the file as it was written");

@@ -1,5 +1,5 @@
 // Signatures as files: CBOR (RFC 8949) with typed arrays (RFC 8746), little-endian, and a checksum
-// of it all: no byte can be other than it was written without being noticed.
+// that reveals any changed byte.
 #pragma once
 
 #include <filesystem>
@@ -12,17 +12,17 @@ namespace pilesim {
 
 inline constexpr int kSignatureVersion = 12;
 
-// Written beside its place and renamed. Throws Error(io).
+// Writes to a temporary file in the same folder and renames it. Throws Error(io).
 void write_signature(const Signature& signature, const std::filesystem::path& file);
 
-// The bytes that write_signature() writes.
+// The bytes of the file that write_signature() writes.
 std::vector<uint8_t> encode_signature(const Signature& signature);
 
-// Throws Error(io) if it cannot be read, Error(input) if it is no signature, is damaged, or has
-// another format version.
+// Throws Error(io) if the file cannot be read, Error(input) if it is no signature, is damaged, or
+// has another format version.
 Signature read_signature(const std::filesystem::path& file);
 
-// An interrupted run: the trials so far, and the text that names what was being measured.
+// An interrupted run: the trials so far, and a text that identifies the measurement.
 struct PartialSampling {
   std::string fingerprint;
   SamplingState state;

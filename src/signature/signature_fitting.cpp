@@ -11,7 +11,7 @@
 namespace pilesim {
 namespace {
 
-// The curve: each point has this many times the bytes of the one before.
+// Each point of the curve has this many times the bytes of the point before.
 constexpr double kCurveRatio = 1.41;
 constexpr size_t kRoomForConstants = 200;  // bytes of splines of one control point
 constexpr size_t kSmallestFile = 2000, kLargestFile = 30000;
@@ -46,7 +46,7 @@ void check_options(const FitOptions& options, const Signature& signature) {
   }
 }
 
-// Models by name, and what they share: the same true responses.
+// Tests models by name against the same true responses.
 class AccuracyTest {
  public:
   AccuracyTest(const FitOptions& options, const Signature& signature)
@@ -76,14 +76,14 @@ std::vector<ModelUnderTest> table_models(const Signature& table) {
   return models;
 }
 
-// All bytes of the file but the levels of the two response splines: header, axes, heights, rest
+// Bytes of the file without the levels of the two response splines: header, axes, heights, rest
 // poses, drops, accuracy, checksum.
 size_t other_bytes(const Signature& table, const FitOptions& options) {
   FitSettings least = options.settings;
   least.mean = least.spread = {.degree = {0, 0, 0, 0}, .control_points = {1, 1, 1, 1}};
   Signature fitted = fitted_signature(table, least);
   if (!options.mesh.empty()) {
-    // Numbers that need all their bytes.
+    // Values that need the full encoded length.
     AccuracyReport& report = fitted.accuracy.emplace();
     report.collisions = options.accuracy.collisions;
     report.trials = options.accuracy.trials;
@@ -93,7 +93,7 @@ size_t other_bytes(const Signature& table, const FitOptions& options) {
     }
     report.models.push_back({"fit", kPi, kPi, kPi, kPi});
   }
-  // Lengths of arrays take up to 5 bytes.
+  // The lengths of the arrays take up to 5 bytes each.
   return encode_signature(fitted).size() + 10;
 }
 
@@ -101,7 +101,7 @@ FitCurvePoint curve_point(const FitCandidate& candidate, size_t bytes) {
   return {candidate.settings, bytes, candidate.expected_error, std::nullopt};
 }
 
-// Points of about equal ratios, up to the limit in bytes itself.
+// Points at about equal ratios, up to the byte limit itself.
 std::vector<FitCurvePoint> make_curve(const Signature& table, const FitOptions& options) {
   const size_t other = other_bytes(table, options);
   const size_t most = options.max_bytes > 0 ? options.max_bytes : kLargestFile;
@@ -126,8 +126,8 @@ std::vector<FitCurvePoint> make_curve(const Signature& table, const FitOptions& 
   }
   std::vector<FitCurvePoint> curve;
   for (auto budget = budgets.rbegin(); budget != budgets.rend(); ++budget) {
-    // The last one that keeps the limit once it is fitted: its levels may take more bits than the
-    // data's range told.
+    // The last candidate whose fitted file keeps the limit: its levels may take more bits than the
+    // data's range suggested.
     double allowed = *budget - static_cast<double>(other);
     for (auto c = candidates.rbegin(); c != candidates.rend(); ++c) {
       if (static_cast<double>(c->level_bytes) > allowed) continue;
@@ -160,7 +160,7 @@ void measure_curve(const Signature& table, const AccuracyTest& test,
   for (size_t i = 0; i < curve.size(); ++i) curve[i].distance = report.models[i].distance;
 }
 
-// The smallest that keeps --max-error, or the last, which keeps --max-bytes.
+// The smallest candidate that keeps --max-error, or the last one, which keeps --max-bytes.
 size_t choose(const std::vector<FitCurvePoint>& curve, const FitOptions& options) {
   if (options.max_error == 0) return curve.size() - 1;
   double best = *curve.front().distance;

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Mean against spin for some tilts, with the deviation of the middle one as a band.
+// Mean against spin for some tilts; a band shows the deviation of the middle one.
 fs::path plot_heights(const CollisionHeightTable& t, const fs::path& file) {
   const size_t tilts = t.tilt.size();
   const size_t middle = tilts / 2;
@@ -58,7 +58,7 @@ float deviation_of(const ResponseTable& t, size_t cell, size_t component) {
   return std::sqrt(variance);
 }
 
-// Six pictures, one a component, over the table's last two axes at the middle of the first two.
+// Six pictures, one per component, over the table's last two axes, in the middle of the first two.
 template <typename Value>
 fs::path plot_slices(const ResponseTable& t, const std::string& title, const Value& value,
                      const fs::path& file) {
@@ -78,7 +78,7 @@ fs::path plot_slices(const ResponseTable& t, const std::string& title, const Val
                        (t.axes[2].period > 0 ? "set xtics 90\n" : "");
   for (size_t component = 0; component < 6; ++component) {
     script += "set title '" + names[component] + "'\nsplot '-' with pm3d\n";
-    // A periodic axis is closed: its first column comes again a period on.
+    // Close a periodic axis: repeat its first column one period later.
     const auto columns = static_cast<uint32_t>(t.axes[2].size() + (t.axes[2].period > 0 ? 1 : 0));
     for (uint32_t column = 0; column < columns; ++column) {
       const uint32_t i2 = column % static_cast<uint32_t>(t.axes[2].size());
@@ -148,7 +148,7 @@ fs::path plot_rest_poses(const std::vector<KnownRestPose>& poses, const fs::path
   return file;
 }
 
-// What spheres come to over what the object came to, in per cent, beside how sure that is.
+// Ratio of the spheres' figures to the object's, in per cent, with its uncertainty.
 fs::path plot_packing(const Packing& packing, const fs::path& file) {
   struct Row {
     const char* name;
@@ -169,7 +169,7 @@ fs::path plot_packing(const Packing& packing, const fs::path& file) {
     labels += (i > 0 ? ", \"" : "\"") + std::string(kRows[i].name) + "\" " + number(place);
     const double PackingFigures::*figure = kRows[i].figure;
     const double mean = packing.measured.*figure;
-    if (!(mean > 0)) continue;  // not told
+    if (!(mean > 0)) continue;  // not measured
     measured += number(place) + " 100 " + number(100 * packing.error.*figure / mean) + "\n";
     spheres += number(place) + " " + number(100 * packing.spheres.*figure / mean) + "\n";
   }

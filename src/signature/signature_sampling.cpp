@@ -17,7 +17,7 @@
 namespace pilesim {
 namespace {
 
-// A run that is killed loses at most this much of its work.
+// A killed run loses at most this much work.
 constexpr double kCheckpoint_s = 10;
 
 void check_options(const SignatureOptions& options) {
@@ -64,7 +64,7 @@ SignatureBody describe(const std::string& name, double scale, double volume_m3,
           .outer_radius_m = body.outer_radius_m};
 }
 
-// Everything that the cells' values depend on.
+// Identifies everything that the cells' values depend on.
 std::string fingerprint(const SignatureOptions& options, const ContactBody& body,
                         const ResponseTable& table) {
   Hasher hasher;
@@ -108,7 +108,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
   const std::string print = fingerprint(options, *setup.body, axes);
   take_up(options, print, sampler);
 
-  // In percent: how many trials a target error needs is known only when it is met.
+  // In per cent: the number of trials for a target error is unknown until it is reached.
   Progress progress(options.progress, options.stage, 100, "%");
   Stopwatch since_saved;
   const bool complete = sampler.run([&](uint64_t done, uint64_t expected) {
@@ -126,7 +126,7 @@ ResponseTable sample_responses(const SignatureOptions& options, const TrialSetup
                                          .found = "interrupted; what was measured is kept there",
                                          .remedy = "The same command goes on from it"});
   }
-  // Drops, pours and accuracy take as long again.
+  // Drops, pours and accuracy take about as long again.
   if (!options.partial_file.empty()) {
     write_partial_sampling({print, sampler.state()}, options.partial_file);
   }
@@ -161,7 +161,7 @@ AccuracyReport sample_accuracy(const SignatureOptions& options, const TrialSetup
   return measure_accuracy(setup, signature.heights, models, *options.accuracy);
 }
 
-// `mesh` lies in the frame that body.principal_axes and body.centre_of_mass tell of.
+// `mesh` lies in the frame of body.principal_axes and body.centre_of_mass.
 SignatureRun sample_body(const SignatureOptions& options, const TriangleMesh& mesh,
                          const ContactBody& body, SignatureBody described) {
   const TrialSetup setup{&body, options.material, options.kind, options.seed,
@@ -180,7 +180,7 @@ SignatureRun sample_body(const SignatureOptions& options, const TriangleMesh& me
     run.ignored_columns = std::move(measured.ignored);
   }
 
-  // From here on there is something to bring to a good end; before, Ctrl-C may just kill.
+  // From here on an interrupted run can save its work; before, Ctrl-C may simply kill it.
   install_interrupt_handler();
   Stopwatch watch;
   std::vector<ObservedRest> drops;
@@ -221,7 +221,7 @@ SignatureRun sample_signature(const SignatureOptions& options) {
   const TriangleMesh mesh =
       naming(name, [&] { return solid_to_sample(given, options.solid, &note); });
   ContactBody body = make_contact_body(mesh, name);
-  body.mesh_hash = mesh_hash(given);  // scenes know it by this
+  body.mesh_hash = mesh_hash(given);  // scenes refer to the mesh by this hash
   SignatureRun run = sample_body(options, mesh, body,
                                  describe(options.mesh.filename().string(), options.scale,
                                           mass_properties(mesh).volume_m3, body));

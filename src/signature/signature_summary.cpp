@@ -24,7 +24,7 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
   return text;
 }
 
-// Of numbers printed with three digits: no "-0.000".
+// Numbers are printed with three digits: avoid "-0.000".
 Vec3 without_negative_zero(const Vec3& v) {
   return v.unaryExpr([](double x) { return std::abs(x) < 5e-4 ? 0.0 : x; });
 }
@@ -106,8 +106,8 @@ std::string fit_text(const Signature& s) {
          growth_text(s.responses);
 }
 
-// Cells that took the response of others: how many of them each node of the axes has, and the
-// first ones by their keys.
+// Lists cells that took the response of others: their number per node of each axis, and the first
+// ones by their keys.
 constexpr size_t kEmptyListed = 8;
 
 std::string empty_text(const ResponseTable& t) {
@@ -163,7 +163,7 @@ std::string responses_text(const Signature& s) {
   return text;
 }
 
-// A round side has dozens of poses: more than these are counted, not listed.
+// A round side has dozens of poses: further ones are counted, not listed.
 constexpr size_t kPosesListed = 12;
 
 std::string pose_list(const Signature& s, const char* source) {

@@ -10,14 +10,13 @@
 
 namespace pilesim {
 
-// Several lines: the body, the material, the tables and how well they are known, rest poses,
-// accuracy.
+// Several lines: body, material, tables and their errors, rest poses, accuracy.
 std::string summary_text(const Signature& signature);
 
-// The accuracy report alone, one line a model.
+// The accuracy report alone, one line per model.
 std::string accuracy_text(const AccuracyReport& report);
 
-// How a fit was chosen and its residuals: the curve of size against error, residuals.
+// How a fit was chosen, and its residuals.
 std::string fit_report_text(const FitRun& run);
 
 // Draws pictures (PNG, by gnuplot) into `directory`, which exists, and gives their names:

@@ -1,4 +1,4 @@
-// Numbers in CBOR documents: typed arrays (RFC 8746), little-endian, and checks of what is read.
+// Arrays of numbers in CBOR documents: typed arrays (RFC 8746), little-endian, and their checks.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace pilesim {
 
 static_assert(std::endian::native == std::endian::little, "typed arrays are written as they lie");
 
-// Error(input) of a document. The file's name is added where it is known.
+// Throws Error(input) for a document. A caller that knows the file's name adds it.
 [[noreturn]] inline void damaged(const std::string& found, const std::string& expected) {
   throw Error(ErrorKind::input, {.found = found, .expected = expected});
 }
@@ -40,7 +40,7 @@ nlohmann::json to_array(const std::vector<T>& values) {
   return nlohmann::json::binary(std::move(bytes), array_tag<T>());
 }
 
-// The field `name`: `count` numbers, finite ones.
+// The field `name`: `count` finite numbers.
 template <typename T>
 std::vector<T> from_array(const nlohmann::json& from, const char* name, size_t count) {
   const nlohmann::json& field = from.at(name);

@@ -14,9 +14,9 @@
 namespace pilesim {
 namespace {
 
-// Planes meet at a vertex of the hull that lies this close to all, as a share of its extent.
+// Planes within this distance of a hull vertex meet there, as a share of the hull's extent.
 constexpr double kSamePoint = 1e-12;
-// Combinations of planes that are smaller than this say nothing about where they meet.
+// Smaller singular values do not determine where planes meet.
 constexpr double kLeastSingular = 1e-9;
 
 // A point inside and a linear map that makes the body about as thick as it is long.
@@ -43,8 +43,8 @@ Rounding make_round(const TriangleMesh& hull) {
   return rounding;
 }
 
-// The hull of the points that are dual to the planes: its vertices are faces, its triangles are
-// where three of them meet.
+// The hull of the points dual to the planes: its vertices are faces, and its triangles are the
+// points where three of them meet.
 std::vector<std::array<uint32_t, 3>> meeting_faces(const std::vector<HullFace>& faces,
                                                    const Rounding& rounding) {
   std::vector<Vec3> points;
@@ -67,7 +67,7 @@ std::vector<std::array<uint32_t, 3>> meeting_faces(const std::vector<HullFace>& 
   return cells;
 }
 
-// Where three faces meet; if that is not well determined, near the vertex of the hull that is the
+// The point where three faces meet. If it is poorly determined, a point near the hull vertex
 // farthest in their direction.
 Vec3 meeting_point(const TriangleMesh& hull, const std::vector<HullFace>& faces,
                    const std::array<uint32_t, 3>& cell, double extent) {
@@ -108,7 +108,7 @@ void connect(GaussMap& map) {
   }
 }
 
-// Faces that have a cell, in their order.
+// Keeps the faces that have a cell, in their order.
 GaussMap assemble(const TriangleMesh& hull, const std::vector<HullFace>& faces,
                   const Rounding& rounding, std::vector<uint32_t>& number) {
   GaussMap map;
@@ -135,7 +135,7 @@ GaussMap assemble(const TriangleMesh& hull, const std::vector<HullFace>& faces,
   return map;
 }
 
-// Of a face, its area over its greatest length, m.
+// Area of a face over its greatest length, m.
 double width(const GaussMap& map, uint32_t f) {
   const GaussMap::Side start = map.cell_at[f];
   const Vec3 first = map.apexes[start.cell];
@@ -152,7 +152,7 @@ double width(const GaussMap& map, uint32_t f) {
   return length > 0 ? area.norm() / length : 0;
 }
 
-// Those narrower than `tolerance`, the narrowest first and no two neighbours of one round.
+// Faces narrower than `tolerance`, narrowest first; no two neighbours are taken in one round.
 std::vector<uint8_t> narrow_faces(const GaussMap& map, double tolerance) {
   std::vector<double> widths;
   for (uint32_t f = 0; f < map.normals.size(); ++f) widths.push_back(width(map, f));

@@ -31,7 +31,7 @@ std::vector<RestPose> poses_of(const std::vector<Counted>& counted) {
   return poses;
 }
 
-// Clusters of the geometric faces, and of the drops that end near none of them.
+// Clusters of the geometric faces, and of the drops that ended near none of them.
 std::vector<Counted> count_drops(const std::vector<RestPose>& faces,
                                  std::span<const ObservedRest> drops) {
   std::vector<Counted> counted;
@@ -44,7 +44,7 @@ std::vector<Counted> count_drops(const std::vector<RestPose>& faces,
 
   std::vector<RestPose> strays;
   for (const ObservedRest& drop : drops) {
-    // By way of its face, since a cluster reaches farther than a face.
+    // A cluster reaches farther than a face, so search by face.
     const std::optional<size_t> face = nearest(faces, drop.up);
     if (!face) strays.push_back({.up = drop.up, .height_m = drop.height_m, .probability = 0});
   }
@@ -89,7 +89,7 @@ KnownRestPose by_simulation(const Counted& counted, size_t drops) {
 }  // namespace
 
 ShareInterval wilson_interval(double count, double of) {
-  constexpr double kDeviations = 1.959964;  // 97.5% of the normal distribution lie below
+  constexpr double kDeviations = 1.959964;  // 97.5% quantile of the normal distribution
   const double z2 = kDeviations * kDeviations;
   const double share = count / of;
   const double middle = share + z2 / (2 * of);

@@ -8,7 +8,7 @@ namespace pilesim {
 
 using Side = GaussMap::Side;
 
-// The cells that have the face as a corner, counter-clockwise, each as the side that starts there.
+// The cells that share the face as a corner, counter-clockwise, each as the side that starts there.
 std::vector<Side> RestFlow::cells_round(uint32_t face) const {
   std::vector<Side> round;
   Side at = map_.cell_at[face];
@@ -25,14 +25,14 @@ bool RestFlow::stable(uint32_t face) const {
   });
 }
 
-// The side over which a great circle that came in over `in` leaves the cell; `left` is its normal,
-// which points to the left of the way.
+// The side over which a great circle that entered over `in` leaves the cell. `left` is its normal,
+// to the left of the direction of travel.
 Side RestFlow::way_out(const Side& in, const Vec3& left) const {
   const bool opposite_is_left = left.dot(map_.normals[map_.face(in, 2)]) > 0;
   return {in.cell, (in.corner + (opposite_is_left ? 1 : 2)) % 3};
 }
 
-// Where the great circle crosses the side: always between its ends.
+// Intersection of the great circle with the side, always between its ends.
 Vec3 RestFlow::crossing(const Side& side, const Vec3& left) const {
   const Vec3& a = map_.normals[map_.face(side)];
   const Vec3& b = map_.normals[map_.face(side, 1)];
@@ -41,8 +41,8 @@ Vec3 RestFlow::crossing(const Side& side, const Vec3& left) const {
   return (to_b * a + to_a * b).stableNormalized();
 }
 
-// From `d` on the side over which the flow leaves a cell through other cells to a valley, and along
-// it to the face at its end.
+// Follows the flow that leaves a cell over `out` at `d` through other cells to a valley, and along
+// the valley to the face at its end.
 uint32_t RestFlow::descend(Side out, Vec3 d) const {
   for (size_t guard = 0; guard < map_.cells.size(); ++guard) {
     const Side in = map_.across[out.cell][out.corner];
@@ -56,15 +56,15 @@ uint32_t RestFlow::descend(Side out, Vec3 d) const {
   return map_.foot(out).cross(d).dot(axis) > 0 ? b : a;
 }
 
-// From the normal of a face over which the centre of mass does not stand the flow starts away from
-// the point of the face that is nearest to the foot of the centre.
+// Where the centre of mass does not project into the face, the flow starts at its normal and leads
+// away from the face's point nearest to the projection.
 uint32_t RestFlow::leave_face(uint32_t face) const {
   const Vec3& normal = map_.normals[face];
   const Vec3 foot = map_.heights[face] * normal;
   const std::vector<Side> round = cells_round(face);
   double least = std::numeric_limits<double>::infinity();
   Vec3 nearest = foot;
-  uint32_t beyond_edge = face;  // or itself: at a corner
+  uint32_t beyond_edge = face;  // or the face itself, at a corner
   for (size_t i = 0; i < round.size(); ++i) {
     const Vec3& a = map_.apexes[round[i].cell];
     const Vec3 along = map_.apexes[round[(i + 1) % round.size()].cell] - a;
@@ -96,7 +96,7 @@ uint32_t RestFlow::leave_face(uint32_t face) const {
 }
 
 uint32_t RestFlow::from_face(uint32_t face) const {
-  // U falls from face to face, but for rounding.
+  // U falls from face to face, except for rounding.
   for (size_t guard = 0; guard < map_.normals.size() && !stable(face); ++guard) {
     face = leave_face(face);
   }
@@ -121,7 +121,7 @@ uint32_t RestFlow::from_direction(const Vec3& down) const {
   const Vec3& apex = map_.apexes[cell];
   const Vec3 left = apex.cross(down);
   const Vec3 ahead = down.dot(apex) * down - apex;
-  // The great circle crosses two sides, one of them ahead.
+  // The great circle crosses two sides, one of them in the direction of travel.
   Side out{cell, 0};
   Vec3 exit = down;
   double farthest = -std::numeric_limits<double>::infinity();
@@ -154,7 +154,7 @@ std::vector<Saddle> RestFlow::saddles() const {
   return saddles;
 }
 
-// Up from the last of `points`, on the side `in` of a cell, to a peak.
+// Follows the flow uphill from the last of `points`, on the side `in` of a cell, to a peak.
 void RestFlow::climb(Side in, std::vector<Vec3>& points) const {
   for (size_t guard = 0; guard < map_.cells.size(); ++guard) {
     const Vec3 apex = map_.apexes[in.cell].stableNormalized();

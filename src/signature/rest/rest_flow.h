@@ -1,4 +1,4 @@
-// How a body rolls without inertia, over the sphere of directions (see rest_poses.h).
+// Inertia-free rolling of a body as a flow on the sphere of directions (see rest_poses.h).
 #pragma once
 
 #include <cstdint>
@@ -8,33 +8,33 @@
 
 namespace pilesim {
 
-// Where a body stands on an edge and may tip over either way.
+// A pose balanced on an edge, from which the body may tip either way.
 struct Saddle {
   GaussMap::Side side;
 };
 
-// The flow that falls along the height of the centre of mass, U. Within a cell U(d) = d . v: it
-// runs along great circles away from v / |v|. Every path ends, whatever rounding makes of the
+// The flow down the gradient of U, the height of the centre of mass. Within a cell U(d) = d . v, so
+// the flow follows great circles away from v / |v|. Every path ends, whatever the rounding of its
 // steps.
 class RestFlow {
  public:
   // `map` must outlive the flow.
   explicit RestFlow(const GaussMap& map) : map_(map) {}
 
-  // The foot of the centre of mass lies within the face.
+  // The centre of mass projects into the face.
   bool stable(uint32_t face) const;
 
-  // The stable face that the flow from a face's normal, or from any direction, reaches.
+  // The stable face that the flow reaches from a face's normal, or from any direction.
   uint32_t from_face(uint32_t face) const;
   uint32_t from_direction(const Vec3& down) const;
 
   std::vector<Saddle> saddles() const;
 
-  // The flow lines that come down into the saddle, from peak to peak: points at which they turn.
-  // The face before the saddle's side, face(side), is to their left.
+  // The flow lines that descend into the saddle, from peak to peak, as their turning points. The
+  // face before the saddle's side, face(side), is to their left.
   std::vector<Vec3> border(const Saddle& saddle) const;
 
-  // Vertices that are a maximum of U.
+  // Number of vertices that are a maximum of U.
   size_t peak_count() const;
 
  private:

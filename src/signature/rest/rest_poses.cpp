@@ -19,13 +19,13 @@
 namespace pilesim {
 namespace {
 
-// Shares of the heights by which planes move apart where the flow on them is undecided.
+// Relative shifts that separate coincident planes where the flow on them is undecided.
 constexpr std::array<double, 5> kShifts = {0, 1e-12, 1e-11, 1e-10, 1e-9};
-// Basins cover the sphere within this.
+// Largest error of the basins' total area.
 constexpr double kAreaError = 1e-6;
 
-// The sum over a border is the area up to whole spheres (its triangles may wind around); rounding
-// may leave a basin of no area just below 0.
+// The sum over a border is the area up to whole spheres, since its triangles may wind around.
+// Rounding may put an empty basin just below 0.
 double area_of_sum(double sum) {
   const double sphere = 4 * kPi;
   const double area = sum - sphere * std::floor(sum / sphere);
@@ -37,7 +37,7 @@ size_t find_root(std::vector<size_t>& parent, size_t i) {
   return i;
 }
 
-// From 0 on in the order of first appearance.
+// Numbers families from 0 in order of first appearance.
 void number_families(std::vector<RestPose>& poses) {
   std::map<uint32_t, uint32_t> number;
   for (RestPose& pose : poses) {
@@ -52,12 +52,12 @@ double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return 2 * std::atan2(a.dot(b.cross(c)), 1 + a.dot(b) + b.dot(c) + c.dot(a));
 }
 
-// Nothing if basins do not cover the sphere once.
+// Empty if the basins do not cover the sphere exactly once.
 std::optional<std::vector<RestPose>> poses_on(const GaussMap& map) {
   const RestFlow flow(map);
 
-  // Each saddle's two flow lines down end in two minima, and its two lines up are the border
-  // between their basins. The area of a basin is the sum of triangles from its minimum over its
+  // Each saddle's two descending flow lines end in minima, and its two ascending lines are the
+  // border between their basins. A basin's area is the sum of triangles from its minimum to its
   // border.
   const std::vector<Saddle> saddles = flow.saddles();
   // Extremes and saddles of any function on the sphere: peaks - saddles + pits = 2.

@@ -25,33 +25,33 @@ struct RestPose {
   Vec3 up;          // unit, body frame: the plane's normal when at rest (n_rest of section 3.2.3.3)
   double height_m;  // of the centre of mass above the plane (h_rest)
   double probability;   // 0 .. 1
-  uint32_t family = 0;  // poses that a slight push joins have the same, see kFamilyBarrier
+  uint32_t family = 0;  // the same for poses that a slight disturbance joins, see kFamilyBarrier
 };
 
-// Two neighbouring poses are of one family when the centre of mass need not rise by more than this
-// share of its height to roll from the lower of them into the other, and so either way: the facets
-// of a round side, of which each is a pose of its own. (The sides of a prism of 12 sides need
-// 0.035, of 16 0.020.)
+// Two neighbouring poses belong to one family if rolling from the lower into the higher one raises
+// the centre of mass by at most this share of its height. The facets of a round side, each a pose
+// of its own, then form one family. (The sides of a prism of 12 sides need 0.035, of 16 sides
+// 0.020.)
 inline constexpr double kFamilyBarrier = 0.03;
 
 // All stable faces of `hull` (closed, convex, outward, the centre of mass at the origin and
-// inside), what is flat within its rounding taken as one face (geometry/hull_faces.h), by falling
-// probability; they sum to 1.
+// inside), by falling probability; the probabilities sum to 1. Faces that are coplanar within
+// rounding count as one (geometry/hull_faces.h).
 std::vector<RestPose> stable_rest_poses(const TriangleMesh& hull);
 
 // The same of the hull of `mesh` about its centre of mass.
 std::vector<RestPose> mesh_rest_poses(const TriangleMesh& mesh, const Vec3& centre_of_mass);
 
-// For each of `downs` (unit, body frame) the pose that the flow reaches from it: an index into
-// `poses`, which stable_rest_poses() gave for the same hull. Follows the flow step by step, which
-// checks the areas by sampling.
+// For each of `downs` (unit, body frame) the pose that the flow reaches: an index into `poses`,
+// which stable_rest_poses() gave for the same hull. It follows the flow step by step, which checks
+// the areas by sampling.
 std::vector<size_t> roll_to_rest(const TriangleMesh& hull, const std::vector<RestPose>& poses,
                                  std::span<const Vec3> downs);
 
-// Joins poses whose `up` lie within `angle` (radians) of a likelier one, adding probabilities, and
-// drops families whose members together stay below `least_probability`. The facets of a round side
-// thus remain as a ring of poses, of which each may be less likely than that: one `up` could not
-// stand for all of them, and without any a stick would have nothing but its ends to rest on.
+// Joins poses whose `up` lie within `angle` (radians) of a more probable one, adding probabilities,
+// and drops families whose total stays below `least_probability`. The facets of a round side stay
+// as a ring of poses, however improbable each is: no single `up` can stand for them, and without
+// them a stick could rest only on its ends.
 inline constexpr double kRestPoseAngle = radians(5);
 inline constexpr double kLeastRestProbability = 0.05;  // of section 3.2.3.3
 std::vector<RestPose> cluster_rest_poses(const std::vector<RestPose>& poses, double angle,

@@ -11,14 +11,14 @@ namespace {
 
 using Eigen::MatrixXd;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using Polynomial = std::array<double, kMostDegree + 1>;  // by powers
+using Polynomial = std::array<double, kMostDegree + 1>;  // coefficients by powers
 
-// Below this share of the largest pivot a column of the basis hangs on no data.
+// A pivot below this share of the largest means that a column of the basis sees no data.
 constexpr double kRankTolerance = 1e-7;
-// Conjugate gradients: until the gradient has fallen by this factor.
+// Conjugate gradients stop when the gradient has fallen by this factor.
 constexpr double kGradientFall = 1e-10;
 constexpr int kMostIterations = 300;
-constexpr double kLeastGap = 0.1;  // of the mean one
+constexpr double kLeastGap = 0.1;  // relative to the mean gap
 
 // `to` += (a + b u) p(u)
 void add_product(Polynomial& to, const Polynomial& p, double a, double b) {
@@ -28,9 +28,9 @@ void add_product(Polynomial& to, const Polynomial& p, double a, double b) {
   }
 }
 
-// Cox and de Boor's recursion carried out on polynomials of u = (t - knot of the span) / length:
-// the functions that are not zero in the span between `knots[degree]` and `knots[degree + 1]`,
-// knots around it in `knots` (2 degree + 2). In units where the span has the length 1.
+// Cox and de Boor's recursion on polynomials of u = (t - knot of the span) / length. It gives the
+// functions that are not zero in the span between `knots[degree]` and `knots[degree + 1]`; `knots`
+// holds the 2 degree + 2 knots around it, in units where the span has length 1.
 std::vector<Polynomial> span_polynomials(int degree, std::span<const double> knots) {
   const auto p = static_cast<size_t>(degree);
   const double start = knots[p];
@@ -54,7 +54,7 @@ struct AxisSolver {
   MatrixXd inverse;  // (control points, control points), of the triangle R
 };
 
-// What of the weights is a factor an axis: their geometric means.
+// The part of the weights that is a product of one factor per axis: their geometric means.
 std::vector<std::vector<double>> separable_part(const std::vector<size_t>& sizes,
                                                 std::span<const double> weights) {
   double mean = 0;
@@ -134,7 +134,7 @@ struct TensorSolver {
     }
   }
 
-  // Onto the orthonormal basis and back.
+  // Projects onto the orthonormal basis and back.
   Grid project(Grid grid) const {
     for (size_t i = 0; i < axes.size(); ++i) grid = apply_along(grid, i, axes[i].q.transpose());
     return grid;

@@ -17,7 +17,7 @@ namespace pilesim {
 inline constexpr int kMostDegree = 7;  // the weights of one variable then fill a register
 
 // The basis functions of one variable t in [0, 1] over uniform knots: clamped, so that the curve
-// ends in its end control points, or round a circle.
+// ends in its end control points, or periodic.
 class BSplineBasis {
  public:
   // 0 <= degree <= kMostDegree, degree < control_points.
@@ -27,8 +27,8 @@ class BSplineBasis {
   int control_points() const { return control_points_; }
   bool periodic() const { return periodic_; }
 
-  // The degree + 1 functions that are not zero at t, in `weights`, zeros behind them; gives the
-  // number of the first one (periodic: the others follow modulo control_points()).
+  // Writes the degree + 1 functions that are not zero at t into `weights`, followed by zeros, and
+  // gives the index of the first one (periodic: the others follow modulo control_points()).
   template <typename T>
   int evaluate(T t, std::array<T, kMostDegree + 1>& weights) const {
     const T place = std::clamp(t, T(0), T(1)) * static_cast<T>(spans_);
@@ -49,7 +49,7 @@ class BSplineBasis {
 
  private:
   template <typename T>
-  using Rows = std::vector<std::array<T, kMostDegree + 1>>;  // (spans, powers), a function a column
+  using Rows = std::vector<std::array<T, kMostDegree + 1>>;  // (spans, powers) per function
   template <typename T>
   const Rows<T>& polynomials() const {
     if constexpr (std::is_same_v<T, float>) {
@@ -62,17 +62,17 @@ class BSplineBasis {
   int degree_, control_points_;
   bool periodic_;
   int spans_;
-  Rows<double> polynomials_;  // of the place within the span, 0 to 1
+  Rows<double> polynomials_;  // in the position within the span, 0 to 1
   Rows<float> polynomials_float_;
 };
 
-// One axis of a spline: the nodes of the table's axis, where each lies in [0, 1], and the basis.
+// One axis of a spline: the nodes of the table's axis, their positions in [0, 1], and the basis.
 struct SplineAxis {
   Axis axis;
   std::vector<float> parameters;  // of the nodes, ascending, 0 first; 1 last unless periodic
   BSplineBasis basis;
 
-  // Linear between nodes; keys beyond the ends are held there.
+  // Linear between nodes; keys beyond the ends are clamped.
   float parameter(float key) const {
     const AxisPlace place = locate(axis, key);
     const float low = parameters[place.low];
@@ -81,7 +81,7 @@ struct SplineAxis {
   }
 };
 
-// Values in a grid: cells in row-major order (the last axis runs fastest), `width` values a cell.
+// Values in a grid: cells in row-major order (the last axis runs fastest), `width` values per cell.
 struct Grid {
   std::vector<size_t> sizes;
   size_t width = 1;
@@ -97,25 +97,24 @@ struct Grid {
 // `matrix` (m, n) applied along an axis of size n, which becomes m.
 Grid apply_along(const Grid& grid, size_t axis, const Eigen::MatrixXd& matrix);
 
-// Where the nodes lie in [0, 1]. Uniform: evenly. Centripetal: apart by the square root of the
-// distance between the data of neighbouring nodes (Lee 1989), the mean over the grid's lines;
-// no gap is below a tenth of the mean one, or the knots between would see no data.
+// Positions of the nodes in [0, 1]. Uniform: evenly spaced. Centripetal: spaced by the square root
+// of the distance between the data of neighbouring nodes (Lee 1989), the mean over the grid's
+// lines. No gap is below a tenth of the mean, or the knots within it would see no data.
 enum class Parametrisation { uniform, centripetal };
 std::vector<float> node_parameters(Parametrisation method, const Grid& data, size_t index,
                                    const Axis& axis);
 
-// The control points, a grid, of the spline nearest to `data` in weighted least squares.
-// `weights` (cells) > 0. With weights that are products of one factor an axis this is one solution
-// by QR an axis; what the weights have beyond that is solved for by conjugate gradients on top of
-// it, to rounding. Throws Error(usage) where an axis has fewer nodes than control points or leaves
-// one of them without data.
+// The control points of the spline nearest to `data` in weighted least squares, as a grid.
+// `weights` (cells) > 0. If the weights are products of one factor per axis, one QR solution per
+// axis is enough; conjugate gradients then solve for the rest of the weights, to rounding. Throws
+// Error(usage) where an axis has fewer nodes than control points, or a control point sees no data.
 Grid fit_spline(std::span<const SplineAxis> axes, const Grid& data,
                 std::span<const double> weights);
 
-// How much splines of many sizes would leave of the same data, quickly: for searches.
+// Quick residuals of splines of many sizes for the same data, for searches.
 class SeparableResidual {
  public:
-  // `weights` are taken as products of one factor an axis.
+  // `weights` are approximated by products of one factor per axis.
   SeparableResidual(const Grid& data, std::span<const double> weights);
   // Sum of weighted squares over cells and values. Throws as fit_spline() does.
   double of(std::span<const SplineAxis> axes) const;
@@ -126,7 +125,7 @@ class SeparableResidual {
   double all_;
 };
 
-// The spline at the nodes.
+// The values of the spline at the nodes.
 Grid at_nodes(std::span<const SplineAxis> axes, const Grid& control);
 
 }  // namespace pilesim

@@ -8,14 +8,14 @@
 namespace pilesim {
 namespace {
 
-// Of the mean precision: cells that no trial reached.
+// Relative to the mean precision, for cells that no trial reached.
 constexpr double kUnknown = 1e-6;
-// Of the largest deviation in the table: a logarithm needs something.
+// Relative to the largest deviation in the table: keeps logarithms finite.
 constexpr double kLeastDeviation = 1e-3;
-// Of the root mean square magnitude: directions of shorter responses count as those.
+// Relative to the root mean square magnitude: shorter responses count as this long.
 constexpr double kLeastMagnitude = 0.05;
 
-// Heights are smooth: so many control points, rounded to this share of the outer radius.
+// Heights are smooth and need few control points, rounded to this share of the bounding radius.
 constexpr int kHeightControlPoints = 7;
 constexpr double kHeightStep = 1e-3;
 
@@ -32,7 +32,7 @@ std::vector<double> cell_units(const ResponseTable& table, double gyration_m) {
   return units;
 }
 
-// What a spin is multiplied with to be comparable to a velocity.
+// Factor that makes a spin comparable to a velocity.
 double spin_scale(const ResponseTable& table, double gyration_m) {
   return table.layout == TableLayout::dissertation ? gyration_m : 1.0;
 }
@@ -45,7 +45,7 @@ void weigh(FitProblem& problem, const ResponseTable& table, const std::vector<do
     mean += errors2[cell];
     ++known;
   }
-  // Where all responses are alike, as a sphere's, nothing tells cells apart.
+  // Where all responses are alike, as for a sphere, nothing distinguishes the cells.
   mean = known > 0 && mean > 0 ? mean / known : 1;
   double sum = 0;
   for (size_t cell = 0; cell < errors2.size(); ++cell) {
@@ -66,8 +66,8 @@ Grid grid_of(const ResponseTable& table, size_t width) {
   return grid;
 }
 
-// Magnitude and direction of the three values from `first` on. Directions come in units of the root
-// mean square magnitude, so that one rounding suits all.
+// Adds magnitude and direction of the three values from `first` on. Directions are scaled by the
+// root mean square magnitude, so that one rounding step suits all.
 void add_spherical(FitProblem& problem, const ResponseTable& table,
                    const std::vector<double>& units, size_t first, double scale) {
   FitPart magnitude{.data = grid_of(table, 1), .weights = {}};
@@ -93,7 +93,7 @@ void add_spherical(FitProblem& problem, const ResponseTable& table,
   problem.parts.push_back(std::move(direction));
 }
 
-// All parts side by side.
+// Fits all parts into one grid, side by side.
 Grid fit_parts(const FitProblem& problem, std::span<const SplineAxis> axes) {
   Grid all;
   size_t at = 0;
@@ -128,7 +128,7 @@ size_t FitProblem::width() const {
 
 std::vector<SplineAxis> FitProblem::axes(const ResponseTable& table, const SplineSize& size,
                                          Parametrisation parametrisation) const {
-  // Distances between data for all values at once.
+  // Distances use all values of the data at once.
   Grid all = grid_of(table, width());
   for (size_t cell = 0; cell < table.cell_count(); ++cell) {
     for (const FitPart& part : parts) {
@@ -205,7 +205,7 @@ FitProblem spread_problem(const ResponseTable& table, double gyration_m) {
   FitPart part{.data = grid_of(table, width), .weights = {}};
   const float largest = *std::max_element(table.spread.begin(), table.spread.end());
   for (size_t cell = 0; cell < errors2.size(); ++cell) {
-    // An error of a logarithm is one of the deviation relative to it.
+    // An error of the logarithm is the relative error of the deviation.
     part.weights.push_back(problem.precision[cell] *
                            (raw ? std::max(size2[cell] / 6, kUnknown) : 1));
     for (size_t i = 0; i < width; ++i) {
@@ -257,7 +257,7 @@ ResponseFit fit_responses(const ResponseTable& table, double gyration_m,
   fit.mean = round_spline(mean_axes, fit_parts(mean, mean_axes),
                           settings.mean_step * rounding_unit(table, gyration_m));
   fit.spread = round_spline(spread_axes, fit_parts(spread, spread_axes), settings.spread_step);
-  // Fitted as k w; directions have no unit.
+  // Spins are fitted as k w; directions have no unit.
   const auto scale = static_cast<float>(spin_scale(table, gyration_m));
   const bool spherical = settings.coordinates == ResponseCoordinates::spherical;
   for (size_t k = spherical ? 4 : 3; k < (spherical ? 5 : 6); ++k) {

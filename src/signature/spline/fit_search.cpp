@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::array kSteps = {0.002, 0.003, 0.004, 0.006, 0.008, 0.012,
                                0.016, 0.024, 0.032, 0.048, 0.064};
-constexpr size_t kLongestMove = 3;  // control points that one move adds
-// Control points lie outside the data's range by about this share of it.
+constexpr size_t kLongestMove = 3;  // most control points that one move adds
+// Control points exceed the data's range by about this share of it.
 constexpr double kOvershoot = 0.2;
-constexpr double kFewestBits = 5;  // a level; bounds how many control points are tried
+constexpr double kFewestBits = 5;  // per level; bounds the number of control points tried
 
 struct Option {
   SplineSize size;
@@ -88,7 +88,7 @@ class SizeSearch {
     return axes;
   }
 
-  // Nothing where a control point sees no data.
+  // Empty where a control point sees no data.
   std::optional<double> expected_error2(const SplineSize& size) const {
     const auto axes = axes_of(size);
     double residual = 0;
@@ -99,7 +99,7 @@ class SizeSearch {
     }
     const auto cells = static_cast<double>(table_.cell_count());
     const double share = static_cast<double>(size.count()) / cells;
-    // The residual is short of the noise that the fit follows, and has that which it does not.
+    // The residual lacks the noise that the fit follows and contains the noise that it does not.
     return std::max(residual / cells - problem_.noise * (1 - 2 * share), problem_.noise * share);
   }
 
@@ -137,7 +137,7 @@ class SizeSearch {
 
   void add_options(const SplineSize& size, double error2, size_t most_bytes,
                    std::vector<Option>& options) const {
-    // What rounding of the control points leaves of itself in the surface: the mean square weight.
+    // Share of the control points' rounding that remains in the surface: the mean square weight.
     double kept = 1;
     for (const SplineAxis& axis : axes_of(size)) {
       const std::vector<double> parameters(axis.parameters.begin(), axis.parameters.end());

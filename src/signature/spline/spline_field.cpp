@@ -36,7 +36,7 @@ SplineField round_spline(std::span<const SplineAxis> axes, const Grid& control, 
       low = std::min(low, control.values[i]);
       high = std::max(high, control.values[i]);
     }
-    // As floats from here on: levels are those of the values that are stored.
+    // Use floats from here on: levels refer to the values as stored.
     const float first = static_cast<float>(low);
     const float apart = static_cast<float>(std::max(step, (high - low) / most));
     double highest = 0;
@@ -144,7 +144,7 @@ void SplineEvaluator::sum(const AxisPlace* places, float* values) const {
       const float weight_j = weight[0][i] * weight[1][j];
       for (size_t k = 0; k < count[2]; ++k) {
         const float* at_k = at_j + offset[2][k];
-        // A sum of its own for each line: a long chain of additions would wait for itself.
+        // Each line has its own sum: a single chain of additions would stall on its latency.
         V line[kRegisters];
         for (V& l : line) l = hn::Zero(d);
         for (size_t l = 0; l < kLast; ++l) {

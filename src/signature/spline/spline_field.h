@@ -1,5 +1,5 @@
-// A spline as it is stored: control points rounded to integer levels, a step for each value; and as
-// it is evaluated, many times a second.
+// A spline as stored (control points rounded to integer levels, one step per value) and its fast
+// evaluation.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ inline constexpr int kMostBits = 16;
 
 struct SplineField {
   std::vector<SplineAxis> axes;
-  size_t width = 0;  // values a control point
+  size_t width = 0;  // values per control point
   // Control point i has the values low[k] + step[k] levels[i * width + k].
   std::vector<float> low, step;  // (width)
-  std::vector<uint8_t> bits;     // (width) of a level, 0 (a constant) to kMostBits
+  std::vector<uint8_t> bits;     // (width) bits of a level, 0 (a constant) to kMostBits
   std::vector<uint32_t> levels;  // (control points, width), control points in row-major order
 
   size_t control_points() const;
@@ -27,19 +27,19 @@ struct SplineField {
   }
 };
 
-// Rounds `control` to multiples of `step` (> 0), a value coarser where that would take more than
-// kMostBits.
+// Rounds `control` to multiples of `step` (> 0), with a coarser step for values that would need
+// more than kMostBits.
 SplineField round_spline(std::span<const SplineAxis> axes, const Grid& control, double step);
 Grid control_grid(const SplineField& field);
 
-// Levels one after the other, each with the bits of its value, the lowest bit first.
+// Levels one after the other, each with its value's number of bits, lowest bit first.
 size_t packed_size(size_t control_points, std::span<const uint8_t> bits);
 std::vector<uint8_t> pack_levels(const SplineField& field);
-// For a field that has all but its levels; `packed` has packed_size() bytes.
+// For a field that lacks only its levels; `packed` has packed_size() bytes.
 void unpack_levels(std::span<const uint8_t> packed, SplineField& field);
 
-// Values of a spline over four axes. A register holds values of one point: all values share the
-// weights, and neighbouring points share no control points.
+// Evaluates a spline over four axes. A register holds the values of one point: all values share the
+// weights, while neighbouring points share no control points.
 class SplineEvaluator {
  public:
   static constexpr size_t kMostWidth = 24;
@@ -47,13 +47,13 @@ class SplineEvaluator {
   // 4 axes, width <= kMostWidth.
   explicit SplineEvaluator(const SplineField& field);
 
-  // The places of the keys on the axes (locate()); writes the field's width rounded up to a
+  // `places` of the keys on the axes come from locate(). Writes the field's width rounded up to a
   // multiple of 8.
   void evaluate(const AxisPlace* places, float* values) const;
 
  private:
   struct AxisMap {
-    std::vector<float> low, span;  // (nodes) parameter at a node, and of the gap behind it
+    std::vector<float> low, span;  // (nodes) parameter at a node, and width of the gap after it
     BSplineBasis basis;
     uint32_t stride;  // floats between control points
   };

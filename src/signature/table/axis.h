@@ -1,4 +1,4 @@
-// The keys of a table, each sampled at nodes, with linear interpolation between them.
+// The axes of a table: keys sampled at nodes, with linear interpolation between them.
 #pragma once
 
 #include <algorithm>
@@ -19,8 +19,8 @@ struct Axis {
   size_t size() const { return nodes.size(); }
 };
 
-// Between which nodes a value lies: value = (1 - high_weight) low + high_weight high. Values beyond
-// the ends are held at the ends.
+// The nodes around a value: value = (1 - high_weight) low + high_weight high. Values beyond the
+// ends are clamped.
 struct AxisPlace {
   uint32_t low, high;
   float high_weight;

@@ -1,4 +1,4 @@
-// Axes of signatures as charts show them.
+// Labels for the axes of signatures in charts.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace pilesim {
 
 std::string number(double value);  // for a chart's data
 
-// A node of an axis, angles in degrees, and the axis's label.
+// A node's value as shown, angles in degrees, and the axis's label.
 double shown(const Axis& axis, size_t node);
 double shown_key(const Axis& axis, double key);
 std::string label(const Axis& axis);

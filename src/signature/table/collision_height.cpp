@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-// Names the random sequences apart from those of the response table's cells.
+// Keeps the random sequences apart from those of the response table's cells.
 constexpr uint64_t kHeightObjects = uint64_t{1} << 40;
 
 CollisionHeightTable empty_table(TableLayout layout, double gyration_m) {
@@ -44,9 +44,9 @@ TrialRequest request_of(const CollisionHeightTable& table, size_t cell, double g
   TrialRequest request;
   request.velocity = Vec3(0, ratio ? -1 : -std::cos(spin), 0);
   request.spin = (ratio ? spin : std::sin(spin) / gyration_m) * direction;
-  // The dissertation launches. To launch at the nodes' spins would not do for two keys: precession
-  // moves most contacts away from the nodes, and those that stay, of bodies that turn about a
-  // principal axis, would stand for all (a ring: 37% of the variance of heights unexplained).
+  // The dissertation launches at the nodes' spins. With two keys this fails: precession moves most
+  // contacts away from the nodes, and bodies that turn about a principal axis, which stay, would
+  // represent all. (For a ring this leaves 37% of the variance of heights unexplained.)
   request.start = ratio ? TrialStart::launch : TrialStart::contact;
   request.spread = ratio ? SpinSpread::everywhere : SpinSpread::fixed;
   request.object = kHeightObjects + cell;

@@ -1,5 +1,5 @@
-// How high the centre of mass stands over the plane when a body touches it: the radius of the
-// sphere that stands for the body (dissertation 3.2.3.1).
+// Height of the centre of mass above the plane at first touch: the radius of the sphere that stands
+// for the body (dissertation 3.2.3.1).
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace pilesim {
 
-// One row a cell; cells in row-major order of the axes.
-// Dissertation's layout: |w| / |v| (1/m), one node of tilt; the body falls straight down, the spin
-// has any direction. Scale-free: atan(k |w| / v_n) and the angle of the spin to the plane's normal,
-// which between them are all that the time to the contact depends on.
+// One row per cell; cells in row-major order of the axes. Dissertation's layout: |w| / |v| (1/m),
+// one node of tilt; the body falls straight down, and its spin has any direction. Scale-free
+// layout: atan(k |w| / v_n) and the angle of the spin to the plane's normal. The time to the
+// contact depends on these two alone.
 struct CollisionHeightTable {
   TableLayout layout = TableLayout::scale_free;
   Axis spin;
@@ -37,8 +37,8 @@ CollisionHeight collision_height(const CollisionHeightTable& table, float gyrati
 inline constexpr uint32_t kDissertationHeightTrials = 100;
 inline constexpr uint32_t kHeightTrials = 256;
 
-// Measures the table, in parallel, with `trials` contacts a cell, in the scale-free layout in the
-// mean.
+// Measures the table in parallel, with `trials` contacts per cell (in the scale-free layout: on
+// average).
 CollisionHeightTable sample_collision_heights(const TrialSetup& setup, TableLayout layout,
                                               uint32_t trials);
 

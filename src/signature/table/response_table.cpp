@@ -14,7 +14,7 @@ Axis even_axis(std::string name, std::string unit, double first, double last, in
   return axis;
 }
 
-// Denser towards zero, where responses change most.
+// Nodes are denser towards zero, where responses change most.
 Axis squared_axis(std::string name, std::string unit, double first_part, double last, int count) {
   Axis axis{.name = std::move(name), .unit = std::move(unit)};
   for (int i = 0; i < count; ++i) {
@@ -24,8 +24,8 @@ Axis squared_axis(std::string name, std::string unit, double first_part, double 
   return axis;
 }
 
-constexpr double kSteepest = radians(84);     // theta: at 90 degrees nothing collides any more
-constexpr double kFastestSpin = radians(87);  // alpha, likewise
+constexpr double kSteepest = radians(84);     // theta: at 90 degrees nothing collides
+constexpr double kFastestSpin = radians(87);  // alpha: the same
 constexpr double kTopSpeed_m_s = 10;          // of the dissertation's layout; 10 m/s is a 5 m fall
 
 }  // namespace

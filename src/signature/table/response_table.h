@@ -1,10 +1,10 @@
-// The response of a body to a collision, by its approach: tables of the mean and spread of the
-// velocities after, over the keys of a collision.
+// The response of a body to a collision: tables of the mean and spread of the velocities after it,
+// over the keys of the collision.
 //
 // Working frame of a collision with a plane of normal n: y = n, x along the part of the velocity
 // that is parallel to the plane, z = x cross y. In it the velocity is |v| (sin theta, -cos theta,
-// 0), and the spin has the angle phi to the velocity; psi is its azimuth about the velocity, from
-// z cross v towards z.
+// 0), and the spin has the angle phi to the velocity; psi is its azimuth about the velocity, from z
+// cross v towards z.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +20,11 @@
 namespace pilesim {
 
 enum class TableLayout {
-  // theta, phi, |v|, |w|; psi is averaged over. Responses are v+ - v+ of a particle (m/s) and w+
-  // (rad/s), with independent components (dissertation 3.2.3.2).
+  // Keys theta, phi, |v|, |w|; psi is averaged over. Responses are v+ minus the v+ of a particle
+  // (m/s) and w+ (rad/s), with independent components (dissertation 3.2.3.2).
   dissertation,
-  // theta, phi, psi, alpha = atan(k |w| / |v|). Responses are v+ and k w+ in units of
-  // sqrt(v^2 + k^2 w^2), with their full covariance. Right only where the restitution does not
-  // depend on speed.
+  // Keys theta, phi, psi, alpha = atan(k |w| / |v|). Responses are v+ and k w+ in units of sqrt(v^2
+  // + k^2 w^2), with their full covariance. Valid only where restitution does not depend on speed.
   scale_free,
 };
 std::string layout_name(TableLayout layout);
@@ -34,21 +33,21 @@ using Vector6 = Eigen::Matrix<float, 6, 1>;  // v+ (3), w+ (3), working frame, u
 inline constexpr size_t kFactorSize = 21;    // of a lower triangular 6 x 6 matrix, row by row
 constexpr size_t lower_index(size_t row, size_t column) { return row * (row + 1) / 2 + column; }
 
-// One row a cell; cells in row-major order of the axes (the last one runs fastest).
+// One row per cell; cells in row-major order of the axes (the last one runs fastest).
 struct ResponseTable {
   TableLayout layout = TableLayout::scale_free;
   std::array<Axis, 4> axes;
   std::vector<float> trials;  // (cells) effective number: a trial counts for the cells around it
   std::vector<float> mean;    // (cells, 6)
-  // Standard deviations (cells, 6) in the dissertation's layout; else the lower Cholesky factor of
-  // the covariance (cells, 21).
+  // Dissertation's layout: standard deviations (cells, 6). Scale-free: lower Cholesky factor of the
+  // covariance (cells, 21).
   std::vector<float> spread;
   std::vector<float> mean_error;  // (cells, 6), standard error of `mean`
-  // How far sqrt(v^2 + k^2 w^2) can grow, at least 1: a thin body that rolls off has a fast spin of
-  // little energy, since k stands for all axes. Draws are held below it.
+  // Largest growth of sqrt(v^2 + k^2 w^2), at least 1. It can grow because k stands for all axes: a
+  // thin body that rolls off spins fast with little energy. Samples are limited to it.
   float most_growth = 1;
-  // Responses near the cell less the mean there, in exemplar_unit: (cells, exemplar_count, 6).
-  // Optional. Many rounded ones are worth more than few exact ones.
+  // Optional: responses near the cell minus its mean, in exemplar_unit (cells, exemplar_count, 6).
+  // Many rounded exemplars serve better than few exact ones.
   uint32_t exemplar_count = 0;
   float exemplar_unit = 1;
   std::vector<int8_t> exemplars;
@@ -64,7 +63,8 @@ struct ResponseTable {
   size_t spread_size() const { return layout == TableLayout::dissertation ? 6 : kFactorSize; }
 };
 
-// An empty table with the axes of its layout. `gyration_m` scales the dissertation's |w| axis.
+// A table without values, with the axes of its layout. `gyration_m` scales the dissertation's |w|
+// axis.
 ResponseTable make_table(TableLayout layout, double gyration_m);
 
 // The velocity and spin, working frame, at the keys of a cell (in the scale-free layout: with
@@ -78,7 +78,7 @@ CellConfiguration cell_configuration(const ResponseTable& table, size_t cell, do
 Vec3 spin_direction(double theta, double phi, double psi);
 
 // The keys of a collision: velocity and spin in its working frame (velocity.z = 0). psi is 0 where
-// the spin is along the velocity.
+// the spin is parallel to the velocity.
 inline std::array<float, 4> response_keys(const ResponseTable& table, float gyration_m,
                                           const Vec3f& v, const Vec3f& w) {
   const float speed = v.norm(), spin = w.norm();
@@ -92,8 +92,8 @@ inline std::array<float, 4> response_keys(const ResponseTable& table, float gyra
   return {theta, phi, psi, std::atan2(gyration_m * spin, speed)};
 }
 
-// Where a collision of a particle, which has no extent, would take it: Newton's restitution and
-// Coulomb's friction. Working frame.
+// The velocity after the collision of a particle without extent: Newton's restitution and Coulomb's
+// friction. Working frame.
 Vec3 particle_response(const Vec3& velocity, double restitution, double friction);
 
 }  // namespace pilesim

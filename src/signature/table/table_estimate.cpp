@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-// Variances below this, relative to the largest, are rounding.
+// Variances below this, relative to the largest, are rounding errors.
 constexpr double kRounding = 1e-12;
 
 constexpr double kRareGrowth = 0.01;
@@ -33,7 +33,7 @@ std::array<double, kFactorSize> semidefinite_factor(const std::array<double, kFa
   return l;
 }
 
-// The size of a response that only kRareGrowth of them exceed, at least 1.
+// The growth that only a share kRareGrowth of responses exceeds, at least 1.
 float most_growth(const Measurements& responses) {
   std::vector<float> sizes;
   for (size_t at = 0; at < responses.values.size(); at += 6) {
@@ -44,9 +44,9 @@ float most_growth(const Measurements& responses) {
   return std::max(1.0F, sizes[static_cast<size_t>(rank)]);
 }
 
-// The residuals of trials next to each cell, spread evenly over their list; where there are too
-// few, those of trials around it, too, then the same ones again. They are centred, since the mean
-// is known better than from them.
+// Takes residuals of trials next to each cell, evenly spread over their list. Where there are too
+// few, trials around the cell follow, then repetitions. They are centred, since the mean is known
+// better than a few residuals give it.
 void add_exemplars(std::span<const Axis> axes, const Measurements& responses, const TableFit& fit,
                    uint32_t exemplars, ResponseTable& table) {
   const size_t wanted = table.exemplar_count = exemplars;

@@ -1,4 +1,4 @@
-// A response table from what was measured: means, spreads, errors and exemplars.
+// Estimates a response table from measurements: means, spreads, errors and exemplars.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace pilesim {
 
-// The table of `responses`, in the units of its layout, as `fit` found them over `axes`; `empty`
-// has the table's axes. Cells without trials have zeros.
+// The table of `responses`, in the units of its layout, from their `fit` over `axes`; `empty` has
+// the table's axes. Cells without trials have zeros.
 ResponseTable estimated_table(const ResponseTable& empty, std::span<const Axis> axes,
                               const Measurements& responses, const TableFit& fit,
                               uint32_t exemplars);

@@ -9,12 +9,12 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kMostValues = 6;
-// Sweeps over the residuals of weighted means. Each takes away bias and adds noise; more than one
-// made no table better.
+// Each sweep over the residuals of weighted means reduces bias and adds noise. More than one
+// improved no table.
 constexpr int kSweeps = 1;
 
-// The part of a fit that belongs to one node of the first axis: no other part depends on it. kWidth
-// values of a measurement, the first `width` of which are given; the others are 0.
+// The part of a fit that belongs to one node of the first axis, independent of all others. A
+// measurement has kWidth values: the first `width` are used, the others are 0.
 template <size_t kWidth>
 class BlockFit {
  public:
@@ -60,7 +60,7 @@ class BlockFit {
  private:
   using Values = std::array<double, kWidth>;
 
-  // By the weighted means of the residuals, which they leave behind.
+  // Moves the means by the weighted means of their residuals.
   void move_means(const std::vector<double>& weight) {
     std::vector<Values> move(cells_, Values{});
     for (size_t k = 0; k < samples_.size(); ++k) {
@@ -91,7 +91,7 @@ class BlockFit {
   }
 
   void find_covariance(const std::vector<double>& weight) {
-    // Whole rows, which the compiler can add as vectors.
+    // Whole rows, so that the compiler can vectorise the addition.
     std::vector<std::array<Values, kWidth>> sums(cells_, std::array<Values, kWidth>{});
     for (size_t k = 0; k < samples_.size(); ++k) {
       const Values residual = residuals_[k];
@@ -119,7 +119,7 @@ class BlockFit {
   size_t width_;
   const Measurements& data_;
   TableFit& fit_;
-  size_t cells_;  // of this block, from first_cell_ on
+  size_t cells_;  // of this node's block, from first_cell_ on
   size_t first_cell_;
   std::vector<size_t> samples_;
   std::vector<TableCorners> corners_;  // of samples_, as are

@@ -11,12 +11,12 @@
 namespace pilesim {
 namespace {
 
-constexpr size_t kWorkPerTask = 16;          // cells of a parallel loop's chunk
+constexpr size_t kWorkPerTask = 16;          // cells per chunk of a parallel loop
 constexpr size_t kLaunchesPerSlice = 40960;  // between two pauses
-// A cell's spread needs a few trials at least.
+// A cell's spread needs at least a few trials.
 constexpr double kFewestTrials = 4;
-constexpr uint32_t kMostLaunches = 1000000;  // of one cell
-// Sine of the angle between spin and velocity below which the azimuth means nothing.
+constexpr uint32_t kMostLaunches = 1000000;  // per cell
+// Below this sine of the angle between spin and velocity the azimuth is undefined.
 constexpr float kNoAzimuth = 1e-3F;
 
 }  // namespace
@@ -56,7 +56,7 @@ void TableSampler::record(const TrialRequest& request, size_t cell, const TrialR
                                             request.velocity.cast<float>(), spin.cast<float>());
   const bool raw = table_.layout == TableLayout::dissertation;
   const auto node = [&](size_t axis) { return table_.axes[axis].nodes[index[axis]]; };
-  // Where the contact has no such angle, the launch says for which cell it was.
+  // Where the angle is undefined at the contact, use the keys of the launch.
   if (spin.isZero()) keys[1] = node(1);
   if (raw || std::sin(keys[1]) < kNoAzimuth || spin.isZero()) keys[2] = node(2);
   state_.responses.first[at] = index[0];
@@ -76,7 +76,7 @@ void TableSampler::record(const TrialRequest& request, size_t cell, const TrialR
 }
 
 void TableSampler::run_slice(std::span<const Work> work) {
-  // Where each piece of work begins in the order of launches.
+  // First launch of each piece of work.
   std::vector<size_t> begin = {state_.responses.first.size()};
   for (const Work& w : work) begin.push_back(begin.back() + w.count);
   state_.responses.first.resize(begin.back());
@@ -100,7 +100,7 @@ void TableSampler::run_slice(std::span<const Work> work) {
   });
 }
 
-// Launches what is wanted; false if it was stopped.
+// Launches the planned trials; false if it was stopped.
 bool TableSampler::run_round(const std::function<bool(uint64_t, uint64_t)>& pause) {
   uint64_t expected = 0;
   for (const uint32_t wanted : state_.wanted) expected += wanted;
@@ -135,14 +135,14 @@ double TableSampler::relative_error(size_t cell) const {
   return std::sqrt(variance / (std::max(1.0, fit_.trials[cell] - 1) * measure2));
 }
 
-// Sets what the next round launches; false if there is no need of one.
+// Plans the launches of the next round; false if none is needed.
 bool TableSampler::plan_round() {
   bool any = false;
   for (size_t cell = 0; cell < state_.wanted.size(); ++cell) {
     const uint32_t launched = state_.launched[cell];
     double growth = fit_.trials[cell] < kFewestTrials ? 2 : 1;
     if (sampling_.target_error > 0 && fit_.trials[cell] > 0) {
-      // The error is only estimated: at most four times as many trials at once.
+      // The error is only an estimate: request at most four times the trials in one round.
       const double excess = relative_error(cell) / sampling_.target_error;
       growth = std::max(growth, std::min(excess * excess, 4.0));
     }

@@ -1,4 +1,4 @@
-// Fills a response table with trials, a cell after the other, and goes on where it is worst known.
+// Fills a response table with trials, cell by cell, then adds trials where the error is largest.
 #pragma once
 
 #include <cstdint>
@@ -12,24 +12,24 @@
 
 namespace pilesim {
 
-// The measure of spins of a layout: the dissertation's are angular velocities.
+// How a layout measures spin; the dissertation's uses angular velocities.
 inline SpinMeasure spin_measure(TableLayout layout) {
   return layout == TableLayout::dissertation ? SpinMeasure::angular_velocity : SpinMeasure::energy;
 }
 
 struct TableSampling {
   uint32_t trials_per_cell = 40;  // >= 2
-  // Goes on until the standard error of every cell's mean response is at most this (units of
-  // sqrt(v^2 + k^2 w^2)). 0: does not.
+  // Continue until the standard error of every cell's mean response is at most this (in sqrt(v^2 +
+  // k^2 w^2)). 0: no target.
   double target_error = 0;
-  uint32_t exemplars = 0;  // whole responses kept a cell
+  uint32_t exemplars = 0;  // whole responses kept per cell
 };
 
-// The measurements so far. Trials lie in the order in which they were launched, which depends
-// neither on threads nor on interruptions.
+// The measurements so far, in order of launch, which depends neither on threads nor on
+// interruptions.
 struct SamplingState {
   std::vector<uint32_t> launched;  // (cells) trials
-  std::vector<uint32_t> wanted;    // (cells) trials by the end of this round
+  std::vector<uint32_t> wanted;    // (cells) trials at the end of this round
   Measurements responses;          // in the units of the table's layout
 };
 
@@ -38,15 +38,15 @@ class TableSampler {
   // `table` has its axes, see make_table().
   TableSampler(const TrialSetup& setup, const ResponseTable& table, const TableSampling& sampling);
 
-  // To take up an interrupted run: the state as state() gave it then.
+  // Continues an interrupted run from an earlier state().
   void restore(SamplingState state);
   const SamplingState& state() const { return state_; }
 
-  // Runs to the end. Between slices of about a tenth of a second it calls `pause` with the trials
-  // done and those expected in all, and stops if that gives false.
+  // Runs to the end. About every tenth of a second it calls `pause` with the trials done and the
+  // total expected, and stops if that returns false.
   bool run(const std::function<bool(uint64_t done, uint64_t expected)>& pause);
 
-  // After run() gave true.
+  // Only after run() returned true.
   ResponseTable table() const;
 
  private:

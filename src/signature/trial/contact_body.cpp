@@ -16,11 +16,11 @@
 namespace pilesim {
 namespace {
 
-// Over one step of the search a flight turns by at most this angle, rad: the Taylor series of the
-// rotation and the bounds on its derivatives hold over that.
+// Largest rotation of a flight in one step of the search, rad. The Taylor series of the rotation
+// and the bounds on its derivatives hold up to it.
 constexpr double kLongestTurn = 0.5;
 
-// Bounds the third derivative of a direction seen from the freely turning body, over one step.
+// Bounds the third derivative of a direction, seen from the freely turning body, over one step.
 void bound_turning(ContactBody& body) {
   const Vec3& c = body.euler;
   const double largest = c.cwiseAbs().maxCoeff();
@@ -33,8 +33,8 @@ void bound_turning(ContactBody& body) {
   body.turn_jerk_bound = growth * growth * growth * (1 + 3 * first + second);
 }
 
-// Orders `numbers` of vertices so that groups of neighbours come one after the other: halves along
-// the longest side, at a multiple of the group's size.
+// Orders `numbers` of vertices so that neighbours are grouped: splits along the longest side, at a
+// multiple of the group's size.
 void group_neighbours(const std::vector<Vec3>& vertices, std::span<uint32_t> numbers) {
   constexpr size_t kGroup = ContactBody::kGroup;
   if (numbers.size() <= kGroup) return;
@@ -50,8 +50,8 @@ void group_neighbours(const std::vector<Vec3>& vertices, std::span<uint32_t> num
   group_neighbours(vertices, numbers.subspan(half));
 }
 
-// Takes the vertices of `hull` over, groups of neighbours one after the other, with what the
-// search for contacts knows of their edges.
+// Stores the vertices of `hull` in groups of neighbours, with the edge data that the contact search
+// needs.
 void take_vertices(ContactBody& body, const TriangleMesh& hull) {
   std::vector<uint32_t> order(hull.vertices.size()), place(order.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -60,7 +60,7 @@ void take_vertices(ContactBody& body, const TriangleMesh& hull) {
     body.vertices.push_back(hull.vertices[order[i]]);
     place[order[i]] = i;
   }
-  // Every edge belongs to two triangles that go round in opposite directions.
+  // Every edge belongs to two triangles with opposite orientations.
   std::vector<std::array<uint32_t, 2>> edges;
   for (const Triangle& t : hull.triangles) {
     for (size_t i = 0; i < 3; ++i) edges.push_back({place[t[i]], place[t[(i + 1) % 3]]});
@@ -121,8 +121,8 @@ void finish(ContactBody& body, const TriangleMesh& hull) {
   for (const Vec3& v : body.vertices) {
     body.outer_radius_m = std::max(body.outer_radius_m, v.norm());
   }
-  // Over the normals for which a vertex is the lowest one, its sideways distance is largest at a
-  // corner of that region, which is the normal of a face.
+  // Over all normals for which a vertex is lowest, its sideways distance is largest at a corner of
+  // their region, which is the normal of a face.
   for (const Triangle& t : hull.triangles) {
     const Vec3& a = hull.vertices[t[0]];
     const Vec3 normal = (hull.vertices[t[1]] - a).cross(hull.vertices[t[2]] - a).stableNormalized();
@@ -145,8 +145,8 @@ void use_principal_frame(ContactBody& body, const Mat3& inertia, TriangleMesh& h
   for (Vec3& v : hull.vertices) v = to_body * v;
 }
 
-// Where triangles cross, the hull and, nearly, the mass are still defined; and closed groups that
-// touch are no proper solid as one mesh, but together they have both.
+// Hull and, nearly, mass are still defined where triangles cross. Closed parts that touch are no
+// proper solid as one mesh, but have both as well.
 std::vector<MeshDefect> solid_defects(const TriangleMesh& mesh) {
   std::vector<MeshDefect> defects = find_volume_defects(mesh);
   const bool closed_groups =
@@ -166,7 +166,7 @@ void check_material(const ContactMaterial& material) {
   const auto demand = [](bool good, const std::string& found, const std::string& expected) {
     if (!good) throw Error(ErrorKind::usage, {.found = found, .expected = expected});
   };
-  // Negated comparisons, so that NaN is refused.
+  // Negated comparisons also reject NaN.
   demand(material.restitution >= 0 && material.restitution <= 1,
          "restitution is " + std::to_string(material.restitution), "a number from 0 to 1");
   demand(material.friction >= 0 && std::isfinite(material.friction),

@@ -7,7 +7,7 @@
 namespace pilesim {
 namespace {
 
-// K of (2.14) per unit of mass, in the body frame: the velocity change of the point r by a unit
+// K of (2.14) per unit of mass, in the body frame: the change of the velocity of point r per unit
 // impulse there.
 Mat3 contact_compliance(const ContactBody& body, const Vec3& r) {
   const Vec3& j = body.inverse_inertia;
@@ -21,16 +21,16 @@ Mat3 contact_compliance(const ContactBody& body, const Vec3& r) {
   return k;
 }
 
-// How far from `from` to `to` an impulse may go, 0 .. 1, before the energy rises above its value
-// before the contact; at `from` it does not.
+// Largest share, 0 .. 1, of the way from impulse `from` to `to` at which the energy stays at most
+// that before the contact. It does at `from`.
 double energy_limit(const Mat3& compliance, const Vec3& u, const Vec3& from, const Vec3& to) {
-  // The change of energy by an impulse j is j.u + j.K j / 2, here along from + s (to - from).
+  // An impulse j changes the energy by j.u + j.K j / 2, here along from + s (to - from).
   const Vec3 along = to - from;
   const Vec3 k_from = compliance * from, k_along = compliance * along;
   const double c0 = from.dot(u) + 0.5 * from.dot(k_from);
   const double c1 = along.dot(u) + along.dot(k_from);
   const double c2 = 0.5 * along.dot(k_along);
-  // Without friction they are the same impulse.
+  // Without friction the two impulses are equal.
   if (c0 + c1 + c2 <= 0 || c2 <= 0) return 1;
   // c2 > 0 and c0 <= 0 here: the only root above 0.
   const double root = std::sqrt(std::max(0.0, c1 * c1 - 4 * c2 * c0));
@@ -52,13 +52,13 @@ Vec3 contact_impulse(const Mat3& compliance, const ContactMaterial& material, co
   const double j_normal = normal.dot(impulse);
   const Vec3 j_tangent = impulse - j_normal * normal;
   if (j_tangent.norm() > material.friction * j_normal) {
-    // Kinetic (2.20, 2.24) against the sliding, or against the sliding that would begin.
+    // Kinetic friction (2.20, 2.24) against the present sliding, or the sliding that would begin.
     const Vec3 sliding = u - u_normal * normal;
     const double speed = sliding.norm();
     const Vec3 against = speed > 0 ? Vec3(-sliding / speed) : Vec3(j_tangent.normalized());
     const Vec3 direction = normal + material.friction * against;
     const double denominator = k_normal.dot(direction);
-    // Not positive: friction alone would drive the point into the plane; no impulse along this
+    // If not positive, friction alone would drive the point into the plane: no impulse along this
     // direction separates them.
     impulse = denominator > 0 ? Vec3(rebound / denominator * direction) : frictionless;
   }

@@ -9,12 +9,12 @@
 namespace pilesim {
 
 // Changes velocity and spin of `flight`, whose vertex `vertex` touches the plane. The vertex leaves
-// with -restitution times the normal speed it came with; it stops sliding where the friction cone
-// allows it (2.19), else slides on under full friction (2.20 to 2.24).
-// Both equations can add energy, since friction of a turning body couples with the normal motion.
-// The friction part is then shortened to where the energy stays, down to the frictionless impulse,
-// which never adds any; restitution is kept.
-// Gives the approach speed of the vertex before, >= 0 m/s; does nothing if it is not positive.
+// with -restitution times its normal approach speed. It stops sliding where the friction cone
+// allows it (2.19), else it slides on under full friction (2.20 to 2.24). Both equations can add
+// energy, since friction on a turning body couples with the normal motion. The friction part is
+// then shortened until the energy does not grow, down to the frictionless impulse, which never adds
+// energy; restitution is kept. Gives the vertex's approach speed before, >= 0 m/s; does nothing
+// where the vertex does not approach.
 double apply_contact_impulse(const ContactBody& body, const ContactMaterial& material,
                              uint32_t vertex, Flight& flight);
 

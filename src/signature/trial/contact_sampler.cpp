@@ -14,12 +14,13 @@
 namespace pilesim {
 namespace {
 
-// An impact that approaches slower than this part of the first speeds ends a macro trial: a body
-// that lands flat without restitution otherwise rattles on for ever with ever smaller impacts.
+// A macro trial ends when impacts approach more slowly than this share of the initial speeds.
+// Otherwise a body that lands flat without restitution rattles on for ever with ever smaller
+// impacts.
 constexpr double kStill = 1e-6;
 
-// Points that fill the unit cube evenly from the first on: multiples of (1/g, 1/g^2, ...) modulo 1,
-// where g solves g^(d+1) = g + 1 (Roberts 2018), shifted at random for each request.
+// Points that fill the unit cube evenly from the first one on: multiples of (1/g, 1/g^2, ...)
+// modulo 1, where g solves g^(d+1) = g + 1 (Roberts 2018), with a random shift per request.
 constexpr size_t kDimensions = 6;
 using Point = std::array<double, kDimensions>;
 
@@ -64,7 +65,7 @@ Vec3 unit_vector(double u, double v) {
   return {r * std::cos(2 * kPi * v), y, r * std::sin(2 * kPi * v)};
 }
 
-// Any unit vector across the unit vector n (Duff et al. 2017).
+// Some unit vector perpendicular to the unit vector n (Duff et al. 2017).
 Vec3 across(const Vec3& n) {
   const double sign = std::copysign(1.0, n.z());
   const double a = -1 / (sign + n.z());
@@ -91,7 +92,7 @@ Vec3 candidate_spin(const TrialRequest& request, const Point& point) {
   return request.spin;
 }
 
-// The fastest a lowest vertex can approach the plane in any candidate of the request.
+// The highest speed at which a lowest vertex can approach the plane in any candidate.
 double approach_bound(const TrialSetup& setup, const TrialRequest& request) {
   const ContactBody& body = *setup.body;
   if (setup.spins == SpinMeasure::energy) {
@@ -160,7 +161,7 @@ class TrialCrew : public FlightCrew {
     TrialResult* result;
     Phase phase;
     double first_speed;
-    // Of a trial that flies backwards.
+    // The vertex of a trial that flies backwards.
     uint32_t vertex;
     Flight contact;
   };
@@ -196,7 +197,7 @@ class TrialCrew : public FlightCrew {
     return true;
   }
 
-  // The first contact.
+  // Records the first contact.
   void meet(Trial& trial, const Flight& flight) const {
     trial.phase = Phase::impacts;
     trial.first_speed = flight.velocity.norm() + flight.spin.norm() * setup_.body->gyration_m;
@@ -205,8 +206,8 @@ class TrialCrew : public FlightCrew {
     trial.result->spin_before = measured_spin(flight);
   }
 
-  // Sets the body on its lowest vertex in a random orientation and starts the flight backwards;
-  // false if the candidate is dropped because it moves away or approaches too slowly.
+  // Puts the body on its lowest vertex in a random orientation and starts the flight backwards.
+  // False if the candidate is dropped, since it moves away or approaches too slowly.
   bool place(const TrialRequest& request, const Point& point, Trial& trial, Flight& flight) const {
     const ContactBody& body = *setup_.body;
     orient(point, flight);
@@ -227,7 +228,7 @@ class TrialCrew : public FlightCrew {
 
   bool finish(size_t lane, Flight& flight) {
     TrialResult& result = *trials_[lane].result;
-    // Only a macro trial that was stopped can still move down.
+    // Only a macro trial that was cut short can still move down.
     if (setup_.kind == TrialKind::macro) result.velocity.y() = std::max(0.0, result.velocity.y());
     return next(lane, flight);
   }

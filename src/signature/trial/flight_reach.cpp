@@ -10,14 +10,14 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Relative difference of the moments below which a body is taken for a spherical top, which does
-// not precess, rounding of its energy, and of the search in float.
+// Relative tolerances: difference of moments below which a body counts as a spherical top, without
+// precession; rounding of its energy; rounding of the search in float.
 constexpr double kSpherical = 1e-9;
 constexpr double kEnergyRounding = 1e-15;
 constexpr double kRounding = 1e-5;
 
-// Where the direction of the angular momentum goes in the body frame: within `half` of `centre`,
-// component by component.
+// The path of the angular momentum's direction in the body frame: within `half` of `centre` in each
+// component.
 struct Polhode {
   Vec3 centre, half;
 };
@@ -25,17 +25,17 @@ struct Polhode {
 Polhode polhode(const ContactBody& body, const Vec3& direction) {
   const Vec3& j = body.inverse_inertia;  // descending
   if (j.x() - j.z() <= kSpherical * j.x()) return {direction, Vec3::Zero()};
-  const double energy = direction.cwiseAbs2().dot(j);  // twice, over the momentum squared
-  // It circles the axis of the smallest moment or that of the largest one.
+  const double energy = direction.cwiseAbs2().dot(j);  // twice the energy over the squared momentum
+  // It circles either the axis of the smallest moment or that of the largest.
   const bool smallest = energy > j.y();
   const Eigen::Index axis = smallest ? 0 : 2, other = smallest ? 2 : 0;
-  // The square of its component along that axis where only the axis of `end` has the rest.
+  // Its squared component along that axis if only the axis of `end` shares the rest.
   const auto square = [&](double end, double rounding) {
     const double span = std::abs(j(axis) - end);
     const double part = (std::abs(energy - end) + rounding * j.x()) / span;
     return span > 0 ? std::clamp(part, 0.0, 1.0) : 0.0;
   };
-  // It is largest where the middle component is zero, least where the other one is.
+  // It is largest where the middle component vanishes, and smallest where the other one does.
   const double most = square(j(other), kEnergyRounding);
   const double least = square(j.y(), -kEnergyRounding);
   Polhode range;
@@ -51,7 +51,7 @@ Polhode polhode(const ContactBody& body, const Vec3& direction) {
 using Tag = hn::FixedTag<float, ContactBody::kGroup>;
 using V = hn::Vec<Tag>;
 
-// How far down points can come that turn with the body, eight at a time: never less than the truth.
+// A bound from above on the downward reach of points that turn with the body, eight at a time.
 class Reach {
  public:
   // `cosine`: of the angle between the momentum and down.
@@ -90,7 +90,7 @@ class Reach {
                              hn::LoadU(d, &body.lane_z[i]))));
   }
 
-  // A point that is `extent` away from another comes down by `extent` more at most.
+  // A point at a distance `extent` from another reaches down by at most `extent` more.
   V bound_of_groups(const ContactBody& body, size_t first) const {
     const Tag d;
     return hn::Add(of(hn::LoadU(d, &body.group_x[first]), hn::LoadU(d, &body.group_y[first]),
@@ -115,7 +115,7 @@ double reach_of_flight(const ContactBody& body, const Vec3& normal, const Vec3& 
   constexpr size_t kGroup = ContactBody::kGroup;
   const Tag d;
   const size_t groups = body.lane_x.size() / kGroup;
-  // What touches now comes as far down at least: a good start leaves most groups alone.
+  // The touching vertex is a lower bound: a good start rules out most groups.
   float best = reach.of_group(body, lowest_vertex(body, normal).vertex / kGroup);
   for (size_t first = 0; first < body.group_x.size(); first += kGroup) {
     const V bounds = reach.bound_of_groups(body, first);

@@ -16,21 +16,22 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Lengths as parts of the body's outer radius.
+// Lengths as shares of the body's bounding radius.
 constexpr double kNear = 1e-4;       // vertices below this are followed in double precision
 constexpr double kMargin = 1e-6;     // covers the rounding of the search in float
-constexpr double kTouching = 1e-9;   // at or below this a vertex touches
-constexpr double kResolved = 1e-11;  // a contact's predicted height is known this well
-// Of the body's fastest point: what is slower does not move.
+constexpr double kTouching = 1e-9;   // a vertex touches at or below this
+constexpr double kResolved = 1e-11;  // accuracy of a contact's predicted height
+// As a share of the speed of the body's fastest point: below it a point is at rest.
 constexpr double kStill = 1e-12;
-// Turn by one step, rad; see contact_body.cpp.
+// Rotation in one step, rad; see contact_body.cpp.
 constexpr double kLongestTurn = 0.5;
-// A body that rises so slowly that it needs more steps than this (hundreds of turns) is gone.
+// A body that needs more steps to rise (hundreds of turns) counts as gone.
 constexpr int kMostSteps = 8192;
-// Rounds of the search for a vertex's safe time.
+// Iterations of the search for a vertex's safe time.
 constexpr int kParabolas = 2;
 constexpr float kTiny = std::numeric_limits<float>::min();
-// A step that was cut short is followed by one of this part of the longest, those by longer ones.
+// A step after one that was cut short has this share of the longest; then steps grow by this
+// factor.
 constexpr double kCaution = 1.0 / 4, kRelief = 4;
 
 // --- The search for the next contact -------------------------------------------------------------
@@ -40,19 +41,19 @@ struct Motion {
   // a, b, c
   Vec3 normal = Vec3::Zero(), rate = Vec3::Zero(), half_acceleration = Vec3::Zero();
   double height = 0, rise = 0;  // of the centre of mass, m and m/s
-  double speed = 0;             // of the spin, rad/s
-  double jerk = 0;              // bound of |third derivative| / 6, 1/s^3
+  double speed = 0;             // magnitude of the spin, rad/s
+  double jerk = 0;              // bound on |third derivative| / 6, 1/s^3
 };
 
 struct Step {
   double length_s;
-  bool ends;  // at its end is a contact (or rest)
+  bool ends;  // a contact (or rest) follows it
   FlightEnd end;
   uint32_t vertex;
 };
 
-// Shortens `length_s` until the map has the vertices that can be lowest within it. The normal stays
-// close to where it is in the middle: s from there it is off by (rate + length c) s + c s^2 and the
+// Shortens `length_s` until the map lists all vertices that can be lowest within it. The normal
+// stays close to its middle value: a time s away it differs by (rate + length c) s + c s^2 and the
 // rest of its series.
 SupportMap::Candidates find_candidates(const SupportMap& map, const Motion& motion,
                                        double& length_s) {
@@ -66,7 +67,7 @@ SupportMap::Candidates find_candidates(const SupportMap& map, const Motion& moti
   }
 }
 
-// The first time from 0 at which c0 + c1 t + c2 t^2 - b t^3 may be 0, not beyond `limit`; 0 < c0.
+// A time from 0 to `limit` up to which c0 + c1 t + c2 t^2 - b t^3 stays positive; c0 > 0.
 double safe_time(double c0, double c1, double c2, double b, double limit) {
   const double curvature = std::max(0.0, 6 * b * limit - 2 * c2);
   double t = 0;
@@ -85,7 +86,7 @@ double safe_time(double c0, double c1, double c2, double b, double limit) {
   return t;
 }
 
-// Shortens `step` by what a vertex close to the plane allows. `size` is the body's outer radius.
+// Shortens `step` to the safe time of a vertex close to the plane. `size` is the bounding radius.
 void limit_by_near_vertex(const Motion& motion, const Vec3& r, uint32_t vertex, double size,
                           double fastest, Step& step) {
   const double c0 = motion.height + motion.normal.dot(r);
@@ -111,7 +112,7 @@ void limit_by_near_vertex(const Motion& motion, const Vec3& r, uint32_t vertex, 
   shorten(t, resolved && c1 + 2 * c2 * t < 0, FlightEnd::contact);
 }
 
-// One bit a lane.
+// One bit per lane.
 template <class Mask>
 uint64_t bits_of(const Mask& mask) {
   uint8_t bits[8] = {};
@@ -121,14 +122,14 @@ uint64_t bits_of(const Mask& mask) {
 
 // Finds steps over which no vertex passes through the plane.
 //
-// From below, the height of a vertex over the coming step is c0 + c1 t + min(c2, 0) t^2 - b t^3,
-// which is concave: where it is not negative at both ends of a step it is not in between. Only the
-// vertices that can be the lowest one during the step are looked at.
+// The height of a vertex over the coming step is bounded from below by c0 + c1 t + min(c2, 0) t^2 -
+// b t^3. This is concave: if it is not negative at both ends of a step, it is not negative within.
+// Only vertices that can be lowest during the step are tested.
 class ContactSearch {
  public:
   explicit ContactSearch(const ContactBody& body) : body_(body) {}
 
-  // At most `length_s`, in which no vertex but the candidates can be the lowest one.
+  // At most `length_s`, during which only the candidates can be lowest.
   Step find_step(const Motion& motion, const SupportMap::Candidates& candidates, double length_s);
 
  private:
@@ -158,7 +159,7 @@ class ContactSearch {
   void examine(const Motion& motion, const SupportMap::Group& group, Step& step);
 
   const ContactBody& body_;
-  Bound bound_{};  // of the step at hand
+  Bound bound_{};  // of the current step
   std::vector<uint32_t> near_;
 };
 
@@ -190,7 +191,7 @@ inline bool ContactSearch::may_touch(const SupportMap::Group& group) const {
   return !hn::AllFalse(d, hn::Lt(f, hn::Set(d, group.radius * bound_.jerk)));
 }
 
-// Eight vertices of which one may touch within the step: their own safe times.
+// Finds the safe times of eight vertices of which one may touch within the step.
 void ContactSearch::examine(const Motion& motion, const SupportMap::Group& group, Step& step) {
   const Tag d;
   const V zero = hn::Zero(d);
@@ -209,8 +210,8 @@ void ContactSearch::examine(const Motion& motion, const SupportMap::Group& group
   const V c2 = evaluate(along(t * t * motion.half_acceleration, 0), points);
   const V c3 = hn::Set(d, static_cast<float>(t * t * t * motion.jerk) * group.radius);
   const V curvature = hn::Max(zero, hn::MulSub(hn::Set(d, 6.0F), c3, hn::Add(c2, c2)));
-  // The first zero of the parabola below the cubic, from one safe time to the next; as long as the
-  // vertex goes down, a root in the denominator loses nothing.
+  // First zero of the parabola below the cubic, from one safe time to the next. While the vertex
+  // descends, the form with the root in the denominator does not cancel.
   V safe = zero;
   auto falls = hn::Not(near);
   for (int i = 0; i < kParabolas; ++i) {
@@ -250,12 +251,12 @@ Step ContactSearch::find_step(const Motion& motion, const SupportMap::Candidates
 // --- Flights in lanes ----------------------------------------------------------------------------
 
 struct LaneState {
-  Flight flight;  // axes and spin are those of its RotatingBody while it flies
+  Flight flight;  // axes and spin are in its RotatingBody during the flight
   int steps = 0;
-  double caution = 1;   // part of the longest step that the next one may take
-  double reach_m = -1;  // of this flight; negative: not asked for yet
+  double caution = 1;   // share of the longest step allowed next
+  double reach_m = -1;  // of this flight; negative: not yet computed
   bool active = false;
-  // The coming step; where `searches`, it may have to be shorter.
+  // The coming step; with `searches` it may have to be shortened.
   Step step{};
   bool searches = false;
   Motion motion{};
@@ -275,7 +276,7 @@ void store(const RotatingBody& rotating, Flight& flight) {
   flight.spin = rotating.spin.head<3>();
 }
 
-// The body rises faster than any of its points can move down, or is above all they reach.
+// The body rises faster than any of its points can descend, or is above their reach.
 bool is_gone(const ContactBody& body, const Vec3& normal, const Vec3& spin, LaneState& state) {
   const double rise = state.flight.velocity.y();
   if (rise < 0) return false;
@@ -301,7 +302,7 @@ Motion motion_of(const ContactBody& body, const RotatingBody& rotating, const Fl
   return motion;
 }
 
-// What can be told without looking at vertices.
+// Plans a step as far as it is possible without vertices.
 void plan_step(const ContactBody& body, const RotatingBody& rotating, LaneState& state) {
   state.searches = false;
   const Motion& motion = state.motion = motion_of(body, rotating, state.flight);
@@ -382,7 +383,7 @@ void fly(const ContactBody& body, FlightCrew& crew) {
       LaneState& state = states[lane];
       if (state.active) plan_step(body, rotating[lane], state);
     }
-    // By now the candidates are on their way from memory.
+    // By now the candidates have been prefetched.
     for (size_t lane = 0; lane < kFlightLanes; ++lane) {
       if (states[lane].active) make_step(search, states[lane], rotating[lane]);
     }

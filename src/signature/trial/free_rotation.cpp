@@ -37,7 +37,7 @@ V3 cross(const V3& a, const V3& b) {
           hn::NegMulAdd(a.y, b.x, hn::Mul(a.x, b.y))};
 }
 
-// Four vectors' components against four vectors.
+// Transposes four vectors of four components.
 void transpose(V& a, V& b, V& c, V& d) {
   const Tag t;
   const V ab_even = hn::InterleaveLower(t, a, b), ab_odd = hn::InterleaveUpper(t, a, b);
@@ -48,7 +48,7 @@ void transpose(V& a, V& b, V& c, V& d) {
   d = hn::ConcatUpperUpper(t, cd_odd, ab_odd);
 }
 
-// Four bodies; the same one more than once is as good.
+// Four bodies; repetitions are harmless.
 using Four = std::array<RotatingBody*, 4>;
 
 V3 load(const Four& bodies, Eigen::Vector4d RotatingBody::*vector) {
@@ -95,7 +95,7 @@ constexpr Moments moments_of(double begin, double length) {
 }
 
 // The rotation vector of a part of a step in which the spin is the power series `w` (kOrder + 1
-// terms): Magnus series of sixth order from the spin's moments (Blanes, Casas, Ros 2000).
+// terms): a Magnus series of sixth order from the spin's moments (Blanes, Casas, Ros 2000).
 template <int kOrder>
 V3 rotation_vector(const V3* w, const Moments& moments) {
   std::array<V3, 3> a;
@@ -112,7 +112,7 @@ V3 rotation_vector(const V3* w, const Moments& moments) {
   return add_scaled(a[0], 1.0 / 240, cross(inner, a2 + c2));
 }
 
-// Turns `a` and `b` by the rotation vector, of at most 0.6 rad.
+// Turns `a` and `b` by the rotation vector of at most 0.6 rad.
 void turn(const V3& rotation, V3& a, V3& b) {
   const Tag d;
   V angle2 = hn::Mul(rotation.x, rotation.x);
@@ -134,7 +134,7 @@ void turn(const V3& rotation, V3& a, V3& b) {
   }
 }
 
-// Time is counted in steps, so the series are plain sums.
+// Time is in units of the step, so the series are plain sums.
 template <int kOrder>
 void rotate(const Vec3& euler, const Four& bodies) {
   const Tag d;
@@ -172,7 +172,7 @@ void rotate(const Vec3& euler, const Four& bodies) {
   store(add_scaled(before, hn::Div(hn::Set(d, 1.0), step), change), bodies, &RotatingBody::spin);
 }
 
-// How many terms a turn needs: it is at most this, rad.
+// Largest rotations, rad, for each number of terms.
 constexpr std::array<double, 3> kTurns = {0.01, 0.1, 0.25};
 
 void rotate_by_order(size_t turns, const Vec3& euler, const Four& bodies) {
@@ -192,7 +192,7 @@ void rotate_by_order(size_t turns, const Vec3& euler, const Four& bodies) {
 
 void rotate_freely(const Vec3& euler, std::span<RotatingBody> bodies) {
   assert(bodies.size() <= kFlightLanes);
-  // Bodies that turn by as much go together.
+  // Bodies with similar rotations are processed together.
   std::array<std::array<RotatingBody*, kFlightLanes>, kTurns.size() + 1> alike;
   std::array<size_t, kTurns.size() + 1> count{};
   for (RotatingBody& body : bodies) {

@@ -8,7 +8,7 @@
 namespace pilesim {
 namespace {
 
-// Added to angles and their sines for rounding, here and in the flights.
+// Margin for rounding on angles and their sines, here and in the flights.
 constexpr double kRounding = 1e-5;
 
 // The directions of the edges that leave a vertex, one vertex after the other.
@@ -35,7 +35,7 @@ struct Cone {
   double angle;
 };
 
-// Around a cell of the cube, see cell_of().
+// A cone around a cell of the cube, see cell_of().
 Cone cone_of_cell(size_t cell, size_t side) {
   const size_t face = cell / (side * side), row = cell / side % side, column = cell % side;
   const auto axis = static_cast<Eigen::Index>(face / 2);
@@ -55,7 +55,7 @@ Cone cone_of_cell(size_t cell, size_t side) {
   return cone;
 }
 
-// The farthest that a vertex can be below the centre for a normal in a cone of this half angle.
+// Largest distance of a vertex below the centre for a normal in a cone of this half angle.
 double farthest_below(const Vec3& vertex, const Vec3& axis, double angle) {
   const double below = -vertex.dot(axis), radius = vertex.norm();
   const double off = std::acos(std::clamp(below / radius, -1.0, 1.0));
@@ -82,7 +82,7 @@ SupportMap::SupportMap(std::span<const Vec3> vertices,
                        std::span<const std::array<uint32_t, 2>> edges) {
   assert(vertices.size() <= kMostVertices);
   const Edges sorted = sort_edges(vertices, edges);
-  // Whether a vertex can be lowest somewhere in a cone whose half angle has this sine.
+  // True if a vertex can be lowest for some normal in a cone whose half angle has this sine.
   const auto can_touch = [&](uint32_t vertex, const Vec3& normal, double sine) {
     for (uint32_t e = sorted.begin[vertex]; e < sorted.begin[vertex + 1]; ++e) {
       if (normal.dot(sorted.direction[e]) < -sine) return false;
@@ -95,7 +95,7 @@ SupportMap::SupportMap(std::span<const Vec3> vertices,
   for (size_t cell = 0; cell < kCells; ++cell) {
     const Cone cone = cone_of_cell(cell, kSide);
     candidates = all;
-    // A wider angle has all candidates of a narrower one.
+    // The candidates of a wider angle include those of a narrower one.
     for (size_t wide = kDeviations.size(); wide-- > 0;) {
       const double angle = std::asin(kDeviations[wide]) + cone.angle + kRounding;
       const double sine = std::sin(angle) + kRounding;

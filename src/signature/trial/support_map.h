@@ -1,9 +1,9 @@
-// Which vertices of a convex body can touch a plane whose normal turns a little.
+// The vertices of a convex body that can touch a plane whose normal turns a little.
 //
-// A vertex v is the lowest one only where n . (u - v) >= 0 for every other vertex u. Where one
-// neighbour breaks that for every normal within an angle of the plane's, v cannot be touched first.
-// The few vertices that remain are listed for the cells of a cube around the body, for several
-// angles: so a search for contacts looks at no others and still misses none.
+// A vertex v is lowest only where n . (u - v) >= 0 for every other vertex u. If one neighbour
+// violates this for every normal within an angle of the plane's, v cannot touch first. The
+// remaining few vertices are listed for the cells of a cube around the body, for several angles: a
+// search for contacts tests only those and still misses none.
 #pragma once
 
 #include <array>
@@ -23,25 +23,25 @@ class SupportMap {
   // Sines of the angles for which there are lists, ascending.
   static constexpr std::array<double, 3> kDeviations = {0.04, 0.15, 0.34};
 
-  // Vertices, the last ones filled up with copies. Body frame, m. Two cache lines.
+  // Vertices in the body frame, m, padded with copies. Two cache lines.
   struct alignas(128) Group {
     float x[kGroup], y[kGroup], z[kGroup];
     uint16_t vertex[kGroup];  // their numbers
-    float radius;             // the farthest |vertex|
+    float radius;             // largest |vertex|
   };
   struct Candidates {
     std::span<const Group> groups;
-    float height_m;  // of the centre over a plane that touches any: at most this
+    float height_m;  // bound on the height of the centre over a plane that touches any of them
   };
 
   SupportMap() = default;
-  // At most kMostVertices. `edges`: pairs of vertices, in both directions. Those of the hull leave
-  // few candidates; with others the lists are longer, but never lack a vertex.
+  // At most kMostVertices. `edges`: pairs of vertices, in both directions. The hull's edges leave
+  // few candidates; other edges give longer lists, which still contain every vertex needed.
   SupportMap(std::span<const Vec3> vertices, std::span<const std::array<uint32_t, 2>> edges);
 
-  // Every vertex that is the lowest one for some unit normal whose distance from the half line
-  // along `normal` is at most `deviation`, itself at most the last of kDeviations. Body frame; any
-  // length.
+  // Every vertex that is lowest for some unit normal whose distance from the half line along
+  // `normal` is at most `deviation`, itself at most the last of kDeviations. Body frame; `normal`
+  // may have any length.
   Candidates around(const Vec3& normal, double deviation) const {
     size_t wide = 0;
     while (deviation > kDeviations[wide]) ++wide;
@@ -63,7 +63,7 @@ class SupportMap {
   std::vector<Group> groups_;
 };
 
-// The faces of the cube are +x, -x, +y, ...; a cell's place on one is the ratio of the other two
+// The faces of the cube are +x, -x, +y, ... A cell's position on one is the ratio of the other two
 // components, in the order of axes, to the largest.
 inline size_t SupportMap::cell_of(const Vec3& direction) {
   const double x = std::abs(direction.x()), y = std::abs(direction.y()),
