@@ -18,18 +18,18 @@
 namespace pilesim {
 namespace {
 
-// The search is Gauss and Newton's, by the logarithms of figures and of what is sought, with slopes
-// that are about those of all objects; each round has starts of its own. From kSureRounds on its
-// steps become smaller, and the mean of the last ones is the result: piles of one seed differ
-// by some per cent.
+// A Gauss-Newton search on the logarithms of figures and parameters, with slopes that are roughly
+// the same for all objects; each iteration has its own starts. Steps shrink from kSureRounds on,
+// and the result is the mean of the last iterations, since piles of one seed differ by some per
+// cent.
 constexpr uint32_t kRounds = 16, kSureRounds = 5, kAveraged = 6;
 
-// The logarithms that are sought: of the radius, the resistance to rolling, how far impacts turn
-// bodies, how fast they turn against walls, and the rebound.
+// The parameters, as logarithms: radius, rolling resistance, turning at impacts, turning against
+// walls, and rebound.
 constexpr int kOfSought = 5;
 using Sought = Eigen::Matrix<double, kOfSought, 1>;
 
-// A figure that is met, how much it counts, and how it changes with what is sought.
+// A figure to match, its weight, and its slopes over the parameters.
 struct Met {
   double PackingFigures::*figure;
   double weight;
@@ -48,20 +48,20 @@ constexpr std::array kMet = {
     Met{&PackingFigures::dropped, 0.03, {0, 0, 0, 0, 1.5}},
     Met{&PackingFigures::thrown, 0.03, {0, 0, 0, 0, 0.8}},
 };
-constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in a round
+constexpr std::array kMostChange = {0.12, 0.8, 0.5, 0.8, 0.3};  // of the five, in one iteration
 constexpr double kLeastRolling = 0.003, kMostRolling = 8;
-constexpr double kFirstRadius = 1.1;  // of the ball of the object's volume
-constexpr double kLeastRadius = 0.5;  // of the first one
+constexpr double kFirstRadius = 1.1;  // relative to the radius of a ball of the object's volume
+constexpr double kLeastRadius = 0.5;  // relative to the first one
 constexpr double kFirstRolling = 0.2, kFirstTurning = 1, kFirstLeaning = 0.15;
 constexpr double kLeastTurning = 0.01, kMostTurning = 10;
 constexpr double kLeastLeaning = 0.003, kMostLeaning = 1;
 constexpr double kFirstRebound = 0.8, kLeastRebound = 0.3;
-constexpr int kSweeps = 8;  // of the statistical mode, by default
+constexpr int kSweeps = 8;  // default of the statistical mode
 
-// Seeds of spheres' pours begin here: none of them is one of the exact engine's.
+// First seed of the spheres' pours, beyond all seeds of the exact engine.
 constexpr uint64_t kSphereSeeds = 1 << 16;
 
-// A figure that some pours do not tell is 0 in both.
+// A figure that some pours do not give is 0 in both.
 struct Spread {
   PackingFigures mean, error;
 };
@@ -128,7 +128,7 @@ Spread pour(const Trials& trials, uint64_t first_seed, uint32_t pours, const Mak
   return spread_of(figures);
 }
 
-// The sought values stay between these; no radius is larger than `outer_m`, the object's own.
+// Bounds of the parameters; no radius exceeds `outer_m`, the object's bounding radius.
 struct Limits {
   Sought least, most;
 };
@@ -140,7 +140,7 @@ Limits limits_of(double first_m, double outer_m) {
           Sought(outer_m, kMostRolling, kMostTurning, kMostLeaning, 1).array().log()};
 }
 
-// A value at a limit that would go beyond it stays there, and the others make up for it.
+// A parameter at a bound that would cross it stays there, and the others compensate.
 Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, const Sought& from,
                     const Limits& limits) {
   Sought free = Sought::Ones();
@@ -150,7 +150,7 @@ Sought step_towards(const PackingFigures& wanted, const PackingFigures& now, con
     squares *= 1e-9;
     Sought sum = Sought::Zero();
     for (const Met& met : kMet) {
-      // A figure may be nothing, such as the share of a column that is hardly higher than a body.
+      // A figure may be absent, such as the solid share of a column barely higher than a body.
       if (!(wanted.*met.figure > 0 && now.*met.figure > 0)) continue;
       const Sought slopes = free.cwiseProduct(Sought(met.slopes.data()));
       squares += met.weight * slopes * slopes.transpose();

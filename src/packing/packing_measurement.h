@@ -1,4 +1,4 @@
-// How an object packs, measured by pouring it, and spheres that come to lie as it does.
+// Measures the packing of an object by pouring it, and fits spheres that pack alike.
 #pragma once
 
 #include <memory>
@@ -13,20 +13,22 @@
 namespace pilesim {
 
 struct PackingSettings {
-  uint32_t pours = 3;         // of each kind, by the exact engine
-  uint32_t sphere_pours = 3;  // of each kind in a round of the search, and twice as many at its end
+  uint32_t pours = 3;  // of each kind, by the exact engine
+  // Of each kind per iteration of the search, and twice as many at its end.
+  uint32_t sphere_pours = 3;
   uint64_t seed = 1;
   ProgressMode progress = ProgressMode::automatic;
-  std::string stage = "pouring";  // of the progress line
+  std::string stage = "pouring";  // label of the progress line
 };
 
-// The object of a signature that was sampled so, which collides by a decomposition. Throws as
-// build_model() does.
+// The object of a signature sampled with `sampling`, with a decomposition as its collision shape.
+// Throws as build_model() does.
 PouredObject poured_object(const SignatureOptions& sampling, const Signature& signature);
 
-// Pours the object onto a plane and into a column by the exact engine, then spheres that collide by
-// its signature. Their radius, resistance to rolling, turning, leaning and rebound are changed until
-// heaps and column have the object's heights, spreads, reaches and solid share. The same for any number of threads. Throws Error(interrupted) after Ctrl-C.
+// Pours the object onto a plane and into a column with the exact engine, then spheres that collide
+// by its signature. The spheres' radius, rolling resistance, turning, leaning and rebound are
+// fitted until heaps and column match the object's heights, spreads, reaches and solid share. The
+// result does not depend on the number of threads. Throws Error(interrupted) after Ctrl-C.
 Packing measure_packing(const PouredObject& object, const Signature& signature,
                         const PackingSettings& settings);
 

@@ -12,22 +12,22 @@
 namespace pilesim {
 namespace {
 
-// Starts, in R and sqrt(g / R): apart by more than they can reach, whatever their turn.
+// Starting positions, in R and sqrt(g R): bodies are out of each other's reach in any orientation.
 constexpr double kSpacing = 2.1, kJitter = 0.04, kLowest = 1.5, kSpin = 0.3;
-constexpr int kHeapSide = 6, kLargeHeapSide = 8;  // bodies each way
-// The width of a column, in balls of the object's volume and at least in R, and how high, in widths,
-// it would be filled if half of it were solid.
+constexpr int kHeapSide = 6, kLargeHeapSide = 8;  // bodies along each side
+// Width of a column, in diameters of a ball of the object's volume and at least in R; and its
+// height in widths if half of it were solid.
 constexpr double kColumnWidth = 6, kLeastColumnWidth = 8, kColumnHeight = 0.65;
 constexpr double kLikelyFraction = 0.5;
 constexpr int kMostInColumn = 400;
-// Bodies alone: rows of so many, every other row thrown; in R, sqrt(g R).
+// Single bodies: rows of this many, every other row thrown; in R, sqrt(g R).
 constexpr int kAloneSide = 8;
 constexpr double kAlone = 100, kDropHeight = 4, kThrow = 2;
-constexpr double kWalls = 2;  // R, how thick: nothing passes through
+constexpr double kWalls = 2;  // R, thick enough that nothing passes through
 // In sqrt(R / g).
 constexpr double kFrame = 1.0 / 8, kStep = 1.0 / 32, kLongest = 40;
-constexpr double kStillAwake = 0.03;  // of the bodies: with fewer a pile is at rest
-// The bulk of a column, in R: what is farther from walls and ground, and below this height.
+constexpr double kStillAwake = 0.03;  // share of the bodies; with fewer awake a pile is at rest
+// The bulk of a column, in R: at least this far from walls and ground, and below this height.
 constexpr double kFromWalls = 1.2, kFromGround = 1.5, kBulkByMean = 1.6, kLeastBulk = 1;
 
 int bodies_in_column(double width_m, double volume_m3) {
@@ -50,7 +50,7 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
   scene_.frame_rate = 1 / (kFrame * time_s_);
   scene_.step_s = kStep * time_s_;
   scene_.materials["stuff"] = object.material;
-  // In the object's place: it need not be a shape that a scene has.
+  // A stand-in for the object, which need not be a shape that scenes can describe.
   scene_.shapes["object"] = SphereShape{radius_m_};
   const bool alone = kind == PourKind::alone;
   const int side = kind == PourKind::heap ? kHeapSide : kLargeHeapSide;
@@ -66,7 +66,7 @@ PourTrial::PourTrial(const PouredObject& object, PourKind kind)
     const double height_m = (kLowest + kSpacing * (layers + 1)) * radius_m_;
     scene_.shapes["walls"] = BinShape{{width_m, height_m, width_m}, kWalls * radius_m_};
     scene_.bodies.push_back(fixed_body("walls"));
-    // Its floor is the ground.
+    // Puts the wall's floor at ground level.
     scene_.bodies.back().pose.position.y() = -kWalls * radius_m_;
   } else {
     scene_.shapes["ground"] = PlaneShape{};
@@ -123,7 +123,7 @@ PourFigures PourTrial::run(Simulator& simulator) const {
   std::vector<Vec3> places;  // R
   for (const uint32_t body : poured_) {
     const Vec3 place = simulator.states().position[body] / radius_m_;
-    // Needles and sheets that hit hard may leave through a wall: they are no part of the pile.
+    // Needles and sheets may pass a wall at hard impacts: they do not belong to the pile.
     const double across = std::max(std::abs(place.x()), std::abs(place.z()));
     if (!(place.y() > 0 && (half_width_ == 0 || across < half_width_))) continue;
     places.push_back(place);

@@ -1,7 +1,6 @@
-// Bodies of one kind that are poured onto a plane, or into a column of walls, in any mode: what of
-// them comes to rest says how the object packs. Rigid bodies under friction have no scale of their
-// own, so lengths are told in R, the radius of the ball that holds the object, and times in
-// sqrt(R / g).
+// Pours bodies of one kind onto a plane or into a column with walls, in any mode; the figures of
+// the resting pile describe how the object packs. Rigid bodies under friction have no scale of
+// their own. Lengths are therefore in R, the object's bounding radius, and times in sqrt(R / g).
 #pragma once
 
 #include <cstdint>
@@ -14,8 +13,8 @@
 namespace pilesim {
 
 struct PouredObject {
-  ModelShape shape;           // with pieces, by which it collides where it is solved
-  Material material;          // of it, of the ground and of the walls
+  ModelShape shape;           // with the convex pieces that the exact engine uses
+  Material material;          // of the object, the ground and the walls
   double outer_radius_m = 0;  // R
   double volume_m3 = 0;
 };
@@ -23,14 +22,14 @@ struct PouredObject {
 enum class PourKind { heap, large_heap, column, alone };
 
 struct PourFigures {
-  double height = 0;  // R, the mean of the centres above the ground
-  double spread = 0;  // R, their mean distance from the axis
-  double reach = 0;   // R, how far they reach below their centres in the mean
-  // A column's solid share, away from its ends and walls, and that of its lower half; distance from
-  // a centre to the nearest other one, R. 0 where it is too low to say.
+  double height = 0;  // R, mean height of the centres above the ground
+  double spread = 0;  // R, mean distance of the centres from the axis
+  double reach = 0;   // R, mean reach of bodies below their centres
+  // Solid share of a column away from its ends and walls, and of its lower half, and distance (R)
+  // from a centre to its nearest neighbour. 0 where the column is too low to tell.
   double fraction = 0, deep_fraction = 0, nearest = 0;
-  double time = 0;  // sqrt(R / g), until it is at rest
-  // Distance from release to rest of a body alone, R, dropped and thrown.
+  double time = 0;  // sqrt(R / g), time until rest
+  // R, distance between release and rest of a single body, dropped and thrown.
   double dropped = 0, thrown = 0;
 };
 
@@ -39,9 +38,9 @@ class PourTrial {
   PourTrial(const PouredObject& object, PourKind kind);
 
   const Scene& scene() const { return scene_; }  // of the impulse mode
-  // A model with new starts of its bodies, keyed by the seed.
+  // A model with starting positions that depend on `seed`.
   Model starts(uint64_t seed) const;
-  // Steps a simulator of such a model until it is at rest, or the time is up.
+  // Steps a simulator of such a model until it is at rest or the time is over.
   PourFigures run(Simulator& simulator) const;
 
  private:
@@ -56,7 +55,7 @@ class PourTrial {
   double half_width_ = 0;  // R, of the column
   Model model_;
   std::vector<uint32_t> poured_;  // bodies
-  std::vector<Vec3> places_;      // m, at which they start
+  std::vector<Vec3> places_;      // m, starting positions
   std::vector<Vec3> corners_;     // R, of the object's convex hull, body frame
 };
 

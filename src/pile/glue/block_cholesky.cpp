@@ -10,7 +10,7 @@
 namespace pilesim {
 namespace {
 
-constexpr size_t kLeaf = 12;  // nodes that are not cut any further
+constexpr size_t kLeaf = 12;  // smaller sets of nodes are not cut any further
 
 void copy_block(Eigen::MatrixXd& to, uint32_t row, uint32_t column,
                 const BlockCholesky::Block& block) {
@@ -36,7 +36,8 @@ BlockCholesky::BlockCholesky(std::span<const Vec3> places, std::vector<Edge> edg
   find_rows();
 }
 
-// Cuts across the longest way; what the near half has at the cut is eliminated after both.
+// Cuts across the longest extent. Nodes of the near half at the cut are eliminated after both
+// halves.
 uint32_t BlockCholesky::dissect(std::vector<uint32_t> nodes, int depth) {
   Front front;
   if (nodes.size() <= kLeaf) {
@@ -112,7 +113,7 @@ bool BlockCholesky::eliminate(Front& front, std::span<const Block> diagonal,
   const auto rows = static_cast<Eigen::Index>(front.rows.size()) * kBlock;
   const auto pivots = static_cast<Eigen::Index>(front.pivots) * kBlock;
   const auto by_rank = [&](uint32_t node) { return rank_[node]; };
-  // Pivots are ranked before all that they touch.
+  // Pivots rank before all nodes that they touch.
   const auto place_of = [&](uint32_t node) {
     return static_cast<uint32_t>(std::ranges::lower_bound(front.rows, rank_[node], {}, by_rank) -
                                  front.rows.begin());

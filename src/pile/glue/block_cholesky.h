@@ -1,6 +1,6 @@
-// Cholesky factors of a sparse symmetric positive definite matrix of 6 x 6 blocks whose nodes lie
-// in space: nested dissection by place (George 1973) and fronts of dense blocks (Duff and Reid
-// 1983), so that nearly all the work is products of dense matrices.
+// Cholesky factors of a sparse symmetric positive definite matrix of 6 x 6 blocks whose nodes have
+// positions in space. Geometric nested dissection (George 1973) and dense fronts (Duff and Reid
+// 1983) turn nearly all the work into products of dense matrices.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ class BlockCholesky {
   using Block = Eigen::Matrix<double, kBlock, kBlock>;
   using Edge = std::pair<uint32_t, uint32_t>;
 
-  // Nodes at `places`; `edges` are the blocks off the diagonal, no two of the same nodes.
+  // Nodes at `places`, m; `edges` are the blocks off the diagonal, each pair of nodes once.
   BlockCholesky(std::span<const Vec3> places, std::vector<Edge> edges);
 
-  // `diagonal` (nodes); `beside` (edges): rows of the first node, columns of the second. False: it
-  // is not positive definite.
+  // `diagonal` (nodes); `beside` (edges): rows of the first node, columns of the second. Gives
+  // false if the matrix is not positive definite.
   bool factor(std::span<const Block> diagonal, std::span<const Block> beside);
   // After factor(); `x` (6 nodes) is the right-hand side and becomes the solution.
   void solve(Eigen::VectorXd& x) const;
@@ -30,12 +30,12 @@ class BlockCholesky {
  private:
   // Nodes that are eliminated together, after those of its children.
   struct Front {
-    std::vector<uint32_t> rows;  // nodes: first those eliminated here, then those that they touch
-    uint32_t pivots = 0;         // of them
+    std::vector<uint32_t> rows;  // nodes: first those eliminated here, then those they touch
+    uint32_t pivots = 0;         // number of rows eliminated here
     std::vector<uint32_t> children;
-    std::vector<uint32_t> edges;  // that are added here
+    std::vector<uint32_t> edges;  // edges assembled here
     Eigen::MatrixXd columns;      // (6 rows, 6 pivots): factors
-    Eigen::MatrixXd rest;         // for the parent, while factor() runs; its lower half
+    Eigen::MatrixXd rest;         // lower half, for the parent; only during factor()
   };
   uint32_t dissect(std::vector<uint32_t> nodes, int depth);
   void find_rows();
@@ -46,7 +46,7 @@ class BlockCholesky {
   std::vector<std::vector<uint32_t>> neighbours_;  // by node
   std::vector<Front> fronts_;                      // children before parents
   std::vector<std::vector<uint32_t>> levels_;      // fronts by depth
-  std::vector<uint32_t> rank_;                     // of nodes, in the order of elimination
+  std::vector<uint32_t> rank_;                     // order of elimination, by node
   std::vector<uint8_t> side_;                      // scratch of dissect()
 };
 

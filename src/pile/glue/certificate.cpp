@@ -63,7 +63,7 @@ GlueCertificate certify(std::span<const GlueBody> bodies, std::span<const GlueCo
     const Long3 torque = exact(held.torque);
     turn[held.a] += torque;
     turn[held.b] -= torque;
-    // The glue, which is > 0, times its lever.
+    // The glue's strength, > 0, times its lever.
     is_sound = is_sound && torque.norm() <= (1 + 1e-9L) * patch * radius * held.glue_kg;
     total += held.glue_kg;
   }

@@ -1,5 +1,5 @@
-// The cone x0 >= |(x1, x2, x3)| with Nesterov and Todd's scaling: what an interior point method
-// needs of it. Cones of fewer dimensions are embedded: components that are zero stay zero.
+// The cone x0 >= |(x1, x2, x3)| with the operations of an interior point method in Nesterov and
+// Todd's scaling. Cones of fewer dimensions are embedded: components that are zero stay zero.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ inline Vec4 quotient(const Vec4& w, const Vec4& u) {
   return result;
 }
 
-// The largest step <= 1 along `way` from x inside that stays in the cone.
+// The largest step <= 1 along `way`, from x inside, that stays in the cone.
 inline double most_step(const Vec4& x, const Vec4& way) {
   // square(x + t way) = c + 2 b t + a t^2
   const double a = way[0] * way[0] - way.tail<3>().squaredNorm();

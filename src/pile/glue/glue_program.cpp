@@ -8,11 +8,11 @@ namespace glue {
 namespace {
 
 constexpr size_t kNone = ~size_t{0};
-// Below it a contact counts as without friction: its cone is a line.
+// Below it a contact counts as frictionless: its cone is a line.
 constexpr double kNoFriction = 1e-3;
-// In the mean weight: less glue is none.
+// In the mean weight: less glue counts as none.
 constexpr double kNoGlue = 1e-5;
-// Of glue that is there, where other costs 1.
+// Price of existing glue, where new glue costs 1.
 constexpr double kPriceThere = 0.01;
 
 std::pair<uint32_t, uint32_t> ordered(uint32_t a, uint32_t b) { return std::minmax(a, b); }
@@ -56,7 +56,7 @@ Program::Program(std::span<const GlueBody> bodies, std::span<const GlueContact> 
     add_spot(pair, spot->second);
     spot_of.erase(spot);
   }
-  for (const auto& [bodies_of, spot] : spot_of) {  // that has stretched until they do not touch
+  for (const auto& [bodies_of, spot] : spot_of) {  // has stretched until the bodies no longer touch
     if (row_[there[spot].a] == kFixed && row_[there[spot].b] == kFixed) continue;
     add_spot(add_pair(there[spot].a, there[spot].b, {}), spot);
   }
@@ -71,7 +71,7 @@ Program::Program(std::span<const GlueBody> bodies, std::span<const GlueContact> 
   matrix_.emplace(places, std::move(edges));
 }
 
-// Whom no chain of contacts and spots joins to what stands by itself.
+// Marks bodies that no chain of contacts and spots joins to a fixed one.
 void Program::find_hanging() {
   std::vector<std::vector<uint32_t>> touching(bodies_.size());
   for (const GlueContact& contact : contacts_) {
@@ -98,7 +98,7 @@ void Program::find_hanging() {
   }
 }
 
-// Of forces `force` x at a place, and their torques.
+// The effect of forces `force` x at a position, with their torques.
 Effect Program::effect(uint32_t body, const Vec3& position,
                        const Eigen::Matrix<double, 3, 4>& force, double sign) const {
   if (row_[body] == kFixed) return Effect::Zero();
@@ -136,7 +136,7 @@ Pair& Program::add_pair(uint32_t a, uint32_t b, std::span<const uint32_t> contac
   return pair;
 }
 
-// To the pair that was added last.
+// Adds the spot to the most recent pair.
 void Program::add_spot(Pair& pair, size_t there) {
   const GlueThere& spot = there_[there];
   const bool is_first = row_[spot.a] == pair.a;
@@ -159,7 +159,7 @@ void Program::add_spot(Pair& pair, size_t there) {
   pair.last = variables_.size();
 }
 
-// Of force x at a place, onto a and against it onto b.
+// A force x at a position, on a, and its reaction on b.
 Variable& Program::add_force(uint32_t a, uint32_t b, const Vec3& position,
                              const Eigen::Matrix<double, 3, 4>& force) {
   Variable& made = variables_.emplace_back();
@@ -168,7 +168,7 @@ Variable& Program::add_force(uint32_t a, uint32_t b, const Vec3& position,
   return made;
 }
 
-// Times the smaller radius; against b by it, or with `side` -1 against a.
+// A torque, times the smaller radius, and its reaction on b; with `side` -1 the sign is reversed.
 Variable& Program::add_torque(uint32_t a, uint32_t b, double side) {
   Variable& made = variables_.emplace_back();
   const double radius = patch_radius(a, b);
@@ -179,7 +179,7 @@ Variable& Program::add_torque(uint32_t a, uint32_t b, double side) {
   return made;
 }
 
-// Of the smaller of what moves.
+// From the radius of the smaller body that can move.
 double Program::patch_radius(uint32_t a, uint32_t b) const {
   return std::min(bodies_[a].mass_kg > 0 ? bodies_[a].radius_m : 1e300,
                   bodies_[b].mass_kg > 0 ? bodies_[b].radius_m : 1e300);

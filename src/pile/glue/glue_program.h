@@ -1,5 +1,5 @@
-// The program that least_glue() solves: what it is in glue_program.cpp, how it is solved in
-// interior_point.cpp.
+// The cone program that least_glue() solves: glue_program.cpp sets it up, interior_point.cpp solves
+// it.
 #pragma once
 
 #include <cstdint>
@@ -20,42 +20,42 @@ constexpr uint32_t kFixed = ~uint32_t{0};
 using cone::Vec4;
 using Block = BlockCholesky::Block;
 using Wrench = Eigen::Matrix<double, 6, 1>;  // force, torque over the body's radius
-using Effect = Eigen::Matrix<double, 6, 4>;  // of a variable on a body
+using Effect = Eigen::Matrix<double, 6, 4>;  // effect of a variable on a body
 using VectorX = Eigen::VectorXd;
 
-// Variables that lie in one cone, and the wrenches that they give two bodies.
+// Variables in one cone, and the wrenches that they exert on two bodies.
 struct Variable {
   Effect on_a = Effect::Zero(), on_b = Effect::Zero();
   Vec4 cost = Vec4::Zero();
-  int limit = -1;  // of the pair, that x[0] counts for; -1: none
+  int limit = -1;  // index in the pair of the limit that x[0] counts for; -1: none
   Vec4 x = Vec4::Zero(), s = Vec4::Zero();
-  // Scratch of a step.
+  // Scratch of one step.
   cone::Scaling scaling;
   Vec4 dual_left, way_x, way_s;
 
-  // The unused strength of a spot: it costs nothing.
+  // True for the unused strength of a spot, which costs nothing.
   bool is_rest() const { return limit >= 0 && cost[0] == 0; }
 };
 
-// That a spot gives as much as it can, or less and a rest: a row that has nothing in common with
-// those of other pairs, and is taken out of the system before that is factored.
+// The constraint that a spot gives at most its strength; a slack variable takes the rest. Its row
+// is independent of other pairs', so it is eliminated before the system is factored.
 struct Limit {
-  double most = 0;                    // in the mean weight, and times its body's radius
-  double y = 0, left = 0, way_y = 0;  // as those of bodies
+  double most = 0;                    // in mean weights; for a torque also times the body's radius
+  double y = 0, left = 0, way_y = 0;  // as for bodies
   double pivot = 0, known = 0;
   Wrench on_a = Wrench::Zero(), on_b = Wrench::Zero();  // its column in the rows of the bodies
 };
 
-// The common part of two bodies: variables [first, last).
+// The coupling of two bodies: variables [first, last).
 struct Pair {
   uint32_t a, b;  // rows, or kFixed
   size_t first = 0, last = 0;
-  std::optional<uint32_t> edge;  // of the matrix, where both move
-  std::vector<Limit> limits;     // of the force and the torque of a spot, or none
+  std::optional<uint32_t> edge;  // of the matrix, if both move
+  std::vector<Limit> limits;     // for force and torque of a spot, or none
   Block aa = Block::Zero(), ab = Block::Zero(), bb = Block::Zero();
 };
 
-// In the mean weight and the radii of bodies.
+// Units: the mean weight and the bodies' radii.
 class Program {
  public:
   Program(std::span<const GlueBody> bodies, std::span<const GlueContact> contacts, const Vec3& up,
@@ -96,9 +96,10 @@ class Program {
   GlueSettings settings_;
   double unit_kg_ = 1;  // mean mass
   std::vector<uint8_t> hangs_;
-  std::vector<uint32_t> row_;     // of bodies: kFixed, or where their six rows are
-  std::vector<uint32_t> sorted_;  // contacts by pair
-  std::vector<size_t> variable_;  // of contacts: of their push; that of their glue is the next
+  std::vector<uint32_t> row_;     // by body: kFixed, or the first of its six rows
+  std::vector<uint32_t> sorted_;  // contacts sorted by pair
+  // By contact: the variable of its normal force; that of its glue is the next.
+  std::vector<size_t> variable_;
   std::vector<Variable> variables_;
   std::vector<Pair> pairs_;
   struct Patch {
@@ -106,14 +107,14 @@ class Program {
     size_t variable;
   };
   std::vector<Patch> patches_;
-  // (there) variable of its force; then the rest, its torque, the rest, what it lacks.
+  // (there) variable of its force; then its slack, its torque, that slack, and the shortage.
   std::vector<size_t> spots_;
   VectorX wanted_, y_, left_, way_y_;  // (6 rows)
   std::vector<Block> diagonal_, beside_;
   std::optional<BlockCholesky> matrix_;
 };
 
-// The variables that a limit counts.
+// Visits the variables that a limit counts.
 template <typename Visit>
 void Program::for_limited(Pair& pair, const Visit& visit) {
   if (pair.limits.empty()) return;

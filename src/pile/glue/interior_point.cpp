@@ -1,4 +1,5 @@
-// Mehrotra's predictor and corrector on the cones of a glue program, Nesterov and Todd's scaling.
+// Mehrotra's predictor-corrector method on the cones of a glue program, with Nesterov and Todd's
+// scaling.
 #include <algorithm>
 #include <cmath>
 
@@ -9,9 +10,9 @@ namespace pilesim::glue {
 namespace {
 
 constexpr size_t kGrain = 64;
-// Of the way to the boundary of the cones.
+// Share of the distance to the boundary of the cones.
 constexpr double kStepShare = 0.99;
-// Of the diagonal: keeps factors of nearly singular matrices.
+// Relative to the diagonal: keeps nearly singular matrices factorable.
 constexpr double kLeastShift = 1e-13, kMostShift = 1e-6;
 
 }  // namespace
@@ -24,7 +25,7 @@ void Program::for_each(const std::function<void(Variable&, const Pair&)>& visit)
   });
 }
 
-// The wrenches that values of the variables give all bodies.
+// The total wrench of the variables' values on all bodies.
 VectorX Program::sum(const std::function<Vec4(const Variable&)>& values) const {
   VectorX total = VectorX::Zero(wanted_.size());
   for (const Pair& pair : pairs_) {
@@ -56,7 +57,7 @@ void Program::begin() {
   for (Variable& variable : variables_) {
     variable.x = variable.s = Vec4(1, 0, 0, 0);
   }
-  // A limit is kept from the start: what is far from its own would hold up all.
+  // Start with all limits met: a large residual in one would delay all others.
   for (Pair& pair : pairs_) {
     for_limited(pair, [](Variable& v, const Limit& limit) {
       const double given = std::min(1.0, limit.most / 2);
@@ -131,7 +132,7 @@ bool Program::factor() {
   return false;
 }
 
-// The rows of its limits, by what they have in common with those of the bodies.
+// Eliminates the rows of its limits by their coupling to the bodies' rows.
 void Program::take_out(Pair& pair) {
   for (Limit& limit : pair.limits) limit = {.most = limit.most, .y = limit.y, .left = limit.left};
   for_limited(pair, [](const Variable& v, Limit& limit) {
@@ -147,7 +148,7 @@ void Program::take_out(Pair& pair) {
   }
 }
 
-// The step whose scaled parts add up to `wanted`, and that leaves no residual.
+// The step whose scaled parts add up to `wanted` and that removes all residuals.
 void Program::find_way(const std::function<Vec4(const Variable&)>& wanted) {
   const auto given = [&](const Variable& v) -> Vec4 {
     return v.scaling.w * wanted(v) - v.scaling.square * v.dual_left;
@@ -179,8 +180,8 @@ void Program::find_way(const std::function<Vec4(const Variable&)>& wanted) {
   way_y_ = total;
   matrix_->solve(way_y_);
   follow();
-  // Near the end scalings differ by many powers of ten: what rounding and the shift of the diagonal
-  // have left is solved for once more.
+  // Near the end scalings differ by many powers of ten: one refinement step removes the errors of
+  // rounding and of the diagonal's shift.
   VectorX rest = left_ - sum([](const Variable& v) -> Vec4 { return v.way_x; });
   matrix_->solve(rest);
   way_y_ += rest;
@@ -218,7 +219,8 @@ GlueSolution Program::run() {
     if (is_solved || !factor()) break;
     const double mean = gap() / degree;
     if (!std::isfinite(mean)) break;
-    // Mehrotra (1992): straight to the end, then with what that shows of the curve.
+    // Mehrotra (1992): predict a straight step to the end, then correct for the curvature it
+    // reveals.
     find_way([](const Variable& v) -> Vec4 { return -v.scaling.scaled; });
     const auto [primal, dual] = most_steps();
     double ahead = 0;

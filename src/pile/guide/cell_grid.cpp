@@ -12,7 +12,7 @@ namespace {
 
 using Corner = std::array<size_t, 3>;
 
-// A block of cells that the surface does not pass is inside as a whole or outside.
+// Classifies blocks of cells that the surface does not cross as a whole.
 class Filler {
  public:
   Filler(const CellGrid& grid, const TriangleMesh& mesh, double from_wall_m,
@@ -101,7 +101,7 @@ size_t CellGrid::cell_of(const Vec3& point) const {
 std::vector<uint8_t> CellGrid::inside(const TriangleMesh& mesh, double from_wall_m) const {
   std::vector<uint8_t> cells(size(), 0);
   const Filler filler(*this, mesh, from_wall_m, cells);
-  // Blocks are of as many cells at any number of threads.
+  // The block size does not depend on the number of threads.
   constexpr size_t kBlock = 16;
   Corner blocks{};
   for (size_t k = 0; k < 3; ++k) blocks[k] = (count[k] + kBlock - 1) / kBlock;

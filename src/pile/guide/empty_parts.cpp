@@ -24,22 +24,22 @@ constexpr double kMostCells = 4e5;
 constexpr size_t kGrain = 1024;
 constexpr uint32_t kNoPart = std::numeric_limits<uint32_t>::max();
 
-// The guide's box in cells. What is told of cells is by index.
+// The guide's box divided into cells, addressed by index.
 class Cells {
  public:
   Cells(const Scene& scene, const Model& model, double cell_m);
 
   size_t size() const { return wall_m_.size(); }
   double cell_m() const { return grid_.cell_m; }
-  // From its middle to the walls, m; < 0: outside, or something stands there.
+  // Distance from its centre to the walls, m; < 0: outside or occupied.
   double wall_m(size_t cell) const { return wall_m_[cell]; }
   bool is_inside(size_t cell) const { return wall_m_[cell] >= 0; }
   Vec3 middle_of(size_t cell) const { return grid_.middle_of(cell); }
   size_t cell_of(const Vec3& point) const { return grid_.cell_of(point); }
-  // Calls of(neighbour, distance in cells) for those inside of the 26 around.
+  // Calls of(neighbour, distance in cells) for the inside cells among its 26 neighbours.
   template <typename Visit>
   void around(size_t cell, const Visit& of) const;
-  // Numbers of the connected sets of cells for which `is_in` says so, others kNoPart.
+  // Numbers the connected sets of cells that satisfy `is_in`; other cells get kNoPart.
   template <typename IsIn>
   std::vector<uint32_t> components(const IsIn& is_in, uint32_t& count) const;
 
@@ -117,8 +117,8 @@ std::vector<uint32_t> Cells::components(const IsIn& is_in, uint32_t& count) cons
   return part;
 }
 
-// m, the way within the guide to the nearest of the cells that are marked; infinite where there is
-// none.
+// Distance (m) within the guide from each cell to the nearest marked one; infinite where none is
+// reachable.
 std::vector<double> way_from(const Cells& cells, const std::vector<uint8_t>& marked) {
   using Step = std::pair<double, size_t>;
   std::vector<double> way(cells.size(), std::numeric_limits<double>::infinity());
@@ -143,8 +143,8 @@ std::vector<double> way_from(const Cells& cells, const std::vector<uint8_t>& mar
   return way;
 }
 
-// By cell: the widest that the narrowest place on a way to it from the lowest cells of its part can
-// be, as a distance to the walls, m.
+// By cell: the widest bottleneck of all paths from the lowest cells of its part, as a distance to
+// the walls, m.
 std::vector<double> reach_from_base(const Cells& cells, const Vec3& up) {
   using Step = std::pair<double, size_t>;
   double base_m = std::numeric_limits<double>::infinity();
@@ -177,13 +177,13 @@ std::vector<double> reach_from_base(const Cells& cells, const Vec3& up) {
 
 struct Found {
   EmptyParts told;
-  std::vector<std::vector<size_t>> cells;  // of each part that is told
+  std::vector<std::vector<size_t>> cells;  // of each reported part
 };
 
 std::string metres(double length_m) { return with_digits(length_m, 2) + " m"; }
 
 std::string range(const char* axis, double from, double to) {
-  // A tenth of a millimetre is no figure of a guide, and "-0" none of a place.
+  // Round to a tenth of a millimetre, and avoid "-0".
   const auto rounded = [](double value) { return std::round(1e4 * value) / 1e4 + 0.0; };
   return std::string(axis) + ' ' + with_digits(rounded(from), 3) + " to " +
          with_digits(rounded(to), 3);
@@ -216,7 +216,7 @@ Found find_empty(const Cells& cells, const std::vector<uint8_t>& covered, double
 
   struct Part {
     double cells = 0, left = std::numeric_limits<double>::infinity();
-    uint32_t number = 0;  // from 1; 0: a crumb
+    uint32_t number = 0;  // from 1; 0: too small to count
   };
   struct Region {
     std::vector<size_t> cells;
@@ -259,7 +259,8 @@ Found find_empty(const Cells& cells, const std::vector<uint8_t>& covered, double
                   .guide_share = count / all};
     const bool is_much = one.guide_share > kMuchOfGuide || one.part_share > kMuchOfPart;
     if (home.number == 0 || !is_much) continue;
-    std::vector<std::pair<double, bool>> heights;  // of the whole part, and whether it is empty
+    // Height in the whole part, and whether it is empty.
+    std::vector<std::pair<double, bool>> heights;
     for (size_t cell = 0; cell < cells.size(); ++cell) {
       if (part[cell] != part[of.cells.front()]) continue;
       heights.emplace_back(cells.middle_of(cell).dot(up), region[cell] == region[of.cells.front()]);
@@ -297,10 +298,10 @@ void cover(const Cells& cells, const Model& model, std::span<const PlacedBody> b
   }
 }
 
-// Of the bodies that fill a guide: m.
+// Sizes of the bodies that fill a guide, m.
 struct BodySizes {
-  double radius_m = 0;                                           // mean, bounding
-  double thickness_m = std::numeric_limits<double>::infinity();  // least
+  double radius_m = 0;                                           // mean bounding radius
+  double thickness_m = std::numeric_limits<double>::infinity();  // smallest thickness
 };
 
 BodySizes sizes_of(const Model& model, const BodyRange& bodies) {
@@ -341,7 +342,7 @@ EmptyParts too_narrow_parts(const Scene& scene, const Model& model) {
   if (!model.guide_fill || model.guide_fill->count == 0) return {};
   const BodySizes sizes = sizes_of(model, *model.guide_fill);
   const Cells cells(scene, model, cell_for(sizes));
-  // Where a ball as thick as the thinnest body has room.
+  // Cells where a ball as thick as the thinnest body fits.
   std::vector<uint8_t> covered(cells.size(), 0);
   for (size_t cell = 0; cell < cells.size(); ++cell) {
     covered[cell] = cells.wall_m(cell) >= (sizes.thickness_m - cells.cell_m()) / 2 ? 1 : 0;

@@ -7,17 +7,17 @@
 namespace pilesim {
 namespace {
 
-// Powers below this share of the motion's size are rounding.
+// Powers below this share of the motion's size are rounding errors.
 constexpr double kNoPower = 1e-11;
 
-// An edge whose part across the others is below this share of it adds nothing but rounding.
+// An edge whose component orthogonal to the others is below this share adds only rounding.
 constexpr double kParallel = 1e-11;
 
-// A column of which less than this is left is orthogonalised again. Below 1, or it never ends: with
-// 0.7 a column is parallel (kParallel) after 71 times.
+// A column that keeps less than this share is orthogonalised again. Must be below 1 to terminate:
+// with 0.7 a column counts as parallel (kParallel) after 71 repetitions.
 constexpr double kCancelled = 0.7;
 
-// Cones take a few more sweeps than they have contacts.
+// Cones take slightly more iterations than they have contacts.
 constexpr int kMostSweeps = 200;
 
 constexpr size_t kLanes = 4;
@@ -52,7 +52,7 @@ void EquilibriumSolver::scale_friction(double factor) {
   for (uint32_t i = 0; i < count_; ++i) friction_[i] = factor * given_friction_[i];
 }
 
-// The loop is written for the compiler to vectorise: no branches, no calls.
+// Written for automatic vectorisation: no branches, no calls.
 void EquilibriumSolver::power_of_cones(const Wrench& left) {
   const double* nx = normal_[0].data();
   const double* ny = normal_[1].data();
@@ -105,8 +105,8 @@ EquilibriumSolver::Wrench EquilibriumSolver::wrench_of(const Edge& edge) const {
   return wrench;
 }
 
-// Gram-Schmidt, again where much of the column went: edges of an exact cone come to lie close to
-// one another. False: nothing of the column is left across the ones before it.
+// Gram-Schmidt, repeated where most of the column cancels, since edges of an exact cone become
+// nearly parallel. Gives false if nothing of the column is orthogonal to the earlier ones.
 bool EquilibriumSolver::factor_column(int k) {
   Wrench v = active_.column[k];
   const double size = v.norm();
@@ -126,8 +126,9 @@ bool EquilibriumSolver::factor_column(int k) {
   return rest > kParallel * size;
 }
 
-// Takes the last column of the active set into the solution: the least squares over all of them,
-// or, where that would pull, as far towards it as all still push; what then carries nothing goes.
+// Brings the last column of the active set into the solution: the least squares solution over all
+// of them, or, if it has negative weights, the farthest point towards it without any. Columns whose
+// weight becomes zero are removed.
 void EquilibriumSolver::take_in(const Wrench& wanted, Wrench& left) {
   ActiveSet& set = active_;
   std::array<double, 6> best;

@@ -7,10 +7,10 @@ namespace {
 
 using Eigen::Index;
 
-constexpr Index kBalance = 6;  // of force in weights and torque in m g r
+constexpr Index kBalance = 6;  // rows of force in weights and of torque in m g r
 constexpr Index kMissing = -1;
 
-// Less than this is rounding.
+// Smaller values are rounding errors.
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -19,7 +19,7 @@ bool ForcePyramids::is_free(Index variable) const {
   return variable >= count_ && variable < 3 * count_;
 }
 
-// The first phase of the simplex method: what is missing from the balance is the cost.
+// Phase one of the simplex method: its cost is the residual of the balance.
 void ForcePyramids::set_up(const Vec3& centre, double radius_m,
                            std::span<const SupportPoint> contacts, const Vec3& up) {
   count_ = static_cast<Index>(contacts.size());
@@ -52,7 +52,7 @@ void ForcePyramids::set_up(const Vec3& centre, double radius_m,
   tableau_.row(rows) = -tableau_.topRows<kBalance>().colwise().sum();
 }
 
-// The first variable that lowers the cost; -1: none.
+// The first variable that lowers the cost, or -1.
 Index ForcePyramids::entering() {
   const Index cost = tableau_.rows() - 1;
   for (Index variable = 0; variable < tableau_.cols() - 1; ++variable) {
@@ -65,7 +65,8 @@ Index ForcePyramids::entering() {
   return kMissing;
 }
 
-// The row that is used up first, of several that of the first variable; free ones never are.
+// The row that is exhausted first; among equals, that of the first variable. Free variables never
+// leave.
 Index ForcePyramids::leaving(Index entering) const {
   const Index right = tableau_.cols() - 1;
   Index best = kMissing;
@@ -87,7 +88,7 @@ Index ForcePyramids::leaving(Index entering) const {
 bool ForcePyramids::solve(const Vec3& centre, double radius_m,
                           std::span<const SupportPoint> contacts, const Vec3& up) {
   set_up(centre, radius_m, contacts, up);
-  // By Bland's rule it ends; but for rounding, which might go round.
+  // Bland's rule terminates; the limit guards against cycles from rounding.
   for (Index left = 100 * (count_ + 1); left > 0; --left) {
     const Index variable = entering();
     if (variable == kMissing) break;

@@ -1,9 +1,9 @@
-// The equilibrium of one body as the dissertation has it (2.25 to 2.28, 6.2.1): forces at its
-// contacts within friction pyramids that carry its weight and leave no torque, by linear
-// programming. The project's own analysis is equilibrium.h.
+// The equilibrium of one body as in the dissertation (2.25 to 2.28, 6.2.1): forces at its contacts
+// within friction pyramids that carry its weight and leave no torque, by linear programming. The
+// project's own analysis is equilibrium.h.
 //
-// There are many solutions; this is the vertex that Bland's rule comes to, normal forces before
-// friction. The dissertation takes what its solver returns.
+// Solutions are not unique; this one is the vertex that Bland's rule reaches, with normal forces
+// before friction. The dissertation uses the one that its solver returns.
 #pragma once
 
 #include <span>
@@ -13,10 +13,10 @@
 
 namespace pilesim {
 
-// Tolerance of the balance and of each force, in weights, as usual for linear programs.
+// Tolerance of the balance and of each force, in weights, as is usual for linear programs.
 inline constexpr double kForceTolerance = 1e-6;
 
-// The force of one contact, in weights; the tangents are orthogonal, and follow from the normal
+// The force of one contact, in weights; the tangents are orthogonal and follow from the normal
 // alone.
 struct PyramidForce {
   double normal = 0;                    // >= 0
@@ -25,8 +25,8 @@ struct PyramidForce {
 
 class ForcePyramids {
  public:
-  // Whether there are such forces. `centre` of mass in m; `radius_m` > 0 bounds the body; `up` is
-  // unit, against gravity.
+  // True if such forces exist. `centre` of mass in m; `radius_m` > 0 is the bounding radius; `up`
+  // is unit, against gravity.
   bool solve(const Vec3& centre, double radius_m, std::span<const SupportPoint> contacts,
              const Vec3& up);
   // Forces of the last solution, by contact.
@@ -39,12 +39,12 @@ class ForcePyramids {
   Eigen::Index entering();
   Eigen::Index leaving(Eigen::Index entering) const;
 
-  Eigen::Index count_ = 0;  // contacts
-  // Rows: six of the balance, four a contact of (2.28), the cost. Columns: the variables, which are
-  // normal forces, pairs of tangential ones and what is left of each row of (2.28); the right side.
+  Eigen::Index count_ = 0;  // number of contacts
+  // Rows: six of the balance, four per contact for (2.28), the cost. Columns: normal forces, pairs
+  // of tangential forces, slack variables of (2.28), and the right-hand side.
   Eigen::MatrixXd tableau_;
-  std::vector<Eigen::Index> basis_;  // by row; -1: what is missing from its balance
-  std::vector<double> sign_;         // by variable: free ones may count the other way
+  std::vector<Eigen::Index> basis_;  // by row; -1: its residual
+  std::vector<double> sign_;         // by variable: free ones may be negated
   std::vector<PyramidForce> forces_;
 };
 

@@ -1,4 +1,4 @@
-// The part of the glue director that analyses: which forces hold a pile as it lies, with what glue.
+// The glue director's analyses: the forces, with glue, that hold a pile in its present pose.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,7 +24,7 @@ std::vector<GlueBody> GlueDirector::bodies_of(const ImpulseControl& control) con
   return bodies;
 }
 
-// Of the pile, with itself and what it stands on; `of_friction`: the share that is counted on.
+// Contacts within the pile and with its supports; `of_friction`: share of the friction to rely on.
 std::vector<GlueContact> GlueDirector::contacts_of(std::span<const GlueBody> bodies,
                                                    double of_friction) const {
   std::vector<GlueContact> contacts;
@@ -87,8 +87,8 @@ void GlueDirector::analyse(ImpulseControl& control) {
   state_.left.reset();
   state_.figures = figures;
   if (solution.is_solved && guide_.control) {
-    // What stands with gravity turned to three sides stands with all that is between them: forces
-    // and the strength that they need can be averaged.
+    // A pile that stands with gravity tilted to three sides stands with every direction between
+    // them: forces, and the strengths they need, can be averaged.
     std::vector<GlueSolution> cases = {solution};
     const Vec3 side = up_.unitOrthogonal();
     for (int i = 0; i < 3; ++i) {
@@ -114,7 +114,7 @@ void GlueDirector::note_analysis(const ImpulseControl& control) {
   state_.calm_looks = 0;
 }
 
-// The pile is now all that is calm, wherever it has come to lie.
+// The pile is now every resting body, wherever it has come to lie.
 void GlueDirector::find_left(const ImpulseControl& control) {
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] == Part::anchor || model_.bodies[body].role != Role::dynamic) continue;
@@ -123,8 +123,8 @@ void GlueDirector::find_left(const ImpulseControl& control) {
   }
 }
 
-// Which forces hold what a hit has left, by glue that has not torn, and what that lacks. Nothing is
-// glued anew and nothing let go: what stands is for the engine to say.
+// Analyses the pile after an impact: the forces that hold it with glue that has not torn, and the
+// glue that is missing. It adds and removes no glue: the engine decides whether the pile stands.
 void GlueDirector::analyse_left(ImpulseControl& control) {
   find_left(control);
   const std::vector<GlueBody> bodies = bodies_of(control);
@@ -136,7 +136,7 @@ void GlueDirector::analyse_left(ImpulseControl& control) {
       continue;
     }
     const BodyMotion a = control.motion(spot.line.a), b = control.motion(spot.line.b);
-    // Where it is stretched it gives at the middle, as the engine has it.
+    // A stretched spot acts at its midpoint, as in the engine.
     const Vec3 at_a = a.position + a.orientation * spot.line.arm;
     const Vec3 at_b = b.position + b.orientation * spot.arm_b;
     there.push_back(
@@ -173,11 +173,11 @@ void GlueDirector::analyse_left(ImpulseControl& control) {
   state_.left = left;
 }
 
-// Between each two bodies one, the sum of those at their contacts and of their spot of glue.
+// One line per pair of bodies: the sum over their contacts and their spot of glue.
 void GlueDirector::note_forces(const ImpulseControl& control, std::span<const GlueContact> contacts,
                                const GlueSolution& solution, std::span<const GlueThere> there) {
   struct Sum {
-    Vec3 force = Vec3::Zero(), middle = Vec3::Zero();  // kg, onto the first; kg m
+    Vec3 force = Vec3::Zero(), middle = Vec3::Zero();  // kg, on the first; kg m
     double push_kg = 0, kg = 0;
   };
   std::map<std::pair<uint32_t, uint32_t>, Sum> sums;

@@ -28,9 +28,9 @@ GlueDirector::GlueDirector(const Scene& scene, const Model& model)
 }
 
 void GlueDirector::direct(ImpulseControl& control) {
-  // The first contacts are known after a step; a pile that touches nothing yet falls on to it.
+  // Contacts are known only after a step; a pile without contacts falls onto its support first.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
-  // What filled a mould may wait for its release.
+  // The filling of a mould may wait for its release.
   const bool waits = model_.moulded && model_.moulded->count > 0 &&
                      model_.bodies[model_.moulded->first].held &&
                      !control.is_in_world(model_.moulded->first);
@@ -67,8 +67,8 @@ bool GlueDirector::is_slow(const ImpulseControl& control, uint32_t body, double 
          most_speed * std::sqrt(gravity_ * radius);
 }
 
-// All that moves; where a mould was filled, what filled it: were what is thrown at it counted where
-// it comes to lie, all would be glued anew.
+// True for all moving bodies; with a filled mould, only for its filling. Otherwise bodies thrown at
+// the pile would count once they rest, and the whole pile would be glued again.
 bool GlueDirector::may_be_pile(uint32_t body) const {
   return model_.bodies[body].role == Role::dynamic &&
          (!model_.moulded || model_.moulded->contains(body));
@@ -94,7 +94,7 @@ bool GlueDirector::is_starting() const {
   return state_.step <= state_.start + static_cast<uint64_t>(guide_.period_steps);
 }
 
-// With less glue than it needed.
+// True for a pile with less glue than it needed.
 bool GlueDirector::has_slumped(const ImpulseControl& control) const {
   if (!state_.figures || state_.figures->given == 1) return false;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
@@ -107,15 +107,14 @@ bool GlueDirector::has_slumped(const ImpulseControl& control) const {
   return false;
 }
 
-// When bodies are there that no analysis has seen, or lie otherwise than it saw them, and they are
-// calm.
+// True if resting bodies have not been analysed, or have moved since.
 bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
   const bool all = has_slumped(control);
   bool is_new = false;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
     if (parts_[body] != Part::pile || (!all && state_.covered[body] != 0)) continue;
     is_new = true;
-    // What the run begins with is at rest, whatever overlaps push it already.
+    // The initial state counts as at rest, even where overlaps already push bodies apart.
     const bool is_start = is_starting();
     const double most_speed = all ? kSlumped : guide_.most_speed;
     if (!is_start && !is_slow(control, body, most_speed)) return false;
@@ -123,7 +122,7 @@ bool GlueDirector::is_analysis_due(const ImpulseControl& control) const {
   return is_new;
 }
 
-// By the local rule of chapter 6, for the colours of pictures and to compare with.
+// Applies the local rule of chapter 6, for the colours in pictures and for comparisons.
 void GlueDirector::judge_each(ImpulseControl& control) {
   graph_.build(contacts_);
   state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
@@ -142,13 +141,13 @@ void GlueDirector::judge_each(ImpulseControl& control) {
   }
 }
 
-// Once glue has torn, or bodies have moved, and what an analysis has seen has been calm for a
-// while, but for a few that roll away; and again once those lie too, if then it lacked something.
+// Due once glue has torn or bodies have moved, and the analysed bodies have been at rest for a
+// while, except for a few that roll away. Due again when those rest too, if glue was missing.
 bool GlueDirector::is_left_due(const ImpulseControl& control) {
   if (!guide_.control || !state_.figures || state_.figures->given < 1) return false;
   const bool has_changed =
       state_.counts.torn > state_.torn_seen || (state_.had_forces && !is_as_analysed());
-  if (has_changed) state_.left.reset();  // that was said of another pile
+  if (has_changed) state_.left.reset();  // the earlier result was about another pile
   const bool lacks = state_.left && !stands(*state_.left);
   if (!has_changed && !lacks) return false;
   double seen = 0, moving = 0;
@@ -165,7 +164,7 @@ bool GlueDirector::is_left_due(const ImpulseControl& control) {
 
 namespace {
 
-// What a pair of bodies asks of its glue.
+// The load on the glue of a pair of bodies.
 struct Need {
   Vec3 middle = Vec3::Zero();                       // kg m
   Vec3 pull = Vec3::Zero(), torque = Vec3::Zero();  // kg, kg m about the origin
@@ -177,7 +176,7 @@ struct Need {
 };
 
 struct Pair {
-  Vec3 place = Vec3::Zero();  // of one of its contacts
+  Vec3 place = Vec3::Zero();  // position of one of its contacts
   std::vector<Need> needs;    // (cases)
 };
 
@@ -212,7 +211,7 @@ std::map<std::pair<uint32_t, uint32_t>, Pair> pairs_of(std::span<const GlueConta
 
 }  // namespace
 
-// Of the pile; 0: there is none.
+// Mean mass of the pile; 0 if it is empty.
 double GlueDirector::mean_kg() const {
   double all_kg = 0, count = 0;
   for (uint32_t body = 0; body < parts_.size(); ++body) {
@@ -223,15 +222,15 @@ double GlueDirector::mean_kg() const {
   return count > 0 ? all_kg / count : 0;
 }
 
-// Of the smaller body of the pile; `a` is one.
+// Radius of the smaller body of the two that belongs to the pile; `a` does.
 double GlueDirector::radius_of(uint32_t a, uint32_t b) const {
   const double radius = model_.shapes[model_.bodies[a].shape].bounding_radius;
   if (parts_[b] != Part::pile) return radius;
   return std::min(radius, model_.shapes[model_.bodies[b].shape].bounding_radius);
 }
 
-// Where there is to be less glue than the pile needs it is put on from below: what is lower stands
-// without what is above it, and not the other way round.
+// With less glue than the pile needs, fill from below: lower bodies stand without the ones above
+// them, but not the reverse.
 void GlueDirector::leave_out_highest(std::vector<GlueSpot>& spots) const {
   if (state_.figures->given == 1) return;
   std::ranges::stable_sort(spots, {}, [&](const GlueSpot& spot) { return spot.point.dot(up_); });
@@ -244,8 +243,8 @@ void GlueDirector::leave_out_highest(std::vector<GlueSpot>& spots) const {
   spots.erase(out, spots.end());
 }
 
-// A spot for each pair that needs glue in any case: as strong as the glue of its contacts and its
-// patch, and as wide as a spot is. What was there is taken off.
+// One spot for each pair that needs glue in any load case, as strong as the glue of its contacts
+// and its patch together, and as wide as a spot. Old spots are removed.
 void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> contacts,
                           std::span<const GlueSolution> cases) {
   for (GlueState::Spot& spot : state_.spots) {
@@ -293,8 +292,8 @@ void GlueDirector::put_on(ImpulseControl& control, std::span<const GlueContact> 
       static_cast<uint32_t>(std::ranges::count(state_.spots, true, &GlueState::Spot::holds));
 }
 
-// Of bodies that do not lie to each other any more as the analysis had them; and all, once so many
-// have ended that what is left carries another load.
+// Ends the lines between bodies that have moved relative to each other since the analysis; ends all
+// once so many have ended that the rest carries another load.
 void GlueDirector::end_forces(const ImpulseControl& control) {
   const auto has_gone = [&](const PairLine& line) {
     if (!control.is_in_world(line.a)) return true;
@@ -317,7 +316,7 @@ void GlueDirector::end_forces(const ImpulseControl& control) {
   }
 }
 
-// While forces of the last analysis last: the others ended before it.
+// True while forces of the last analysis persist.
 bool GlueDirector::is_as_analysed() const {
   return std::ranges::any_of(state_.forces,
                              [](const PairLine& line) { return !std::isfinite(line.until_s); });
@@ -360,10 +359,10 @@ GlueVerdict judge_start(const Scene& scene, const Model& model) {
   Scene start = scene;
   start.simulator.mode = SimulatorMode::impulse;
   start.guide->control = false;
-  // Contacts are known after a step, those with the ground perhaps after some more.
+  // Contacts are known after one step, those with the ground perhaps a few later.
   start.step_s = scene.actual_step_s();
   start.frame_rate = 1 / (kStepsOfStart * scene.actual_step_s());
-  // What is released later is judged as it then lies.
+  // Bodies released later are judged in their present pose.
   Model released = model;
   if (released.moulded) {
     for (uint32_t i = 0; i < released.moulded->count; ++i) {

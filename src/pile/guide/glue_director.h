@@ -1,6 +1,6 @@
-// Holds a pile by the least glue at its contacts with which the whole of it stands. Each pair of
-// bodies that needs glue gets a spot of it, just as strong; what asks more of it stretches and
-// tears it, and what then asks too much of the next tears that.
+// Holds a pile with the least glue at its contacts with which the whole pile stands. Each pair of
+// bodies that needs glue gets a spot of just that strength. A larger load stretches and tears it,
+// and may then tear its neighbours.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@
 
 namespace pilesim {
 
-// State that the director keeps from step to step. (B): by body of the model. Written by its
-// control steps, but for `step`.
+// State that the director keeps from step to step. (B): by body of the model. Its control steps
+// write everything except `step`.
 struct GlueState {
   explicit GlueState(size_t bodies) : covered(bodies), place(bodies, Vec3::Zero()) {}
 
   struct Spot {
     ConstraintId id = 0;
     PairLine line;
-    Vec3 arm_b = Vec3::Zero();  // m, from b's centre, b's frame: where it was put on
+    Vec3 arm_b = Vec3::Zero();  // m, from b's centre in b's frame: where the spot was placed
     double strength_kg = 0, strength_kgm = 0;
     bool holds = true;
     static void fields(auto& self, auto& stream) {
@@ -34,38 +34,38 @@ struct GlueState {
     }
   };
 
-  uint64_t step = 0;             // to come
-  uint64_t start = 0;            // the step after which the pile is there
-  std::vector<uint8_t> covered;  // (B) 1: an analysis has seen it
+  uint64_t step = 0;             // the next one
+  uint64_t start = 0;            // first step of the pile's analyses
+  std::vector<uint8_t> covered;  // (B) 1: it has been analysed
   std::vector<Spot> spots;
   GuideCounts counts;
   std::optional<GlueFigures> figures;
-  std::vector<Vec3> place;       // (B) m, when it was last analysed
+  std::vector<Vec3> place;       // (B) m, at the last analysis
   std::vector<PairLine> forces;  // GuideFile::forces
-  uint32_t torn_seen = 0;        // spots, when it was last analysed
-  bool had_forces = false;       // that analysis
-  int32_t calm_looks = 0;        // control steps for which the pile has rested after a hit
+  uint32_t torn_seen = 0;        // number of torn spots at the last analysis
+  bool had_forces = false;       // whether that analysis found forces
+  int32_t calm_looks = 0;        // control steps for which the pile has rested after an impact
   std::optional<GlueLeft> left;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
 
   static void fields(auto& self, auto& stream) {
-    stream(self.step, self.start, self.covered, self.spots, self.counts, self.figures, self.place, self.forces,
-           self.torn_seen, self.had_forces, self.calm_looks, self.left, self.control_steps,
-           self.control_s);
+    stream(self.step, self.start, self.covered, self.spots, self.counts, self.figures, self.place,
+           self.forces, self.torn_seen, self.had_forces, self.calm_looks, self.left,
+           self.control_steps, self.control_s);
   }
 };
 
-// Whether the forces that an analysis found hold the pile.
+// True if an analysis found forces that hold the pile.
 bool are_found(const GlueFigures& figures);
 
-// Whether all that a hit has left is proved to stand, by friction and what glue is left.
+// True if the pile after an impact is proved to stand, by friction and remaining glue.
 bool stands(const GlueLeft& left);
 
-// Result of an analysis of the pile at the start.
+// Result of the analysis of the initial pile.
 struct GlueVerdict {
-  bool holds = true;              // such forces are found, or nothing is there yet
-  std::vector<uint32_t> hanging;  // bodies with no way through others to anything that stands
+  bool holds = true;              // such forces were found, or the pile is empty
+  std::vector<uint32_t> hanging;  // bodies that no chain of contacts connects to a fixed body
 };
 GlueVerdict judge_start(const Scene& scene, const Model& model);
 
@@ -85,7 +85,7 @@ class GlueDirector final : public PileHolder {
   std::vector<PairLine> forces() const override { return state_.forces; }
   std::optional<GlueFigures> glue_figures() const override { return state_.figures; }
   std::optional<GlueLeft> glue_left() const override { return state_.left; }
-  // Bodies of the last analysis with no way through others to anything that stands.
+  // Bodies that in the last analysis no chain of contacts connected to a fixed body.
   const std::vector<uint32_t>& hanging() const { return hanging_; }
 
  private:
@@ -122,12 +122,12 @@ class GlueDirector final : public PileHolder {
   const Guide& guide_;
   double gravity_;  // m/s^2, magnitude
   Vec3 up_;
-  std::optional<InsideTest> shape_;  // none: everywhere
+  std::optional<InsideTest> shape_;  // none: the guide is everywhere
 
   GlueState state_;
   std::vector<uint32_t> hanging_;
 
-  // Scratch of a control step.
+  // Scratch of one control step.
   std::vector<Part> parts_;  // (B)
   std::vector<BodyContact> contacts_;
   CandidateAnalysis local_;

@@ -33,8 +33,8 @@ double GuideDirector::free_fall_speed(uint32_t body) const {
 }
 
 void GuideDirector::direct(ImpulseControl& control) {
-  // At the start every step: a pile that is given has its first contacts after one, and would begin
-  // to slump in the next few. Overlaps take longer.
+  // Control every step at the start: a given pile has its first contacts after one step, and would
+  // begin to slump in the next few. Overlaps need longer.
   const auto period = static_cast<uint64_t>(guide_.period_steps);
   const bool is_start =
       state_.step <= period || (state_.is_sunk && state_.step <= kMostStart * period);
@@ -71,7 +71,7 @@ bool GuideDirector::in_guide(uint32_t body, const Vec3& centre) {
   return inside_[body] != 0;
 }
 
-// Bodies outside the guide are analysed too: those inside may rest on them.
+// Analyse bodies outside the guide as well: those inside may rest on them.
 void GuideDirector::analyse(ImpulseControl& control) {
   state_.counts.in_guide = state_.counts.passed = state_.counts.filtered = state_.counts.failed = 0;
   for (uint32_t body = 0; body < standing_.size(); ++body) {
@@ -118,8 +118,7 @@ void GuideDirector::keep_well_surrounded(const ImpulseControl& control) {
   }
 }
 
-// Holds what is chosen and rests, through others that are, on something that stands still by
-// itself.
+// Fixes chosen bodies that rest, through other chosen ones, on something fixed.
 void GuideDirector::freeze(ImpulseControl& control) {
   queue_.clear();
   for (uint32_t body = 0; body < chosen_.size(); ++body) {
@@ -162,8 +161,8 @@ std::vector<Vec3> GuideDirector::constraint_points() const {
   return points;
 }
 
-// A hit frees as much of what it meets, from contact to contact, as it could set moving at the
-// speed that the guide names.
+// An impact frees as many of the bodies it reaches, from contact to contact, as it could set moving
+// at the speed that the guide names.
 void GuideDirector::take_hits(ImpulseControl& control, std::span<const Hit> hits) {
   for (const Hit& hit : hits) {
     const double speed = free_fall_speed(hit.sleeper);

@@ -1,5 +1,5 @@
-// Holds a pile in a shape while the impulse mode steps it: bodies that can stand stop moving
-// (dissertation 6.2; section 6.2 as it is written is NailDirector).
+// Holds a pile in a shape while the impulse mode steps it, by fixing bodies that can stand
+// (dissertation 6.2; NailDirector follows section 6.2 to the letter).
 #pragma once
 
 #include <cstdint>
@@ -17,16 +17,16 @@
 
 namespace pilesim {
 
-// State that the director keeps from step to step. (B): by body of the model. Written by its
-// control steps, but for `step`, and by hits.
+// State that the director keeps from step to step. (B): by body of the model. Its control steps and
+// impacts write everything except `step`.
 struct GuideState {
   explicit GuideState(size_t bodies);
 
-  uint64_t step = 0;                  // to come
-  bool is_sunk = false;               // something overlapped too far at the last control step
+  uint64_t step = 0;                  // the next one
+  bool is_sunk = false;               // bodies penetrated too far at the last control step
   std::vector<BodyContact> contacts;  // of the last control step
   std::vector<uint8_t> asleep;        // (B) 1: put to sleep by this director
-  std::vector<Vec3> held_at;          // (B) m, of what sleeps
+  std::vector<Vec3> held_at;          // (B) m, positions of sleeping bodies
   GuideCounts counts;
   uint64_t control_steps = 0;
   double control_s = 0;  // wall time of all control steps
@@ -50,7 +50,7 @@ class GuideDirector final : public PileHolder {
   const GuideCounts& counts() const override { return state_.counts; }
   uint64_t control_steps() const override { return state_.control_steps; }
   double control_s() const override { return state_.control_s; }
-  // One point for each held body: a contact through which it is held.
+  // For each fixed body one of the contacts that hold it.
   std::vector<Vec3> constraint_points() const override;
 
  private:
@@ -66,21 +66,21 @@ class GuideDirector final : public PileHolder {
   const Model& model_;
   const Guide& guide_;
   double gravity_;                   // m/s^2, magnitude
-  std::optional<InsideTest> shape_;  // none: everywhere
+  std::optional<InsideTest> shape_;  // none: the guide is everywhere
 
   GuideState state_;
 
-  // Scratch of a control step; the graph of state_.contacts.
+  // Scratch of one control step; the graph of state_.contacts.
   CandidateAnalysis analysis_;
   SupportGraph graph_;
   std::vector<Standing> standing_;  // (B)
-  std::vector<uint8_t> chosen_;     // (B) 1: may be held
-  std::vector<uint8_t> held_;       // (B) 1: sleeps
-  std::vector<uint32_t> queue_;     // of searches through the graph
+  std::vector<uint8_t> chosen_;     // (B) 1: may be fixed
+  std::vector<uint8_t> held_;       // (B) 1: asleep
+  std::vector<uint32_t> queue_;     // for searches through the graph
 
-  // Scratch that saves time and changes nothing: held bodies are where they were.
-  std::vector<Vec3> asked_at_;   // (B) m, where it was last asked; NaN: nowhere yet
-  std::vector<uint8_t> inside_;  // (B) the answer there
+  // Cache of inside tests: fixed bodies do not move.
+  std::vector<Vec3> asked_at_;   // (B) m, position of the last test; NaN: none yet
+  std::vector<uint8_t> inside_;  // (B) its result
 };
 
 }  // namespace pilesim

@@ -41,12 +41,13 @@ class Voxels {
 };
 
 constexpr uint8_t kPile = 1, kGuide = 2;
-constexpr double kMostVoxels = 1e8;  // of the guide's box, a byte each
+constexpr double kMostVoxels = 1e8;  // of the guide's box, one byte each
 
 void fill_guide(const TriangleMesh& guide, double edge, Voxels& voxels) {
   Bounds box = guide.bounds();
   box.min() = edge * (box.min() / edge).array().floor();
-  const CellGrid grid(box, edge, std::numeric_limits<double>::infinity());  // edge is large enough
+  // The edge is large enough already.
+  const CellGrid grid(box, edge, std::numeric_limits<double>::infinity());
   const std::vector<uint8_t> inside = grid.inside(guide, 0);
   for (size_t i = 0; i < grid.size(); ++i) {
     if (inside[i] != 0) voxels.fill(grid.middle_of(i), kGuide);

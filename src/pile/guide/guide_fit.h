@@ -1,4 +1,4 @@
-// How well a pile fills its guide.
+// Measures how well a pile fills its guide.
 #pragma once
 
 #include "model/model.h"
@@ -10,19 +10,19 @@ namespace pilesim {
 struct GuideFit {
   double bodies_inside = 0;  // share of the dynamic bodies present, by centre of mass
   double volume_inside = 0;  // share of their volume
-  // Voxels that hold part of a body and lie in the guide, over those that do either.
+  // Voxels with bodies inside the guide, over voxels with bodies or in the guide.
   double overlap = 0;
-  double voxel_m = 0;  // edge: the mean bounding radius, more in a very large guide
-  // Share of the guide's volume with bodies; gaps between them count (empty_parts.h).
+  double voxel_m = 0;  // edge: the mean bounding radius, larger in a very large guide
+  // Share of the guide's volume with bodies, including the gaps between them (empty_parts.h).
   double filled_share = 0;
 };
 
-// All zero where the model has no guide, or no dynamic body is present.
+// All zero if the model has no guide, or no dynamic body is present.
 GuideFit measure_guide_fit(const Scene& scene, const Model& model, const BodyStates& states);
 
-// How far the outline of the bodies of `range`, seen along each level axis, is from where it was at
-// the start, in the mean along its length, m: what is in one of the two pictures alone, over the
-// length of the first's outline. Pixels are `width_m` wide, > 0. 0 without bodies.
+// Mean displacement, m, of the outline of the bodies of `range` since the start, seen along each
+// horizontal axis: the area in only one of the two pictures, over the length of the first outline.
+// Pixels are `width_m` wide, > 0. 0 without bodies.
 double outline_moved_m(const Scene& scene, const Model& model, const BodyRange& range,
                        const BodyStates& states, double width_m);
 

@@ -1,4 +1,4 @@
-// The impulse mode under a guide, and what became of the pile.
+// The impulse mode with a guide, and records of the pile.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,9 @@
 
 namespace pilesim {
 
-// Records of a run under a guide, besides the states of simulator and director.
+// Records of a run with a guide, besides the states of simulator and director.
 struct GuideRecord {
-  std::vector<Vec3> start;         // (B) m, where drift counts from
+  std::vector<Vec3> start;         // (B) m, reference position of the drift
   std::vector<uint8_t> has_start;  // (B)
   std::vector<GuideFrame> frames;  // without frame 0
   std::vector<GuideConstraints> constraints;
@@ -27,8 +27,8 @@ struct GuideRecord {
 
 class GuidedSimulator final : public Simulator {
  public:
-  // Throws Error(input) where the scene has no guide or is not of the impulse mode. Both outlive
-  // it.
+  // Throws Error(input) if the scene has no guide or another mode than impulse. Scene and model
+  // must outlive it.
   GuidedSimulator(const Scene& scene, const Model& model);
 
   FrameStatistics step_frame() override;
@@ -39,16 +39,16 @@ class GuidedSimulator final : public Simulator {
   void load(StateReader& reader) override;
 
   const std::vector<GuideFrame>& frames() const { return record_.frames; }  // without frame 0
-  // An entry for each frame in which they are others.
+  // One entry for each frame in which they change.
   const std::vector<GuideConstraints>& constraints() const { return record_.constraints; }
   std::vector<PairLine> glue() const { return holder_->glue(); }
   std::vector<PairLine> forces() const { return holder_->forces(); }
   std::optional<GlueFigures> glue_figures() const { return holder_->glue_figures(); }
   std::optional<GlueLeft> glue_left() const { return holder_->glue_left(); }
   uint64_t control_steps() const { return holder_->control_steps(); }
-  double control_share() const;      // of the wall time of all frames
+  double control_share() const;      // share of the wall time of all frames
   double control_step_s() const;     // wall time of a control step
-  double simulation_step_s() const;  // and of a step of the simulation without it
+  double simulation_step_s() const;  // wall time of a simulation step without control
 
  private:
   void record_frame();

@@ -24,7 +24,7 @@ using namespace guide_constants;
 
 constexpr int kHalvings = 30;
 
-// A world of the mould and what is in it.
+// A simulation of the mould and its contents.
 class Mould {
  public:
   Mould(const Scene& scene, const Model& model, uint32_t attempt);
@@ -47,16 +47,16 @@ class Mould {
 
   const Model& model_;
   GuideFill fill_;
-  uint64_t seed_, key_;  // of what is drawn
-  double radius_ = 0;    // largest of the bodies, m
+  uint64_t seed_, key_;  // of the random numbers
+  double radius_ = 0;    // largest bounding radius of the bodies, m
   double thickness_ = std::numeric_limits<double>::infinity();
   double unit_s_ = 1, unit_speed_ = 1;  // sqrt(r / g), sqrt(g r)
   Scene scene_;
-  Model world_;  // its bodies; then the mould, and what stands in it
+  Model world_;  // its bodies, then the mould and the obstacles
   std::unique_ptr<ExactEngine> engine_;
   std::unique_ptr<Room> room_;
   std::vector<std::vector<Vec3>> points_;  // by shape
-  uint32_t next_ = 0;                      // body to be put in
+  uint32_t next_ = 0;                      // next body to insert
   uint32_t rounds_ = 0;
   uint64_t steps_ = 0;
   StageTimer timer_;
@@ -86,7 +86,7 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   ModelShape& walls = world_.shapes.emplace_back();
   walls.name = "guide";
   walls.mesh = model.guide;
-  // Closed surfaces are touched from outside: inside out, that is within the guide.
+  // Bodies touch closed surfaces from outside; turned inside out, the guide keeps them inside.
   for (Triangle& triangle : walls.mesh.triangles) std::swap(triangle[1], triangle[2]);
   walls.collides_as_mesh = true;
   walls.smallest_extent = thickness_;
@@ -112,7 +112,7 @@ Mould::Mould(const Scene& scene, const Model& model, uint32_t attempt)
   }
 }
 
-// By its box.
+// Compares bounding boxes.
 bool Mould::comes_near(const ModelShape& shape, const Pose& pose) const {
   if (shape.is_plane) return true;
   Bounds box;
@@ -125,8 +125,8 @@ bool Mould::comes_near(const ModelShape& shape, const Pose& pose) const {
   return box.intersects(widened(model_.guide.bounds(), room_->cell_m()));
 }
 
-// What stands still in the scene and reaches into the guide, as ground does into which it is sunk.
-// All room is half a cell away from the walls, and so from what only touches them.
+// Adds fixed bodies of the scene that reach into the guide, such as ground that it is embedded in.
+// Free cells keep half a cell from the walls, and so from bodies that only touch them.
 void Mould::add_what_stands() {
   const Vec3 up = -scene_.gravity.normalized();
   const double near_m = room_->cell_m() / 2 - kLeastReach * thickness_;
@@ -139,7 +139,7 @@ void Mould::add_what_stands() {
   }
 }
 
-// Bodies wherever there is room; whether any was.
+// Inserts bodies wherever there is room; true if it inserted any.
 bool Mould::insert() {
   room_->clear();
   for (uint32_t i = 0; i < next_; ++i) {
@@ -188,7 +188,7 @@ void Mould::set_friction(double share) {
   }
 }
 
-// All bodies are thrown up a little, each a little otherwise.
+// Throws all bodies up a little, each a little differently.
 void Mould::tap() {
   Philox draws(seed_, Stream::mould, key_, rounds_++);
   const Vec3 up = -scene_.gravity.normalized();
@@ -216,15 +216,15 @@ MouldFilling Mould::run() {
   set_friction(1);
   settle();
   for (int round = 0; round < kMouldRests && take_out_stuck(); ++round) {
-    fall(1);  // what lay on them
+    fall(1);  // let bodies fall that rested on them
     settle();
   }
   return read();
 }
 
-// The upper one of each two that are stuck in each other, or what is stuck in something that stands
-// still: they would stay so, held by glue. Whether there were any. Contacts of what has several
-// pieces lie along its way out, which may be far.
+// Removes the upper body of each penetrating pair, and bodies that penetrate fixed ones: glue would
+// hold them that way. True if it removed any. Contacts of bodies with several pieces point along
+// their way out, which may be long.
 bool Mould::take_out_stuck() {
   std::vector<BodyContact> contacts;
   engine_->read_contacts(contacts);
@@ -248,7 +248,7 @@ bool Mould::take_out_stuck() {
   return found;
 }
 
-// How far it reaches out of the guide.
+// Largest distance by which it reaches out of the guide.
 double Mould::outside_m(uint32_t body, const InsideTest& inside, const TriangleTree& walls) const {
   const BodyMotion motion = engine_->motion(body);
   double most = 0;
@@ -259,8 +259,8 @@ double Mould::outside_m(uint32_t body, const InsideTest& inside, const TriangleT
   return most;
 }
 
-// From the lowest point of the guide up to that of what is in it: a round bottom may be reached by
-// none, and what is to stand there must touch.
+// Vertical gap between the lowest point of the guide and that of its filling: bodies may not reach
+// into a round bottom, but the pile has to touch its support.
 double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
   if (filling.kept.empty()) return 0;
   double guide = std::numeric_limits<double>::infinity(), bodies = guide;
@@ -277,7 +277,8 @@ double Mould::gap_below(const MouldFilling& filling, const Vec3& up) const {
   return std::max(0.0, bodies - guide);
 }
 
-// How far down the filling can go, at most by `most_m`, without coming into what stands still.
+// Largest distance, at most `most_m`, by which the filling can descend without touching a fixed
+// body.
 double Mould::way_down(const MouldFilling& filling, const Vec3& up, double most_m) const {
   if (most_m <= 0) return 0;
   const BodyDistances distances(model_);
@@ -292,7 +293,7 @@ double Mould::way_down(const MouldFilling& filling, const Vec3& up, double most_
         return distances.distance(distances.place(shape, moved), still, 0);
       };
       const double least = std::min(0.0, apart(0)) - kLeastReach * thickness_;
-      // By steps in which nothing is passed through.
+      // By steps small enough that bodies pass through nothing.
       double low = 0;
       while (low < way_m) {
         double high = std::min(low + thickness_ / 2, way_m);

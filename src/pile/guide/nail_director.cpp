@@ -68,7 +68,7 @@ void NailDirector::control_step(ImpulseControl& control) {
   state_.counts = counts;
 }
 
-// 6.2.1 with (2.28); then (6.1), three contacts at least, and (6.2).
+// 6.2.1 with (2.28); then (6.1), at least three contacts, and (6.2).
 Standing NailDirector::standing(const ImpulseControl& control, uint32_t body) {
   chosen_.clear();
   for (const SupportPoint& support : graph_.supports(body)) {
@@ -90,7 +90,7 @@ Standing NailDirector::standing(const ImpulseControl& control, uint32_t body) {
   return is_spread ? Standing::passed : Standing::filtered;
 }
 
-// A candidate all of whose surrounding bodies are candidates; what stands by itself is as good.
+// True for a candidate whose neighbours are all candidates or stand by themselves.
 bool NailDirector::may_nail(const ImpulseControl& control, uint32_t body) const {
   return standing_[body] == Standing::passed &&
          std::ranges::all_of(graph_.neighbours(body), [&](uint32_t other) {
@@ -98,7 +98,7 @@ bool NailDirector::may_nail(const ImpulseControl& control, uint32_t body) const 
          });
 }
 
-// One nail between it and each of them, at one of the contacts of the pair, drawn at random.
+// Drives one nail between the body and each of them, at a random contact of the pair.
 void NailDirector::nail(ImpulseControl& control) {
   std::map<std::pair<uint32_t, uint32_t>, std::vector<const BodyContact*>> pairs;
   for (const BodyContact& contact : contacts_) {

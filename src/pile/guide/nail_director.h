@@ -1,5 +1,5 @@
-// Section 6.2 of the dissertation as it is written, to compare with GuideDirector (docs/
-// dissertation.md, which has what the text leaves open): algorithm 2.
+// Algorithm 2 in section 6.2 of the dissertation, to the letter, for comparison with GuideDirector
+// (docs/dissertation.md lists what the text leaves open).
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace pilesim {
 
-// (6.2), m^2: over triples of contacts that follow each other.
+// (6.2), m^2: over triples of consecutive contacts.
 double area_of_triples(std::span<const SupportPoint> contacts);
 
 class NailDirector final : public PileHolder {
@@ -38,13 +38,13 @@ class NailDirector final : public PileHolder {
  private:
   struct DrivenNail {
     ConstraintId id = 0;
-    Vec3 point = Vec3::Zero();  // m, world, as it was driven in
+    Vec3 point = Vec3::Zero();  // m, world, when it was driven in
 
     static void fields(auto& self, auto& stream) { stream(self.id, self.point); }
   };
   // State that it keeps from step to step.
   struct State {
-    uint64_t step = 0;              // to come
+    uint64_t step = 0;              // the next one
     std::vector<DrivenNail> nails;  // of this cycle
     GuideCounts counts;
     uint64_t control_steps = 0;
@@ -64,15 +64,15 @@ class NailDirector final : public PileHolder {
   const Model& model_;
   const Guide& guide_;
   Vec3 up_;
-  std::optional<InsideTest> shape_;  // none: everywhere
+  std::optional<InsideTest> shape_;  // none: the guide is everywhere
 
   State state_;
 
-  // Scratch of a control step.
+  // Scratch of one control step.
   std::vector<BodyContact> contacts_;
   SupportGraph graph_;
   ForcePyramids pyramids_;
-  std::vector<SupportPoint> chosen_;  // contacts of a body that count
+  std::vector<SupportPoint> chosen_;  // relevant contacts of a body
   std::vector<Standing> standing_;    // (B)
   std::vector<uint8_t> nailed_;       // (B)
 };

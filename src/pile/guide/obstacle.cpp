@@ -15,7 +15,7 @@ class Point final : public ConvexBody {
   const Vec3& place_;
 };
 
-// Whether the way from `from` to `to` comes through the triangle.
+// True if the segment from `from` to `to` crosses the triangle.
 bool comes_through(const Corners& corners, const Vec3& from, const Vec3& to) {
   const Vec3 way = to - from;
   const Vec3 normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);

@@ -1,5 +1,5 @@
-// Fixed bodies of a scene that may stand in the way of a mould: the ground that a guide reaches
-// into, a table, a shelf.
+// Fixed bodies of a scene that may reach into a mould: ground in which a guide is embedded, a
+// table, a shelf.
 #pragma once
 
 #include <optional>
@@ -14,9 +14,9 @@ namespace pilesim {
 
 class Obstacle {
  public:
-  // The space below an open surface counts as its inside, as far up as `guide` reaches.
+  // The space below an open surface counts as its inside, up to the height of `guide`.
   Obstacle(const ModelShape& shape, const Pose& pose, const TriangleMesh& guide, const Vec3& up);
-  // Whether `point` is inside of it, or nearer to it than `near_m`; m, world.
+  // True if `point` is inside it, or within `near_m` of it; m, world.
   bool is_at(const Vec3& point, double near_m) const;
 
  private:
@@ -24,13 +24,13 @@ class Obstacle {
 
   Pose pose_;
   bool is_plane_;
-  Bounds box_;    // body frame; of a plane: none
+  Bounds box_;    // body frame; none for a plane
   Vec3 up_;       // unit, body frame
   double top_m_;  // of the guide, along up_, body frame
   std::vector<PieceCore> cores_;
   std::vector<PlacedPiece> pieces_;  // body frame
   std::optional<TriangleTree> surface_;
-  std::optional<InsideTest> solid_;  // unless the surface is open
+  std::optional<InsideTest> solid_;  // none if the surface is open
 };
 
 }  // namespace pilesim

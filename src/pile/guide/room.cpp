@@ -11,7 +11,7 @@ namespace pilesim {
 namespace {
 
 constexpr double kMostCells = 4e6;
-// In cells: so far from the wall a cell's middle has to be.
+// In cells: least distance of a cell's centre from the wall.
 constexpr double kFromWall = 0.5;
 constexpr size_t kGrain = 1024;
 

@@ -1,4 +1,4 @@
-// Where in a guide there is room for a body: cells that are inside and that no body covers.
+// Finds room for bodies in a guide: cells that are inside it and not covered by a body.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,24 @@
 
 namespace pilesim {
 
-// Points over the surface and through the inside of a shape, body frame, m: neighbours are about
-// `spacing_m` apart.
+// Points on the surface and in the interior of a shape, body frame, m, about `spacing_m` apart.
 std::vector<Vec3> points_of(const ModelShape& shape, double spacing_m);
 
 class Room {
  public:
-  // Cells of about `cell_m`, larger where that would be more than a few million.
+  // Cells of about `cell_m`, larger if there would be more than a few million.
   Room(const TriangleMesh& guide, double cell_m);
 
   double cell_m() const { return grid_.cell_m; }
-  // Leaves no room inside of it or nearer than `near_m` to it; whether any was there.
+  // Blocks all cells inside the obstacle or within `near_m` of it; true if any were free.
   bool block(const Obstacle& obstacle, double near_m);
   void clear();
   void cover(const Pose& pose, std::span<const Vec3> points);
-  // A pose at random at which all points are in free cells; false: `draws` gave none.
+  // Finds a random pose with all points in free cells; false if all its attempts fail.
   bool find(std::span<const Vec3> points, Philox& draws, Pose& pose) const;
-  // Cells that are free.
+  // Number of free cells.
   size_t free_cells() const { return free_.size(); }
-  // Lists them; before find() and after cover().
+  // Lists the free cells; call it before find() and after cover().
   void list_free();
 
  private:

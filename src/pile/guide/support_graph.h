@@ -1,4 +1,4 @@
-// Which bodies touch, and where: contacts sorted by body, in flat arrays.
+// The graph of touching bodies: contacts sorted by body, in flat arrays.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ class SupportGraph {
   }
 
   const Model& model_;
-  std::vector<double> root_friction_;   // (B) of a pair: the product of both
-  std::vector<uint32_t> first_, next_;  // (B + 1) where a body's supports begin
+  std::vector<double> root_friction_;   // (B) the friction of a pair is the product of both
+  std::vector<uint32_t> first_, next_;  // (B + 1) index of a body's first support
   std::vector<SupportPoint> supports_;
   std::vector<uint32_t> neighbours_;
 };

@@ -9,10 +9,10 @@ namespace pilesim {
 namespace {
 
 constexpr double kMostColumns = 200;   // across the guide
-constexpr int kSamples = 4;            // of a surface, along each side of a column
-constexpr double kLeastHeight = 1e-9;  // of the guide's extent: what is lower is no height
+constexpr int kSamples = 4;            // per column, along each side
+constexpr double kLeastHeight = 1e-9;  // of the guide's extent; lower heights count as none
 
-// The plan of both surfaces, in columns.
+// Height maps of both surfaces, in columns.
 class HeightMap {
  public:
   HeightMap(const Bounds& guide, double width_m) : base_(guide.min().y()) {
@@ -39,7 +39,7 @@ class HeightMap {
   }
 
  private:
-  // At the samples that lie in the triangle's plan, in the middles of their cells.
+  // Raises samples (at the centres of their cells) inside the triangle's projection.
   void raise(const Vec3& a, const Vec3& b, const Vec3& c) {
     const Vec3 normal = (b - a).cross(c - a);
     if (normal.y() == 0) return;
@@ -67,7 +67,7 @@ class HeightMap {
     }
   }
 
-  // Whether `at` lies in the plan of the triangle, whose double area there is `area` with its sign.
+  // True if `at` lies in the projection of the triangle; `area` is twice its signed area.
   static bool is_over(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& at, double area) {
     const auto side = [&](const Vec3& from, const Vec3& to) {
       return (to.z() - from.z()) * (at.x() - from.x()) - (to.x() - from.x()) * (at.z() - from.z());
@@ -79,7 +79,7 @@ class HeightMap {
   double base_, width_ = 0;
   Vec3 origin_;
   int columns_x_ = 0, columns_z_ = 0;
-  std::vector<double> height_;  // (columns_x_, columns_z_), m above the base; 0: nothing there
+  std::vector<double> height_;  // (columns_x_, columns_z_), m above the base; 0: empty
 };
 
 // The angle of the line through (radius, height), by least squares; falling is positive.

@@ -1,4 +1,4 @@
-// How near the upper surface of a pile comes to that of its guide.
+// Compares the upper surface of a pile with that of its guide.
 #pragma once
 
 #include <vector>
@@ -8,29 +8,28 @@
 
 namespace pilesim {
 
-// About the vertical line through the middle of the guide's plan. Heights are above the guide's
-// lowest point.
+// Rings around the vertical axis through the middle of the guide's plan. Heights are above the
+// guide's lowest point.
 struct SurfaceRing {
-  double radius_m = 0;  // the middle of the ring
-  double height_m = 0;  // mean, of the pile; 0 where it has none
+  double radius_m = 0;  // of the ring's middle
+  double height_m = 0;  // mean height of the pile; 0 where it is absent
   double guide_height_m = 0;
 };
 
 struct SurfaceProfile {
-  // Over columns of the width `column_m`: the difference of the two heights, summed where either
-  // has some, over the sum of the guide's. 0: the same surface; 1: no pile.
+  // Sum of the absolute height differences over columns of width `column_m`, over the sum of the
+  // guide's heights. 0: the same surface; 1: no pile.
   double difference = 0;
-  // How fast heights fall with the distance from the middle, by least squares over the columns of
-  // the guide; degrees.
+  // Slope of the height over the distance from the middle, by least squares over the guide's
+  // columns; degrees.
   double slope_deg = 0, guide_slope_deg = 0;
-  double column_m = 0;             // 0: there is no guide or no pile
+  double column_m = 0;             // 0: no guide or no pile
   std::vector<SurfaceRing> rings;  // kSurfaceRings of equal width, over the guide's columns
 };
 inline constexpr int kSurfaceRings = 8;
 
-// A column is as high as the highest point in it of any dynamic body that is present. Columns are
-// `width_m` wide, or a 200th of the guide where that is more, and reach half of the guide's width
-// beyond it.
+// A column is as high as the highest point in it of any dynamic body present. Columns are `width_m`
+// wide, or a 200th of the guide if that is more, and extend half of the guide's width beyond it.
 SurfaceProfile measure_surface(const Model& model, const BodyStates& states, double width_m);
 
 }  // namespace pilesim

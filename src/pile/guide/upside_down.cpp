@@ -25,8 +25,8 @@ namespace {
 
 using namespace guide_constants;
 
-// Puts to sleep for good what has come to lie: a vessel full of bodies that tremble under those
-// that drop on them takes ten times as long, and lies no better.
+// Puts bodies at rest to sleep for good: a vessel full of bodies that tremble under new arrivals
+// takes ten times as long and packs no better.
 class Settling final : public StepDirector {
  public:
   Settling(size_t bodies, double slow, double radius_m)
@@ -47,17 +47,17 @@ class Settling final : public StepDirector {
 
  private:
   uint64_t step_ = 0;
-  std::vector<int> looks_;  // (B) at which it was slow, one after the other
+  std::vector<int> looks_;  // (B) consecutive checks at which it was slow
   double slow_;             // m/s
   double radius_m_;
 };
 
-// The world turned over: the vessel and what falls into it.
+// The world upside down: the vessel and the bodies that fall into it.
 class Fill {
  public:
   Fill(const Scene& scene, const Model& model);
   GuideFilling run();
-  // Poses of those that lie within, with the index of the body; from the base up.
+  // Poses of the bodies inside, with their indices, from the base up.
   std::vector<std::pair<uint32_t, Pose>> kept() const;
 
  private:
@@ -104,7 +104,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   upside_down_.guide.reset();
   upside_down_.step_s = kStep * scene.step_s.value_or(Scene::kFixedStep);
   upside_down_.simulator = {};
-  dropped_.crowded = true;  // it has an interval of its own
+  dropped_.crowded = true;  // the filling sets its own interval
   dropped_.materials = model.materials;
   for (Material& material : dropped_.materials) {
     material.friction *= kSlippery;
@@ -124,7 +124,7 @@ Fill::Fill(const Scene& scene, const Model& model)
   vessel.linear_velocity = vessel.angular_velocity = Vec3::Zero();
   dropped_.bodies.push_back(std::move(vessel));
 
-  // Long bodies may cross each other's bounding spheres, compact ones not.
+  // Bounding spheres of long bodies may overlap, those of compact ones not.
   const double size = std::sqrt(radius_ * std::cbrt(volume / static_cast<double>(fill_.count)));
   const double abreast = std::max(1.0, std::floor(vessel_.base_m2 / (4 * kPi * radius_ * radius_)));
   const Vec3 speed = kDropSpeed * std::sqrt(gravity_ * radius_) * up_;
@@ -199,7 +199,7 @@ std::vector<std::pair<uint32_t, Pose>> Fill::kept() const {
     kept.emplace_back(body - 1, Pose{states.position[body], states.orientation[body]});
   }
   std::ranges::stable_sort(kept, {}, [&](const auto& one) { return one.second.position.dot(up_); });
-  // What stood out of the base is gone: the others come down to it.
+  // Bodies that stood out of the base are gone: move the others down to it.
   for (auto& [body, pose] : kept) pose.position -= (lowest - vessel_.level_m) * up_;
   return kept;
 }
@@ -210,7 +210,7 @@ void take_out(std::span<const uint32_t> gone, Model& model) {
   keep_bodies(stays, model);
 }
 
-// What nothing but the mould held. Names go on in order.
+// Removes bodies that only the mould held, and numbers the names of the others consecutively.
 void leave_out(const std::vector<uint32_t>& hanging, uint32_t first, const TriangleMesh& guide,
                Model& model, GuideFilling& filling) {
   filling.hanging = static_cast<uint32_t>(hanging.size());

@@ -1,5 +1,5 @@
-// Section 5.2 of the dissertation as it is written: a criterion for sleep is all that is changed.
-// Nothing is steered; docs/dissertation.md has what the text leaves open, and was chosen here.
+// Section 5.2 of the dissertation to the letter: it changes only the criterion for sleep, and
+// steers nothing. docs/dissertation.md lists the choices where the text is open.
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,8 @@ void ReposeDirector::decide_as_written(BodyControl& control) {
   }
 }
 
-// 5.2.4: a layer has become denser than the threshold. What stays denser has had its avalanche.
+// 5.2.4: true if a layer has become denser than the threshold. A layer that stays denser has had
+// its avalanche.
 bool ReposeDirector::is_avalanche() {
   bool starts = false;
   const std::vector<PileState>& piles = piles_.piles();
@@ -34,7 +35,7 @@ bool ReposeDirector::is_avalanche() {
     if (!piles[i].structure) continue;
     const std::vector<StackingLayer>& layers = piles[i].structure->layers();
     std::vector<uint8_t>& dense = state_.dense[i];
-    if (dense.size() != layers.size()) dense.assign(layers.size(), 0);  // it has grown
+    if (dense.size() != layers.size()) dense.assign(layers.size(), 0);  // the structure has grown
     for (size_t k = 0; k < layers.size(); ++k) {
       const bool is_dense = layers[k].density() > kAvalancheDensity;
       starts = starts || (is_dense && dense[k] == 0);
@@ -44,7 +45,7 @@ bool ReposeDirector::is_avalanche() {
   return starts;
 }
 
-// 5.2.4: by momentum, before it hits.
+// 5.2.4: by the momentum before an impact.
 bool ReposeDirector::is_hit_hard() const {
   return std::ranges::any_of(bodies_.dynamic, [&](uint32_t body) {
     if (!state_.motion.present[body] || state_.motion.asleep[body]) return false;

@@ -1,4 +1,4 @@
-// The cells of the grid over the ground that each body covers, kept while it lies still.
+// Caches the ground cells that each body covers while it is at rest.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace pilesim {
 
 class BodyColumns {
  public:
-  // Both must outlive it.
+  // `model` and `bodies` must outlive it.
   BodyColumns(const Model& model, const PileBodies& bodies, double cell_m);
 
   double cell_m() const { return cell_m_; }
@@ -23,7 +23,7 @@ class BodyColumns {
   struct Kept {
     Vec3 position = Vec3::Zero();
     Quat orientation = Quat::Identity();
-    std::vector<Column> columns;  // empty: not asked for yet
+    std::vector<Column> columns;  // empty: not yet computed
   };
 
   const Model& model_;

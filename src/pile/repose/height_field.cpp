@@ -10,9 +10,9 @@ namespace pilesim {
 namespace {
 
 constexpr double kFlankFoot = 0.2, kFlankTop = 0.9;  // shares of the pile's height
-constexpr size_t kFewestBins = 4;                    // of a line worth fitting
-constexpr double kCellsOffWalls = 3;                 // a body or so, which walls may hold
-constexpr double kMostTaken = 0.05;                  // of a flank, by neighbours
+constexpr size_t kFewestBins = 4;                    // fewest bins for a fit
+constexpr double kCellsOffWalls = 3;                 // about one body, which walls may hold up
+constexpr double kMostTaken = 0.05;  // share of a flank that neighbouring piles may take
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -23,7 +23,7 @@ double median(std::vector<double>& values) {
 struct Bin {
   double sum = 0;
   int cells = 0;
-  int taken = 0;  // further cells, that belong to another pile
+  int taken = 0;  // cells farther out that belong to another pile
   void add(double height, bool own) {
     ++(own ? cells : taken);
     if (own) sum += height;
@@ -31,10 +31,9 @@ struct Bin {
   double mean() const { return cells > 0 ? sum / cells : 0; }
 };
 
-// Bins [first, last) of the flank of a profile from the core outwards: where a straight slope with
-// the same bulk would be between the two shares of its height. By bulk, as a choice by the heights
-// themselves would take the low parts of a rough surface near the top, and the high ones at the
-// foot.
+// Bins [first, last) of the flank of a profile, from the core outwards: where a straight slope of
+// the same volume would be between the two shares of its height. Selecting by the heights
+// themselves would be biased on a rough surface: low parts near the top, high ones at the foot.
 std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
   double bulk = 0;
   for (const Bin& bin : profile) bulk += bin.mean();
@@ -47,7 +46,7 @@ std::pair<size_t, size_t> flank_of(const std::vector<Bin>& profile) {
   return {bin_at(kFlankTop), std::min(profile.size(), bin_at(kFlankFoot) + 1)};
 }
 
-// Of the bins [first, last).
+// True if no other pile takes too much of the bins [first, last).
 bool is_free(const std::vector<Bin>& profile, size_t first, size_t last) {
   double own = 0, taken = 0;
   for (size_t i = first; i < std::min(last, profile.size()); ++i) {
@@ -57,7 +56,7 @@ bool is_free(const std::vector<Bin>& profile, size_t first, size_t last) {
   return taken <= kMostTaken * (own + taken);
 }
 
-// Slope of height over the bins' index; NaN where there are too few of them.
+// Slope of the height over the bins' index; NaN if there are too few bins.
 double flank_slope(const std::vector<Bin>& profile) {
   const auto [first, last] = flank_of(profile);
   std::vector<std::pair<double, double>> flank;
@@ -77,7 +76,7 @@ double flank_slope(const std::vector<Bin>& profile) {
 }  // namespace
 
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double spacing_m) {
-  std::map<std::array<long, 3>, Vec3> kept;  // one a cube
+  std::map<std::array<long, 3>, Vec3> kept;  // one per cube
   const auto keep = [&](const Vec3& point) {
     const Vec3 cube = point / spacing_m;
     kept.try_emplace({std::lround(cube.x()), std::lround(cube.y()), std::lround(cube.z())}, point);
@@ -125,7 +124,7 @@ HeightField::HeightField(const GroundBox& area, double cell_m, double base_m)
 
 void HeightField::add(const std::vector<Column>& columns) {
   for (const Column& column : columns) {
-    // What lies before the first becomes too large.
+    // The index of a cell before the first one wraps to a huge number.
     const auto x = static_cast<size_t>(static_cast<int64_t>(column.x) - first_x_);
     const auto z = static_cast<size_t>(static_cast<int64_t>(column.z) - first_z_);
     if (x >= width_ || z >= depth_) continue;
@@ -147,9 +146,9 @@ double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cel
     rings[i].distances += cell.weight * cell.distance_m;
     rings[i].heights += cell.weight * cell.height_m;
   }
-  // Heights equal those of the ideal surface on the mean over the first rings where
-  // sum(height) = slope * sum(reach - distance); the reach must end at those rings.
-  // The last such reach: what is steep in the middle still has its foot to be filled.
+  // The mean heights over the first rings equal those of the ideal surface where sum(height) =
+  // slope * sum(reach - distance), and the reach must end at those rings. Use the last such reach:
+  // a steep middle still has its foot to fill.
   Ring inside;
   double last_reach = 0;
   for (size_t i = 0; i < rings.size(); ++i) {
@@ -166,8 +165,8 @@ double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cel
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
                                  const Territory& territory) {
   const double end_m = shape.to_wall() - kCellsOffWalls * field.cell_m();
-  double held_m = 0;  // by walls
-  // Calls use(bin of the distance, cell's centre, height, whether it is the pile's own).
+  double held_m = 0;  // held up by walls
+  // Calls use(bin of the distance, cell's centre, height, whether it belongs to the pile).
   const auto for_each = [&](const auto& use) {
     field.for_each([&](const GroundPoint& point, double height) {
       const double distance = shape.distance(point);

@@ -14,10 +14,10 @@ namespace pilesim {
 // Points of a mesh's surface (body frame), about `spacing_m` apart.
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double spacing_m);
 
-// The part of a body in a cell of the grid over the ground, whose corner (0, 0) is the origin.
+// The part of a body over one cell of the grid on the ground, whose corner (0, 0) is the origin.
 struct Column {
   int32_t x = 0, z = 0;  // cell
-  double top_m = 0;      // highest point over it, world
+  double top_m = 0;      // highest point over the cell, world
 };
 std::vector<Column> columns_of(const std::vector<Vec3>& points, const Pose& pose, double cell_m);
 
@@ -25,7 +25,7 @@ using GroundBox = Eigen::AlignedBox2d;
 
 class HeightField {
  public:
-  // All cells that meet `area`, as heights over `base_m`.
+  // All cells that intersect `area`, as heights over `base_m`.
   HeightField(const GroundBox& area, double cell_m, double base_m);
 
   void add(const std::vector<Column>& columns);
@@ -48,38 +48,37 @@ class HeightField {
   std::vector<double> height_;
 };
 
-// Which points of the ground belong to a pile: all inside its walls but those nearer to another's
-// foot.
+// True for points of the ground that belong to a pile: inside its walls, and not nearer to another
+// pile's foot.
 using Territory = std::function<bool(const GroundPoint&)>;
 
 // A cell of a pile's territory.
 struct SurfaceCell {
   double distance_m = 0;  // of its centre from the pile's core
-  double height_m = 0;    // of the bodies there over the base
-  double round = 0;       // where on the way round the core, as PileShape::way_round()
-  double weight = 1;      // by which it counts
+  double height_m = 0;    // of the bodies over the base
+  double round = 0;       // position round the core, as PileShape::way_round()
+  double weight = 1;      // its weight in the surface
 };
 
-// The reach of the ideal pile that holds as much as lies within that reach, to an eighth of a cell;
-// at most shape.most_reach().
+// The reach of the ideal pile that holds the volume within that reach, to an eighth of a cell; at
+// most shape.most_reach().
 double reach_of_bulk(const PileShape& shape, const std::vector<SurfaceCell>& cells, double cell_m);
 
 inline constexpr int kAzimuths = 16;
 
-// Slopes of a pile: one line of height over distance for each of so many equal parts of the way
-// round it (of a cone: azimuths), fitted by the median of pairwise slopes (Theil and Sen) to where
-// a straight slope of that part's bulk is between a fifth and nine tenths of its height. Where
-// cones have run together, over the parts of all. Parts of which a neighbouring pile takes more
-// than a twentieth of the flank are left out: there the slope falls across the way from the cone's
-// middle.
+// Slopes of a pile: a line of height over distance for each of several equal parts of its
+// circumference (azimuths for a cone). A median of pairwise slopes (Theil and Sen) fits the line
+// between a fifth and nine tenths of the height of a straight slope of the same volume. For merged
+// cones, over the parts of all. Parts are left out if a neighbouring pile takes more than a
+// twentieth of the flank: there the slope does not fall away from the cone's middle.
 struct SlopeFit {
-  double angle = 0;   // rad, median over azimuths
-  double spread = 0;  // rad, half of the range of the middle two thirds of them
-  int azimuths = 0;   // free and with enough flank to be fitted; 0: there is no slope
+  double angle = 0;   // rad, median over the azimuths
+  double spread = 0;  // rad, half the range of the middle two thirds of them
+  int azimuths = 0;   // number with a free flank long enough for a fit; 0: there is no slope
 
   static void fields(auto& self, auto& stream) { stream(self.angle, self.spread, self.azimuths); }
 };
-// Slopes of the azimuths that can be fitted; rad.
+// Slopes of the azimuths that can be fitted, rad.
 std::vector<double> slope_angles(const PileShape& shape, const HeightField& field,
                                  const Territory& territory);
 SlopeFit fit_slope(std::vector<double> angles);

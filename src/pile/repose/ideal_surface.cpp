@@ -10,7 +10,7 @@ namespace {
 
 using namespace repose_constants;
 
-// Items in sections, each with its share in the two that it lies between.
+// Distributes items over sections, each with its shares in the two nearest ones.
 template <class Item>
 std::vector<std::vector<Item>> in_sections(const std::vector<Item>& items, size_t sections,
                                            double Item::*amount) {
@@ -66,7 +66,7 @@ void IdealSurface::Section::update(const std::vector<SurfaceCell>& surface, doub
   const double cell_m2 = cell_m * cell_m;
   Profile passing_m3{};  // at the rings' outer edges
   for (const MovingBulk& bulk : moving) {
-    // What is within its way of an edge passes it; on the mean over a ring's width.
+    // Volume that can still reach an edge passes it; averaged over a ring's width.
     const double place = bulk.distance_m / ring_m;
     for (size_t ring = 0; ring < kRings; ++ring) {
       const double share = 1 - std::abs(place - static_cast<double>(ring + 1));
@@ -75,7 +75,7 @@ void IdealSurface::Section::update(const std::vector<SurfaceCell>& surface, doub
   }
   double inside_m3 = 0;
   for (size_t ring = 0; ring < kRings; ++ring) {
-    if (cells[ring] == 0) continue;  // walls or other piles leave nothing of it
+    if (cells[ring] == 0) continue;  // walls or other piles leave none of it
     surplus_m[ring] = sum_m[ring] / cells[ring];
     inside_m3 += sum_m[ring] * cell_m2;
     const double line_m = cells[ring] * cell_m2 / ring_m;

@@ -9,7 +9,7 @@
 namespace pilesim {
 namespace {
 
-constexpr double kSurfaceSpacing = 0.2;  // of a cube of the same box volume
+constexpr double kSurfaceSpacing = 0.2;  // relative to the edge of a cube of the same box volume
 
 double at_share(std::vector<double>& values, double share) {
   const double last = static_cast<double>(values.size() - 1);
@@ -18,7 +18,7 @@ double at_share(std::vector<double>& values, double share) {
   return *at;
 }
 
-// Value and weight: half of the weight is of smaller ones.
+// Pairs of value and weight; the weighted median has half of the weight below it.
 using Weighted = std::pair<double, double>;
 double weighted_median(std::vector<Weighted> values) {
   std::ranges::sort(values);

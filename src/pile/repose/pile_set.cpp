@@ -14,7 +14,7 @@ namespace {
 
 using namespace repose_constants;
 
-// The narrowest distance between two parallels that enclose a convex polygon.
+// The smallest distance between two parallels that enclose a convex polygon.
 double width(const std::vector<GroundPoint>& corners) {
   double narrowest = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < corners.size(); ++i) {
@@ -113,8 +113,8 @@ void PileSet::place_new(const PileMotion& motion, const std::vector<uint8_t>& on
   }
 }
 
-// Of the piles whose walls hold the point, the one with the nearest foot, or farthest inside;
-// piles_.size() for none.
+// Among the piles whose walls enclose the point, the one with the nearest foot, or the deepest
+// inside; piles_.size() if there is none.
 size_t PileSet::owner_of(const GroundPoint& point) const {
   size_t owner = piles_.size();
   double nearest_m = std::numeric_limits<double>::infinity();
@@ -133,7 +133,7 @@ bool PileSet::is_of_surface(uint32_t body, const PileMotion& motion) const {
   return motion.landed[body] && motion.motion[body].linear_velocity.norm() <= fastest_m_s_;
 }
 
-// Around all that belongs to a pile, those that meet as one.
+// Areas around everything that belongs to a pile; overlapping ones are joined.
 std::vector<PileSet::Window> PileSet::windows(const PileMotion& motion) const {
   std::vector<Window> windows;
   for (size_t i = 0; i < piles_.size(); ++i) {
@@ -145,7 +145,7 @@ std::vector<PileSet::Window> PileSet::windows(const PileMotion& motion) const {
       window.area.extend(GroundPoint(corner - GroundPoint::Constant(foot_m)));
       window.area.extend(GroundPoint(corner + GroundPoint::Constant(foot_m)));
     }
-    // Room for what has spread beyond the foot.
+    // Leave room for bodies that have spread beyond the foot.
     const double most_m = 2 * pile.ideal.reach_m() + 8 * bodies_.longest_m;
     for (const uint32_t body : bodies_.dynamic) {
       if (!is_of_surface(body, motion)) continue;
@@ -178,7 +178,7 @@ HeightField PileSet::surface_of(const GroundBox& area, double base_m, const Pile
 }
 
 void PileSet::look_at_surfaces(const PileMotion& motion) {
-  // All territories are those of the surfaces before.
+  // All territories follow from the previous surfaces.
   std::vector<std::vector<SurfaceCell>> cells(piles_.size());
   for (const Window& window : windows(motion)) {
     double lowest_m = std::numeric_limits<double>::infinity();
@@ -228,7 +228,7 @@ void PileSet::look_at_surfaces(const PileMotion& motion) {
   merge();
 }
 
-// Cones of one kind that stand under each other's slopes have no slopes apart.
+// Cones of one kind that stand on each other's slopes have no separate slopes.
 bool PileSet::run_together(const PileState& a, const PileState& b) {
   if (!a.shape || !b.shape || a.settings.angle != b.settings.angle) return false;
   if (a.shape->has_walls() || b.shape->has_walls()) return false;
@@ -237,7 +237,7 @@ bool PileSet::run_together(const PileState& a, const PileState& b) {
              std::min(a.ideal.reach_m(), b.ideal.reach_m());
 }
 
-// Cones that have run together in a row are a ridge: bodies do not follow the notches between them.
+// Merged cones in a row form a ridge: bodies do not follow the notches between them.
 std::optional<PileShape> PileSet::row_of(const std::vector<size_t>& cones) const {
   std::vector<GroundPoint> ends(2, piles_[cones.front()].shape->middle());
   for (const size_t i : cones) {
@@ -257,7 +257,8 @@ std::optional<PileShape> PileSet::row_of(const std::vector<size_t>& cones) const
 }
 
 void PileSet::measure_slopes(const PileMotion& motion) {
-  std::vector<std::vector<double>> angles(piles_.size());  // of all cones of a group, at its first
+  // Of all cones of a group, stored at its first.
+  std::vector<std::vector<double>> angles(piles_.size());
   std::vector<size_t> group(piles_.size());
   for (size_t i = 0; i < piles_.size(); ++i) {
     group[i] = i;
@@ -313,7 +314,7 @@ void PileSet::count(const PileMotion& motion) {
     if (pile.structure->reach() >= pile.shape->most_reach()) continue;
     const double volume_m3 = 2 * pile.shape->volume(pile.structure->reach());
     pile.structure.emplace(*pile.shape, volume_m3, bodies_.longest_m);
-    // What is in the new layers is counted the next time.
+    // The new layers are counted next time.
   }
 }
 
@@ -353,7 +354,7 @@ PilePlace PileSet::place_of(const Vec3& position) const {
   for (const PileState& pile : piles_) {
     if (!pile.shape || !pile.structure || !pile.shape->inside_walls(point)) continue;
     const double distance_m = pile.shape->distance(point);
-    // Beyond the foot the slope goes on below the ground, so that the nearest pile is found.
+    // Beyond the foot the slope continues below the ground, so that the nearest pile is found.
     const double round = pile.round(point);
     const double over_m =
         position.y() - pile.settings.base_m - pile.ideal.height_m(distance_m, round);
@@ -364,10 +365,10 @@ PilePlace PileSet::place_of(const Vec3& position) const {
 
 namespace {
 
-// A pile as it is stored: what the scene says of it is not.
+// A pile as stored, without its settings from the scene.
 struct StoredPile {
   uint32_t index = 0;
-  std::optional<GroundPoint> middle;  // of a core that is a point, where there is a shape
+  std::optional<GroundPoint> middle;  // of a core that is a point, if there is a shape
   std::optional<StackingStructure> structure;
   IdealSurface ideal;
   SlopeFit slope;

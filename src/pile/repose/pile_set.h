@@ -1,5 +1,4 @@
-// The piles of a scene: where they stand, how far they have grown, and their bodies (dissertation
-// 5.2.1, 5.2.2, 5.2.5).
+// The piles of a scene: their positions, growth and bodies (dissertation 5.2.1, 5.2.2, 5.2.5).
 #pragma once
 
 #include <optional>
@@ -16,54 +15,55 @@
 namespace pilesim {
 
 struct PileState {
-  uint32_t index = 0;              // of the scene's piles, of the first that became this one
-  Pile settings;                   // those of the scene
-  std::optional<PileShape> shape;  // none: nothing has landed yet
+  uint32_t index = 0;              // index in the scene; after a merge, of the first pile
+  Pile settings;                   // from the scene
+  std::optional<PileShape> shape;  // none until a body has landed
   std::optional<StackingStructure> structure;
   IdealSurface ideal;
-  SlopeFit slope;  // as it was last measured; one for all cones that have run together
+  SlopeFit slope;  // as last measured; shared by all merged cones
 
-  // Density of a layer of the structure, against the pile as it is: the structure has up to four
-  // times its volume. 0 for no layer.
+  // Density of a layer of the structure, relative to the present pile: the structure has up to four
+  // times its volume. 0 outside all layers.
   double density(size_t layer) const;
-  // As PileShape::way_round(), in the middle of the slopes.
+  // As PileShape::way_round(), at half the slope.
   double round(const GroundPoint& point) const;
-  // Eq. 5.2 and the score of section 5.2.3, with the ideal surface for the cone. `speed` in sqrt(g
-  // L).
+  // Eq. 5.2 and the score of section 5.2.3, with the ideal surface in place of the cone. `speed` in
+  // sqrt(g L).
   double sleep_score(const Vec3& position, double speed) const;
 };
 
-// Where a body is in the piles.
+// The position of a body in the piles.
 struct PilePlace {
-  const PileState* pile = nullptr;  // whose ideal surface is highest over it; null: in none
-  double distance_m = 0;            // to the pile's core
-  double round = 0;                 // on the way round the core, as PileState::round()
-  double over_m = 0;                // of its centre over the ideal surface
+  // The one with the highest ideal surface over the body; null: in none.
+  const PileState* pile = nullptr;
+  double distance_m = 0;  // to the pile's core
+  double round = 0;       // position round the core, as PileState::round()
+  double over_m = 0;      // height of its centre over the ideal surface
 };
 
 class PileSet {
  public:
-  // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
-  // nothing moves. All must outlive it.
+  // Throws Error(input) with the place in the scene if a boundary is smaller than a body or nothing
+  // moves. All arguments must outlive it.
   PileSet(const Scene& scene, const Model& model, const PileBodies& bodies);
 
   const std::vector<PileState>& piles() const { return piles_; }
 
-  // Piles without a place stand where the first of `on_fixed` (B) lies apart from others.
+  // Places piles without a position where the first of `on_fixed` (B) rests apart from others.
   void place_new(const PileMotion& motion, const std::vector<uint8_t>& on_fixed);
-  // Brings the ideal surfaces up to date, and merges piles that have come together.
+  // Updates the ideal surfaces, and merges piles that have grown together.
   void look_at_surfaces(const PileMotion& motion);
   void measure_slopes(const PileMotion& motion);
-  // Counts the bodies in the layers; structures grow, centres drift.
+  // Counts the bodies in the layers, grows structures and moves centres.
   void count(const PileMotion& motion);
-  // Piles of one kind whose middles are near are one.
+  // Merges piles of one kind whose centres are close.
   void merge();
 
   PilePlace place_of(const Vec3& position) const;
 
-  // The piles that are left, and what was learned of the bodies.
+  // The remaining piles, and the measured properties of the bodies.
   void save(StateWriter& writer) const;
-  void load(StateReader& reader);  // of a set of the same scene
+  void load(StateReader& reader);  // for a set of the same scene
 
  private:
   // Piles over one part of the ground.
@@ -84,8 +84,8 @@ class PileSet {
   const Model& model_;
   const PileBodies& bodies_;
   double time_unit_s_;     // sqrt(L / g)
-  double fastest_m_s_;     // of what belongs to a surface
-  double bulk_share_ = 1;  // bulk volume of a body over its box's
+  double fastest_m_s_;     // highest speed of bodies that belong to a surface
+  double bulk_share_ = 1;  // volume that a body takes in the pile, over that of its box
   std::vector<PileState> piles_;
   BodyColumns columns_;
 };

@@ -8,10 +8,10 @@
 namespace pilesim {
 namespace {
 
-// Samples of the walls' inside along its longer side: areas are then good to a permille or so.
+// Samples of the walls' inside along its longer side: areas are accurate to about a permille.
 constexpr int kWallSamples = 256;
 
-constexpr double kParallel = 1e-9;  // rad, and share of an edge
+constexpr double kParallel = 1e-9;  // rad, and a share of an edge
 
 double cross(const GroundPoint& a, const GroundPoint& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -55,7 +55,7 @@ PileShape::PileShape(const Pile& pile, const GroundPoint& centre)
     core_area_ = signed_area(core_);
   }
   for (size_t i = 0; core_.size() > 1 && i < core_.size(); ++i) {
-    core_perimeter_ += (core_[(i + 1) % core_.size()] - core_[i]).norm();  // a line: both sides
+    core_perimeter_ += (core_[(i + 1) % core_.size()] - core_[i]).norm();  // a line has two sides
   }
   if (pile.boundary) {
     walls_ = turning_left(pile.boundary->polygon);
@@ -83,7 +83,7 @@ void PileShape::sample_walls() {
   std::ranges::sort(distances_);
   double sum = 0;
   for (const double d : distances_) distance_sums_.push_back(sum += d);
-  // So that the whole has its exact area.
+  // Makes the total area exact.
   sample_area_ = signed_area(walls_) / static_cast<double>(distances_.size());
 }
 
@@ -118,7 +118,7 @@ GroundPoint PileShape::middle() const {
   return sum / static_cast<double>(core_.size());
 }
 
-// The line at a distance runs along the edges and turns about the corners, by 2 pi in all.
+// The line at a distance follows the edges and turns about the corners, by 2 pi in total.
 double PileShape::way_round(const GroundPoint& point, double distance_m) const {
   const GroundPoint out = outward(point);
   const size_t corners = core_.size();
@@ -137,8 +137,8 @@ double PileShape::way_round(const GroundPoint& point, double distance_m) const {
     const double length = (to - from).norm();
     const double corner = std::abs(std::atan2(cross(edge, next), edge.dot(next)));
     const double turn = std::atan2(cross(normal, out), normal.dot(out));
-    // Beside the edge, or around the corner at its end. Edges that the point is behind of, or
-    // beyond the ends of, turn by more or the other way.
+    // The point is beside the edge, or around the corner at its end. Edges that face away from it,
+    // or whose ends it has passed, turn by more or backwards.
     const bool is_beside = std::abs(turn) < kParallel && (on - from).dot(edge) <= length;
     if (is_beside && std::abs(cross(edge, on - from)) < kParallel * length) {
       along += (on - from).dot(edge);
@@ -154,7 +154,7 @@ double PileShape::way_round(const GroundPoint& point, double distance_m) const {
   return along < all ? along / all : 0;
 }
 
-// Of Steiner's formula: a convex core grown by the reach.
+// From Steiner's formula for a convex core that grows by the reach.
 double PileShape::area_integral(double reach) const {
   if (reach <= 0) return 0;
   if (walls_.empty()) {

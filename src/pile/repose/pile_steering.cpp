@@ -36,7 +36,7 @@ void PileSteering::steer(BodyControl& control, const std::vector<SteeredBody>& s
     switch (body.drive) {
       case Drive::spill: {
         const Vec3 down = Vec3(body.outward.x(), -body.slope, body.outward.y()).normalized();
-        // Drag that balances push and slope at the spill's speed.
+        // Drag that balances the driving force and the slope at the target speed.
         const double push = kSpillPush * (1 - body.grip);
         const double kept = keep((push - down.y()) / (kSpillSpeed * (1 + body.haste)));
         velocity = kept * (velocity + down * (push * gravity_ * step_s));
@@ -45,7 +45,7 @@ void PileSteering::steer(BodyControl& control, const std::vector<SteeredBody>& s
       }
       case Drive::hold:
         velocity *= keep(kHoldRate * (0.5 + body.grip));
-        turn_rate *= keep(kHoldTurnRate);  // what tips must fall
+        turn_rate *= keep(kHoldTurnRate);  // tipping bodies must fall
         break;
       case Drive::settle: {
         const double kept = keep(kSettleRate * body.grip);

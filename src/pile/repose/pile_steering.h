@@ -1,4 +1,4 @@
-// Moves awake bodies of a pile: those above its ideal surface slip down, those inside are braked.
+// Moves awake bodies of a pile: those above its ideal surface slide down, those inside are braked.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@
 namespace pilesim {
 
 enum class Drive : uint8_t {
-  hold,    // lies where it may stay
-  spill,   // goes down the slope
-  settle,  // between two bounces
+  hold,    // may stay in its pose
+  spill,   // moves down the slope
+  settle,  // bounces
 };
 
 struct SteeredBody {
   uint32_t body = 0;
   Drive drive = Drive::hold;
   GroundPoint outward;  // unit, away from the pile's core; zero over it
-  double slope = 0;     // tan of the pile's angle
-  double haste = 0;     // by which share what spills goes faster than in a still pile
-  double grip = 0;      // from 0, bodies are to move on, to 1, they are to stay
+  double slope = 0;     // tangent of the pile's angle
+  double haste = 0;     // share by which spilling bodies are faster than in a pile at rest
+  double grip = 0;      // from 0, keep moving, to 1, stay
   double material_friction = 0;
 
   static void fields(auto& self, auto& stream) {
@@ -35,9 +35,9 @@ class PileSteering {
   // `size_m` is L; gravity in m/s^2.
   PileSteering(double size_m, double gravity);
 
-  // Friction of all, until it is set again.
+  // Sets the friction of all bodies, valid until the next call.
   static void set_friction(BodyControl& control, const std::vector<SteeredBody>& steered);
-  // Velocities, for the coming step.
+  // Sets the velocities for the coming step.
   void steer(BodyControl& control, const std::vector<SteeredBody>& steered) const;
 
  private:

@@ -31,7 +31,7 @@ PileSupport::PileSupport(const Model& model, const PileBodies& bodies)
 void PileSupport::note_bearing(uint32_t body, const Vec3& point, const Vec3& centre) {
   const Vec3 arm = point - centre;
   const double smallest_m = bodies_.shapes[model_.bodies[body].shape].smallest_m;
-  // Right below the centre is on all sides of it.
+  // A support right below the centre counts for all directions.
   if (std::hypot(arm.x(), arm.z()) < kBelowShare * smallest_m) {
     bearings_[body].insert(bearings_[body].end(), {0, 2 * kPi / 3, -2 * kPi / 3});
   } else {
@@ -51,7 +51,7 @@ uint32_t PileSupport::root(uint32_t body) {
   return body;
 }
 
-// No half-plane is free of supports.
+// True if no half-plane is free of supports.
 bool PileSupport::surrounded(std::vector<double>& bearings) const {
   if (bearings.size() < 2) return false;
   std::ranges::sort(bearings);
@@ -83,7 +83,7 @@ void PileSupport::read(const std::vector<BodyContact>& contacts, const std::vect
       }
     }
     if (contact.distance_m > touch_m) continue;
-    // What is fixed counts as one body.
+    // Fixed bodies count as one.
     joined_to_[root(is_fixed(contact.a) ? fixed_ : contact.a)] =
         root(is_fixed(contact.b) ? fixed_ : contact.b);
     for (const uint32_t body : {contact.a, contact.b}) {

@@ -61,7 +61,7 @@ void ReposeDirector::decide(BodyControl& control) {
 
 void ReposeDirector::measure(BodyControl& control) {
   read_bodies(control);
-  piles_.measure_slopes(state_.motion);  // looks at nothing that the director acts on
+  piles_.measure_slopes(state_.motion);  // does not affect the director
   state_.plausibility = count_implausible(bodies_, model_, support_, state_.motion.asleep);
 }
 
@@ -84,8 +84,8 @@ void ReposeDirector::read_bodies(BodyControl& control) {
   }
 }
 
-// What bounces may touch the pile for a step between two decisions. What steering takes from a
-// velocity counts, too: what was struck is braked until it is slow, or away from the surface.
+// Bouncing bodies may touch the pile for one step between two decisions. Velocity lost to steering
+// counts as well: such a body is braked until it is slow or away from the surface.
 void ReposeDirector::note_blows(double since_s) {
   for (const uint32_t body : bodies_.dynamic) {
     const BodyMotion& motion = state_.motion.motion[body];
@@ -139,7 +139,7 @@ void ReposeDirector::wake_by_momentum(BodyControl& control) {
     const double near_m = model_.shapes[model_.bodies[body].shape].bounding_radius +
                           speed * ahead_s + bodies_.longest_m;
     if (!flies_at_a_sleeper(body, near_m)) continue;
-    // As many as it can set in motion; a pile has about a body in every L^3.
+    // Reach as many bodies as it can set in motion; a pile has about one body per L^3.
     const double reach_m = near_m + bodies_.size_m * std::cbrt(momentum / kMovedSpeed);
     ++state_.wakes_by_momentum;
     for (const uint32_t other : bodies_.dynamic) {
@@ -156,12 +156,12 @@ double ReposeDirector::outflow_at(const PilePlace& place) {
   return place.pile->ideal.outflow(place.distance_m, place.round);
 }
 
-// More where the inside wants filling, less where it has too much.
+// More where the inside needs filling, less where it has too much.
 double ReposeDirector::slack_m(const PilePlace& place) const {
   return std::clamp(kSlack - outflow_at(place), 0.0, kMostSlack) * bodies_.size_m;
 }
 
-// The more must flow, the deeper and the faster it does.
+// A faster and deeper flow needs more.
 double ReposeDirector::haste(const PilePlace& place) {
   return std::clamp(outflow_at(place), 0.0, kMostHaste);
 }
@@ -173,7 +173,7 @@ bool ReposeDirector::is_on_top(const PilePlace& place, double skin) const {
          place.over_m > ideal.surplus_m(place.distance_m, place.round) - skin_m;
 }
 
-// By more than `slack_m`, over what may lie there in any case.
+// Excess beyond `slack_m` over the height where bodies may always rest.
 double ReposeDirector::excess_m(const PilePlace& place) const {
   const double floor_m = std::max(
       0.0, kFloor * bodies_.size_m - place.pile->ideal.height_m(place.distance_m, place.round));
@@ -192,7 +192,7 @@ void ReposeDirector::wake_sleepers(BodyControl& control) {
     const Vec3& position = state_.motion.motion[body].position;
     const PilePlace place = piles_.place_of(position);
     if (place.pile == nullptr) continue;
-    // By the simulator's own rule: it lay still for as long as what is stuck (kStillDecisions).
+    // The simulator's own rule put it to sleep, after as long at rest as kStillDecisions.
     if (fell_asleep) state_.excess_asleep_m[body] = std::max(0.0, excess_m(place));
     bool avalanches = is_on_top(place, kAvalancheSkin) && outflow_at(place) > kAvalancheOutflow;
     if (!support_.on_fixed[body]) {
@@ -233,7 +233,7 @@ bool ReposeDirector::ripe_for_sleep(uint32_t body, const PilePlace& place) const
   return score > place.pile->settings.tau;
 }
 
-// What is pressed into a sleeper cannot leave it alone.
+// A body pressed into a sleeper cannot separate from it alone.
 void ReposeDirector::free_from_overlap(BodyControl& control, uint32_t body) {
   if (state_.calm[body] < kStillDecisions || !is_sunk(body)) return;
   const uint32_t other = support_.deepest_in[body];
@@ -257,7 +257,7 @@ void ReposeDirector::judge_awake(BodyControl& control) {
     }
     if (place.pile == nullptr || is_free) {
       control.set_friction(body, friction);
-      // What has spilled over a wall is steered by nothing, but need not be simulated for ever.
+      // Bodies that spilled over a wall are not steered, but need not be simulated for ever.
       if (!is_free && state_.calm[body] >= kStillDecisions && may_sleep(body)) {
         put_to_sleep(control, body);
       }

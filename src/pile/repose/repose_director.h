@@ -1,5 +1,5 @@
-// Lets piles grow to their angles of repose (dissertation chapter 5): puts bodies that lie in them
-// to sleep, wakes those that exceed them, steers those awake. docs/direct_pile.md has the method.
+// Grows piles to their angles of repose (dissertation chapter 5): puts bodies in piles to sleep,
+// wakes bodies that exceed them, and steers awake ones. docs/direct_pile.md describes the method.
 #pragma once
 
 #include <cstdint>
@@ -15,26 +15,26 @@
 namespace pilesim {
 
 // State that the director keeps from step to step, besides the piles. (B): by body of the model.
-// Written by its decisions, but for `steps`.
+// Its decisions write everything except `steps`.
 struct ReposeState {
   explicit ReposeState(size_t bodies);
 
-  uint64_t steps = 0;  // directed
+  uint64_t steps = 0;  // steps directed so far
   uint64_t decisions = 0;
-  double now_s = 0;                     // of the last decision, or measurement
-  PileMotion motion;                    // as of then
-  std::vector<uint8_t> calm;            // (B) decisions in a row in which it was slow
-  std::vector<uint8_t> slept;           // (B) asleep as the last decision left it, or not there
-  std::vector<double> excess_asleep_m;  // (B) at which it fell asleep where nothing moved it on
-  std::vector<double> grace_until_s;    // (B) before which it may not be put to sleep
-  std::vector<double> touched_s;        // (B) when it was last grounded
-  std::vector<double> shaken_until_s;   // (B) before which nothing steers it
-  std::vector<Vec3> velocity_before;    // (B) m/s, at the decision before; NaN: asleep or not in
-                                        // the world
+  double now_s = 0;                     // time of the last decision or measurement
+  PileMotion motion;                    // at that time
+  std::vector<uint8_t> calm;            // (B) consecutive decisions at which it was slow
+  std::vector<uint8_t> slept;           // (B) asleep after the last decision, or absent
+  std::vector<double> excess_asleep_m;  // (B) its excess when it fell asleep unsteered
+  std::vector<double> grace_until_s;    // (B) earliest time at which it may be put to sleep
+  std::vector<double> touched_s;        // (B) time when it was last grounded
+  std::vector<double> shaken_until_s;   // (B) time until which nothing steers it
+  std::vector<Vec3> velocity_before;    // (B) m/s, at the previous decision; NaN: asleep or absent
   std::vector<SteeredBody> steered;     // until the next decision
   PlausibilityCounts plausibility;      // as of the last measurement
   uint32_t wakes_by_momentum = 0, woken_by_avalanches = 0;
-  std::vector<std::vector<uint8_t>> dense;  // as written: by pile and layer, denser than may be
+  // As written: by pile and layer, whether it is too dense.
+  std::vector<std::vector<uint8_t>> dense;
 
   static void fields(auto& self, auto& stream) {
     stream(self.steps, self.decisions, self.now_s, self.motion, self.calm, self.slept,
@@ -46,8 +46,8 @@ struct ReposeState {
 
 class ReposeDirector final : public StepDirector {
  public:
-  // Throws Error(input) with the place in the scene where a boundary is smaller than a body or
-  // nothing moves. Scene and model must outlive it.
+  // Throws Error(input) with the place in the scene if a boundary is smaller than a body or nothing
+  // moves. Scene and model must outlive it.
   ReposeDirector(const Scene& scene, const Model& model);
 
   void direct(BodyControl& control) override;
@@ -55,10 +55,10 @@ class ReposeDirector final : public StepDirector {
   void load(StateReader& reader) override;
 
   const std::vector<PileState>& piles() const { return piles_.piles(); }
-  // Measures the slopes of all piles and what hangs or overlaps, as of the last step.
+  // Measures the slopes of all piles, and hanging or overlapping bodies, as of the last step.
   void measure(BodyControl& control);
   const PlausibilityCounts& plausibility() const { return state_.plausibility; }
-  // Since the start: hits that woke bodies, and bodies that avalanches woke.
+  // Since the start: impacts that woke bodies, and bodies that avalanches woke.
   uint32_t wakes_by_momentum() const { return state_.wakes_by_momentum; }
   uint32_t woken_by_avalanches() const { return state_.woken_by_avalanches; }
 
@@ -83,7 +83,7 @@ class ReposeDirector final : public StepDirector {
   bool is_on_top(const PilePlace& place, double skin) const;
   bool may_sleep(uint32_t body) const;
   bool ripe_for_sleep(uint32_t body, const PilePlace& place) const;
-  double fastest(uint32_t body) const;  // of its points, about, in sqrt(g L)
+  double fastest(uint32_t body) const;  // speed of its fastest point, roughly, in sqrt(g L)
   bool is_sunk(uint32_t body) const;
   void free_from_overlap(BodyControl& control, uint32_t body);
   void wake(BodyControl& control, uint32_t body, double grace_s);
@@ -98,9 +98,9 @@ class ReposeDirector final : public StepDirector {
   PileSteering steering_;
 
   ReposeState state_;
-  PileSet piles_;  // state, too
+  PileSet piles_;  // part of the state
 
-  // Read again before each decision.
+  // Updated before each decision.
   PileSupport support_;
   std::vector<BodyContact> contacts_;
 };
