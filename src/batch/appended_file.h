@@ -1,4 +1,4 @@
-// A large file that is written from its beginning to its end, beside its place, and then renamed.
+// A large file, written in order beside its place and renamed when complete.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ class AppendedFile {
 
   // Throws Error(io), naming the path.
   void add(std::string_view text);
-  // All that was added to `other`, which never takes its own place.
+  // Adds the whole content of `other`, which is then never renamed.
   void add_all_of(AppendedFile& other);
   void take_place();
 

@@ -39,7 +39,7 @@ std::pair<uint64_t, uint64_t> bounds_of(const BatchRequest& request, uint64_t jo
   return {jobs * index / count, jobs * (index + 1) / count};
 }
 
-// State of a batch beside its plan; all other jobs were tried to the end.
+// Counts of a batch's jobs besides its plan; all other jobs were tried.
 struct Stock {
   std::vector<uint64_t> to_do, changed;
 };
@@ -271,11 +271,11 @@ BatchForecast forecast_batch(const BatchRequest& request, size_t sample, const R
     const BatchPlace samples{plan, keys, beside};
     uint64_t last = plan.jobs();
     for (size_t i = 0; i < sample && !interrupted(); ++i) {
-      // Evenly over the batch.
+      // Spread the sample evenly over the batch.
       const uint64_t index = (2 * i + 1) * plan.jobs() / (2 * sample);
       if (index == last) continue;
       last = index;
-      // One thread: as it is where all cores have jobs.
+      // One thread, as when all cores have jobs.
       if (const auto record = run_job(samples, batch_job(plan, index), 1, run_step)) {
         measured(*record);
       }

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The same file under another name, or where the file system has no such thing, a copy.
+// A hard link, or a copy where the file system supports none.
 void link_or_copy(const fs::path& from, const fs::path& to) {
   std::error_code fault;
   fs::create_hard_link(from, to, fault);
@@ -63,7 +63,7 @@ class BopCollection {
   static std::string model_name(uint64_t number) { return "obj_" + six_digits(number) + ".ply"; }
   fs::path scenes() const { return root_ / "train_pbr"; }
 
-  // The job's numbers of its objects, and what they are called here.
+  // Maps the job's object numbers to those of the collection.
   Json add_models(const fs::path& models) {
     Json objects = Json::object();
     read_own(models / kInfos, [&](const Json& infos) {
@@ -121,8 +121,8 @@ class BopCollection {
   const BatchPlace& place_;
   CollectionSummary& summary_;
   fs::path root_;
-  NameNumbers numbers_;      // of models, by their content
-  std::vector<Json> infos_;  // of each
+  NameNumbers numbers_;      // of models, by content
+  std::vector<Json> infos_;  // by model
 };
 
 }  // namespace

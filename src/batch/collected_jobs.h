@@ -1,4 +1,4 @@
-// The common part of collections of a batch: the jobs that are done, and the pictures of each.
+// Shared by all collections of a batch: the finished jobs and their pictures.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,10 @@
 
 namespace pilesim {
 
-// "000012": six digits or more.
+// "000012": at least six digits.
 std::string six_digits(uint64_t value);
 
-// All but hidden ones, in order; none where the directory is not there.
+// All entries except hidden ones, in order; none if the directory is missing.
 std::vector<std::filesystem::path> sorted_entries(const std::filesystem::path& directory);
 
 // The pictures of one camera of a job: "run", "run/cameras/left".
@@ -26,16 +26,16 @@ struct JobView {
 };
 std::vector<JobView> views_of(const BatchPlace& place, const BatchJob& job);
 
-// Jobs that are done, in order. Throws Error(interrupted), naming `made`, after Ctrl-C.
+// Visits finished jobs in order. Throws Error(interrupted) that names `made` after Ctrl-C.
 void each_done(const JobRecords& records, uint64_t begin, uint64_t end,
                const std::filesystem::path& made,
                const std::function<void(const BatchJob&, const JobRecord&)>& visit);
 
-// Runs `use`, which reads the file's JSON as pilesim writes it. Throws Error(input) where it is
-// another.
+// Runs `use` on the file's JSON, in pilesim's own format. Throws Error(input) if the format
+// differs.
 void read_own(const std::filesystem::path& file, const std::function<void(const Json&)>& use);
 
-// Names get numbers from 1 on, in the order in which they come.
+// Numbers names from 1 in order of first appearance.
 class NameNumbers {
  public:
   struct Given {
@@ -51,8 +51,8 @@ class NameNumbers {
   std::map<std::string, uint64_t> numbers_;
 };
 
-// Removes what is there of place(first), place(first + 1), ...: the last one first, so that a
-// removal that is killed leaves no gap.
+// Removes the existing ones of place(first), place(first + 1), ..., the last one first, so that an
+// interrupted removal leaves no gap.
 void remove_from(uint64_t first, const std::function<std::filesystem::path(uint64_t)>& place);
 
 }  // namespace pilesim

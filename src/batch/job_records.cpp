@@ -24,7 +24,7 @@ void JobRecords::add_shard(const fs::path& file) {
   uint64_t offset = 0;
   for (std::string line; std::getline(stream, line); offset += line.size() + 1) {
     const JobRecord record = parse_record(line, file.string());
-    // A job that failed in one shard may be done in another.
+    // A job that failed in one shard may have succeeded in another.
     if (!record.is_done()) continue;
     lines_.push_back({.job = record.index,
                       .offset = offset,

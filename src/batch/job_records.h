@@ -1,4 +1,4 @@
-// The records of all jobs of a batch, one after another: there may be more than memory holds.
+// The records of all jobs of a batch, read one at a time: all of them may exceed memory.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@ namespace pilesim {
 
 class JobRecords {
  public:
-  // Records of the batch in place.directory, which must outlive it. `with_shards`: records of
-  // shards are taken from their files, which are quicker to read than a file a job.
+  // Records of the batch in place.directory; `place` must outlive it. `with_shards`: read records
+  // from the shards' files, which is faster than one file per job.
   explicit JobRecords(const BatchPlace& place, bool with_shards = false);
 
-  // None where the job is still to do. Throws as read_job_record() does. One thread at a time.
+  // None if the job is still to do. Throws as read_job_record() does. Not thread-safe.
   std::optional<JobRecord> find(const BatchJob& job) const;
-  // Those of the jobs from `begin` to before `end` that were tried to the end, in order.
+  // Visits jobs in [begin, end) that were tried, in order.
   void each(uint64_t begin, uint64_t end,
             const std::function<void(const BatchJob&, const JobRecord&)>& visit) const;
 
@@ -34,8 +34,8 @@ class JobRecords {
 
   const BatchPlace& place_;
   std::vector<std::filesystem::path> shards_;
-  std::vector<Line> lines_;       // of jobs that are done, by job; several may tell of one
-  mutable std::ifstream stream_;  // of the shard that was read last: its jobs follow each other
+  std::vector<Line> lines_;       // of finished jobs, by job; a job may have several
+  mutable std::ifstream stream_;  // of the last shard read: its jobs are consecutive
   mutable std::optional<uint32_t> open_;
 };
 

@@ -21,11 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kPatience_s = 10;  // between asking a step to end and killing it
-constexpr double kPoll_s = 0.02;    // at most so late is its end noticed
+constexpr double kPatience_s = 10;  // between the request to stop and the kill
+constexpr double kPoll_s = 0.02;    // largest delay until the end of a step is noticed
 constexpr size_t kLongestWords = 400;
 
-// Held while somebody works on a job; gone with the process, however it ends.
+// A lock for work on a job; released with the process, however it ends.
 class JobLock {
  public:
   explicit JobLock(const fs::path& directory)
@@ -50,7 +50,7 @@ std::string last_line(std::string text) {
   return text.size() > kLongestWords ? text.substr(0, kLongestWords) + "..." : text;
 }
 
-// All of an attempt but what is known of the job.
+// Removes all of an attempt except the job's own records.
 void clear(const fs::path& directory) {
   std::vector<fs::path> entries;
   for (const auto& entry : fs::directory_iterator(directory)) {
@@ -78,7 +78,7 @@ AttemptEnd end_of(const StepResult& result) {
   return has_said_why ? AttemptEnd::failed : AttemptEnd::died;
 }
 
-// One job under way.
+// One job in progress.
 class Job {
  public:
   Job(const BatchPlace& place, const BatchJob& job, int threads, const RunStep& run_step,
@@ -91,7 +91,7 @@ class Job {
     begin();
   }
 
-  // False where it was interrupted.
+  // False if it was interrupted.
   bool run() {
     while (!has_ended()) {
       const std::optional<Attempt> attempt =
@@ -105,9 +105,9 @@ class Job {
     return true;
   }
 
-  // Nothing but its directory's name is still to do afterwards.
+  // Afterwards only the directory has to be renamed.
   JobRecord finish() {
-    save();  // over what a process left that was killed while it did: it is no result
+    save();  // replaces the partial output of a process killed during this step
     if (record_.is_done()) {
       for (const std::string& path : place_.plan.drop) {
         if (fs::exists(directory_ / path)) remove_in_one_go(directory_ / path);
@@ -125,7 +125,7 @@ class Job {
   }
 
  private:
-  // So, too, where an earlier process was killed before it could name the directory.
+  // True also if an earlier process was killed before it renamed the directory.
   bool has_ended() const {
     if (record_.attempts.empty()) return false;
     const AttemptEnd end = record_.attempts.back().end;
@@ -133,7 +133,7 @@ class Job {
            static_cast<int>(record_.attempts.size()) >= place_.plan.tries;
   }
 
-  // Takes up the results of an earlier process, if it was the same job.
+  // Continues the results of an earlier process if they belong to the same job.
   void begin() {
     const fs::path file = directory_ / kJobFile;
     const std::string key = place_.keys.key(job_);
@@ -178,7 +178,7 @@ class Job {
                     Problem{.file = directory_.string(), .found = result.last_words});
       }
       if (attempt.end == AttemptEnd::failed && was_resumed_) {
-        // Results of an earlier process may be of another version of pilesim.
+        // Earlier results may come from another version of pilesim.
         was_resumed_ = false;
         clear(directory_);
         record_.steps_done = 0;
@@ -273,7 +273,7 @@ std::optional<JobRecord> run_job(const BatchPlace& place, const BatchJob& job, i
   const fs::path whole = job_directory(place.directory, job);
   const fs::path partial = partial_directory(place.directory, job);
   make_output_directory(partial);
-  // A link would lead what the job writes, and removes, elsewhere.
+  // A symbolic link would redirect what the job writes and removes.
   const fs::path way = fs::canonical(partial).lexically_relative(fs::canonical(place.directory));
   if (way != partial.lexically_relative(place.directory)) {
     throw Error(ErrorKind::usage, Problem{.file = partial.string(),
@@ -282,7 +282,7 @@ std::optional<JobRecord> run_job(const BatchPlace& place, const BatchJob& job, i
   }
   const JobLock lock(partial);
   if (!lock.is_held()) return std::nullopt;
-  if (fs::exists(whole)) {  // another process has just done it, and this is what was left to lock
+  if (fs::exists(whole)) {  // another process has just finished the job
     fs::remove_all(partial);
     return find_job(place.directory, job);
   }

@@ -14,9 +14,9 @@
 namespace pilesim {
 namespace {
 
-// Values of a grid that are tried on the scene before anything is run.
+// Most values of a grid to check in the scene before a run.
 constexpr size_t kMostChecked = 200;
-// Events of a job's random numbers: variations from 0 on, and attempts from here on.
+// Events of a job's random numbers: variations count from 0, attempts from here.
 constexpr uint32_t kAttempts = 1u << 24;
 
 Json drawn(const Draw& draw, Philox& random) {
@@ -38,7 +38,7 @@ Json drawn(const Draw& draw, Philox& random) {
 
 std::string file_hash(const std::filesystem::path& file) { return content_hash(read_file(file)); }
 
-// Hash of a mesh, or of a run: of its scene and number of frames.
+// Hash of a mesh, or of a run's scene and number of frames.
 std::string input_hash(const std::filesystem::path& input) {
   if (!std::filesystem::is_directory(input)) return file_hash(input);
   const std::filesystem::path store = input / "trajectory.zarr";
@@ -59,7 +59,7 @@ bool is_varied(const BatchPlan& plan, const std::string& pointer) {
   });
 }
 
-// Loads the scene with each value of the grid once, the others as the first job has them.
+// Loads the scene once with each value of the grid, and with the first job's other values.
 void check_values(const BatchPlan& plan) {
   const BatchJob first = batch_job(plan, 0);
   size_t checked = 0, at = 0;
@@ -98,9 +98,8 @@ std::string BatchJob::name() const {
 
 BatchJob batch_job(const BatchPlan& plan, uint64_t index) {
   BatchJob job{.index = index};
-  // Which row each variation of the grid has: the last one runs fastest. The whole grid comes
-  // before any of it comes again, so that a larger count leaves the jobs that are there what they
-  // are.
+  // The row of each variation in the grid; the last variation runs fastest. The whole grid comes
+  // before repetitions, so that a larger count leaves existing jobs unchanged.
   std::vector<size_t> rows(plan.vary.size());
   uint64_t point = index;
   for (size_t i = plan.vary.size(); i-- > 0;) {

@@ -1,4 +1,4 @@
-// The plan as it is written: what its keys are, and what they become.
+// The file format of plans: its keys and their meaning.
 
 #include <algorithm>
 #include <cctype>
@@ -17,7 +17,7 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kMostRows = 1'000'000;
-constexpr size_t kLongestWord = 100'000;  // bytes, of a step: as the system has it
+constexpr size_t kLongestWord = 100'000;  // bytes, of a step: the system's limit
 
 struct WrittenVariation {
   std::vector<std::string> pointers;
@@ -41,7 +41,7 @@ struct WrittenPlan {
   int tar_jobs = 100;
 };
 
-// A word of a step, which may be longer than a name.
+// A word of a step; it may be longer than a name.
 Codec<std::string> word() {
   Codec<std::string> codec = text();
   codec.expected = "a string of 1 to " + std::to_string(kLongestWord) + " bytes";
@@ -106,7 +106,7 @@ Codec<std::vector<std::string>> pointers() {
   return codec;
 }
 
-// Two numbers, the second no smaller; with `step` a third, above 0.
+// Two numbers, the second no smaller; with `step` a third one above 0.
 Codec<std::vector<double>> bounds(const Range& each, bool with_step) {
   Codec<std::vector<double>> codec;
   codec.expected = with_step ? "[first, last] or [first, last, step above 0]"
@@ -192,7 +192,7 @@ ObjectDescription<WrittenPlan> plan_description() {
               "Paths below a job's directory that are removed once the job is in a tar file.")}};
 }
 
-// `*` and `?` stand for what you like.
+// `*` and `?` are wildcards.
 bool matches(std::string_view name, std::string_view pattern) {
   if (pattern.empty()) return name.empty();
   if (pattern.front() == '*') {
@@ -230,7 +230,7 @@ std::vector<std::vector<Json>> file_rows(const std::string& pattern,
 
 std::vector<std::vector<Json>> range_rows(const std::vector<double>& range) {
   const double step = range.size() == 3 ? range[2] : 1;
-  // Half a millionth of a step for what rounding leaves.
+  // Half a millionth of a step covers rounding.
   const double count = std::floor((range[1] - range[0]) / step + 5e-7) + 1;
   if (count > static_cast<double>(kMostRows)) return {};
   std::vector<std::vector<Json>> rows;
@@ -320,7 +320,7 @@ void check_grid(const BatchPlan& plan, ProblemLog& log) {
   }
 }
 
-// That some step draws what is collected of all jobs.
+// Checks that some step draws the pictures for the collections.
 void check_collections(const BatchPlan& plan, ProblemLog& log) {
   const Path root, collect = root / "collect";
   const auto draws = [&](const std::string& annotations) {

@@ -55,7 +55,7 @@ class Pool {
     if (largest_ == 0) return processes();
     return std::clamp<size_t>(limits_.memory_bytes / largest_, 1, processes());
   }
-  // The last jobs of a batch share the cores among them.
+  // The last jobs of a batch share the cores.
   int threads_each() const {
     const size_t neighbours = std::min(most_at_once(), running_ + jobs_.size() - next_);
     return std::max(limits_.cores / static_cast<int>(std::max<size_t>(neighbours, 1)), 1);

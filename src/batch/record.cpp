@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
 
-// Whose content differs from run to run, since it has times, or is of the batch itself.
+// Files whose content differs between runs, since it contains times, or is the batch's own.
 constexpr std::string_view kTimed[] = {
     "report.json",           "report.html", "timing.csv", "checkpoint.bin",
     "render_checkpoint.bin", "log.txt",     "lock",       kJobFile};
@@ -94,7 +94,7 @@ const Codec<Stored>& record_codec() {
 }
 
 std::string csv_field(const std::string& text) {
-  // Spreadsheets take what begins so for a formula, and what follows an apostrophe for text.
+  // Spreadsheets read cells that begin like this as formulas, but not after an apostrophe.
   const bool is_formula = !text.empty() && std::string_view("=@").find(text[0]) != text.npos;
   if (!is_formula && text.find_first_of(",\"\n\r") == text.npos) return text;
   std::string quoted = is_formula ? "\"'" : "\"";
@@ -170,7 +170,8 @@ std::string record_line(const JobRecord& record) {
 std::string index_line(const JobRecord& record) {
   Json seeds = Json::array();
   for (const Attempt& attempt : record.attempts) {
-    if (record.is_done() && attempt.end == AttemptEnd::died) continue;  // as if it had not been
+    // Ignored: the job succeeded later.
+    if (record.is_done() && attempt.end == AttemptEnd::died) continue;
     seeds.push_back({{"seed", attempt.seed}, {"end", attempt_end_name(attempt.end)}});
   }
   const Json json = {{"id", job_of(record).name()}, {"end", end_of(record)},

@@ -16,16 +16,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A cluster's usual limit on arrays (MaxArraySize 1001).
+// The usual limit of a cluster on arrays (MaxArraySize 1001).
 constexpr uint64_t kMostTasks = 1000;
-// Nodes are slower than the machine of the sample, and shared; a task that takes longer goes on
-// where it was once it is queued again.
+// Nodes are shared and slower than the machine of the sample. A task that runs out of time
+// continues once it is queued again.
 constexpr double kTimeToSpare = 3;
 constexpr double kMemoryToSpare = 1.5;
 constexpr double kLeastMinutes = 5;
 constexpr uint64_t kLeastMegabytes = 512;
 
-// Slurm's own file of the program that runs.
+// The path of the running program.
 std::string program() { return fs::read_symlink("/proc/self/exe").string(); }
 
 std::string batch_words(const BatchRequest& request, const fs::path& output) {
@@ -115,7 +115,7 @@ SlurmSubmission submit_to_slurm(const BatchRequest& request, const BatchForecast
   try {
     submission.collect_id =
         submit({"--dependency=afterany:" + submission.array_id}, scripts / "collect.sh");
-  } catch (const Error&) {  // not half of it
+  } catch (const Error&) {  // submit all or nothing
     run_program({"scancel", submission.array_id}, "slurm-client");
     throw;
   }

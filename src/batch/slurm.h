@@ -1,4 +1,4 @@
-// A batch as an array job of Slurm: each task does a shard of it, another collects them.
+// A batch as an array job of Slurm: each task runs a shard, and another task collects them.
 #pragma once
 
 #include <string>
@@ -9,21 +9,21 @@
 namespace pilesim {
 
 struct SlurmChoice {
-  std::vector<std::string> options;  // further ones for sbatch: "--partition=long"
-  double minutes_each = 10;          // that a task should take
-  bool submit = true;                // false: the scripts only
+  std::vector<std::string> options;  // further options for sbatch: "--partition=long"
+  double minutes_each = 10;          // target time of a task
+  bool submit = true;                // false: only write the scripts
 };
 
 struct SlurmSubmission {
   uint64_t tasks = 0;
   double minutes_asked = 0;
   uint64_t megabytes_asked = 0;
-  std::string array_id, collect_id;  // empty where nothing was submitted
+  std::string array_id, collect_id;  // empty if nothing was submitted
 };
 
-// Writes OUT/slurm/array.sh and collect.sh and submits them: the array, and the collection once it
-// has ended in whatever way. Time and memory are those of the forecast's sample with some to spare.
-// Throws Error(io) where sbatch is missing or refuses.
+// Writes OUT/slurm/array.sh and collect.sh and submits them: the array, and the collection after
+// its end, whatever its result. Time and memory come from the forecast's sample, with a margin.
+// Throws Error(io) if sbatch is missing or refuses.
 SlurmSubmission submit_to_slurm(const BatchRequest& request, const BatchForecast& forecast,
                                 const SlurmChoice& choice);
 

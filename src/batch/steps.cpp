@@ -14,12 +14,12 @@ namespace {
 
 constexpr char kOpening = '{';
 
-// A command that can be a step: its name, the steps that it may follow, and whether the plan's
-// scene is its first word.
+// A command that can be a step: its name, its possible predecessors, and whether its first word is
+// the plan's scene.
 struct Command {
   std::string_view name;
   bool may_begin = false, may_follow = false;
-  bool wants_scene = false;  // where it begins; else its first word is a path that the plan gives
+  bool wants_scene = false;  // as the first step; otherwise its first word is a path from the plan
 };
 constexpr Command kCommands[] = {
     {.name = "simulate", .may_begin = true, .may_follow = true, .wants_scene = true},
@@ -36,11 +36,11 @@ const Command* command_of(const BatchStep& step) {
   return found == std::end(kCommands) ? nullptr : found;
 }
 
-// 0.2 s of each job, and most of its report: who wants pictures of a batch draws them in a step of
-// their own.
+// The picture takes 0.2 s per job and most of the report: plans that need pictures have a step for
+// them.
 constexpr const char* kNoPicture = "--no-picture";
 
-// With options that the batch does not say.
+// Options that plans may not set, since the batch chooses them.
 const std::set<std::string> kOurs = {
     "--threads", "--resume",   "--progress", "--quiet",           "-q",       "--print-config",
     "--from",    "--force",    "--seed",     "--checkpoint",      kNoPicture, "--help",
@@ -53,7 +53,7 @@ bool names_output(const std::string& word) {
   return option == "-o" || option == "--output";
 }
 
-// Calls take(begin, end, name) for each {name} of `word`: what JSON has in braces is never a name.
+// Calls take(begin, end, name) for each {name} of `word`. JSON in braces never matches a name.
 void for_each_name(const std::string& word,
                    const std::function<void(size_t, size_t, const std::string&)>& take) {
   for (size_t begin = 0; (begin = word.find(kOpening, begin)) != word.npos; ++begin) {
@@ -80,14 +80,14 @@ std::string filled(const std::string& word, const BatchJob& job) {
   return text + word.substr(at);
 }
 
-// "run", "run_2": each simulation of a job leaves its own, each finish beside it.
+// "run", "run_2": each simulation of a job has its own directory, with its finish beside it.
 std::string numbered(const std::string& name, int number) {
   return number == 1 ? name : name + '_' + std::to_string(number);
 }
 
 struct Runs {
   int count = 0;        // simulations before the step
-  std::string current;  // the trajectory that it takes
+  std::string current;  // the trajectory that it reads
 };
 
 Runs runs_before(const BatchPlan& plan, size_t step) {
@@ -115,13 +115,13 @@ std::string pictures_of(const BatchPlan& plan, size_t step) {
   return step == 0 ? "run" : runs_before(plan, step).current;
 }
 
-// "-oX", "-qo": an option of one letter with something behind it.
+// "-oX", "-qo": a one-letter option joined with its value or another option.
 bool is_joined(const std::string& word) {
   return word.size() > 2 && word[0] == '-' &&
          std::isalpha(static_cast<unsigned char>(word[1])) != 0;
 }
 
-// The values of -o, as a step says them.
+// The values of -o in a step.
 std::vector<std::string> outputs_of(const std::vector<std::string>& words) {
   std::vector<std::string> outputs;
   for (size_t i = 1; i < words.size(); ++i) {
@@ -258,7 +258,8 @@ std::vector<std::string> step_words(const BatchPlan& plan, const BatchJob& job, 
     add({scene, "-o", numbered("run", count + 1), "--resume", kNoPicture});
     if (count > 0) add({"--from", current});
     add_values();
-    // Views and what else is drawn by the seed differ from one run of a job to the next.
+    // Views and other random choices of pictures depend on the seed, which differs between the runs
+    // of a job.
     add({"--seed", std::to_string(seed + static_cast<uint64_t>(count))});
   } else if (name == "compare") {
     add({scene, "-o", "comparison", "--resume"});
@@ -290,7 +291,7 @@ void require_inside(const std::vector<std::string>& words, const BatchStep& said
     throw Error(ErrorKind::input,
                 Problem{.found = std::move(found), .expected = std::move(expected)});
   };
-  // A value in braces is no option: the plan's author writes these out.
+  // A value in braces must not become an option; the plan's author may write options in full.
   for (size_t i = 1, first = words.size() - said.size(); i < said.size(); ++i) {
     const std::string& word = words[first + i];
     if (said[i].starts_with(kOpening) && word.starts_with('-') && word != said[i]) {

@@ -20,10 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// To be raised when the same jobs give another tar file.
+// Raise it when the same jobs give another tar file.
 constexpr int kTarVersion = 2;
 
-// The pictures of one view of a job, each with all that is told of it.
+// The pictures of one view of a job, with their annotations.
 class ViewSamples {
  public:
   ViewSamples(const BatchJob& job, const JobRecord& record, const JobView& view, TarWriter& tar)
@@ -67,7 +67,7 @@ class ViewSamples {
   }
 
   void add(const fs::path& picture, const std::string& digits) {
-    // WebDataset tells entries of a sample apart by the part after the first point.
+    // WebDataset distinguishes a sample's entries by the part after the first point.
     std::string key = job_.name() + '_' + view_.name + '_' + digits;
     std::ranges::replace_if(
         key, [](char c) { return c == '.' || c == '/'; }, '_');
@@ -77,7 +77,7 @@ class ViewSamples {
       const size_t point = name.find('.');
       const std::string extension = pass.extension().string();
       if (name.substr(point + 1) != digits + extension) continue;
-      // frame.0089.exr has all of them.
+      // frame.0089.exr contains all passes.
       const std::string what = extension == ".exr" ? "passes" : name.substr(0, point);
       tar_.add(key + '.' + what + extension, read_file(pass));
     }
@@ -101,7 +101,7 @@ class ViewSamples {
   std::map<uint64_t, Json> cameras_, annotations_;  // by frame
 };
 
-// Held while a tar file is made: nobody drops what another one packs.
+// Held while a tar file is written: no other process may drop its files.
 class FolderLock {
  public:
   explicit FolderLock(const fs::path& folder)
@@ -115,7 +115,7 @@ class FolderLock {
   FolderLock& operator=(const FolderLock&) = delete;
 
  private:
-  int descriptor_;  // -1: its job is not there, so that nothing is dropped
+  int descriptor_;  // -1: the job is missing, and nothing is dropped
 };
 
 class TarFile {
@@ -156,7 +156,7 @@ class TarFile {
     ++summary.tars;
     summary.samples += samples;
     summary.packed += done;
-    // Finished jobs stay finished: nothing will have to be packed again.
+    // Finished jobs stay finished, so nothing needs packing again.
     if (done == end_ - begin_) drop();
   }
 
@@ -195,7 +195,7 @@ class TarFile {
 
   const BatchPlace& place_;
   const JobRecords& records_;
-  uint64_t begin_, end_;  // jobs
+  uint64_t begin_, end_;  // range of jobs
   fs::path tar_, told_;
 };
 

@@ -1,5 +1,5 @@
-// Tar archives: POSIX's ustar, regular files only, the same bytes for the same content. Neither
-// owners nor times are told.
+// Tar archives: POSIX ustar, regular files only. The same content gives the same bytes, without
+// owners and times.
 #pragma once
 
 #include <filesystem>

@@ -12,12 +12,12 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kGrain = 256;
-constexpr size_t kMostCells = 256;  // a body
-// Bodies beyond these shares of all bodies along an axis have rolled away, and are in the open.
+constexpr size_t kMostCells = 256;  // per body
+// Bodies beyond these quantiles along an axis have rolled away and count as in the open.
 constexpr double kOutlying = 0.002;
 
-// Radius of the probe that passes through gaps, in radii of the smallest ball. One does not see far
-// into narrower gaps.
+// Radius of the probe that passes through gaps, in radii of the smallest ball. Narrower gaps give
+// little view into a pile.
 constexpr double kProbe = 0.5;
 
 using Cell = Eigen::Array3i;
@@ -39,7 +39,7 @@ std::vector<Ball> balls_of(const Model& model, const BodyStates& states) {
   return balls;
 }
 
-// Bounds of all balls but those far from the others.
+// Bounds of all balls except outliers.
 Bounds box_of(const std::vector<Ball>& balls) {
   Bounds box;
   const auto outlying = static_cast<size_t>(kOutlying * static_cast<double>(balls.size()));
@@ -57,7 +57,7 @@ Bounds box_of(const std::vector<Ball>& balls) {
   return box;
 }
 
-// Cells about a pile, with a rim of at least one that no ball of it reaches.
+// The cells around a pile, with a rim of at least one cell that no ball reaches.
 class Air {
  public:
   explicit Air(const std::vector<Ball>& balls) {
@@ -73,7 +73,7 @@ class Air {
     is_closed_.assign(count_.cast<size_t>().prod(), 0);
   }
 
-  // To the middle of the probe.
+  // Closes cells that the probe's centre cannot enter.
   void close(const Ball& ball) {
     const double reach_m = ball.radius_m + probe_m_;
     const Vec3 reach = Vec3::Constant(reach_m);
@@ -90,7 +90,7 @@ class Air {
     });
   }
 
-  // From the rim inwards.
+  // Opens cells from the rim inwards.
   void flood() {
     std::vector<Cell> front;
     is_open_.assign(is_closed_.size(), 0);
@@ -123,13 +123,13 @@ class Air {
         }
       }
     }
-    // Planes all round: it is seen from between them.
+    // Planes on all sides: treat the space between them as open.
     if (std::ranges::count(is_open_, 1) > 0) return;
     std::ranges::transform(is_closed_, is_open_.begin(), std::logical_not<>());
   }
 
-  // Squared distance of each cell to the middle of the nearest open one, in cells: one axis after
-  // the other, by the lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
+  // Squared distance of each cell to the nearest open one, in cells: one axis at a time, by the
+  // lower envelope of parabolas (Felzenszwalb and Huttenlocher, 2012).
   void measure() {
     constexpr float kFar = 1e12F;
     squared_.resize(is_open_.size());
@@ -151,12 +151,12 @@ class Air {
     }
   }
 
-  // m, and not more than it is; 0 outside of the cells.
+  // A lower bound on the depth, m; 0 outside the cells.
   double depth_m(const Ball& ball) const {
     const Cell cell = cell_at(place_of(ball.centre));
     if ((cell < 0).any() || (cell >= count_).any()) return 0;
     const double way = std::sqrt(squared_[index_of(cell)]);
-    // The centre is within half a cell's diagonal of its middle, and so is the probe.
+    // The centres of ball and probe are each within half a cell's diagonal of their cells' centres.
     return std::max(0.0, (way - std::sqrt(3.0)) * side_m_ - ball.radius_m - probe_m_);
   }
 
@@ -213,13 +213,13 @@ class Air {
   Vec3 middle(const Cell& cell) const {
     return origin_ + side_m_ * (cell.cast<double>() + 0.5).matrix();
   }
-  // In cells, from the corner of the first one; and the cell that is there.
+  // Position in cells, from the corner of the first one, and the cell that contains it.
   Eigen::Array3d place_of(const Vec3& point) const { return (point - origin_).array() / side_m_; }
   Cell cell_at(const Eigen::Array3d& place) const {
-    // Cells far away are clamped to numbers that fit.
+    // Clamp cells far away to numbers that fit.
     return place.floor().max(-1.0).min(count_.cast<double>()).cast<int>();
   }
-  // Calls visit(index, middle) for the cells whose middle is in the box.
+  // Calls visit(index, middle) for all cells whose centre is in the box.
   template <class Visit>
   void for_each(const Bounds& box, const Visit& visit) {
     const Cell first = cell_at(place_of(box.min()) + 0.5).max(0);

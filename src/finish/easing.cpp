@@ -12,18 +12,18 @@ namespace {
 constexpr size_t kGrain = 1024;
 constexpr uint32_t kNever = ~uint32_t{0};
 
-// A body is where it ends when it is no farther from there, in its radius.
+// A body has arrived within this distance of its end, relative to its radius.
 constexpr double kThere = 0.01;
-// It touches something in the first frame whose motion differs from that of free flight by more: in
-// what gravity adds from frame to frame, and, for what a file rounds, in its radius.
+// A body has contact from the first frame whose motion differs from free flight by more than this:
+// in gravity's displacement per frame, and, because files round, in its radius.
 constexpr double kNoFlight = 0.1;
 constexpr double kRounding = 4e-6;
-// No correction is eased in a shorter time, sqrt(D / g) of the body.
+// Shortest time of a correction, in sqrt(D / g) of the body.
 constexpr double kLeastTime = 3;
 // Steepest slope of eased().
 constexpr double kSteepest = 1.5;
 
-// 0 to 1, level at both ends.
+// From 0 to 1, with zero slope at both ends.
 double eased(double share) {
   const double x = std::clamp(share, 0.0, 1.0);
   return x * x * (3 - 2 * x);

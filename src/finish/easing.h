@@ -1,5 +1,5 @@
-// The way from a simulated trajectory to another end: each body's correction is eased in while the
-// body comes to rest, so that nothing jumps.
+// Eases a simulated trajectory to a new end: each body's correction grows smoothly while the body
+// comes to rest, so that nothing jumps.
 #pragma once
 
 #include <vector>
@@ -11,27 +11,27 @@
 
 namespace pilesim {
 
-// For each body the frames in which it comes to rest: from its first contact to where it ends.
+// For each body the frames in which it comes to rest: from its first contact to its arrival.
 class RestStretches {
  public:
-  // `end`: the last frame, which is `frames` - 1. `model` must outlive it.
+  // `end` is the last of `frames` frames. `model` must outlive it.
   RestStretches(const Model& model, const Vec3& gravity, double frame_rate, TrajectoryFrame end,
                 uint64_t frames);
-  // All frames, in order.
+  // Call it with all frames, in order.
   void take(const TrajectoryFrame& frame);
 
   struct Stretch {
     double first = 0, last = 0;  // frames; first <= last
   };
-  // When all are taken. Nothing is eased in less time than a body takes to fall over: a body that
-  // comes to rest sooner begins a little before it touches or ends a little after, within the
-  // trajectory.
+  // Call it after the last frame. No stretch is shorter than the time a body takes to fall over: if
+  // a body comes to rest sooner, its stretch starts before the contact or ends after the arrival,
+  // within the trajectory.
   std::vector<Stretch> stretches() const;
 
  private:
   const Model& model_;
-  Vec3 fall_;     // m: what gravity adds to the way from one frame to the next
-  double least_;  // frames
+  Vec3 fall_;     // m: displacement by gravity per frame
+  double least_;  // shortest stretch, frames
   TrajectoryFrame end_;
   uint64_t frames_;
   uint64_t taken_ = 0;
@@ -39,31 +39,31 @@ class RestStretches {
   std::vector<uint32_t> present_from_, contact_, moved_;  // (B) frames
 };
 
-// The corrections that are added to bodies along their ways.
+// Adds the corrections to bodies along their paths.
 class EasedFrames {
  public:
   // From `from`, the last frame of the trajectory, to `to`, along `ways`.
   EasedFrames(std::vector<RestStretches::Stretch> stretches, const TrajectoryFrame& from,
               const BodyStates& to, std::vector<WayPoint> ways);
 
-  // Changes the frame with that number.
+  // Corrects frame `index`.
   void ease(uint64_t index, TrajectoryFrame& frame) const;
-  // m/s, over all bodies and frames: the largest that is added to the speed of a centre.
+  // Largest speed, m/s, that the corrections add to a centre, over all bodies and frames.
   double largest_extra_speed(double frame_rate) const;
 
  private:
   struct Way {
     uint32_t body;
-    uint32_t first, count;  // in points_: the beginning, points between, the end
+    uint32_t first, count;  // in points_: the start, points between, the end
     double length_m;
   };
   struct Point {
-    Vec3 offset;  // m, from where the trajectory ends
-    Quat turn;    // after the orientation there
-    double at_m;  // along the way
+    Vec3 offset;  // m, relative to the trajectory's end
+    Quat turn;    // applied after the orientation there
+    double at_m;  // distance along the path
   };
   std::vector<RestStretches::Stretch> stretches_;
-  std::vector<Way> ways_;  // of the bodies that are moved
+  std::vector<Way> ways_;  // of the bodies that move
   std::vector<Point> points_;
 };
 

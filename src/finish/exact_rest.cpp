@@ -18,7 +18,7 @@ using namespace finish_constants;
 
 namespace {
 
-// How restless a body is.
+// Levels of motion of a body.
 constexpr uint8_t kStill = 0, kRestless = 1, kStirring = 2;
 
 double gravity_of(const Scene& scene) {
@@ -37,7 +37,7 @@ double least_radius_m(const Model& model) {
   return std::isfinite(radius) ? radius : 1;
 }
 
-// A frame of it is a step. Who sleeps is found here, not by the engine.
+// One frame is one step. ExactRest decides which bodies sleep, not the engine.
 Scene with_step(Scene scene, double step_s) {
   scene.step_s = step_s;
   scene.frame_rate = 1 / step_s;
@@ -50,7 +50,7 @@ Scene parting_scene(Scene scene, double radius_m) {
   return with_step(std::move(scene), kPartingWay * radius_m / exact_constants::kUsualPushSpeed);
 }
 
-// Nothing bounces, and belts stand still.
+// Removes restitution, and stops belts.
 Model for_rest(Model model) {
   for (Material& material : model.materials) material.restitution = 0;
   for (ModelBody& body : model.bodies) body.surface_velocity.reset();
@@ -62,7 +62,7 @@ size_t count_of(std::span<const uint8_t> marks) {
       std::ranges::count_if(marks, [](uint8_t mark) { return mark != kStill; }));
 }
 
-// Marks of either; none are no marks.
+// Combines two sets of marks; either may be empty.
 std::vector<uint8_t> with(const std::vector<uint8_t>& more, std::vector<uint8_t> marks) {
   for (size_t i = 0; i < more.size(); ++i) marks[i] = std::max(marks[i], more[i]);
   return marks;
@@ -141,7 +141,7 @@ size_t ExactRest::movable() const {
       std::ranges::count_if(movable_, [&](uint32_t body) { return is_meant(body); }));
 }
 
-// Deeper than this it is sunk.
+// A body that penetrates deeper is not sound.
 double ExactRest::most_depth_m(uint32_t body) const {
   const ModelShape& shape = model_.shapes[model_.bodies[body].shape];
   return std::min(kStillDepth * 2 * shape.bounding_radius,
@@ -172,7 +172,7 @@ FrameStatistics ExactRest::step() {
   return statistics();
 }
 
-// After a step without gravity.
+// Evaluates a step without gravity.
 void ExactRest::part() {
   stop_all();
   ++state_.parting_steps;
@@ -196,7 +196,7 @@ void ExactRest::part() {
   }
 }
 
-// After a step under gravity.
+// Evaluates a step with gravity.
 void ExactRest::settle() {
   state_.time_s += settling_.actual_step_s();
   ++state_.settling_steps;
@@ -221,7 +221,7 @@ void ExactRest::slow_down() {
   }
 }
 
-// Each body that is sunk, out of the first it is sunk into.
+// Moves each penetrating body out of the first one that it penetrates.
 void ExactRest::push_apart(const Marks& sunk) {
   Marks left = sunk;
   for (const BodyContact& contact : contacts_) {
@@ -295,7 +295,7 @@ void ExactRest::begin_to_watch() {
   }
 }
 
-// At the end of each time for which bodies may have been still.
+// Checks the bodies at the end of each interval in which they may have been at rest.
 void ExactRest::look() {
   engine_->read_contacts(contacts_);
   Marks pressed;
@@ -317,7 +317,7 @@ void ExactRest::look() {
     Marks meant = around(marks, kRestless, kRings);
     const Marks roused = around(marks, kStirring, 1);
     for (const uint32_t body : movable_) {
-      // Waiting bodies go on to wait unless a neighbour moves.
+      // Waiting bodies keep waiting unless a neighbour moves.
       meant[body] = (meant[body] && engine_->is_active(body)) || roused[body] ? 1 : 0;
     }
     leave_in_solver(state_.is_at_rest ? Marks(meant.size(), 0)
@@ -327,7 +327,7 @@ void ExactRest::look() {
   begin_to_watch();
 }
 
-// Marks active bodies that are to be sound by their motion. Bodies that give way may move on.
+// Marks active bodies that move but must become sound. Bodies that give way may go on moving.
 ExactRest::Marks ExactRest::restless() const {
   Marks marks(model_.bodies.size(), kStill);
   const double gravity = gravity_of(settling_);
@@ -358,11 +358,11 @@ ExactRest::Marks ExactRest::sunk() const {
   return marks;
 }
 
-// Lets give way, of what is left, what others do not get out of: what those that are to be sound
-// are sunk into, and, where that gives way already, what it is sunk into itself, and so on. 1 for
-// the first of these, which are to be solved.
+// Lets bodies give way that hold others: bodies left as they are that a body to be made sound
+// penetrates, then, where such a body already gives way, the bodies that it penetrates, and so on.
+// Returns 1 for the first of these, which the solver must take.
 ExactRest::Marks ExactRest::let_go() {
-  std::vector<std::pair<uint32_t, uint32_t>> in;  // a body, and what it is sunk into
+  std::vector<std::pair<uint32_t, uint32_t>> in;  // a body, and one that it penetrates
   for (const BodyContact& contact : contacts_) {
     for (const auto& [body, other] : {std::pair(contact.a, contact.b), {contact.b, contact.a}}) {
       const bool is_other_left = state_.left[other] == kGivesWay || state_.left[other] == kMayGo;
@@ -395,9 +395,10 @@ ExactRest::Marks ExactRest::let_go() {
   return pressed_first;
 }
 
-// Where all seem to be at rest and some are left: 1 for what came so near to the surface that it
-// may be seen, and is to become sound as well, for what waits where nothing is any more that it lay
-// on, and for what is sunk where more is than there was at best. None where there are none.
+// Once all seem at rest and some bodies are left as they are, returns 1 for bodies that need work
+// after all: left bodies that are now close enough to the surface to be seen, waiting bodies whose
+// support is gone, and penetrating bodies if there are more of them than at best. Empty if there
+// are none.
 ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
   if (count_of(state_.left) == 0) return {};
   Marks marks(state_.left.size(), 0), touched(state_.left.size(), 0);
@@ -422,7 +423,8 @@ ExactRest::Marks ExactRest::overlooked(const Marks& sunk) {
   return marks;
 }
 
-// 1 for bodies with such a mark or a higher one, and for what up to so many contacts join to them.
+// Returns 1 for bodies with a mark of at least `least`, and for bodies within `rings` contacts of
+// them.
 ExactRest::Marks ExactRest::around(const Marks& marks, uint8_t least, int rings) const {
   Marks meant(marks.size());
   std::ranges::transform(marks, meant.begin(),
@@ -439,7 +441,7 @@ ExactRest::Marks ExactRest::around(const Marks& marks, uint8_t least, int rings)
   return meant;
 }
 
-// The others wait.
+// Lets all other bodies wait.
 void ExactRest::leave_in_solver(const Marks& meant) {
   for (const uint32_t body : movable_) {
     if (meant[body] != 0) {

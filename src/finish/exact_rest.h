@@ -1,4 +1,4 @@
-// A pile brought to rest by the exact engine, from wherever its bodies lie, in each other or not.
+// Brings a pile to rest with the exact engine, from any poses, penetrating or not.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace pilesim {
 
-// Where a body was on its way to rest.
+// The pose of a body on its way to rest.
 struct WayPoint {
   uint32_t body = 0;
   Vec3 position = Vec3::Zero();           // m, centre of mass, world
@@ -26,59 +26,59 @@ struct WayPoint {
 };
 
 struct RestSettings {
-  // Simulated time under gravity; none: 100 sqrt(r / g), r being the radius of the smallest dynamic
-  // body.
+  // Simulated time under gravity. If empty, 100 sqrt(r / g) with the radius r of the smallest
+  // dynamic body.
   std::optional<double> longest_s;
-  // Bodies deeper under the surface of the pile than can be seen may keep penetrating.
+  // Bodies too deep under the surface of the pile to be seen may keep penetrating.
   bool visible_only = false;
 
   static void fields(auto& self, auto& stream) { stream(self.longest_s, self.visible_only); }
 };
 
-// First bodies that reach through walls are drawn back, and overlaps are undone, while nothing has
-// a weight or a speed. Then the exact engine, without restitution and with the friction of the
-// scene, lets all come to rest. When nearly all are still, those that are far from moving bodies
-// wait outside of the solver. Bodies that are fixed, held, moved by keys, or frozen by a guide
-// never move; nor do bodies that are left as they are, unless they give way. No clock of the scene
-// runs. Deterministic, at any number of threads.
+// First, without weights or speeds, bodies that reach through walls are drawn back and overlaps are
+// removed. Then the exact engine lets all bodies come to rest, without restitution and with the
+// scene's friction. Once nearly all are at rest, bodies far from moving ones wait outside the
+// solver. Bodies that are static, fixed, kinematic or frozen by a guide never move. Bodies left as
+// they are move only if they give way. The scene's clock stands still. Deterministic at any number
+// of threads.
 class ExactRest {
  public:
-  // `start` has one entry a body of the model; those that are present begin there, without speed.
+  // `start` has one entry per body of the model. Bodies present there start at that pose, at rest.
   ExactRest(const Scene& scene, const Model& model, BodyStates start,
             const RestSettings& settings = {});
   ~ExactRest();
   ExactRest(const ExactRest&) = delete;
   ExactRest& operator=(const ExactRest&) = delete;
 
-  // All are still, or the longest time is over.
+  // True when all bodies are at rest, or the longest time is over.
   bool is_over() const { return state_.is_at_rest || state_.time_s >= longest_s_; }
   bool is_at_rest() const { return state_.is_at_rest; }
-  // One step of the engine. Not when it is over.
+  // One step of the engine. Call it only while is_over() is false.
   FrameStatistics step();
 
-  // As of the last step; who is still, as far as that is known, is asleep, and who is left.
+  // As of the last step. Bodies known to be at rest, and those left as they are, are asleep.
   const BodyStates& states();
-  // Bodies that need not be sound because they cannot be seen; ordered.
+  // Bodies that need not become sound because they cannot be seen, in ascending order.
   std::vector<uint32_t> left() const;
-  // Bodies that may move, and how many of them were still when that was last looked at.
+  // Number of bodies that may move, and of those that were at rest at the last check.
   size_t movable() const;
   size_t still() const { return state_.still; }
   double time_s() const { return state_.time_s; }  // under gravity
-  // By body, in the order of time, of those that went far; neither where they began nor where they
-  // are now. Call once.
+  // Poses of bodies that moved far, by body and time, without their first and last poses. Call it
+  // once.
   std::vector<WayPoint> take_ways();
 
-  // Between steps: all state that later steps depend on.
+  // Between steps: saves all state that later steps depend on.
   void save(StateWriter& writer) const;
-  // State of an object made from the same arguments: continues it to the last bit. Throws
-  // Error(input) where the bytes are of no such state; it is not to be used then.
+  // Loads the state of an object with the same arguments, and continues it bit by bit. Throws
+  // Error(input) if the bytes are not such a state; the object must not be used after that.
   void load(StateReader& reader);
 
  private:
-  using Marks = std::vector<uint8_t>;  // (B) how restless a body is, or whether it is meant
-  // Bodies left because they cannot be seen wait outside of the solver. One that others cannot
-  // leave gives way, if it may move, but need not become sound itself unless it comes into view.
-  // Deep ones are not there at all: nothing that moves comes near them.
+  using Marks = std::vector<uint8_t>;  // (B) a level of motion, or a flag
+  // Bodies left as they are because they cannot be seen wait outside the solver. If others cannot
+  // get out of such a body it gives way, if it may move, but need not become sound unless it comes
+  // into view. Deep ones are not simulated at all: no moving body reaches them.
   enum Left : uint8_t { kNotLeft, kMayGo, kStays, kDeep, kGivesWay };
 
   struct Watched {
@@ -87,10 +87,11 @@ class ExactRest {
 
     static void fields(auto& self, auto& stream) { stream(self.position, self.orientation); }
   };
-  // Whether work on penetrating bodies still helps.
+  // Progress of the work on penetrating bodies.
   struct Sunk {
-    uint64_t fewest = std::numeric_limits<uint64_t>::max();  // bodies
-    int since = 0;                                           // times looked at without fewer
+    // Smallest number of such bodies so far.
+    uint64_t fewest = std::numeric_limits<uint64_t>::max();
+    int since = 0;  // checks since that number last fell
 
     void note(uint64_t count) {
       since = count < fewest ? 0 : since + 1;
@@ -98,17 +99,17 @@ class ExactRest {
     }
     static void fields(auto& self, auto& stream) { stream(self.fewest, self.since); }
   };
-  // Beside the engine's.
+  // State besides that of the engine.
   struct State {
     int parting_steps = 0, settling_steps = 0;
     bool is_parted = false;
-    Sunk sunk;           // in the parting, then in the settling
+    Sunk sunk;           // of the first phase, then of the second
     double time_s = 0;   // under gravity
-    uint64_t still = 0;  // bodies, when they were last looked at
+    uint64_t still = 0;  // number of bodies at rest at the last check
     bool few_are_restless = false;
     bool is_at_rest = false;
-    std::vector<Watched> watched;  // by movable_: where it was when they were last looked at
-    std::vector<Vec3> way_end;     // m, by movable_: the last place that is kept
+    std::vector<Watched> watched;  // by movable_: positions at the last check
+    std::vector<Vec3> way_end;     // m, by movable_: the last recorded position
     Marks left;                    // (B) Left
     std::vector<WayPoint> ways;
 
@@ -122,7 +123,7 @@ class ExactRest {
   bool is_loose(uint32_t body) const;
   bool is_free(uint32_t body) const { return is_loose(body) && state_.left[body] != kDeep; }
   bool is_meant(uint32_t body) const { return is_loose(body) && state_.left[body] == kNotLeft; }
-  // Now, not only if it is let go.
+  // True if the body may move now.
   bool may_move(uint32_t body) const {
     return is_meant(body) || (is_loose(body) && state_.left[body] == kGivesWay);
   }
@@ -146,15 +147,15 @@ class ExactRest {
   void leave_in_solver(const Marks& meant);
   FrameStatistics statistics();
 
-  Scene parting_, settling_;  // the scene with the steps of either; no gravity in the first
+  Scene parting_, settling_;  // the scene with the steps of either phase; the first has no gravity
   Model model_;               // without restitution
   double longest_s_;
   BodyStates states_;
   std::vector<uint32_t> movable_;   // bodies in the engine that may ever move
-  double potential_of_deep_j_ = 0;  // of those that are left for good, outside the engine
+  double potential_of_deep_j_ = 0;  // of bodies left for good, outside the engine
   std::unique_ptr<ExactEngine> engine_;
   State state_;
-  std::vector<BodyContact> contacts_;  // when they were last looked at
+  std::vector<BodyContact> contacts_;  // at the last check
   StageTimer timer_;
 };
 

@@ -1,76 +1,77 @@
-// Tuned constants of finishing. Units in which all piles are alike: the radius r of the smallest
-// dynamic body's bounding sphere for lengths, and sqrt(r / g) for times; "own" ones are of the body
-// in question. Tried on statistical piles of 1,000 and 10,000 rabbits, as hulls and as six pieces
+// Tuned constants of finishing. Units make all piles alike: the radius r of the smallest dynamic
+// body's bounding sphere for lengths, and sqrt(r / g) for times; "own" refers to the body in
+// question. Tried on statistical piles of 1,000 and 10,000 rabbits, as hulls and as six pieces
 // each, and of 300 L-shapes (docs/lab/finish.md).
 #pragma once
 
 namespace pilesim::finish_constants {
 
-// --- Parting: overlaps are undone without gravity, as what the weight of a pile presses into each
-// other stays so, and all stops after each step, so that nothing gains a speed.
+// --- Parting: overlaps are removed without gravity, since overlaps under the weight of a pile
+// persist. All bodies stop after each step, so that none gains speed.
 
-// A step is so long that the engine, which undoes overlaps at a bounded speed, may undo so much, r.
+// In one step the engine, which removes overlaps at a bounded speed, may move bodies this far, r.
 inline constexpr double kPartingWay = 0.15;
-// Steps of all bodies. With fewer those amid a large pile are left in each other.
+// Steps of all bodies. With fewer, bodies in the middle of a large pile keep penetrating.
 inline constexpr int kPartingSteps = 24;
-// Then so many steps of bodies near those that still penetrate, and more while their number falls:
-// it ends when there were no fewer for so many rounds, ...
+// Then this number of steps for bodies near those that still penetrate, and more while their number
+// falls. These steps come in rounds, each of which chooses its bodies again. Parting ends when the
+// number has not fallen for kSunkRounds rounds of kPartingRound steps.
 inline constexpr int kMorePartingSteps = 72;
 inline constexpr int kSunkRounds = 4;
-// ... whose bodies are chosen again after so many steps.
 inline constexpr int kPartingRound = 6;
-// Penetrating bodies are moved apart by this share of their depth at the end of each round: some
-// pairs of bodies of several pieces, which contradict each other, would stay. Half does not always
-// do.
+// At the end of each round penetrating bodies are moved apart by this share of their depth.
+// Otherwise some pairs of bodies with several pieces, which contradict each other, would remain. A
+// half does not always suffice.
 inline constexpr double kNudge = 0.6;
 
 // --- Settling.
 
-// At 0.09 and above rabbits of several pieces are stuck in each other for long.
+// At 0.09 and above rabbits of several pieces penetrate each other for long.
 inline constexpr double kStep = 0.07;
-// For so long each step leaves this share of the velocities: what stood on overlaps falls, and
-// heaps do not flow.
+// For this time each step keeps only this share of the velocities: bodies that stood on overlaps
+// fall, and heaps do not flow.
 inline constexpr double kCalmTime = 3;
 inline constexpr double kCalmShare = 0.9;
-// From here on it is so again: what still moves swings between two others, or rolls, and nothing
-// that is modelled would stop it.
+// From this time on velocities are damped again: bodies that still move swing between two others or
+// roll, and nothing modelled would stop them.
 inline constexpr double kLateTime = 40;
-// A body is still if for this time ...
+// A body is at rest if during kStillTime it drifts by at most kStillDrift, in its own r, and at the
+// end is slower than kStillSpeed, in its own sqrt(g r). It may penetrate by kStillDepth, in its own
+// diameter, and by kStillDepthInExtents, in its smallest extent.
 inline constexpr double kStillTime = 1;
-// ... it has not strayed by more, in its own r, ends slower than this, in its own sqrt(g r), ...
 inline constexpr double kStillDrift = 0.01;
 inline constexpr double kStillSpeed = 0.03;
-// ... and penetrates nothing by more, in its own diameter and in its smallest extent: ...
 inline constexpr double kStillDepth = 0.01;
 inline constexpr double kStillDepthInExtents = 0.1;
-// ... and a body that penetrates for longer than this is left so (a thousand kilograms on one, for
-// example), when the number has not fallen for so many still times.
+// Bodies that penetrate longer than this are left (under a thousand kilograms, for example), if
+// their number has not fallen for this many rest times.
 inline constexpr double kSunkTime = 30;
 inline constexpr int kSunkLooks = 10;
-// When so small a share of the bodies is restless, the others wait outside of the solver, but for
-// those so many contacts from them. If each waited as soon as it is still, the pile would never
-// come to carry its weight.
+// When at most this share of the bodies moves, the others wait outside the solver, except those
+// within this many contacts of moving ones. If each body waited as soon as it is at rest, the pile
+// would never come to carry its weight.
 inline constexpr double kFew = 0.1;
 inline constexpr int kRings = 2;
-// A body that touches one that strays by more returns to the solver.
+// A waiting body returns to the solver when one that touches it drifts by more than this.
 inline constexpr double kStirringDrift = 0.03;
-// No pile is worked on for longer unless its author says so.
+// Longest time for a pile unless the user sets one.
 inline constexpr double kLongest = 100;
-// Where nothing falls, times are as if it fell like this, m/s^2.
+// Without gravity, times use this acceleration, m/s^2.
 inline constexpr double kUsualGravity = 9.81;
 
-// --- What cannot be seen, in mean diameters of the bodies under the surface (burial.h): deeper
-// than this a body stays as it is, ...
+// --- Hidden bodies. Depths are under the pile's surface (burial.h), in mean diameters.
+
+// A body deeper than this is left as it is.
 inline constexpr double kSeenDepth = 1.5;
-// ... but gives way where something does not get out of it, if it lies no deeper than this, ...
+// It still gives way to bodies that cannot get out of it, unless it is deeper than this.
 inline constexpr double kMayGoDepth = kSeenDepth + 2;
-// ... and nothing that moves comes to those that lie deeper than this.
+// No moving body reaches those deeper than this.
 inline constexpr double kTouchedDepth = kSeenDepth + 3;
-// A body that was left and lies no deeper than this when all is at rest may be seen.
+// A left body may be seen if it is no deeper than this when all are at rest.
 inline constexpr double kUncoveredDepth = kSeenDepth / 2;
 
-// --- Ways, for the eased trajectory: places of a body that are farther apart than this, in its own
-// r, are kept; they are looked at every few steps.
+// --- Paths for the eased trajectory: positions of a body farther apart than this, in its own r,
+// are recorded; they are checked every few steps.
 inline constexpr double kWayStep = 0.5;
 inline constexpr int kWaySteps = 3;
 

@@ -39,7 +39,7 @@ void measure_change(const Scene& scene, const Model& model, const BodyStates& be
   std::ranges::sort(moved);
   figures.median_moved = moved[moved.size() / 2];
   figures.largest_moved = moved.back();
-  // The height of a single layer is that of its bodies.
+  // A single layer has the height of its bodies.
   figures.mean_height_change = rise / count / (height / count - lowest + diameter / 2);
 }
 
@@ -86,7 +86,7 @@ BodyStates last_states(TrajectoryReader& trajectory, const Model& model, const s
 BodyStates states_at(TrajectoryReader& trajectory, uint64_t index, const Model& model,
                      const std::string& place) {
   const TrajectoryHeader& header = trajectory.header();
-  // Without a frame there is no last one either.
+  // A trajectory without frames has no last one.
   const bool is_same = header.body_count() == model.bodies.size() &&
                        std::ranges::equal(header.body_name, model.bodies, {}, {}, &ModelBody::name);
   if (!is_same || trajectory.frame_count() == 0) {

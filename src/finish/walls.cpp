@@ -12,7 +12,7 @@ namespace pilesim {
 namespace {
 
 constexpr size_t kGrain = 16;
-// A corner of a vessel has three walls, each of which may be met anew after another.
+// A vessel's corner has three walls, and a body may reach each again after another.
 constexpr int kRounds = 8;
 
 struct Wall {
@@ -23,9 +23,9 @@ struct Wall {
 
 // First crossing of a segment from `from` with a face.
 struct Crossing {
-  double at = 2;  // 0 .. 1 along it
+  double at = 2;  // 0 .. 1 along the segment; above 1: none
   Vec3 point = Vec3::Zero();
-  Vec3 normal = Vec3::Zero();  // unit, outwards; zero: it meets none
+  Vec3 normal = Vec3::Zero();  // unit, outwards; zero: no crossing
 };
 
 Crossing first_crossing(const TriangleTree& tree, const Vec3& from, const Vec3& to) {
@@ -67,7 +67,8 @@ std::vector<std::vector<Vec3>> corners_of(const ModelShape& shape) {
   return pieces;
 }
 
-// How the body is to go to be out of the wall's faces that it crosses deepest; zero: it is.
+// The shift that moves the body out of the wall's face that it crosses deepest; zero if it crosses
+// none.
 Vec3 way_out(const Wall& wall, const std::vector<std::vector<Vec3>>& pieces, const Pose& pose) {
   const Quat back = wall.pose.orientation.conjugate();
   const Pose in_wall{back * (pose.position - wall.pose.position), back * pose.orientation};
@@ -84,7 +85,7 @@ Vec3 way_out(const Wall& wall, const std::vector<std::vector<Vec3>>& pieces, con
     for (const Vec3& corner : corners) {
       const Vec3 place = in_wall.apply(corner);
       const Crossing crossing = first_crossing(*wall.tree, in_wall.position, place);
-      // From within the wall the first face is met from behind.
+      // Seen from inside the wall, the first face is crossed from behind.
       if (crossing.at > 1 || crossing.normal.dot(in_wall.position - crossing.point) <= 0) continue;
       const double depth = crossing.normal.dot(crossing.point - place);
       if (depth <= deepest) continue;

@@ -12,13 +12,13 @@
 namespace pilesim {
 namespace {
 
-constexpr double kReach = 0.1;  // gaps are looked for so far, in mean diameters
+constexpr double kReach = 0.1;  // largest gap considered, in mean diameters
 constexpr uint32_t kLeafSize = 4;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
 struct Placed : PlacedShape {
   uint32_t body = 0;
-  bool free = false;  // dynamic and let go
+  bool free = false;  // dynamic and released
   bool resting = false;
 };
 
@@ -40,7 +40,7 @@ bool is_resting(const Model& model, const Vec3& gravity, const BodyStates& state
   }
   if (earlier.ago_s == 0 || (earlier.flags[body] & kPresent) == 0) return true;
   const Vec3& now = states.position[body];
-  // Places on disk are rounded.
+  // Positions in files are rounded.
   const double rounding = std::numeric_limits<float>::epsilon() * now.norm();
   return (now - earlier.position[body]).norm() <= kCreepingSpeed * unit * earlier.ago_s + rounding;
 }
@@ -104,7 +104,7 @@ void Inspection::place(const BodyStates& states, const EarlierPlaces& earlier) {
   }
 }
 
-// Planes are endless and meet all that is free; other boxes are found in a tree of boxes.
+// Planes are infinite and pair with every free body; a tree of boxes finds all other pairs.
 std::vector<BodyPair> Inspection::near_pairs() const {
   std::vector<BodyPair> pairs;
   const auto meet = [&](uint32_t i, uint32_t j) {
@@ -151,7 +151,7 @@ std::vector<double> Inspection::distances_of(const std::vector<BodyPair>& pairs)
   return distances;
 }
 
-// `held_up`: what touches, over others, something that is fixed; a chain may hang below it.
+// `held_up`: bodies connected to a fixed one through contacts; a chain may hang below it.
 uint64_t Inspection::count_escaped(const std::vector<uint8_t>& held_up) const {
   const Vec3 up = gravity_.norm() > 0 ? Vec3(-gravity_.normalized()) : Vec3::UnitY();
   std::vector<const Placed*> planes;
@@ -209,7 +209,7 @@ void Inspection::judge_pairs(const std::vector<BodyPair>& pairs,
   if (resting > 0) quality_.mean_gap_m = gap_sum_m / static_cast<double>(resting);
 }
 
-// 1 for the bodies that a chain of touching ones joins to a root.
+// Returns 1 for bodies that a chain of touching ones joins to a root.
 std::vector<uint8_t> Inspection::joined_to(const std::vector<uint8_t>& roots,
                                            const std::vector<BodyPair>& pairs,
                                            const std::vector<double>& distances) const {

@@ -47,7 +47,7 @@ std::vector<double> column(const std::vector<FrameRow>& rows, const Value& value
 Chart time_chart(const std::vector<FrameRow>& rows, const std::vector<double>& time_s) {
   constexpr const char* kColours[] = {"#4c78a8", "#72b7b2", "#e45756",
                                       "#f2b155", "#9d755d", "#bab0ac"};
-  // Stacked: drawn from the highest sum down, so that each covers what is below it.
+  // Stacked: draw from the highest sum down, so that each area covers the ones below it.
   std::vector<std::vector<double>> sums;
   std::vector<double> sum(rows.size(), 0);
   for (size_t stage = 0; stage <= kStageCount; ++stage) {

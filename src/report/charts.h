@@ -1,4 +1,4 @@
-// The report's charts, drawn by gnuplot to SVG that stands inside a page.
+// The report's charts: SVG by gnuplot, embedded in the page.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct Chart {
   std::string svg;  // an <svg> element
 };
 
-// Time by stage, bodies and contacts, energy, penetration, each over frames. Throws Error(io) where
+// Time by stage, bodies and contacts, energy, and penetration, over frames. Throws Error(io) if
 // gnuplot is missing or fails.
 std::vector<Chart> simulation_charts(const std::vector<FrameRow>& rows);
 
@@ -22,8 +22,8 @@ struct ChartLine {
   std::vector<double> values;
 };
 
-// Lines over one axis of simulated time, y logarithmic; `values` that are not positive are left
-// out. Throws Error(io) as above.
+// Lines over simulated time with a logarithmic y axis; `values` that are not positive are skipped.
+// Throws Error(io) as above.
 Chart line_chart(const std::string& title, const std::string& y_label,
                  const std::vector<double>& time_s, const std::vector<ChartLine>& lines);
 

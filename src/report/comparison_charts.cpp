@@ -15,9 +15,9 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kColours[] = {"#333333", "#4c78a8", "#e45756", "#54a24b",
                                     "#f2b155", "#9467bd", "#72b7b2", "#9d755d"};
 
-// Below: names of modes are long. Powers of ten short enough to stand side by side.
+// Put the key below, since names of modes are long; use powers of ten that fit side by side.
 constexpr const char* kKey = "set key below left reverse Left\nset format '%g'\n";
-constexpr int kKeyRow = 19;  // pixels, one a mode
+constexpr int kKeyRow = 19;  // pixels, per mode
 
 std::string colour_of(size_t mode) { return kColours[mode % std::size(kColours)]; }
 
@@ -38,9 +38,9 @@ ComparisonChart draw(const std::string& title, const std::string& name, int heig
           .png = draw_png(script, 1140, height * 3 / 2, 1.4)};
 }
 
-// The modes that no other one beats in both, from the least error on: a line of gnuplot each.
+// The modes that no other mode beats in both, by rising error: one line of gnuplot each.
 std::string pareto_front(const Json& modes) {
-  std::vector<std::pair<double, double>> points;  // error, less the speed-up
+  std::vector<std::pair<double, double>> points;  // error, negated speed-up
   for (const Json& mode : modes) {
     if (!is_known(mode["worst_error"]) || !is_known(mode["speed_up"])) continue;
     points.emplace_back(mode["worst_error"]["value"].get<double>(),
@@ -120,7 +120,7 @@ ComparisonChart error_chart(const Json& modes) {
     double y = 0.6 * (static_cast<double>(i) + 0.5) / static_cast<double>(modes.size()) - 0.3;
     for (const auto& [name, error] : modes[i]["errors"].items()) {
       const Json& interval = error["normalised"];
-      // A logarithm has no place for 0.
+      // 0 has no logarithm.
       if (is_known(interval) && interval["low"].get<double>() > 0) {
         block += text_of(interval["value"]) + " " + with_digits(y, 6) + " " +
                  text_of(interval["low"]) + " " + text_of(interval["high"]) + "\n";

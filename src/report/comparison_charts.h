@@ -10,13 +10,13 @@
 namespace pilesim {
 
 struct ComparisonChart {
-  Chart chart;           // to stand inside a page
+  Chart chart;           // embedded in the page
   std::string name;      // of its files: compare.NAME.svg and .png
   std::string svg, png;  // their content
 };
 
-// Speed-up against error and against overlap, errors by quantity, energy over time; `figures` is
-// what comparison_json() gave. Throws Error(io) where gnuplot is missing or fails.
+// Speed-up over error and over overlap, errors by quantity, energy over time; `figures` come from
+// comparison_json(). Throws Error(io) if gnuplot is missing or fails.
 std::vector<ComparisonChart> comparison_charts(const nlohmann::ordered_json& figures);
 
 }  // namespace pilesim

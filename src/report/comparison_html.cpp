@@ -16,7 +16,7 @@ std::string text_of(const Json& value) {
   return escaped(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
-// A mode's name, which may be broken where its parts meet.
+// A mode's name, with line breaks allowed between its parts.
 std::string name_of(const std::string& name) {
   std::string text;
   for (const char c : name) {
@@ -54,7 +54,7 @@ std::string shown(const Json& interval, double scale = 1) {
 
 using Cell = std::function<std::string(const Json& mode)>;
 
-// A column for each mode.
+// A table with a column per mode.
 class ModeTable {
  public:
   ModeTable(const std::string& title, const Json& modes) : modes_(modes) {

@@ -1,4 +1,4 @@
-// A comparison as a page that needs no other file.
+// A comparison as a self-contained page.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,8 +9,8 @@
 
 namespace pilesim {
 
-// `figures` is what comparison_json() gave. `missing` says in plain text why there are no charts;
-// empty where there are.
+// `figures` come from comparison_json(). `missing` says in plain text why there are no charts;
+// empty if there are.
 std::string comparison_html(const nlohmann::ordered_json& figures, const std::vector<Chart>& charts,
                             const std::string& missing);
 

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr uint64_t kSeed = 1;  // of the bootstrap
 
-// JSON has no NaN: what is not known is null.
+// JSON has no NaN: unknown values become null.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json interval_json(const Interval& interval) {
@@ -35,7 +35,7 @@ Interval mean_of_runs(const ComparedMode& mode, const Value& value) {
   });
 }
 
-// Ratio of the means of two modes, by the same seeds.
+// Ratio of the means of two modes over the same seeds.
 template <typename Value>
 Interval ratio_of_runs(const ComparedMode& a, const ComparedMode& b, const Value& value) {
   return bootstrap(static_cast<uint32_t>(a.runs.size()), kSeed, [&](const auto& indices) {
@@ -51,7 +51,7 @@ Interval ratio_of_runs(const ComparedMode& a, const ComparedMode& b, const Value
 double wall_per_second(const ComparedRun& run) { return run.times.total_s / run.simulated_s; }
 double cpu_per_second(const ComparedRun& run) { return run.cpu_s / run.simulated_s; }
 
-// The wall time of each stage, divided by what `divisor` says of the run.
+// The wall time of each stage, divided by `divisor` of the run.
 template <typename Divisor>
 Json stages_json(const ComparedMode& mode, double scale, const Divisor& divisor) {
   Json stages;
@@ -143,7 +143,7 @@ Json mode_json(const ComparedMode& mode, const ComparedMode& reference) {
         {"absolute_normalised", interval_json(ratio_of_runs(mode, reference, absolute))}}},
       {"quality_at_end", quality_of(mode)},
       {"energy", [&] {
-         Json energy = Json::array();  // of the first seed, a value a frame
+         Json energy = Json::array();  // of the first seed, one value per frame
          for (const MeasuredQuantity& quantity : mode.runs[0].measures.quantities) {
            if (quantity.name != "energy") continue;
            for (const auto& samples : quantity.samples) energy.push_back(number(samples[0]));

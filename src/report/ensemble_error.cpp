@@ -16,7 +16,7 @@ double distance(const MeasuredQuantity& a, const MeasuredQuantity& b) {
   return sum / static_cast<double>(moments);
 }
 
-// Between runs of different seeds; the diagonal is not used.
+// Between runs with different seeds; the diagonal is unused.
 Matrix distances(std::span<const RunMeasures> runs, std::span<const RunMeasures> reference,
                  size_t quantity) {
   Matrix matrix(runs.size(), std::vector<double>(reference.size(), 0));
@@ -68,7 +68,7 @@ std::vector<QuantityError> ensemble_errors(std::span<const RunMeasures> referenc
 const QuantityError* worst_error(const std::vector<QuantityError>& errors) {
   const QuantityError* worst = nullptr;
   for (const QuantityError& error : errors) {
-    // Runs of the reference that are alike by chance leave nothing to divide by.
+    // If runs of the reference coincide, there is nothing to divide by.
     const Interval& ratio = error.normalised;
     if (!std::isfinite(ratio.value + ratio.low + ratio.high)) continue;
     if (worst == nullptr || error.normalised.value > worst->normalised.value) worst = &error;

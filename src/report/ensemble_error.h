@@ -1,5 +1,5 @@
-// How far the runs of one way to simulate lie from the runs of a reference, measured by how far the
-// reference's runs lie from one another.
+// Distance of the runs of one mode from those of a reference, relative to the distances between the
+// reference's own runs.
 #pragma once
 
 #include <span>
@@ -14,20 +14,19 @@ namespace pilesim {
 struct QuantityError {
   std::string name, unit;
   Interval distance;    // to the reference, in the unit
-  Interval spread;      // of the reference's runs from one another, in the unit
-  Interval normalised;  // distance / spread; not a number where the spread is 0
+  Interval spread;      // of the reference's runs from each other, in the unit
+  Interval normalised;  // distance / spread; NaN where the spread is 0
 };
 
 // Run i of both has the same seed. The distance between two runs is the Wasserstein-1 distance of
-// each moment's samples, averaged over the moments; it is averaged over all pairs of runs of
+// each moment's samples, averaged over the moments. It is averaged over all pairs of runs with
 // different seeds, for the reference against itself as well: 1 means as close to the reference as
-// it is to itself when only the seed differs. At least 3 runs; intervals by the bootstrap over
-// seeds.
+// the reference is to itself under another seed. Needs at least 3 runs; intervals come from the
+// bootstrap over seeds.
 std::vector<QuantityError> ensemble_errors(std::span<const RunMeasures> reference,
                                            std::span<const RunMeasures> runs, uint64_t seed);
 
-// The normalised error with the largest value, of those that have an interval; null if there is
-// none.
+// The largest normalised error with an interval; null if there is none.
 const QuantityError* worst_error(const std::vector<QuantityError>& errors);
 
 }  // namespace pilesim

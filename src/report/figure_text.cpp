@@ -12,9 +12,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostShown = 12;  // of a list
+constexpr size_t kMostShown = 12;  // most entries of a list
 
-// Longer ones first: the first that fits counts.
+// Longer ones first: the first match counts.
 constexpr std::pair<const char*, const char*> kUnits[] = {{"_ms_per_frame", " ms"},
                                                           {"_diameters", "D"},
                                                           {"_per_second", " /s"},

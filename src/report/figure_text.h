@@ -1,4 +1,4 @@
-// Figures of report.json for people: rounded, with units, under words.
+// Figures of report.json for people: rounded, with units, under readable names.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -6,13 +6,13 @@
 
 namespace pilesim {
 
-// All of these are HTML.
+// All texts are HTML.
 
-// The words of a key: "deepest_penetration_m" is "deepest penetration"; the unit goes to its
+// The name of a key: "deepest_penetration_m" becomes "deepest penetration". The unit goes to the
 // figure.
 std::string figure_name(const std::string& key);
-// The text of the value under `key`, whose ending names the unit: three digits, "2.31 mm", "0.57
-// %"; lists and objects as far as they are short.
+// The value under `key`, whose ending names the unit, with three digits: "2.31 mm", "0.57 %". Lists
+// and objects are included if they are short.
 std::string figure_text(const std::string& key, const nlohmann::ordered_json& value);
 
 std::string length_text(double length_m);      // "2.31 mm", "1.2 m"

@@ -10,7 +10,7 @@
 namespace pilesim {
 namespace {
 
-// The text behind the separator on the first line of `file` that starts with `key`.
+// The text after the separator on the first line of `file` that starts with `key`.
 std::string value_of(const char* file, const std::string& key, char separator) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);) {

@@ -1,4 +1,4 @@
-// The machine and the build that a figure was measured with.
+// The machine and the build on which figures were measured.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace pilesim {
 
 struct MachineInfo {
   std::string cpu;
-  int cores = 0;  // that this process may use
+  int cores = 0;  // available to this process
   uint64_t memory_bytes = 0;
   std::string system;   // "Debian GNU/Linux 12 (bookworm), Linux 6.1.0"
   std::string version;  // of pilesim

@@ -93,7 +93,7 @@ std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQ
                                          : gate.figure == "escaped" ? quality.escaped
                                                                     : quality.floating);
     }
-    result.passed = result.value <= gate.limit;  // what is no number fails
+    result.passed = result.value <= gate.limit;  // NaN fails
   }
   return results;
 }

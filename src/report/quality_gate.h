@@ -1,7 +1,7 @@
-// Quality gates: bounds on how sound a pile must be, as the user writes them:
-// "penetration>0.02D,unsettled>0,escaped>0,floating>0" fails a pile of which any of these is true,
-// "empty>0.1,outside>0.05" one that leaves more than these shares of its guide empty, or of its
-// bodies outside of it.
+// Quality gates: bounds on the soundness of a pile, as written by the user.
+// "penetration>0.02D,unsettled>0,escaped>0,floating>0" fails a pile for which any of these is true.
+// "empty>0.1,outside>0.05" fails one that leaves more than these shares of its guide empty, or of
+// its bodies outside it.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ struct QualityGate {
   bool in_diameters = false;
 };
 
-// Throws Error(usage) that says which part is wrong, what may stand there, and how to write it.
+// Throws Error(usage) that names the wrong part, the valid values and the syntax.
 std::vector<QualityGate> parse_quality_gates(const std::string& text);
 
 struct GateResult {
@@ -27,10 +27,10 @@ struct GateResult {
   double value = 0;  // in the gate's unit
   bool passed = true;
 };
-// A gate on the guide fails where there is none.
+// A gate on the guide fails if there is no guide.
 std::vector<GateResult> judge(const std::vector<QualityGate>& gates, const PileQuality& quality,
                               const std::optional<GuideQuality>& guide = std::nullopt);
-// "bodies", "D", "m", "of the guide": of the limit and of the value.
+// Unit of the limit and the value: "bodies", "D", "m", "of the guide".
 std::string unit_of(const QualityGate& gate);
 
 // "penetration is 0.034 D"

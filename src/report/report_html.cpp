@@ -68,7 +68,7 @@ bool is_list_of_objects(const Json& value) {
   return value.is_array() && !value.empty() && value.front().is_object();
 }
 
-// One row an object, under the names of its members.
+// One row per object, under the names of its members.
 std::string object_table(const Json& list) {
   std::string rows = "<tr>";
   for (const auto& [name, value] : list.front().items()) {
@@ -87,7 +87,7 @@ std::string object_table(const Json& list) {
   return html_table(rows);
 }
 
-// Objects, and lists of them, have tables of their own below that of the others.
+// Objects, and lists of objects, get tables of their own below that of the other values.
 std::string figure_tables(const Json& values) {
   std::string rows, below;
   for (const auto& [name, value] : values.items()) {
@@ -104,7 +104,7 @@ std::string figure_tables(const Json& values) {
   return (rows.empty() ? "" : html_table(rows)) + below;
 }
 
-// `meaning`: HTML that explains; may be empty.
+// `meaning`: HTML with an explanation; may be empty.
 std::string value_table(const std::string& title, const Json& values,
                         const std::string& meaning = {}) {
   if (values.empty()) return {};
@@ -112,7 +112,7 @@ std::string value_table(const std::string& title, const Json& values,
          (meaning.empty() ? "" : "<p class=\"sub\">" + meaning + "</p>\n") + figure_tables(values);
 }
 
-// Keys are pointers into the scene, and stay as they are.
+// Keys are pointers into the scene, and are not reworded.
 std::string option_table(const Json& options) {
   if (options.empty()) return {};
   std::string rows;

@@ -14,10 +14,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr char kFormat[] = "pilesim report";
-// Readers accept this version only. Raise it with every change that they would misread.
+// Readers accept only this version. Raise it with every change that they would misread.
 constexpr int kVersion = 2;
 
-// Distribution of the seconds of frames, without the start, which takes no steps.
+// Distribution of the frames' seconds, without the first frame, which takes no steps.
 Json distribution_ms(std::vector<double> seconds) {
   if (seconds.empty()) return Json::object();
   std::ranges::sort(seconds);
@@ -76,13 +76,13 @@ const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections) {
 
 Json quality_json(const PileQuality& quality);
 
-// A figure with its moment.
+// A figure with its frame and time.
 Json moment_json(uint64_t frame, double frame_rate) {
   const double time_s = frame_rate > 0 ? static_cast<double>(frame) / frame_rate : 0;
   return {{"frame", frame}, {"time_s", time_s}};
 }
 
-// A row a frame that was inspected; null: none was.
+// One row per inspected frame; null if there is none.
 Json inspections_json(const std::vector<FrameQuality>& inspections, double frame_rate) {
   if (inspections.empty()) return nullptr;
   Json rows = Json::array();
@@ -191,7 +191,7 @@ Json report_json(const SimulationReport& report) {
 
 namespace {
 
-// As a direction in a guide with a mesh tells of itself.
+// From the figures of a director with a guide mesh.
 std::optional<GuideQuality> guide_of(const Json& report) {
   if (!report.contains("piles") || !report["piles"].contains("guide")) return std::nullopt;
   const Json& guide = report["piles"]["guide"];

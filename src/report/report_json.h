@@ -1,4 +1,4 @@
-// report.json: the figures of a simulation, in a fixed order, as they are written and read.
+// report.json: writes and reads the figures of a simulation, in a fixed order.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,16 @@
 
 namespace pilesim {
 
-// `report` has rows.
+// `report` must have rows.
 nlohmann::ordered_json report_json(const SimulationReport& report);
 
-// The one with the deepest penetration, the first of such; there are some.
+// The first inspection with the deepest penetration; there must be at least one.
 const FrameQuality& deepest_of(const std::vector<FrameQuality>& inspections);
 
-// The parts of a run's report that others read.
+// The parts of a run's report that are read back.
 struct ReportedRun {
   PileQuality quality;                // at the end
-  std::optional<GuideQuality> guide;  // at the end; none: no mesh was followed
+  std::optional<GuideQuality> guide;  // at the end; none if there was no guide mesh
   double setup_s = 0;                 // wall
   StageTimes times;                   // wall, of all frames
   double cpu_s = 0;
@@ -29,8 +29,7 @@ struct ReportedRun {
   std::vector<std::string> collision_shapes;
 };
 
-// Throws Error(io), or Error(input) for a file of another format or version, and for one that lacks
-// any of it.
+// Throws Error(io), or Error(input) if the file has another format or version, or lacks any of it.
 ReportedRun read_report(const std::filesystem::path& file);
 
 nlohmann::ordered_json quality_json(const PileQuality& quality);

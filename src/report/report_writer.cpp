@@ -49,7 +49,7 @@ void TimingCsv::write_row(const std::string& row) {
   try {
     write_all(descriptor_, path_, row);
   } catch (const Error&) {
-    // A disk that fills up takes the first part of a row.
+    // A full disk may accept the first part of a row.
     static_cast<void>(ftruncate(descriptor_, whole_rows_));
     throw;
   }
@@ -72,7 +72,7 @@ std::string write_report(const SimulationReport& report, const std::filesystem::
   return missing;
 }
 
-// Not getrusage(): what that gives a child process includes the memory of its parent.
+// Not getrusage(): for a child process it includes the memory of its parent.
 uint64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   for (std::string key; status >> key;) {

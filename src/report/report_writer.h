@@ -1,4 +1,4 @@
-// report.json, timing.csv and report.html of a simulation. Knows frames and times, not simulators.
+// report.json, timing.csv and report.html of a simulation. Independent of simulators.
 #pragma once
 
 #include <sys/types.h>
@@ -20,7 +20,7 @@ struct FrameRow {
   double time_s = 0;  // simulated
   int steps = 0;
   StageTimes times;     // wall
-  uint32_t bodies = 0;  // dynamic ones that are present
+  uint32_t bodies = 0;  // dynamic bodies present
   uint32_t bodies_awake = 0;
   double kinetic_energy_j = 0;
   double potential_energy_j = 0;
@@ -31,7 +31,7 @@ struct FrameRow {
   }
 };
 
-// The pile at the end of a frame, by its collision shapes.
+// The pile at the end of a frame, judged by its collision shapes.
 struct FrameQuality {
   uint64_t frame = 0;
   PileQuality quality;
@@ -54,31 +54,31 @@ struct SimulationReport {
   int threads = 1;
   double step_s = 0;
   double frame_rate = 0;  // 1/s, of the trajectory
-  uint64_t frames = 0;    // of the trajectory, of which quality is that of the last
+  uint64_t frames = 0;    // of the trajectory; `quality` belongs to the last one
   uint64_t dynamic_bodies = 0, static_bodies = 0, kinematic_bodies = 0;
   bool interrupted = false;
-  std::vector<std::string> notes;             // what came of bodies that the scene did not ask for
-  std::vector<std::string> collision_shapes;  // one line a shape: kind, pieces, errors
-  std::vector<std::string> signatures;        // one line a shape that collides by one
+  std::vector<std::string> notes;             // changes to bodies that the scene did not ask for
+  std::vector<std::string> collision_shapes;  // one line per shape: kind, pieces, errors
+  std::vector<std::string> signatures;        // one line per shape that has one
   std::vector<FrameRow> rows;
   PileQuality quality;                    // at the end, of the collision shapes
-  std::vector<FrameQuality> inspections;  // while it ran, where that was asked for
+  std::vector<FrameQuality> inspections;  // during the run, if requested
   std::vector<GateResult> gates;
   double setup_s = 0;       // loading, decomposition, building, wall
-  double signatures_s = 0;  // of setup_s, for measuring them
-  double inspection_s = 0;  // of the pile at the end, wall
+  double signatures_s = 0;  // part of setup_s
+  double inspection_s = 0;  // inspection of the final pile, wall
   double total_s = 0;       // whole command, wall
-  double checkpoint_s = 0;  // of total_s, for checkpoints
-  double cpu_s = 0;         // of the frames, processor time of all threads
+  double checkpoint_s = 0;  // part of total_s
+  double cpu_s = 0;         // processor time of all threads, for the frames
   uint64_t peak_memory_bytes = 0;
-  std::string piles;         // JSON array: what a director of piles reports of each; empty: none
-  std::string finish;        // JSON object: what finishing tells of itself; empty: none
-  std::string until;         // JSON object: when all had come to rest; empty: not asked
-  std::string mode_figures;  // JSON object: what the mode tells of itself; empty: nothing
+  std::string piles;         // JSON array: a director's figures of each pile; empty: none
+  std::string finish;        // JSON object: figures of finishing; empty: none
+  std::string until;         // JSON object: when all bodies had come to rest; empty: not requested
+  std::string mode_figures;  // JSON object: figures of the mode; empty: none
 };
 
-// timing.csv, flushed row by row so that a killed run keeps its rows; it holds whole rows only,
-// also where the disk fills up.
+// timing.csv, flushed row by row so that a killed run keeps its rows. It contains only whole rows,
+// even if the disk is full.
 class TimingCsv {
  public:
   explicit TimingCsv(const std::filesystem::path& file);  // Error(io)
@@ -95,12 +95,12 @@ class TimingCsv {
   off_t whole_rows_ = 0;  // bytes
 };
 
-// report.json and report.html (self-contained, SVG charts by gnuplot). Where gnuplot is missing or
-// fails the page says so in place of the charts, and what is returned tells why, naming the
-// package; else it is empty. Throws Error(io).
+// report.json and report.html (self-contained, SVG charts by gnuplot). If gnuplot is missing or
+// fails, the page says so in place of the charts, and the returned text says why and names the
+// package; otherwise it is empty. Throws Error(io).
 std::string write_report(const SimulationReport& report, const std::filesystem::path& directory);
 
-// Peak of this process so far, from the kernel.
+// Peak of this process so far, as the kernel reports it.
 uint64_t peak_memory_bytes();
 
 }  // namespace pilesim

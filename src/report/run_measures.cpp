@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kMoving = 0.05;        // D/T: slower bodies count as settled
 constexpr double kLeastMotion = 0.001;  // D
-constexpr double kLowestShare = 0.005;  // of the bodies: their heights are the pile's ground
+// Share of the bodies whose heights define the pile's ground.
+constexpr double kLowestShare = 0.005;
 
 struct ShapeFigures {
   double radius_m = 0;
@@ -46,7 +47,7 @@ ShapeFigures shape_figures(const TrajectoryShape& shape) {
   return figures;
 }
 
-// Error for the scene in a trajectory, which somebody may have edited.
+// An error for the scene in a trajectory, which may have been edited.
 Error no_scene(const nlohmann::json::exception& fault) {
   return {ErrorKind::input,
           Problem{.found = std::string("the trajectory's scene is none (") + fault.what() + ')',
@@ -98,9 +99,9 @@ class Measurement {
   std::vector<uint64_t> sampled_frames_;
   Vec3 up_ = Vec3::UnitY();
   double gravity_ = 0;          // m/s^2
-  Vec3 centre_ = Vec3::Zero();  // of the starts
+  Vec3 centre_ = Vec3::Zero();  // of the initial positions
   TrajectoryFrame before_, now_;
-  std::vector<double> speed_, spin_;  // (B) m/s, rad/s, of the frame
+  std::vector<double> speed_, spin_;  // (B) m/s, rad/s, in this frame
   std::vector<Vec3> turn_rate_;       // (B) rad/s, body frame
   std::vector<double> last_moved_s_;  // (B)
   RunMeasures measures_;
@@ -146,7 +147,7 @@ void Measurement::set_units() {
   measures_.unit_time_s = gravity_ > 0 ? std::sqrt(measures_.diameter_m / gravity_) : 1;
 }
 
-// Velocities between `before_` and `now_`; none for bodies that were not there.
+// Velocities between `before_` and `now_`; none for bodies that were absent.
 void Measurement::difference() {
   for (size_t body = 0; body < dynamic_.size(); ++body) {
     speed_[body] = spin_[body] = 0;
@@ -203,7 +204,7 @@ void Measurement::measure_frame(uint64_t frame) {
     }
   }
   take("energy", "(D/T)^2", {energy() * unit_time * unit_time / (diameter * diameter)});
-  // One frame may stand for several moments of a short run.
+  // One frame may represent several moments of a short run.
   for (auto i = std::ranges::count(sampled_frames_, frame); i > 0; --i) {
     take("radial_distance", "D", of_bodies([&](size_t b) { return radial_m(b) / diameter; }));
     take("height", "D", of_bodies([&](size_t b) { return height_m(b) / diameter; }));
@@ -219,7 +220,8 @@ double Measurement::tilt_deg(size_t body) const {
   return degrees(std::acos(std::clamp(nearest, -1.0, 1.0)));
 }
 
-// Over the volume of a cone of radius R and height H the mean radius is R/2, the mean height H/4.
+// Averaged over the volume of a cone of radius R and height H, the radius is R/2 and the height
+// H/4.
 double Measurement::pile_angle_deg() const {
   std::vector<double> heights = of_bodies([&](size_t body) { return height_m(body); });
   if (heights.empty()) return 0;
@@ -291,7 +293,7 @@ std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header) try {
   std::vector<uint8_t> dynamic = header.body_moves;
   const auto scene = nlohmann::json::parse(header.resolved_scene);
   if (!scene.contains("bodies")) return dynamic;
-  // Bodies of emitters, all dynamic, come after those of the file.
+  // Bodies of emitters, all dynamic, follow those of the scene file.
   size_t index = 0;
   for (const auto& body : scene["bodies"]) {
     if (index < dynamic.size() && body.value("role", "dynamic") == "kinematic") dynamic[index] = 0;

@@ -1,7 +1,7 @@
-// Measures of a trajectory, to compare it with others: distributions over bodies and a few figures
-// of the whole, in units of the bodies' size and of gravity. Reads trajectories only, so velocities
-// are differences of successive frames: motion within a frame is not seen, and turns of more than
-// half a revolution a frame count as less.
+// Measures of a trajectory for comparisons: distributions over bodies and some figures of the
+// whole, in units of body size and gravity. They use trajectories only, so velocities are
+// differences of consecutive frames: motion within a frame is invisible, and rotations beyond half
+// a turn per frame are underestimated.
 #pragma once
 
 #include <string>
@@ -12,21 +12,21 @@
 
 namespace pilesim {
 
-// Units are made of D, the mean diameter of the dynamic bodies (of the ball about the centre of
-// mass that holds the mesh), and T = sqrt(D / g); without gravity T is 1 s.
+// Units derive from D, the mean diameter of the dynamic bodies (of the mesh's bounding sphere about
+// the centre of mass), and T = sqrt(D / g); without gravity T is 1 s.
 struct MeasuredQuantity {
   std::string name;  // "radial_distance"
   std::string unit;  // "D"
-  // (times) samples, ascending: one a body, or a single one where the whole has one value.
+  // (times) samples, ascending: one per body, or a single one for a figure of the whole.
   std::vector<std::vector<double>> samples;
 };
 
 struct RunMeasures {
   double diameter_m = 0;
   double unit_time_s = 0;                    // T
-  std::vector<double> times_s;               // at which the distributions in time are taken
-  std::vector<MeasuredQuantity> quantities;  // the same ones in the same order in every run
-  double mean_bodies = 0;                    // dynamic and present, over the frames after the first
+  std::vector<double> times_s;               // moments of the distributions in time
+  std::vector<MeasuredQuantity> quantities;  // equal in names and order for every run
+  double mean_bodies = 0;  // dynamic and present, averaged over the frames after the first
   uint64_t bodies_at_end = 0;
 };
 
@@ -46,19 +46,19 @@ struct RunMeasures {
 // Throws Error(input) where the trajectory has fewer than 2 frames or no dynamic body.
 RunMeasures measure_run(TrajectoryReader& trajectory, int times);
 
-// 1 for bodies that move by forces (not fixed, not kinematic), by the scene that the header holds.
+// 1 for dynamic bodies (neither fixed nor kinematic), according to the scene in the header.
 std::vector<uint8_t> dynamic_bodies(const TrajectoryHeader& header);
 
-// The dissertation's errors of motion (5.3.2.4): of the way m = x(j+1) - x(j) of each body from
-// frame to frame. Frames and bodies where m of the reference is below 0.001 D are left out of the
-// relative error, whose denominator vanishes there.
+// The dissertation's errors of motion (5.3.2.4), for the displacement m = x(j+1) - x(j) of each
+// body between frames. The relative error skips frames and bodies whose reference m is below 0.001
+// D, where its denominator vanishes.
 struct MotionError {
   double relative = 0;                    // mean of |m - m'| / |m|
   double absolute = 0;                    // mean of |m - m'|, in D
   std::vector<double> absolute_by_frame;  // (frames - 1)
 };
-// The motion error of two trajectories of the same bodies. Throws Error(input) where bodies or
-// frames differ.
+// The motion error of two trajectories of the same bodies. Throws Error(input) if bodies or frames
+// differ.
 MotionError motion_error(TrajectoryReader& reference, TrajectoryReader& other);
 
 }  // namespace pilesim

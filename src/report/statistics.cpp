@@ -16,7 +16,7 @@ constexpr int kResamples = 4000;
 
 double normal_distribution(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 
-// The 97.5 % point of Student's t, by the expansion of Cornish and Fisher (1 % short at 2 degrees).
+// The 97.5 % point of Student's t, by the expansion of Cornish and Fisher (1 % low at 2 degrees).
 double student_t(double degrees_of_freedom) {
   constexpr double z = 1.959963984540054;
   const double n = degrees_of_freedom;
@@ -39,8 +39,8 @@ double wasserstein_1(std::span<const double> a, std::span<const double> b) {
   if (a.empty() && b.empty()) return 0;
   if (a.empty() || b.empty()) return std::numeric_limits<double>::infinity();
   assert(std::ranges::is_sorted(a) && std::ranges::is_sorted(b));
-  // Both quantile functions are steps: walk over the shares at which either has one, counted in
-  // 1 / (size of a * size of b), which is exact.
+  // Both quantile functions are step functions: visit the shares at which either has a step,
+  // counted in 1 / (size of a * size of b), which is exact.
   uint64_t done = 0;
   double area = 0;
   const uint64_t whole = a.size() * b.size();

@@ -42,7 +42,7 @@ std::string soundness_text(const Json& end, bool good) {
                      : ".");
 }
 
-// A pile that was to keep the shape of a guide.
+// The verdict on a pile in the shape of a guide.
 struct GuideVerdict {
   bool kept = true, filled = true;
   std::vector<std::string> sentences;

@@ -13,11 +13,9 @@ struct Verdict {
   std::vector<std::string> sentences;  // settled? sound? how fast?
 };
 
-// Deepest overlap of a sound pile, in diameters of the mean body: what docs/compare.md proposes as
-// a gate. Plain HTML; `figures` is what report_json() gave.
+// Deepest overlap of a sound pile, in mean body diameters; the gate proposed in docs/compare.md.
 inline constexpr double kSoundOverlap = 0.02;
-// Shares, of the bodies that are inside of a guide whose shape is kept, and of its volume from
-// which on it counts as filled.
+// Shares from which a guide counts as kept (of the bodies inside it) and as filled (of its volume).
 inline constexpr double kKeptShape = 0.95, kFilled = 0.85;
 Verdict verdict(const nlohmann::ordered_json& figures);
 
